@@ -193,14 +193,14 @@ def add_unit_option(command: argparse.ArgumentParser) -> None:
     """Add the unit of files."""
     command.add_argument("--unit", type=read_unit, choices=UNITS, default=UNITS[0],
                          help="unit of the file, in any spelling (default: auto, what the file "
-                         "declares, else a guess from the size, which a warning names)")
+                         "declares, else a guess, which a warning names)")
 
 
 def add_shared_unit_option(command: argparse.ArgumentParser) -> None:
     """Add the unit of those among several files that declare none."""
     command.add_argument("--unit", type=read_unit, choices=UNITS, default=UNITS[0],
                          help="unit of the files that declare none, in any spelling (default: "
-                         "auto, a guess from the size of each); STEP and 3MF files are in the "
+                         "auto, a guess for each); STEP and 3MF files are in the "
                          "unit that they declare")
 
 

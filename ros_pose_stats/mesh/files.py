@@ -59,7 +59,7 @@ def read_mesh(file: str | os.PathLike[str], unit: str | float | None = None, *,
 
     `file`: `.stl` (ascii or binary), `.obj`, `.ply`, `.off`, `.3mf`, `.step` or `.stp`, in any
     case; `unit`: as for `metres_per_unit`; default: what the file declares (3MF, STEP), else
-    metres. `auto`: what the file declares, else a guess from the size; `unless_declared`: whether
+    metres. `auto`: what the file declares, else a guess; `unless_declared`: whether
     `unit` is for a file that declares none only; else it wins. Raises MeshFileError if the file is
     missing, of an unknown format, damaged, or holds no triangles. Raises RequestError if `unit` is
     not a unit, or asked to be guessed and no unit gives a usual size.
@@ -100,8 +100,7 @@ def parse_mesh(path: Path, content: bytes, unit: str | float | None = None, *,
     if len(triangles) == 0:
         raise MeshFileError(f"triangles in {path}", "none",
                             "the file is empty, cut off, or holds only points or curves")
-    extent = float(np.ptp(vertices[triangles.ravel()], axis=0).max())
-    metres, source = units.unit_that_counts(asked, declared, extent, unless_declared)
+    metres, source = units.unit_that_counts(asked, declared, vertices, triangles, unless_declared)
     return FileMesh(vertices, triangles, metres, source, declared)
 
 

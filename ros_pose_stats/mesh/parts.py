@@ -35,8 +35,7 @@ def load_part(
         STEP (with the package cascadio), STL, OBJ, PLY, OFF or 3MF.
     unit : str or float, optional
         `m`, `mm`, `cm`, `inch` or metres a mesh unit; default: what the file declares (STEP,
-        3MF), else metres. `auto`: what the file declares, else a guess from the size, with a
-        warning that says so.
+        3MF), else metres. `auto`: what the file declares, else a guess, with a warning.
     center_of_mass, mass, inertia, density
         See `part_from_mesh`.
     part_id : str
@@ -136,7 +135,8 @@ def _part(vertices: ArrayLike, triangles: ArrayLike, unit: float,
     rounding = arrays.coordinate_rounding(vertices, corners) * unit
     kilograms, center, tensor = _mass_properties(given, surface)
     low, high = bounds(surface.vertices)
-    warnings = (*units.unit_warnings(float((high - low).max()), unit, unit_source, declared),
+    warnings = (*units.unit_warnings(float((high - low).max()), metres, corners, unit, unit_source,
+                                     declared),
                 *surface.warnings,
                 *_inertia_warning(tensor, kilograms, center, surface))
     part = Part(part_id, metres, corners, surface.vertices, surface.triangles, kilograms, center,

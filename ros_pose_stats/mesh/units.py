@@ -3,6 +3,9 @@
 import math
 from typing import Literal
 
+import numpy as np
+from numpy.typing import NDArray
+
 from .. import errors, text
 from .arrays import NOT_NUMBERS, real_number
 
@@ -17,13 +20,22 @@ _SPELLINGS = {"metre": "m", "meter": "m", "millimetre": "mm", "millimeter": "mm"
               "centimetre": "cm", "centimeter": "cm", "in": "inch", "inche": "inch"}
 """In lower case and without the plural's s."""
 
-_GUESSES = ("mm", "m", "inch", "cm")
-"""Units to guess, in the order in which they are met: CAD systems export millimetres, ROS means
-metres."""
+_PRIOR = {"mm": 0.62, "m": 0.25, "inch": 0.1, "cm": 0.03}
+"""How often files are in a unit: CAD systems export millimetres, ROS means metres."""
 
-_USUAL = (2e-3, 0.5)
-_POSSIBLE = (0.5e-3, 1.0)
-"""Lengths of parts on feeders in metres, of most and of nearly all."""
+_USUAL, _POSSIBLE = 40.0, (0.5, 1000.0)
+"""Lengths of parts on feeders, millimetres: of the median one, and of nearly all. Two thirds lie
+between a quarter of the median and four times as much."""
+
+_GRIDS = ((100.0, 0.1), (50.0, 0.05), (10.0, 0.15), (5.0, 0.1), (1.0, 0.25), (0.5, 0.1), (0.1, 0.1),
+          (12.7, 0.03), (3.175, 0.04), (1.5875, 0.03), (2.54, 0.03), (0.254, 0.03))
+"""Steps in which people draw, millimetres and fractions of an inch, and how often."""
+
+_OFF_GRID = 1e-5
+"""How likely any other length is, beside one of a step's multiples."""
+
+_MOST_LENGTHS = 12
+"""Lengths that count; more of them hang together."""
 
 _UNDOUBTED = (0.2e-3, 2.0)
 _UNDOUBTED_ASSUMED = (0.5e-3, 1.0)
@@ -42,29 +54,40 @@ def named_unit(text: str) -> str | None:
     return _SPELLINGS.get(name.removesuffix("s"))
 
 
-def likely_unit(extent: float) -> str | None:
-    """The unit in which a mesh most likely is.
+def likely_units(vertices: NDArray[np.float64], triangles: NDArray[np.integer]) -> list[str]:
+    """Units that make a mesh a part for a feeder, the most likely one first.
 
-    `extent`: its largest extent in that unit. Returns none where no unit makes it a part for a
-    feeder.
+    Its lengths are how far flat faces across an axis, and the far end, lie from the near end. They
+    are likely in a unit as a usual size, and as few steps of a grid that people draw on: 5, 2.5
+    and 1.375 are in inches rather than in millimetres.
     """
-    for shortest, longest in (_USUAL, _POSSIBLE):
-        for unit in _GUESSES:
-            if shortest <= extent * METRES_PER_UNIT[unit] <= longest:
-                return unit
-    return None
+    lengths, rounding = _lengths(vertices, triangles)
+    found = {}
+    for unit, prior in _PRIOR.items():
+        scale = 1e3 * METRES_PER_UNIT[unit]
+        size = float(lengths.max(initial=0.0)) * scale
+        if _POSSIBLE[0] <= size <= _POSSIBLE[1]:
+            steps = lengths[:, None] * scale / np.array([step for step, _ in _GRIDS])
+            round_ones = np.abs(steps - np.round(steps)) <= steps * rounding / lengths[:, None]
+            share = np.array([share for _, share in _GRIDS])
+            each = _OFF_GRID + (round_ones * share / steps).sum(axis=1)
+            found[unit] = (math.log(prior) - 0.5 * math.log(size / _USUAL, 4.0)**2
+                           + np.log(each).mean() * min(len(each), _MOST_LENGTHS))
+    return sorted(found, key=lambda unit: -found[unit])
 
 
-def guess_unit(extent: float) -> str:
-    """As `likely_unit`.
-
-    Raises RequestError where no unit makes it a part for a feeder.
-    """
-    unit = likely_unit(extent)
-    if unit is None:
-        raise errors.RequestError("a mesh that in mm, m, inch or cm is 0.5 mm to 1 m long",
-                                  f"one {extent:.3g} units long", "give its unit")
-    return unit
+def _lengths(vertices: NDArray[np.float64], triangles: NDArray[np.integer]
+             ) -> tuple[NDArray[np.float64], float]:
+    """Distinct lengths of a mesh along its axes, and by how much they may be off."""
+    corner = vertices[triangles]
+    low, high = corner.min(axis=(0, 1)), corner.max(axis=(0, 1))
+    rounding = 4e-6 * float((high - low).max())
+    if not 0.0 < rounding < math.inf:
+        return np.zeros(0), 0.0
+    flat = np.ptp(corner, axis=1) <= rounding
+    found = np.sort(np.concatenate(((corner[:, 0] - low)[flat], high - low)))
+    found = found[found > rounding]
+    return found[np.diff(found, prepend=0.0) > rounding], rounding
 
 
 def metres_per_unit(unit: str | float) -> float:
@@ -95,54 +118,56 @@ def asked_unit(unit: str | float | None) -> float | Literal["auto"] | None:
     return None if unit is None else metres_per_unit(unit)
 
 
-def unit_that_counts(asked: float | Literal["auto"] | None, declared: float | None,
-                     extent: float, unless_declared: bool) -> tuple[float, UnitSource]:
+def unit_that_counts(
+        asked: float | Literal["auto"] | None, declared: float | None,
+        vertices: NDArray[np.float64], triangles: NDArray[np.integer], unless_declared: bool
+) -> tuple[float, UnitSource]:
     """Metres a unit of a file, and where that comes from.
 
-    `extent`: of its mesh in its own unit, for a guess; `unless_declared`: whether `asked` is for
-    files that declare no unit only. Raises RequestError as `guess_unit`.
+    `vertices`, `triangles`: its mesh, for a guess; `unless_declared`: whether `asked` is for
+    files that declare no unit only. Raises RequestError where a guess is asked for and no unit
+    makes it a part for a feeder.
     """
     if declared is not None and (unless_declared or asked in (None, AUTO)):
         return declared, "declared"
-    if asked == AUTO:
-        return metres_per_unit(guess_unit(extent)), "guessed"
-    return (1.0, "assumed") if asked is None else (float(asked), "given")
+    if asked != AUTO:
+        return (1.0, "assumed") if asked is None else (float(asked), "given")
+    likely = likely_units(vertices, triangles)
+    if not likely:
+        extent = float(np.ptp(vertices[triangles.ravel()], axis=0).max())
+        raise errors.RequestError("a mesh that in mm, m, inch or cm is 0.5 mm to 1 m long",
+                                  f"one {extent:.3g} units long", "give its unit")
+    return METRES_PER_UNIT[likely[0]], "guessed"
 
 
-def unit_warnings(extent: float, unit: float, source: UnitSource,
-                  declared: float | None) -> tuple[str, ...]:
+def unit_warnings(extent: float, metres: NDArray[np.float64], triangles: NDArray[np.integer],
+                  unit: float, source: UnitSource, declared: float | None) -> tuple[str, ...]:
     """Warn about a part of an unlikely size, a guessed unit, and one that the file contradicts.
 
-    `extent`: largest extent of the part, metres; `declared`: metres a unit as the file declares.
+    `extent`: of the part's surface, metres; `metres`: vertices (V, 3) of its mesh; `declared`:
+    metres a unit as the file declares.
     """
-    size, likely = text.length_in_words(extent), likely_unit(extent / unit)
-    if source == "guessed":
-        return (f"UNIT_GUESSED: the file names no unit; as its mesh is {extent / unit:.3g} units "
-                f"long, it was taken to be in {likely}, {size} long. Give the unit to be sure.",)
-    return (*_overridden(unit, declared), *_suspect(extent, unit, source, likely))
-
-
-def _overridden(unit: float, declared: float | None) -> tuple[str, ...]:
-    if declared is None or math.isclose(unit, declared, rel_tol=_SAME):
-        return ()
-    return (f"UNIT_OVERRIDDEN: the file's own unit is {_unit_in_words(declared)}, but it was "
-            f"taken to be in {_unit_in_words(unit)}, as asked: all lengths are "
-            f"{unit / declared:.4g} times those that the file names.",)
-
-
-def _suspect(extent: float, unit: float, source: UnitSource,
-             likely: str | None) -> tuple[str, ...]:
-    shortest, longest = _UNDOUBTED_ASSUMED if source == "assumed" else _UNDOUBTED
-    if shortest <= extent <= longest:
-        return ()
     size = text.length_in_words(extent)
-    why = ("since its file names no unit and metres are assumed" if source == "assumed"
-           else "unusual for a fed part")
-    if likely is None or METRES_PER_UNIT[likely] == unit:
-        return (f"UNIT_SUSPECT: the part is {size} long, {why}; check the unit.",)
-    meant = text.length_in_words(extent / unit * METRES_PER_UNIT[likely])
-    return (f"UNIT_SUSPECT: the part is {size} long, {why}; in {likely} it would be {meant} "
-            "long: check the unit.",)
+    shortest, longest = _UNDOUBTED_ASSUMED if source == "assumed" else _UNDOUBTED
+    usual = shortest <= extent <= longest
+    meant = [] if usual and source != "guessed" else [
+        f"{name}: {text.length_in_words(extent / unit * METRES_PER_UNIT[name])}"
+        for name in likely_units(metres / unit, triangles) if METRES_PER_UNIT[name] != unit]
+    if source == "guessed":
+        others = f" (else in {', '.join(meant)})" if meant else ""
+        return (f"UNIT_GUESSED: the file names no unit; it was taken to be in "
+                f"{_unit_in_words(unit)}, {size} long{others}. Give the unit to be sure.",)
+    warnings = []
+    if declared is not None and not math.isclose(unit, declared, rel_tol=_SAME):
+        warnings.append(f"UNIT_OVERRIDDEN: the file's own unit is {_unit_in_words(declared)}, but "
+                        f"it was taken to be in {_unit_in_words(unit)}, as asked: all lengths are "
+                        f"{unit / declared:.4g} times those that the file names.")
+    if not usual:
+        why = ("since its file names no unit and metres are assumed" if source == "assumed"
+               else "unusual for a fed part")
+        better = f"; likely in {meant[0]}" if meant else ""
+        warnings.append(f"UNIT_SUSPECT: the part is {size} long, {why}{better}; check the unit.")
+    return tuple(warnings)
 
 
 def _unit_in_words(metres: float) -> str:

@@ -11,10 +11,10 @@ import trimesh
 from ros_pose_stats import PoseStatsError, load_part, part_from_mesh, shapes
 
 
-def block_of(length, folder, suffix="stl"):
-    """File of a block; 3MF files declare millimetres."""
+def block_of(length, folder, suffix="stl", width=0.5, height=0.4):
+    """File of a block, width and height in lengths; 3MF files declare millimetres."""
     path = folder / f"block.{suffix}"
-    trimesh.creation.box((length, 0.5 * length, 0.4 * length)).export(path)
+    trimesh.creation.box((length, width * length, height * length)).export(path)
     return path
 
 
@@ -61,21 +61,27 @@ def test_a_size_that_is_not_fed_is_doubted(tmp_path, length, unit, suspect):
 def test_the_doubt_names_the_size_and_the_likely_unit(tmp_path):
     code, sentence = told(load_part(block_of(80.0, tmp_path)))
     assert code == "UNIT_SUSPECT"
-    assert "80 m long" in sentence and "in mm it would be 80 mm long" in sentence
+    assert "80 m long" in sentence and "likely in mm: 80 mm;" in sentence
     sentence = told(load_part(block_of(0.08, tmp_path), "mm"))[1]
-    assert "0.08 mm long" in sentence and "in m it would be 80 mm long" in sentence
-    assert "would be" not in told(load_part(block_of(1e5, tmp_path)))[1]
+    assert "0.08 mm long" in sentence and "likely in m: 80 mm;" in sentence
+    assert "likely" not in told(load_part(block_of(1e5, tmp_path)))[1]
 
 
-@pytest.mark.parametrize(("extent", "unit"), [
-    (80.0, "mm"), (2.0, "mm"), (900.0, "mm"), (0.08, "m"), (6e-4, "m"), (1.0, "inch")])
-def test_a_guess_is_that_of_a_part_for_a_feeder_and_told(tmp_path, extent, unit):
-    path = block_of(extent, tmp_path)
+@pytest.mark.parametrize(("extents", "unit", "others"), [
+    ((80.0, 40.0, 32.0), "mm", " (else in cm: 800 mm)"), ((900.0, 450.0, 360.0), "mm", ""),
+    ((2.0, 1.0, 0.8), "mm", " (else in cm: 20 mm, inch: 50.8 mm)"), ((6e-4, 3e-4, 2e-4), "m", ""),
+    # Round in inches, and long ones in metres.
+    ((5.0, 2.5, 1.375), "inch", " (else in mm: 5 mm, cm: 50 mm)"),
+    ((203.2, 304.8, 12.7), "mm", ""),
+    ((0.52, 0.26, 0.2), "m", " (else in cm: 5.2 mm, inch: 13.2 mm, mm: 0.52 mm)")])
+def test_a_guess_is_that_of_a_part_for_a_feeder_with_round_lengths(tmp_path, extents, unit, others):
+    length, width, height = extents
+    path = block_of(length, tmp_path, width=width / length, height=height / length)
     part = load_part(path, "auto")
     assert part.digest == load_part(path, unit).digest
     code, sentence = told(part)
-    assert code == "UNIT_GUESSED"
-    assert f"taken to be in {unit}," in sentence and "Give the unit to be sure." in sentence
+    assert code == "UNIT_GUESSED" and f"taken to be in {unit}, " in sentence
+    assert sentence.endswith(f" long{others}. Give the unit to be sure.")
 
 
 def test_what_no_unit_makes_a_part_is_not_guessed(tmp_path):
