@@ -110,6 +110,12 @@ def name_poses(poses: Sequence[int]) -> str:
     return f"pose{'' if len(poses) == 1 else 's'} {ranges(poses)}"
 
 
+def remarks(warnings: Iterable[str], notes: Iterable[str]) -> list[str]:
+    """An empty line, warnings, then notes; nothing where there are neither."""
+    lines = ["", *warnings, *(f"note {line}" for line in notes)]
+    return lines[1:] and lines
+
+
 def utc(nanoseconds: int) -> str:
     """A time since 1970 to the second; a dash for 0."""
     if not nanoseconds:

@@ -148,15 +148,15 @@ class DesignSpace:
                                       before.run_of_face[plane], before.rounded), plane
 
     def _part(self, corners: Array, body: convex_body.ConvexBody, mass: float, center: Array,
-              inertia: Array
-              ) -> Part:
+              inertia: Array) -> Part:
         """The hull as a part, with its body, which is not to be rounded once more."""
         before, radius = self.part, self.body.radius
         vertices = before.center_of_mass + radius * corners
         fans = fan_triangles(body.arrays)
         part = Part(before.part_id, vertices, fans.astype(np.uint32), vertices, fans,
                     before.mass * mass, before.center_of_mass + radius * center,
-                    inertia * (before.mass * radius * radius), before.warnings, before.rounding)
+                    inertia * (before.mass * radius * radius), before.warnings, before.rounding,
+                    notes=before.notes)
         convex_body.keep_body(part, body, self.round_sides)
         return part
 

@@ -85,13 +85,14 @@ def describe_matching(one: comparison.VariantComparison) -> list[str]:
     return told
 
 
-def name_warnings(found: comparison.Comparison) -> dict[str, str]:
-    """Warnings of all variants, each once, with the variants that it is said of."""
+def name_remarks(found: comparison.Comparison, kind: str
+                 ) -> list[tuple[str, str]]:
+    """`warnings` or `notes` of all variants, each once, behind the variants that it is said of."""
     whose: dict[str, list[str]] = {}
     for place, one in enumerate(found.found):
-        for warning in dict.fromkeys(one.warnings):
-            whose.setdefault(warning, []).append(letter(place))
-    return {warning: listed(letters) for warning, letters in whose.items()}
+        for line in dict.fromkeys(getattr(one, kind)):
+            whose.setdefault(line, []).append(letter(place))
+    return [(listed(letters), line) for line, letters in whose.items()]
 
 
 JUDGED = ("judged by the outer shape (the convex hull) and the centre of mass alone, not by "

@@ -140,7 +140,7 @@ def _part(vertices: ArrayLike, triangles: ArrayLike, unit: float,
                 *surface.warnings,
                 *_inertia_warning(tensor, kilograms, center, surface))
     part = Part(part_id, metres, corners, surface.vertices, surface.triangles, kilograms, center,
-                tensor, warnings, rounding)
+                tensor, warnings, rounding, notes=surface.notes)
     keep_hull(part, surface.hull)
     return part
 
@@ -191,7 +191,7 @@ def shift_center(part: Part, offset: ArrayLike) -> Part:
     _check_inside(center, part.surface_vertices, hull)
     shifted = Part(part.part_id, part.vertices, part.triangles, part.surface_vertices,
                    part.surface_triangles, part.mass, center, part.inertia, part.warnings,
-                   part.rounding)
+                   part.rounding, notes=part.notes)
     keep_hull(shifted, hull)
     return shifted
 

@@ -36,11 +36,11 @@ class Nesting(NamedTuple):
 
 def oriented_outward(
     vertices: NDArray[np.float64], shells: Shells
-) -> tuple[NDArray[np.int64], bool]:
+) -> tuple[NDArray[np.int64], float]:
     """Turn the shells so that all normals point out of the material.
 
-    `vertices` (V, 3): welded, all in use. Returns `triangles` (T, 3); `overlapping`: whether
-    bodies reach into each other by more than `OVERLAP` of the size.
+    `vertices` (V, 3): welded, all in use. Returns `triangles` (T, 3); share of the volume that
+    counts twice where bodies reach into each other by more than `OVERLAP` of the size, else 0.
     """
     low, high = bounds(vertices)
     size = float((high - low).max())
@@ -48,7 +48,7 @@ def oriented_outward(
     weights = tetrahedra(points, shells.triangles)
     if shells.total == 1:
         inverted = float(weights.sum()) < 0.0
-        return (_reversed(shells.triangles) if inverted else shells.triangles), False
+        return np.ascontiguousarray(shells.triangles[:, ::-1 if inverted else 1]), 0.0
     volumes = np.bincount(shells.shell, weights=weights, minlength=shells.total
                           ).astype(np.float64)
     rank = np.empty(shells.total, dtype=np.int64)
@@ -61,14 +61,22 @@ def oriented_outward(
     turn = (nesting.outward != (volumes > 0.0))[ranked.shell]
     triangles = np.empty_like(ranked.triangles)
     triangles[order] = np.where(turn[:, None], ranked.triangles[:, ::-1], ranked.triangles)
-    overlapping = nesting.doubled or reach_into_each_other(
-        points, ranked.triangles, nesting.body[ranked.shell])
-    return triangles, overlapping
+    body = nesting.body[ranked.shell]
+    if not nesting.doubled and not reach_into_each_other(points, ranked.triangles, body):
+        return triangles, 0.0
+    return triangles, _share_counted_twice(points, triangles[order], body)
 
 
-def _reversed(triangles: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Triangles (T, 3) wound the other way."""
-    return np.ascontiguousarray(triangles[:, ::-1])
+def _share_counted_twice(points: NDArray[np.float64], triangles: NDArray[np.int64],
+                         body: NDArray[np.int64]) -> float:
+    """Share of the volume of all bodies beyond that of their union; 1 where none is known."""
+    from manifold3d import Error, Manifold, Mesh64, OpType  # only bodies that overlap need it
+
+    solids = [Manifold(Mesh64(points, triangles[body == number].astype(np.uint64)))
+              for number in np.unique(body)]
+    whole = sum(solid.volume() for solid in solids)
+    union = Manifold.batch_boolean(solids, OpType.Add)
+    return 1.0 - union.volume() / whole if union.status() == Error.NoError else 1.0
 
 
 def _nesting(
@@ -132,7 +140,11 @@ def _smallest_around(
     while len(candidates):
         candidates, asked = candidates[:-batch], candidates[-batch:]
         near = _triangles_of(asked, first, shells.shell)
-        enclosing = _enclosing(points, shells, near, inside)
+        x, y, z = inside.tolist()
+        which, height, sign = crossings(points, shells.triangles[near], x, y)
+        above = height > z
+        enclosing = np.flatnonzero(np.bincount(shells.shell[near[which[above]]],
+                                               weights=sign[above]))
         if len(enclosing):
             return int(enclosing.max())
         batch *= 4
@@ -172,14 +184,3 @@ def _inner_point(
         return None
     return np.array([x, y, height[order[longest]] + 0.5 * passage[longest]])
 
-
-def _enclosing(
-    points: NDArray[np.float64], shells: Shells, near: NDArray[np.int64],
-    inside: NDArray[np.float64],
-) -> NDArray[np.int64]:
-    """Which shells, among those of the triangles `near`, wind around a point."""
-    x, y, z = inside.tolist()
-    which, height, sign = crossings(points, shells.triangles[near], x, y)
-    above = height > z
-    winding = np.bincount(shells.shell[near[which[above]]], weights=sign[above])
-    return np.flatnonzero(winding)

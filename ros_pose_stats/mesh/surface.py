@@ -13,13 +13,9 @@ from .closing import Closing, close_holes
 from .hull import Hull, hull_of
 from .shells import oriented_outward
 
-MOST_OPEN = 1e-3
-"""Largest volume that the caps of holes may be wrong by, as a fraction of the solid's. The centre
-of mass is then right to a thousandth of the radius."""
-
-_BODIES_OVERLAP = ("BODIES_OVERLAP: bodies of the mesh reach into each other, so the material "
-                   "they share counts twice in the mass properties; unite them in CAD or give "
-                   "mass properties.")
+UNCERTAIN = 1e-3
+"""Largest volume, as a fraction of the solid's, that caps of holes may be wrong by, or that bodies
+may share without a warning. The centre of mass is then right to a thousandth of the radius."""
 
 
 class Surface(NamedTuple):
@@ -31,6 +27,7 @@ class Surface(NamedTuple):
     hull: Hull  # of `vertices`
     from_hull: bool  # whether the hull stands in for the part
     warnings: tuple[str, ...]
+    notes: tuple[str, ...] = ()
 
 
 def surface_of(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> Surface:
@@ -49,13 +46,17 @@ def surface_of(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> S
         surface = _solid_surface(vertices, closing.shells)
         if not _is_solid(surface.solid, surface.hull):
             problem = "encloses no solid"
-        elif closing.open_volume > MOST_OPEN * surface.solid.volume:
+        elif closing.open_volume > UNCERTAIN * surface.solid.volume:
             share = closing.open_volume / surface.solid.volume
             problem = (f"has {text.several(closing.holes, 'hole')}, whose caps may be wrong by "
                        f"{100.0 * share:.2g} % of the volume")
         elif closing.holes:
-            return surface._replace(warnings=(_holes_closed(closing, surface),
-                                              *surface.warnings))
+            share = closing.open_volume / surface.solid.volume
+            return surface._replace(warnings=(
+                f"HOLES_CLOSED: {text.several(closing.holes, 'hole')} in the mesh "
+                f"{'was' if closing.holes == 1 else 'were'} closed without further corners, which "
+                f"leaves {100.0 * share:.2g} % of the volume uncertain; the centre of mass is "
+                f"then at {_place(surface.solid, surface.hull)}.", *surface.warnings))
         else:
             return surface
     return _hull_surface(vertices, problem)
@@ -64,10 +65,13 @@ def surface_of(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> S
 def _solid_surface(vertices: NDArray[np.float64], shells: winding.Shells) -> Surface:
     """The solid that closed shells bound."""
     points, kept = welding.without_unused(vertices, shells.triangles)
-    oriented, overlapping = oriented_outward(points, shells._replace(triangles=kept))
+    oriented, twice = oriented_outward(points, shells._replace(triangles=kept))
+    remark = (f"BODIES_OVERLAP: bodies of the mesh reach into each other, and {100.0 * twice:.2g} "
+              f"% of the volume counts twice in the mass properties; unite them in CAD or give "
+              f"mass properties.",)
     return Surface(points, np.ascontiguousarray(oriented),
-                   mass_properties.solid_of(points, oriented),
-                   hull_of(points), False, (_BODIES_OVERLAP,) if overlapping else ())
+                   mass_properties.solid_of(points, oriented), hull_of(points), False,
+                   remark if twice > UNCERTAIN else (), remark if 0.0 < twice <= UNCERTAIN else ())
 
 
 def _hull_surface(vertices: NDArray[np.float64], problem: str) -> Surface:
@@ -79,15 +83,6 @@ def _hull_surface(vertices: NDArray[np.float64], problem: str) -> Surface:
                f"centre of mass at {_place(solid, hull)}; mass properties that you do not give "
                "are the hull's.")
     return Surface(vertices, around, solid, hull, True, (warning,))
-
-
-def _holes_closed(closing: Closing, surface: Surface) -> str:
-    """The warning of a mesh whose holes were closed."""
-    share = closing.open_volume / surface.solid.volume
-    return (f"HOLES_CLOSED: {text.several(closing.holes, 'hole')} in the mesh "
-            f"{'was' if closing.holes == 1 else 'were'} closed without further corners, which "
-            f"leaves {100.0 * share:.2g} % of the volume uncertain; the centre of "
-            f"mass is then at {_place(surface.solid, surface.hull)}.")
 
 
 def _place(solid: mass_properties.Solid, hull: Hull) -> str:

@@ -27,8 +27,9 @@ _USUAL, _POSSIBLE = 40.0, (0.5, 1000.0)
 """Lengths of parts on feeders, millimetres: of the median one, and of nearly all. Two thirds lie
 between a quarter of the median and four times as much."""
 
-_GRIDS = ((100.0, 0.1), (50.0, 0.05), (10.0, 0.15), (5.0, 0.1), (1.0, 0.25), (0.5, 0.1), (0.1, 0.1),
-          (12.7, 0.03), (3.175, 0.04), (1.5875, 0.03), (2.54, 0.03), (0.254, 0.03))
+_GRIDS = ((100.0, 0.1), (50.0, 0.05), (10.0, 0.15), (5.0, 0.1), (1.0, 0.25), (0.5, 0.1),
+          (0.1, 0.1), (12.7, 0.03), (3.175, 0.04), (1.5875, 0.03), (2.54, 0.03),
+          (0.254, 0.03))
 """Steps in which people draw, millimetres and fractions of an inch, and how often."""
 
 _OFF_GRID = 1e-5

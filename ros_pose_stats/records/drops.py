@@ -187,7 +187,7 @@ class FlipStatistics:
         Of `transition`; NaN where nothing has settled.
     seed : int
     seconds : float
-    warnings : tuple of str
+    warnings, notes : tuple of str
     version : str
     """
 
@@ -207,6 +207,7 @@ class FlipStatistics:
     seconds: float
     warnings: tuple[str, ...]
     version: str
+    notes: tuple[str, ...] = ()
 
     @property
     def flips(self) -> int:
@@ -218,7 +219,7 @@ class FlipStatistics:
         plain = ("part_id", "part_digest", "radius", "restitution", "kick_height",
                  "cluster_tolerance", "round_sides", "flips", "seed", "seconds", "version")
         entry: dict[str, Any] = {name: getattr(self, name) for name in plain}
-        entry["warnings"] = list(self.warnings)
+        entry["warnings"], entry["notes"] = list(self.warnings), list(self.notes)
         entry["counts"], entry["unsettled"] = self.counts.tolist(), self.unsettled.tolist()
         for name in ("transition", "standard_error"):
             entry[name] = [[value if math.isfinite(value) else None for value in row]

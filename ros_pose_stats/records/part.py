@@ -83,7 +83,7 @@ class Part:
         Metres.
     inertia : (3, 3) array, read-only
         About the centre of mass in part axes, kg m².
-    warnings : tuple of str
+    warnings, notes : tuple of str
         Each `CODE: sentence`.
     rounding : float
         Metres by which the coordinates may be off for having been stored as float32 or
@@ -103,6 +103,7 @@ class Part:
     warnings: tuple[str, ...] = ()
     rounding: float = 0.0
     digest: str = field(default="", compare=False)
+    notes: tuple[str, ...] = ()
     _prepared: dict[Hashable, Any] = field(default_factory=dict, init=False, compare=False)
 
     def __post_init__(self) -> None:

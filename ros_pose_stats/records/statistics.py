@@ -259,7 +259,8 @@ def pose_statistics(part: Part, radius: float, poses: Iterable[StablePose], shar
         round_sides=scene.round_sides, poses=ranked(poses, shares), drops=drops,
         unsettled=unsettled, seed=seed, expected_error=shares.expected_error,
         largest_error=shares.largest_error, seconds=seconds,
-        warnings=(*part.warnings, *suspect, *warnings), notes=notes, version=VERSION)
+        warnings=(*part.warnings, *suspect, *warnings), notes=(*part.notes, *notes),
+        version=VERSION)
 
 
 def with_shares(model: PoseStatistics, method: str, shares: Shares,

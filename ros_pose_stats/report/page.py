@@ -230,8 +230,9 @@ def comparison_page(found: comparison.Comparison, commands: tuple[str, ...] = ()
         centers=[" ".join(f"{x + 0.0:.4g}" for x in np.round(1e3 * part.center_of_mass, 4))
                  for part in found.parts],
         sections=[_section(found, one) for one in found.variants],
-        warnings=[(whose, *words.in_words(line))
-                  for line, whose in describe.name_warnings(found).items()],
+        **{kind: [(whose, *words.in_words(line))
+                  for whose, line in describe.name_remarks(found, kind)]
+           for kind in ("warnings", "notes")},
         commands=commands,
         style=(ASSETS / "page.css").read_text(encoding="utf-8")
         + (ASSETS / "comparison.css").read_text(encoding="utf-8"))

@@ -48,11 +48,6 @@ class Equilibria:
         return rank
 
     @property
-    def saddles(self) -> Index:
-        """Polygon sides (H,) whose edge carries a saddle of r and R."""
-        return self.arrays.saddle
-
-    @property
     def unstable(self) -> Index:
         """Hull points (U,) at a maximum of r and R."""
         return self.arrays.unstable
@@ -60,13 +55,7 @@ class Equilibria:
     @property
     def poincare_hopf(self) -> int:
         """S - H + U, which is 2 for a body without degenerate equilibria."""
-        return len(self.arrays.stable) - len(self.saddles) + len(self.unstable)
-
-    @cached_property
-    def tilts(self) -> Array:
-        """Tilt (N,) at which the part topples over each polygon side, radians."""
-        arrays = self.body.arrays
-        return np.arctan2(arrays.inset, arrays.distance[arrays.face])
+        return len(self.arrays.stable) - len(self.arrays.saddle) + len(self.unstable)
 
 
 def equilibria(part: Part, round_sides: int) -> Equilibria:

@@ -77,7 +77,13 @@ def classify_orientations(part: Part, orientations: ArrayLike, angle: float = DE
         If the orientations are not (n, 4) numbers, one has another length than 1, or the angle
         is not above 0 and up to a right angle.
     """
-    widest = _checked_angle(angle)
+    try:
+        widest = real_number(angle)
+    except (TypeError, ValueError, OverflowError):
+        widest = math.nan
+    if not 0.0 < widest <= 0.5 * math.pi:
+        raise RequestError("an angle above 0 and up to 1.57 radians", f"{angle!r}",
+                           "math.radians(15) is the default")
     poses = resting_poses(part, cluster_tolerance, round_sides)
     downs = observed_downs(orientations)
     known = part.prepare(_pose_directions, poses)
@@ -88,18 +94,6 @@ def classify_orientations(part: Part, orientations: ArrayLike, angle: float = DE
         rows = told[begin:begin + step]
         found[rows] = _nearest(known, downs[rows], widest)
     return found
-
-
-def _checked_angle(angle: float) -> float:
-    """An angle that is one; degrees by mistake are not."""
-    try:
-        given = real_number(angle)
-    except (TypeError, ValueError, OverflowError):
-        given = math.nan
-    if not 0.0 < given <= 0.5 * math.pi:
-        raise RequestError("an angle above 0 and up to 1.57 radians", f"{angle!r}",
-                           "math.radians(15) is the default")
-    return given
 
 
 def observed_downs(orientations: ArrayLike) -> Array:

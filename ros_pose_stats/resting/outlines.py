@@ -53,7 +53,13 @@ def outline_at(part: Part, pose: StablePose, height: float | None = None) -> tup
         raise errors.RequestError("a Part and one of its poses",
                                   f"{type(part).__name__} and {type(pose).__name__}",
                                   "take a pose of estimate(part).poses")
-    level = None if height is None else _checked_height(height)
+    try:
+        level = None if height is None else real_number(height)
+    except (TypeError, ValueError, OverflowError):
+        level = np.nan
+    if level is not None and not np.isfinite(level):
+        raise errors.RequestError("a height above the plate in metres", f"{height!r}",
+                                  "leave it out for the silhouette")
     points = part.surface_vertices - part.center_of_mass
     scale = float(lengths(points).max())
     standing = turn_vectors(points / scale, rotation_matrices(pose.orientation[None])[0].T)
@@ -67,17 +73,6 @@ def outline_at(part: Part, pose: StablePose, height: float | None = None) -> tup
         seen = _solid(part, standing).slice(level)
     found = sorted(_without_spurs(seen).decompose(), key=lambda one: -one.area())
     return tuple(tuple(_rings(one, scale)) for one in found if not one.is_empty())
-
-
-def _checked_height(height: float) -> float:
-    try:
-        given = real_number(height)
-    except (TypeError, ValueError, OverflowError):
-        given = np.nan
-    if not np.isfinite(given):
-        raise errors.RequestError("a height above the plate in metres", f"{height!r}",
-                                  "leave it out for the silhouette")
-    return given
 
 
 def _solid(part: Part, points: Array) -> Manifold:

@@ -217,10 +217,13 @@ def _records(part: Part, found: Equilibria, grouped: Clusters) -> tuple[StablePo
     yaw = yaw_symmetries(part, found, grouped.lowest, surface)
     faces = found.faces[grouped.lowest]
     barriers = grouped.barrier * body.radius
+    ordered = np.argsort(grouped.pose, kind="stable")
+    members_of = [some.tolist()
+                  for some in np.split(ordered, np.cumsum(np.bincount(grouped.pose))[:-1])]
     for array in (downs, quaternions, positions, on_plate):
         array.flags.writeable = False
     rows = zip(groups.tolist(), downs, heights.tolist(), top.tolist(), margins.tolist(),
-               barriers.tolist(), _members(grouped), quaternions, positions, faces.tolist(),
+               barriers.tolist(), members_of, quaternions, positions, faces.tolist(),
                rotations, np.bincount(groups)[groups].tolist(), rolls.tolist(), on_plate,
                yaw.tolist(), strict=True)
     return tuple(
@@ -242,9 +245,3 @@ def _on_plate(axes: Array, rotations: Array) -> Array:
     length = lengths(seen)[:, None]
     return np.asarray(np.divide(seen, length, out=np.zeros_like(seen), where=length > 0.0))
 
-
-def _members(grouped: Clusters) -> list[list[int]]:
-    """Stable faces of each pose, rising."""
-    members = np.argsort(grouped.pose, kind="stable").tolist()
-    ends = np.cumsum(np.bincount(grouped.pose)).tolist()
-    return [members[begin:end] for begin, end in zip([0, *ends[:-1]], ends, strict=True)]

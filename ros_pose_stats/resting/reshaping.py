@@ -43,8 +43,12 @@ def reshape(points: Array, arrays: convex_body.BodyArrays, groups: Sequence[Grou
     parts: list[tuple[Group, list[tuple[Rim, bool]]]] = []
     for group in groups:
         mine: list[tuple[Rim, bool]] = []
+        axis = group.frame[2]
+        away = group.center - (group.center * axis).sum() * axis
         for rim in group.rims:
-            refine = rim.kind == "round" and _is_refined(group, rim)
+            # The part may roll on a rim whose axis passes the centre of mass within its radius, so
+            # that it has to be as fine as all others; else it is a fillet.
+            refine = bool(rim.kind == "round" and (away * away).sum() < rim.radius * rim.radius)
             whole = rim.closed and not rim.stays.any() and uses[rim.corner].max() == 1
             finer = (len(rim.corner) > sides if whole
                      else bool(rim.chord.min() < step * rim.radius))
@@ -59,16 +63,6 @@ def reshape(points: Array, arrays: convex_body.BodyArrays, groups: Sequence[Grou
     for group, mine in parts:
         _redraw(outline, group, [one for one in wholes if one.group is group], mine, uses, sides)
     return outline
-
-
-def _is_refined(group: Group, rim: Rim) -> bool:
-    """Whether the part may roll on a rim, so that it has to be as fine as all others.
-
-    Its axis passes the centre of mass within its radius; else it is a fillet.
-    """
-    axis = group.frame[2]
-    away = group.center - (group.center * axis).sum() * axis
-    return bool((away * away).sum() < rim.radius * rim.radius)
 
 
 def _height(points: Array, group: Group, rim: Rim) -> float:

@@ -6,7 +6,6 @@ pockets and bores, and on the inertia. When in doubt, poses stay in separate gro
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import lru_cache, partial
 
 import numpy as np
@@ -166,27 +165,6 @@ def frame_of(found: Equilibria, stable: int) -> Frame:
     return corners - np.outer(corners @ normal, normal), normal
 
 
-@dataclass(frozen=True, eq=False)
-class Features:
-    """Planar regions and corners of the full surface, relative to the centre of mass."""
-
-    # (G, 7); centroid, normal times size and size (square root of the area) of each connected
-    # planar region, largest first, in radii. The normal is weighed by the size because a small
-    # region's normal is known only that well from rounded coordinates
-    regions: Array
-    corners: Array  # (C, 3); vertices where at least three regions meet
-
-
-def surface_features(part: Part, radius: float, tolerance: float) -> Features:
-    """Planar regions and corners of a part's surface.
-
-    `tolerance`: coplanarity, as a fraction of the radius.
-    """
-    points = (part.surface_vertices - part.center_of_mass) / radius
-    regions, corners = regions_and_corners(points, part.surface_triangles, tolerance)
-    return Features(regions, points[corners])
-
-
 OVERHEAD = 64
 """Cost of setting up one comparison, in features compared."""
 
@@ -207,17 +185,22 @@ class SurfaceTrial:
     """The whole surface of one part, on which rotations are tried."""
 
     def __init__(self, part: Part, body: ConvexBody) -> None:
-        self.features: Features = surface_features(
-            part, body.radius, max(COPLANAR, body.tolerance))
-        self.regions = feature_grid(self.features.regions, SYMMETRY)
-        self.corners = feature_grid(self.features.corners, SYMMETRY)
+        points = (part.surface_vertices - part.center_of_mass) / body.radius
+        regions, corners = regions_and_corners(points, part.surface_triangles,
+                                               max(COPLANAR, body.tolerance))
+        # (G, 7); centroid, normal times size and size (square root of the area) of each connected
+        # planar region, largest first, in radii. The normal is weighed by the size because a small
+        # region's normal is known only that well from rounded coordinates
+        self.regions = feature_grid(regions, SYMMETRY)
+        # (C, 3); vertices where at least three regions meet
+        self.corners = feature_grid(points[corners], SYMMETRY)
         self.part = part
-        self.probes = list(range(min(PROBES, len(self.features.regions))))
+        self.probes = list(range(min(PROBES, len(regions))))
         self.effort = 0
 
     def refine(self, found: Equilibria, kind: Index) -> Index:
         """Split kinds by moments of the whole surface along each stable face's normal."""
-        moments = moments_along(self.features.regions, found.downs)
+        moments = moments_along(self.regions.rows, found.downs)
         return ties(*((moment, 10.0 * SYMMETRY) for moment in moments.T), within=kind)
 
     def holds(self, rotation: Array) -> bool:
@@ -231,7 +214,7 @@ class SurfaceTrial:
         if lost >= 0:
             self.probes = [lost, *self.probes][:2 * PROBES]
             return False
-        return (not len(self.features.corners)
+        return (not len(self.corners.rows)
                 or self._first_unmatched(self.corners, rotation, _ALL) < 0)
 
     def _first_unmatched(self, features: FeatureGrid, rotation: Array, chosen: Index) -> int:

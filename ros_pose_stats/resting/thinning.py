@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..kernels.body import convex_body, hull
 from ..kernels.elementary import sines_cosines
@@ -39,7 +38,10 @@ def thin_out(outline: Outline, arrays: convex_body.BodyArrays, sides: int) -> No
     if free.sum() <= FINE:
         return
     others = outline.count - len(outline.points) + int((outline.keeps & taken).sum())
-    first, beside = _neighbours(arrays, len(outline.points))
+    # Neighbours of each corner over the edges: where they begin, and their numbers.
+    first = np.zeros(len(outline.points) + 1, dtype=np.int64)
+    np.cumsum(np.bincount(arrays.corner, minlength=len(outline.points)), out=first[1:])
+    beside = arrays.corner[arrays.twin[np.argsort(arrays.corner, kind="stable")]]
     axes = np.ascontiguousarray(principal_axes(scatter(outline.points[arrays.corner]))[1].T)
     poles = axes
     for twelfths in range(12, 3, -1):
@@ -61,15 +63,6 @@ def thin_out(outline: Outline, arrays: convex_body.BodyArrays, sides: int) -> No
             break
     outline.changed |= bool((free & ~chosen).any())
     outline.keeps &= chosen | taken
-
-
-def _neighbours(
-        arrays: convex_body.BodyArrays, count: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Neighbours of each corner over the edges: where they begin, and their numbers."""
-    first = np.zeros(count + 1, dtype=np.int64)
-    np.cumsum(np.bincount(arrays.corner, minlength=count), out=first[1:])
-    order = np.argsort(arrays.corner, kind="stable")
-    return first, arrays.corner[arrays.twin[order]]
 
 
 ENOUGH = 4000

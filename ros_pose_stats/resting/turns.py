@@ -62,7 +62,12 @@ def rolling_axes(body: convex_body.ConvexBody, downs: Array, heights: Array, tol
     """
     rolls = np.zeros(len(downs), dtype=np.bool_)
     axis = np.zeros((len(downs), 3))
-    for candidate in _distinct_axes(body.runs):
+    candidates: list[Array] = []
+    for run in body.runs:
+        if all(float(np.linalg.norm(np.cross(run.axis, other))) > SAME_AXIS
+               for other in candidates):
+            candidates.append(run.axis)
+    for candidate in candidates:
         for pose in np.flatnonzero(np.abs(_along(downs, candidate)) < UPRIGHT).tolist():
             if _turn_without_rise(body, downs[pose], candidate,
                                   (1.0 + tolerance) * heights[pose]) >= ROLL:
@@ -74,14 +79,6 @@ def rolling_axes(body: convex_body.ConvexBody, downs: Array, heights: Array, tol
 def _along(vectors: Array, axis: Array) -> Array:
     return np.asarray(vectors[:, 0] * axis[0] + vectors[:, 1] * axis[1]
                       + vectors[:, 2] * axis[2])
-
-
-def _distinct_axes(runs: tuple[rims.Run, ...]) -> list[Array]:
-    found: list[Array] = []
-    for run in runs:
-        if all(float(np.linalg.norm(np.cross(run.axis, other))) > SAME_AXIS for other in found):
-            found.append(run.axis)
-    return found
 
 
 def _turn_without_rise(body: convex_body.ConvexBody, down: Array, axis: Array,

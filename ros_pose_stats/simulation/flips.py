@@ -85,7 +85,8 @@ def count_flips(part: Part, scene: DropScene, kick_height: float, per_pose: Drop
     with np.errstate(invalid="ignore"):
         transition = counts / settled[:, None]
     errors = np.stack([standard_errors(row, int(row.sum())) for row in counts])
-    warnings = [*part.warnings, *pose_remarks(body.resting).warnings,
+    remarks = pose_remarks(body.resting)
+    warnings = [*part.warnings, *remarks.warnings,
                 *scenes.height_warnings("kick", kick, body.radius, scenes.HIGHEST_KICK)]
     if unsettled.any():
         warnings.append(
@@ -94,7 +95,8 @@ def count_flips(part: Part, scene: DropScene, kick_height: float, per_pose: Drop
     return FlipStatistics(
         part.part_id, part.digest, body.radius, scene.restitution, kick,
         scene.cluster_tolerance, scene.round_sides, poses, counts, unsettled, transition, errors,
-        request.seed, time.perf_counter() - begin, tuple(warnings), version.VERSION)
+        request.seed, time.perf_counter() - begin, tuple(warnings), version.VERSION,
+        (*part.notes, *remarks.notes))
 
 
 def flips_by_kick(part: Part, scene: DropScene, kicks: Iterable[float], per_pose: DropRequest,

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from ...errors import RequestError
 from ...records.scene import DEFAULT_PLATE_ERROR
-from ...text import Column, columns, interval, percent, ranges, several
+from ...text import Column, columns, interval, percent, ranges, remarks, several
 from .. import arguments as given, running
 
 if TYPE_CHECKING:
@@ -159,8 +159,9 @@ def comparison_table(found: Comparison) -> str:
               f"unsettled, seed {found.seed}"]
     for one in found.variants:
         lines += ["", *_variant(found, one)]
-    warnings = [f"{whose}: {line}" for line, whose in describe.name_warnings(found).items()]
-    return "\n".join([*lines, *(["", *warnings] if warnings else []), "",
+    said = [[": ".join(one) for one in describe.name_remarks(found, kind)]
+            for kind in ("warnings", "notes")]
+    return "\n".join([*lines, *remarks(*said), "",
                       "in brackets and as ranges: 90 % intervals, each by itself; verdicts hold "
                       "for all poses together",
                       f"computed in {found.seconds:.1f} s"])

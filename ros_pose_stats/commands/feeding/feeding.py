@@ -6,7 +6,7 @@ import argparse
 import sys
 from typing import TYPE_CHECKING, Any
 
-from ...text import Column, columns, listed, millimetres
+from ...text import Column, columns, listed, millimetres, remarks
 from .. import arguments as given, running
 from .flips import DEFAULT_RATE, show_bounded
 
@@ -99,7 +99,8 @@ def run(options: argparse.Namespace) -> int:
                  "cluster_tolerance", "round_sides", "plate_error", "version")
         plain: dict[str, Any] = {name: dropped.as_dict()[name] for name in names}
         running.print_json({**plain, "wanted": options.wanted, "seed": options.seed,
-                            "flips": each, "warnings": warnings, **plan.as_dict()},
+                            "flips": each, "warnings": warnings,
+                            "notes": list(dropped.notes), **plan.as_dict()},
                            interrupted=stopped)
     else:
         print("\n".join(_lines(dropped, plan, cell, warnings)))
@@ -125,4 +126,4 @@ def _lines(dropped: PoseStatistics, plan: FeedingPlan, cell: FeederCell,
             f"{millimetres(cell.plate[1])} mm; the first picture has {best.pickable:.3g} to pick",
             "", *columns(heads, rows),
             f"in brackets: 90 % intervals, with {100.0 * dropped.plate_error:.2g} points of error "
-            "of the plate", *(["", *warnings] if warnings else [])]
+            "of the plate", *remarks(warnings, dropped.notes)]

@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ...records.scene import DEFAULT_DROPS
-from ...text import Column, columns, millimetres, percent
+from ...text import Column, columns, millimetres, percent, remarks
 from .. import arguments as given, running
 
 if TYPE_CHECKING:
@@ -116,7 +116,7 @@ def _table(part: Part, found: FlipStatistics, ways: dict[str, Feeding]) -> list[
             [name.replace("_", " "), show_bounded(way.per_minute), show_bounded(way.passes),
              show_bounded(way.flips)] for name, way in ways.items()]),
             "in brackets: 90 % intervals, of the model alone"]
-    return [*lines, *(["", *found.warnings] if found.warnings else [])]
+    return [*lines, *remarks(found.warnings, found.notes)]
 
 
 def write_feeding(found: Feeding) -> dict[str, dict[str, float | None]]:

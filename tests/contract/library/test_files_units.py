@@ -74,7 +74,8 @@ def test_the_doubt_names_the_size_and_the_likely_unit(tmp_path):
     ((5.0, 2.5, 1.375), "inch", " (else in mm: 5 mm, cm: 50 mm)"),
     ((203.2, 304.8, 12.7), "mm", ""),
     ((0.52, 0.26, 0.2), "m", " (else in cm: 5.2 mm, inch: 13.2 mm, mm: 0.52 mm)")])
-def test_a_guess_is_that_of_a_part_for_a_feeder_with_round_lengths(tmp_path, extents, unit, others):
+def test_a_guess_is_that_of_a_part_for_a_feeder_with_round_lengths(tmp_path, extents, unit,
+                                                                   others):
     length, width, height = extents
     path = block_of(length, tmp_path, width=width / length, height=height / length)
     part = load_part(path, "auto")

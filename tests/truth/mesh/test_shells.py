@@ -36,7 +36,7 @@ def volume_and_overlap(*meshes):
     assert codes(part) in ([], ["BODIES_OVERLAP"])
     surface = trimesh.Trimesh(part.surface_vertices, part.surface_triangles, process=False)
     assert surface.is_winding_consistent
-    return surface.volume * 1e6, bool(part.warnings)
+    return surface.volume * 1e6, bool(part.warnings or part.notes)
 
 
 @given(st.integers(0, 2**32 - 1), st.floats(0.0, 1.0))
@@ -151,6 +151,16 @@ class TestOverlap:
         for one in (ball, other):
             one.apply_transform(turn)
         assert volume_and_overlap(ball, other)[1] == overlap
+
+    @pytest.mark.parametrize(("depth", "share"), [(6e-3, "0.12"), (2e-3, "0.04")])
+    def test_a_share_too_small_to_move_the_centre_of_mass_is_a_note(self, turn, depth, share):
+        bars = [box((1, 1, 1)), box((1, 0.5, 0.5), (1 - depth, 0, 0))]
+        for bar in bars:
+            bar.apply_transform(turn)
+        part = part_of(*bars)
+        (remark,) = part.warnings if depth == 6e-3 else part.notes
+        assert remark.startswith("BODIES_OVERLAP: ") and f" and {share} % of the volume" in remark
+        assert len(part.warnings) + len(part.notes) == 1
 
     def test_a_peg_flush_in_its_hole_does_not(self, turn):
         ring = trimesh.creation.annulus(1.0, 2.0, 1.0, sections=24)
