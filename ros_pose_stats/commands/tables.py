@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .. import text
 from ..records import Part, PoseStatistics, StablePose
 from ..statistics.pose_groups import PoseGroup, pose_groups, single_poses
 from ..text import Column, columns, degrees, interval, millimetres, percent, ranges, several
@@ -155,5 +154,5 @@ def _remarks(found: Sequence[PoseStatistics]) -> list[str]:
     seconds = sum(each.seconds for each in found)
     duration = f"{seconds * 1e3:.3g} ms" if seconds < 1.0 else f"{seconds:.1f} s"
     choices = list(dict.fromkeys(each.choice for each in found if each.choice))
-    notes = dict.fromkeys(line for each in found for line in each.notes)
-    return ["", *choices, *text.remarks(warnings, notes)[1:], f"computed in {duration}"]
+    notes = dict.fromkeys(f"note {line}" for each in found for line in each.notes)
+    return ["", *choices, *warnings, *notes, f"computed in {duration}"]
