@@ -94,20 +94,13 @@ def main() -> None:
     end_like_ctrl_c()
     subprocess.run([*COMMAND, "shapes", str(DEMO)], cwd=ROOT, check=True)
     bags = DEMO / "bags"
-    print("\n== the node, and a publisher with the part ==", flush=True)
+    print("\n== the node, and a part that is sent to it ==", flush=True)
     with process("ros_pose_stats", "node", "--ros-args", "-p", f"log_directory:={bags}", "-p",
-                 "restore:=false") as node, \
-            process("ros_pose_stats", "publish", str(PART), "--unit", "mm") as publisher:
+                 "restore:=false") as node:
+        subprocess.run([*COMMAND, "publish", str(PART), "--unit", "mm"], cwd=ROOT, check=True)
         listener = Listener()
         try:
-            estimate = wait_for("latched estimate", lambda: listener.results("clamp"), node,
-                                publisher)[0]
-            print("\n== the latched estimate, as every late joiner gets it ==")
-            from ros_pose_stats import load_part
-            from ros_pose_stats.commands.tables import report
-            from ros_pose_stats.ros.messages.statistics_messages import statistics_of_message
-
-            print(report(load_part(PART, unit="mm"), statistics_of_message(estimate)))
+            estimate = wait_for("latched estimate", lambda: listener.results("clamp"), node)[0]
             print(f"\n== {DROPS} drops through the action ==", flush=True)
             result = simulate(listener, "clamp", node)
             print("\n== the simulation beside the estimate ==")

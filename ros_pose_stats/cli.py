@@ -33,7 +33,7 @@ def parser() -> argparse.ArgumentParser:
             estimate.register, estimate.register_simulate, catalogue.register, feeding.register,
             flips.register, fit.register, compare.register, sensitivity.register, show.register,
             show.register_animate, compile.register_shapes, compile.register, bag.register,
-            node.register, node.register_publish):
+            node.register, node.register_publish, node.register_show):
         register(commands)
     completion.register(commands, top)
     return top
@@ -59,7 +59,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         reader.print_help()
         return 0
     if rest and not getattr(parsed, "takes_ros_arguments", False):
-        reader.error(f"--ros-args goes with node and publish, not with {parsed.command}")
+        reader.error(f"--ros-args goes with node, publish and show, not with {parsed.command}")
     parsed.ros_arguments = rest
     return run_parsed(parsed)
 

@@ -1,13 +1,18 @@
-"""`node` and `publish PART`: the ROS 2 node, and a CAD file that is sent to it."""
+"""`node`, `publish PART` and `show`: the ROS 2 node, a part sent to it, what it has latched."""
 
 import argparse
 import os
 import sys
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ..errors import PoseStatsError, RequestError
 from . import arguments as given
+
+if TYPE_CHECKING:
+    from ..records import Part, PoseStatistics
 
 INTERFACES = "ros_pose_stats_msgs"
 
@@ -88,12 +93,13 @@ def _run(rest: list[str]) -> int:
 def register_publish(commands: given.Commands) -> None:
     """Add the command."""
     command = commands.add_parser(
-        "publish", help="publish a part's mesh to the node",
+        "publish", help="send a part to the node and print its answer",
         usage="%(prog)s [-h] [--unit U] [--com X Y Z] [--mass KG] [--density KG_M3] "
-        "[--restitution R] [--drop-height H] [--part-id ID] [--topic T] [--seconds S] PART "
-        "[--ros-args ...]",
-        description="Publish a mesh file as PartMesh, latched, until Ctrl-C: a node that starts "
-        "later gets it too.",
+        "[--restitution R] [--drop-height H] [--part-id ID] [--topic T] [--seconds S] [--each] "
+        "[--json] PART [--ros-args ...]",
+        description="Publish a mesh file as PartMesh, latched, and print what the node answers. "
+        "After five seconds without an answer it says so and publishes on, so that a node "
+        "that starts later gets the part too.",
         examples=("ros_pose_stats publish demo/clamp.stl --unit mm",
                   "ros_pose_stats publish demo/clamp.stl --unit mm --mass 0.06 --restitution 0.3"))
     given.add_file_options(command)
@@ -108,16 +114,77 @@ def register_publish(commands: given.Commands) -> None:
     command.add_argument("--topic", default="/pose_stats/part_mesh", metavar="T",
                          help="topic to publish on (default: %(default)s)")
     command.add_argument("--seconds", type=float, metavar="S",
-                         help="end after this long (default: at Ctrl-C)")
+                         help="give up after this long (default: at Ctrl-C)")
+    given.add_table_options(command)
     command.set_defaults(run=run_publish, takes_ros_arguments=True)
 
 
 def run_publish(options: argparse.Namespace) -> int:
-    """Publish until Ctrl-C."""
+    """Publish until a node has answered, and print the answer."""
     arguments = ros_arguments("part_publisher", options.ros_arguments)
     prepare_ros()
-    from ..ros.part_publisher import publish_part
+    from ..ros.client import publish_part, read_part
 
-    return publish_part(options.part, options.unit, options.com, options.part_id, options.topic,
-                        options.seconds, arguments, mass=options.mass, density=options.density,
-                        restitution=options.restitution, drop_height=options.drop_height)
+    part, message = read_part(options.part, options.unit, options.com, options.part_id,
+                              options.mass, options.density)
+    found = publish_part(part, message, options.restitution, options.drop_height, options.topic,
+                         options.seconds, arguments,
+                         lambda line: print(line, file=sys.stderr if options.json else sys.stdout,
+                                            end="\n\n", flush=True),
+                         lambda line: print(line, file=sys.stderr))
+    if found is not None:
+        warnings = dict.fromkeys((*part.warnings, *found.warnings))
+        _print_result(replace(found, warnings=tuple(warnings)), part, options)
+    return 0
+
+
+def register_show(commands: given.Commands) -> None:
+    """Add the command."""
+    command = commands.add_parser(
+        "show", help="print what the node has latched",
+        usage="%(prog)s [-h] [--node NAME] [--watch] [--each] [--json] [PART_ID] "
+        "[--ros-args ...]",
+        description="Print what a running node has latched: of one part the table of its poses, "
+        "else a row for each part.",
+        examples=("ros_pose_stats show", "ros_pose_stats show clamp --watch"))
+    command.add_argument("part_id", nargs="?", default="", metavar="PART_ID",
+                         help="name of a part (default: list all parts)")
+    command.add_argument("--node", default="/pose_stats", metavar="NAME",
+                         help="full name of the node (default: %(default)s)")
+    command.add_argument("--watch", action="store_true",
+                         help="go on with every new result, until Ctrl-C")
+    given.add_table_options(command)
+    command.set_defaults(run=run_show, takes_ros_arguments=True)
+
+
+def run_show(options: argparse.Namespace) -> int:
+    """Print what is latched."""
+    arguments = ros_arguments("pose_stats_show", options.ros_arguments)
+    prepare_ros()
+    from ..ros.client import latched_results
+    from .running import print_json
+    from .tables import parts_table
+
+    for results in latched_results(options.node, options.part_id, options.watch, arguments):
+        if options.part_id:
+            for found in results:
+                _print_result(found, None, options)
+        elif options.json:
+            print_json([found.as_dict() for found in results])
+        else:
+            print(parts_table(results))
+        sys.stdout.flush()
+    return 0
+
+
+def _print_result(found: "PoseStatistics", part: "Part | None",
+                  options: argparse.Namespace) -> None:
+    from .running import print_json
+    from .tables import report
+
+    if options.json:
+        print_json(found.as_dict())
+    elif found.poses:
+        print(report(part, found, each=options.each))
+    else:
+        print(*found.warnings, sep="\n")

@@ -6,9 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from .. import text as words
 from ..records import Part, PoseStatistics, StablePose
 from ..statistics.pose_groups import PoseGroup, pose_groups, single_poses
-from ..text import Column, columns, degrees, interval, millimetres, percent, ranges, several
+from ..text import Column, columns, degrees, interval, millimetres, percent, several
 
 Filled = tuple[Column, list[str]]
 
@@ -25,7 +26,7 @@ UNKNOWN = "-"
 """How columns write a value that is not known."""
 
 
-def report(part: Part, found: PoseStatistics, *, each: bool = False) -> str:
+def report(part: Part | None, found: PoseStatistics, *, each: bool = False) -> str:
     """Report of one method's answer, most probable first.
 
     The columns and their order are the same for every method; a column is left out where the
@@ -60,6 +61,18 @@ def comparison(part: Part, found: Sequence[PoseStatistics], *, each: bool = Fals
         f"probability in %, ordered by {leading.method}, "
         f"cluster tolerance {leading.cluster_tolerance:g}", "",
         *_pose_table(rows, shares), *_remarks(found)])
+
+
+def parts_table(found: Sequence[PoseStatistics]) -> str:
+    """A row for each part: its most probable poses, by which method, and the error."""
+    if not found:
+        return "no parts; send one: ros_pose_stats publish PART"
+    return "\n".join(columns(
+        [Column("part", left=True), Column("poses"), Column("most probable", "pose: %", left=True),
+         Column("method", left=True), Column("drops"), Column("error", "points")],
+        [(one.part_id, str(len(one.poses)), words.most_probable(one.poses) or "forgotten",
+          one.method, str(one.observed or one.drops), percent(one.expected_error))
+         for one in found]))
 
 
 def _rows(found: PoseStatistics, each: bool) -> tuple[PoseGroup, ...]:
@@ -104,19 +117,21 @@ def _pose_table(rows: Sequence[PoseGroup], shares: Sequence[Filled]) -> list[str
 
 def _named(row: PoseGroup) -> str:
     """Indices of the poses; the last ones are left out of a long list."""
-    text = ranges(row.indices)
+    text = words.ranges(row.indices)
     return text if len(text) <= MOST_NAMED else f"{text[:MOST_NAMED].rpartition(',')[0]}, ..."
 
 
-def _heading(part: Part, found: PoseStatistics) -> str:
-    size = np.ptp(part.surface_vertices, axis=0) * 1e3
-    center = np.round(part.center_of_mass / found.radius, 6) * found.radius * 1e3 + 0.0
-    extents = " x ".join(f"{x:.4g}" for x in size)
+def _heading(part: Part | None, found: PoseStatistics) -> str:
     groups = len({pose.group for pose in found.poses})
     alike = f" in {several(groups, 'group')}" if groups < len(found.poses) else ""
+    poses = f"{several(len(found.poses), 'stable pose')}{alike}"
+    if part is None:
+        return (f"{found.part_id}: {found.scene}\n{poses}, "
+                f"radius {found.radius * 1e3:.4g} mm")
+    center = np.round(part.center_of_mass / found.radius, 6) * found.radius * 1e3 + 0.0
+    extents = " x ".join(f"{x:.4g}" for x in np.ptp(part.surface_vertices, axis=0) * 1e3)
     return (f"{part.part_id}: {found.scene}\n"
-            f"{several(len(found.poses), 'stable pose')}{alike}, "
-            f"{len(part.triangles)} triangles, {extents} mm\n"
+            f"{poses}, {len(part.triangles)} triangles, {extents} mm\n"
             f"centre of mass ({', '.join(f'{x:.4g}' for x in center)}) mm, "
             f"radius {found.radius * 1e3:.4g} mm")
 

@@ -27,7 +27,7 @@ def analysis_of_bag(folder, checkout):
         node.ready()
         for name in DEMO:
             subprocess.run([*command, "publish", folder / "parts" / f"{name}.stl", "--unit", "mm",
-                            "--seconds", "3"], env=environment, cwd=checkout, check=True,
+                            "--seconds", "60"], env=environment, cwd=checkout, check=True,
                            capture_output=True)
     said = subprocess.run([*command, "bag", *runs.iterdir(), "--json"], check=True, cwd=checkout,
                           env=environment, capture_output=True, text=True).stdout

@@ -4,7 +4,6 @@ import hashlib
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,11 +68,10 @@ def named(part_id: str) -> str:
     return f", part '{part_id}'" if fit else ""
 
 
-def part_line(part: Part, latched: Any) -> str:
-    """What has come: name, size, triangles, poses."""
+def part_line(part: Part) -> str:
+    """What has come: name, size, triangles."""
     size = " x ".join(f"{1e3 * x:.4g}" for x in np.ptp(part.surface_vertices, axis=0))
-    poses = "" if latched is None else f", {len(latched.poses)} stable poses"
-    return f"{part.part_id}: {size} mm, {len(part.triangles)} triangles{poses}"
+    return f"{part.part_id}: {size} mm, {len(part.triangles)} triangles"
 
 
 def _any(values: Array) -> bool:

@@ -23,6 +23,7 @@ from visualization_msgs.msg import MarkerArray
 
 from ...mesh.decimation import visible_triangles
 from ...recording.writer import cdr as drawing
+from ...text import most_probable
 from ..messages import statistics_messages, times
 from ..messages.part_requests import part_line, shown
 from ..recorder import POSE_STATISTICS, Recorder
@@ -142,7 +143,10 @@ class Announcer:
         if not (self._floods.count("new parts") and of_part):
             return
         log = self._node.get_logger()
-        log.info(part_line(known.part, known.shown.latched))
+        latched = known.shown.latched
+        poses = "" if latched is None else (
+            f", {len(latched.poses)} stable poses ({most_probable(latched.poses)} %)")
+        log.info(f"{part_line(known.part)}{poses}; bag {self._recorder.log.directory}")
         for warning in known.part.warnings:
             log.warning(f"{known.part_id}: {warning}")
 

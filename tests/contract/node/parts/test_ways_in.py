@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import signal
 import subprocess
 import sys
@@ -14,28 +15,30 @@ from shape_msgs.msg import Mesh
 
 from ros_pose_stats import load_part, shapes
 from tests.bodies import write_stl
-from tests.running import answer, complaints, refusal
+from tests.running import answer, answer_json, call, complaints, refusal, strict_json
 
 from ..harness.cell import MeshPublisher, cell_of, latched
 from ..harness.client import Client, until
+from ..harness.jobs import known_part
 from ..harness.node import PATIENCE
 from ..harness.parts import WEDGE, flat, library_part, mesh, nested, new_id
 
 BOX = shapes.box(20.0, 30.0, 40.0)
 TOPICS = "[/cad/bracket, gear=/cad/wheel, early=/cad/early]"
 PART_MESH = "/workshop/pose_stats/part_mesh"
+RESULTS = "/workshop/pose_stats/pose_statistics"
 
 
-class Publishing:
-    """Publishes a file until it is ended."""
+class Running:
+    """A command that goes on until it is ended."""
 
     def __init__(self, *arguments):
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "ros_pose_stats", "publish", *map(str, arguments)],
+            [sys.executable, "-m", "ros_pose_stats", *map(str, arguments)],
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
     def said(self):
-        """The line that it prints once the part is published."""
+        """The next line that it prints."""
         return self.process.stdout.readline()
 
     def end(self, number=signal.SIGINT):
@@ -62,7 +65,7 @@ def clamp(tmp_path_factory):
 def workshop(domain, tmp_path_factory, clamp):
     """A node whose latched publishers were there before it; two in this process, one command."""
     with (Client(domain, "/workshop/pose_stats") as early,
-          Publishing(clamp, "--unit", "mm", "--mass", "0.06", "--restitution", "0.2",
+          Running("publish", clamp, "--unit", "mm", "--mass", "0.06", "--restitution", "0.2",
                      "--drop-height", "0.3", "--topic", "meshes", "--ros-args",
                      "-r", f"meshes:={PART_MESH}") as command):
         MeshPublisher(early, latched=True).publish(flat(WEDGE, "early part"))
@@ -71,7 +74,10 @@ def workshop(domain, tmp_path_factory, clamp):
         with cell_of(domain, tmp_path_factory.mktemp("bags"), "workshop", mesh_topics=TOPICS,
                      mesh_unit=0.001) as (node, client):
             yield client, said
-            assert command.end() == (0, [])
+            status, complained = command.end()
+            assert status == 0
+            assert complained in ([], [f"no node answers on {RESULTS}; start one: ros_pose_stats "
+                                       "node. Publishing on until one answers, or Ctrl-C"])
             node.assert_sound()
 
 
@@ -166,13 +172,41 @@ def _handlers(domain):
 class TestTheCommand:
     """How it ends, and what it refuses as the node would."""
 
-    def test_it_ends_after_the_time_given(self, wedge):
-        said = answer("publish", wedge, "--part-id", "Winkel 4×5", "--com", 0.02, 0.014, 0.007,
-                      "--seconds", 0, "--topic", "/nobody/part_mesh")
-        assert said.startswith("Winkel 4×5: ") and "published on /nobody/part_mesh" in said
+    def test_it_gives_up_after_the_time_given(self, wedge):
+        done = call("publish", wedge, "--part-id", "Winkel 4×5", "--com", 0.02, 0.014, 0.007,
+                    "--seconds", 0, "--topic", "/nobody/part_mesh")
+        assert done.stdout.startswith("Winkel 4×5: ")
+        assert done.returncode == 2 and "no node answers on /nobody/pose_stat" in done.stderr
+
+    def test_it_prints_what_the_node_answers_and_show_what_is_latched(self, cell, wedge):
+        part_id = new_id()
+        published = strict_json(call("publish", wedge, "--part-id", part_id, "--unit", "m",
+                                     "--restitution", 0.25, "--json").stdout)
+        assert (published["method"], published["restitution"]) == ("hybrid", 0.25)
+        assert answer_json("show", part_id) == published
+        found = latched(cell, part_id)
+        table = answer("show", part_id)
+        assert f"{found.scene}\n{len(found.poses)} stable poses" in table
+        assert all(f" {100.0 * pose.probability:.2f}% " in table for pose in found.poses)
+        [row] = [line for line in answer("show").splitlines() if f" {part_id} " in line]
+        assert f"{found.poses[0].index}: {100.0 * found.poses[0].probability:.1f}, " in row
+
+    def test_show_names_the_parts_that_there_are_and_says_where_nobody_answers(self, cell):
+        part_id = known_part(cell)
+        assert part_id in refusal("show", "nothing of that name")
+        assert "on /nobody/get_statistics, got none" in refusal("show", "--node", "/nobody")
+
+    def test_show_goes_on_with_new_results(self, cell):
+        part_id = known_part(cell)
+        with Running("show", part_id, "--watch", "--json") as shown:
+            first = json.loads(shown.said())
+            cell.good("forget_part", part_id=part_id)
+            last = json.loads(shown.said())
+            assert shown.end() == (0, [])
+        assert first["poses"] and not last["poses"] and "FORGOTTEN" in last["warnings"][0]
 
     def test_a_signal_before_it_has_published_ends_it_well(self, wedge):
-        with Publishing(wedge, "--topic", "/nobody/part_mesh") as publishing:
+        with Running("publish", wedge, "--topic", "/nobody/part_mesh") as publishing:
             until(lambda: catches(publishing.process, signal.SIGTERM), "its handlers")
             assert publishing.end(signal.SIGTERM) == (0, [])
 
