@@ -53,8 +53,7 @@ def work_on_cluster(address: str, work: ClusterWork[Piece, Made], pieces: Sequen
 
     `address`: of the scheduler, such as `tcp://10.0.0.1:8786`. It and the workers need this
     package in this version; `should_stop`: asked some twenty times a second; `worker_seconds`: how
-    long to wait while there is no worker at all. Raises BatchError if the scheduler cannot be
-    reached or goes away, no worker comes, or a piece fails.
+    long to wait while there is no worker at all.
     """
     if not pieces:
         return
@@ -136,10 +135,7 @@ def _failed(error: Exception) -> BatchError:
 
 @contextmanager
 def client_of(address: str, should_stop: Callable[[], bool]) -> Iterator[Client | None]:
-    """Yield a client while the context lasts; None if stopped before there was one.
-
-    Raises BatchError if no scheduler answers there.
-    """
+    """Yield a client while the context lasts; None if stopped before there was one."""
     with _quiet():
         client = _client(address, should_stop)
         try:

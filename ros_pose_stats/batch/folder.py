@@ -16,8 +16,7 @@ class WorkFolder:
 
     `directory`: created where it is missing; `request`: all that the work depends on, besides the
     program: plain values, for JSON; `has_work`: whether anything is there that depends on it;
-    `what`: the work, in words: `a dataset`. Raises BatchError if the folder holds work of another
-    request, is in use, or cannot be written.
+    `what`: the work, in words: `a dataset`.
     """
 
     def __init__(self, directory: Path, claim: str, request: dict[str, Any],
@@ -82,10 +81,7 @@ class WorkFolder:
 
 
 def write_durably(path: Path, content: bytes) -> None:
-    """Write a file that appears whole or not at all, and survives a power cut.
-
-    Raises BatchError if it cannot be written.
-    """
+    """Write a file that appears whole or not at all, and survives a power cut."""
     try:
         files.replace_file(path, content)
     except OSError as error:

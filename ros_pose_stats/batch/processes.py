@@ -25,7 +25,7 @@ def work_in_processes(workers: int, call: Callable[[WorkerProcess, Piece], Made]
     `workers`: processes; no more are started than there are pieces; `call`: has a piece done in a
     process; `stand_in`: what comes of a piece whose process died twice, or once for taking too
     long; from the `ProcessDiedError`; `should_stop`: asked some twenty times a second; what is in
-    hand then is given up. Raises BatchError if no process can be started.
+    hand then is given up.
     """
     threads = min(workers, len(pieces))
     if not threads:
@@ -84,10 +84,7 @@ class _Lanes(Generic[Piece, Made]):
 
 
 def check_workers(workers: int | None) -> int:
-    """Number of processes; all cores where none is given.
-
-    Raises RequestError if it is out of its range.
-    """
+    """Number of processes; all cores where none is given."""
     count = len(os.sched_getaffinity(0)) if workers is None else workers
     if not 1 <= count <= MOST_WORKERS:
         raise RequestError(f"1 to {MOST_WORKERS} workers", f"{workers}",

@@ -72,13 +72,11 @@ def make_catalogue(folder: Path, parts: Sequence[PartFile], request: CatalogueRe
     Rows of files that have not changed since are kept; so a folder to which parts were added
     costs the new ones alone. The same files and request give the same tables.
 
-    `folder`: created where it is missing; `maker`: `on_processes(n)` or
-    `on_cluster(address)`; the results are the same; `parquet`: whether to write the
-    tables as Parquet files, too; `keep_rows`: whether to return the rows, too; hundreds of
-    thousands fill the memory; `on_progress`: called with a `CatalogueProgress` after each part;
-    `should_stop`: asked some twenty times a second; True ends the run with the parts that are
-    done. Raises BatchError if the folder is in use, belongs to another request, or cannot be
-    written.
+    `folder`: created where it is missing; `maker`: `on_processes(n)` or `on_cluster(address)`; the
+    results are the same; `parquet`: whether to write the tables as Parquet files, too;
+    `keep_rows`: whether to return the rows, too; hundreds of thousands fill the memory;
+    `on_progress`: called with a `CatalogueProgress` after each part; `should_stop`: asked some
+    twenty times a second; True ends the run with the parts that are done.
     """
     ours = (ROWS, PAGE, *TABLES)
     with (WorkFolder(folder, CLAIM, request.as_dict(),
@@ -212,10 +210,7 @@ def on_processes(workers: int | None = None) -> Maker:
 def describe_within_limit(process: worker.WorkerProcess, request: CatalogueRequest,
                           piece: Piece,
                           threads: int = 1) -> Described:
-    """Look at a part in a process, which is ended if that never ends.
-
-    Raises ProcessDiedError if the process ended; a `TookLongError` if it took too long.
-    """
+    """Look at a part in a process, which is ended if that never ends."""
     part, drop = piece
     return process.call_within(_limit(drop), describe_part, part.name, None, request, drop,
                                threads)

@@ -52,7 +52,7 @@ def write_page(folder: Path, request: CatalogueRequest, state: PageState,
                rows: Iterator[Shown]) -> None:
     """Write the page, and what it reads, in the order of the rows.
 
-    `folder`: of the catalogue, with the pictures in it. Raises BatchError if it cannot be written.
+    `folder`: of the catalogue, with the pictures in it.
     """
     embedded = state.parts <= EMBEDDED
     try:

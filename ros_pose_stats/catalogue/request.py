@@ -16,10 +16,7 @@ from ..simulation.request import drop_request
 
 @dataclass(frozen=True)
 class CatalogueRequest:
-    """All that the row of a part depends on, besides the content of its file and the program.
-
-    Raises MassPropertiesError, RequestError if a value is out of its range.
-    """
+    """All that the row of a part depends on, besides the content of its file and the program."""
 
     scene: DropScene = field(default_factory=DropScene)
     unit: str | None = None  # of files that declare none; as for `load_part`
@@ -55,7 +52,6 @@ def find_parts(paths: Sequence[str | os.PathLike[str]]) -> list[PartFile]:
 
     `paths`: files, taken whatever their kind, and folders: of these and all folders below them the
     files that end as parts do; no hidden ones. A folder to which several links lead counts once.
-    Raises RequestError if a path or a folder cannot be looked into, or there is no part.
     """
     names = {_no_formula(str(name)) for path in paths for name in _files_of(Path(path))}
     if not names:

@@ -39,8 +39,7 @@ class Entry(NamedTuple):
 class RowStore:
     """The latest row of each file.
 
-    `folder`: of the catalogue, locked by whoever makes it. Raises BatchError if the file cannot be
-    read or written.
+    `folder`: of the catalogue, locked by whoever makes it.
     """
 
     def __init__(self, folder: Path) -> None:

@@ -40,10 +40,7 @@ Table = tuple[dict[str, type], Iterator[Sequence[Any]]]
 
 
 def load_parquet() -> None:
-    """Import what Parquet files need.
-
-    Raises ImportError.
-    """
+    """Import what Parquet files need."""
     import pyarrow.parquet  # noqa: F401
 
 
@@ -52,7 +49,7 @@ def write_tables(folder: Path, rows: Callable[[], Iterable[Row]], parquet: bool)
 
     `rows`: gives all rows from the first one, each time anew; `parquet`: whether to write Parquet
     files beside the CSV files; that needs pyarrow. Else such of an earlier run are removed, since
-    they would not be the same any more. Raises BatchError if they cannot be written.
+    they would not be the same any more.
     """
     def write(aside: Path) -> None:
         for name, (columns, values) in _tables(rows).items():

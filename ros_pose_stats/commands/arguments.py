@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 REFUSED = 2
 
-Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
+Commands: TypeAlias = "argparse._SubParsersAction[CommandParser]"
 """Where a command adds its parser; argparse has no public name for it."""
 
 
@@ -32,6 +32,7 @@ class CommandParser(argparse.ArgumentParser):
 
     def __init__(self, *, examples: Sequence[str] = (), **options: Any) -> None:
         super().__init__(**options)
+        self.advanced = self.add_argument_group("advanced options")
         self.examples = tuple(examples)
         self._negative_number_matcher = LENGTH
 
@@ -86,32 +87,21 @@ SHOWN = 60
 
 
 def read_count(text: str) -> int:
-    """A whole number, in digits or in scientific notation.
-
-    Whoever uses the number checks its range.
-
-    Raises argparse.ArgumentTypeError if it is something else, with what was expected and what
-    came.
-    """
+    """A whole number in any range, in digits or in scientific notation."""
     try:
         number = Decimal(text)
     except InvalidOperation:
-        raise _refusal("a whole number, for instance 100000 or 1e5", text) from None
-    if not number.is_finite():
-        raise _refusal("a whole number, for instance 100000 or 1e5", text)
-    # Checked before the conversion: 1e999999999 as an integer fills the memory.
-    if number.adjusted() >= MOST_DIGITS:
+        number = Decimal("nan")
+    # Before the conversion: 1e999999999 as an integer fills the memory.
+    if number.is_finite() and number.adjusted() >= MOST_DIGITS:
         raise _refusal(f"a whole number of at most {MOST_DIGITS} digits", text)
-    if number != number.to_integral_value():
+    if not number.is_finite() or number != number.to_integral_value():
         raise _refusal("a whole number, for instance 100000 or 1e5", text)
     return int(number)
 
 
 def read_length(text: str) -> float:
-    """A length in metres, from a number of metres, or one with a unit behind it.
-
-    Raises argparse.ArgumentTypeError if it is something else.
-    """
+    """A length in metres, from a number of metres, or one with a unit behind it."""
     found, unit = LENGTH.match(text), None
     if found is not None:
         from ..mesh.units import METRES_PER_UNIT, named_unit  # numpy comes with it
@@ -123,11 +113,7 @@ def read_length(text: str) -> float:
 
 
 def read_indices(text: str) -> list[int]:
-    """Indices of poses, separated by commas or spaces; 0-3 stands for 0,1,2,3.
-
-    Raises argparse.ArgumentTypeError if one of them is no whole number, a range does not rise, or
-    there is none.
-    """
+    """Indices of poses, separated by commas or spaces; 0-3 stands for 0,1,2,3."""
     pieces = [piece.split() for piece in text.strip().removesuffix(",").split(",")]
     if not all(pieces):
         raise _refusal(POSES, text)
@@ -172,31 +158,32 @@ def read_unit(text: str) -> str:
     return named_unit(text) or text
 
 
-def add_file_options(command: argparse.ArgumentParser) -> None:
+def add_file_options(command: CommandParser) -> None:
     """Add the part file, its unit, the centre of mass and the mass."""
     command.add_argument("part", metavar="PART", help="file: STEP, STL, OBJ, PLY, OFF or 3MF")
     add_unit_option(command)
     add_center_option(command)
-    heavy = command.add_mutually_exclusive_group()
+    heavy = command.advanced.add_mutually_exclusive_group()
     heavy.add_argument("--mass", type=float, metavar="KG", help="mass in kilograms (default: 1)")
     add_density_option(heavy)
 
 
-def add_center_option(command: argparse.ArgumentParser, more: str = "", **options: Any) -> None:
+def add_center_option(command: CommandParser, more: str = "", **options: Any) -> None:
     """Add the centre of mass."""
-    command.add_argument("--com", nargs=3, type=read_length, metavar=("X", "Y", "Z"), **options,
-                         help="centre of mass in the file's axes, as 0.017 (metres) or 17mm "
-                         f"(default: uniform density){more}")
+    command.advanced.add_argument(
+        "--com", nargs=3, type=read_length, metavar=("X", "Y", "Z"), **options,
+        help="centre of mass in the file's axes, as 0.017 (metres) or 17mm "
+        f"(default: uniform density){more}")
 
 
-def add_unit_option(command: argparse.ArgumentParser) -> None:
+def add_unit_option(command: CommandParser) -> None:
     """Add the unit of files."""
     command.add_argument("--unit", type=read_unit, choices=UNITS, default=UNITS[0],
                          help="unit of the file, in any spelling (default: auto, what the file "
                          "declares, else a guess, which a warning names)")
 
 
-def add_shared_unit_option(command: argparse.ArgumentParser) -> None:
+def add_shared_unit_option(command: CommandParser) -> None:
     """Add the unit of those among several files that declare none."""
     command.add_argument("--unit", type=read_unit, choices=UNITS, default=UNITS[0],
                          help="unit of the files that declare none, in any spelling (default: "
@@ -211,26 +198,26 @@ def add_density_option(command: argparse._ActionsContainer) -> None:
                          "that the mesh encloses")
 
 
-def add_part_options(command: argparse.ArgumentParser) -> None:
+def add_part_options(command: CommandParser) -> None:
     """Add the part file, what is known about it, and what counts as a pose."""
     add_file_options(command)
     add_pose_options(command)
 
 
-def add_pose_options(command: argparse.ArgumentParser) -> None:
+def add_pose_options(command: CommandParser) -> None:
     """Add what counts as a pose, and as round."""
-    command.add_argument("--cluster-tolerance", type=float,
-                         default=scenes.DEFAULT_CLUSTER_TOLERANCE,
-                         metavar="T", help="least rise of the centre of mass out of a pose, as a "
-                         "share of its height there; what is shallower belongs to the pose next "
-                         "to it (default: %(default)s; 0 lists every stable face)")
-    command.add_argument("--round-sides", type=read_count, default=scenes.DEFAULT_ROUND_SIDES,
-                         metavar="N", help="sides a turn of the polygons that stand for round "
-                         "surfaces, whatever the file has (default: %(default)s; 0 takes the "
-                         "file as it is)")
+    command.advanced.add_argument(
+        "--cluster-tolerance", type=float, default=scenes.DEFAULT_CLUSTER_TOLERANCE, metavar="T",
+        help="least rise of the centre of mass out of a pose, as a share of its height there; "
+        "what is shallower belongs to the pose next to it (default: %(default)s; 0 lists every "
+        "stable face)")
+    command.advanced.add_argument(
+        "--round-sides", type=read_count, default=scenes.DEFAULT_ROUND_SIDES, metavar="N",
+        help="sides a turn of the polygons that stand for round surfaces, whatever the file has "
+        "(default: %(default)s; 0 takes the file as it is)")
 
 
-def add_scene_options(command: argparse.ArgumentParser) -> None:
+def add_scene_options(command: CommandParser) -> None:
     """Add the restitution and the drop height."""
     command.add_argument("--restitution", type=float, default=scenes.DEFAULT_RESTITUTION,
                          metavar="R",
@@ -253,33 +240,34 @@ def scene_keywords(options: argparse.Namespace) -> dict[str, Any]:
             for name in ("restitution", "drop_height", "cluster_tolerance", "round_sides")}
 
 
-def add_wanted_option(command: argparse.ArgumentParser, metavar: str, about: str,
+def add_wanted_option(command: CommandParser, metavar: str, about: str,
                       **more: Any) -> None:
     """Add the indices of the wanted poses."""
     command.add_argument("--wanted", type=read_indices, nargs="+", action=JoinIndices,
                          metavar=metavar, help=about, **more)
 
 
-def add_seed_option(command: argparse.ArgumentParser,
+def add_seed_option(command: CommandParser,
                     about: str = "the same seed gives the same counts (default: a fresh one, "
                     "which is printed)", default: int | None = None) -> None:
     """Add the seed of the drops."""
-    command.add_argument("--seed", type=read_count, default=default, metavar="S", help=about)
+    command.advanced.add_argument("--seed", type=read_count, default=default, metavar="S",
+                                  help=about)
 
 
-def add_workers_option(command: argparse.ArgumentParser) -> None:
+def add_workers_option(command: CommandParser) -> None:
     """Add the number of threads."""
-    command.add_argument("--workers", type=read_count, metavar="W",
-                         help="number of threads (default: all cores)")
+    command.advanced.add_argument("--workers", type=read_count, metavar="W",
+                                  help="number of threads (default: all cores)")
 
 
-def add_json_option(command: argparse.ArgumentParser,
+def add_json_option(command: CommandParser,
                     about: str = "print one JSON object") -> None:
     """Add that JSON is printed."""
     command.add_argument("--json", action="store_true", help=about)
 
 
-def add_drop_options(command: argparse.ArgumentParser, drops: int | None) -> None:
+def add_drop_options(command: CommandParser, drops: int | None) -> None:
     """Add the number of drops, the target error, the seed and the number of threads.
 
     `drops`: the default; None where a command must know whether it was given.
@@ -296,7 +284,7 @@ def add_drop_options(command: argparse.ArgumentParser, drops: int | None) -> Non
     add_workers_option(command)
 
 
-def add_table_options(command: argparse.ArgumentParser, more: str = "") -> None:
+def add_table_options(command: CommandParser, more: str = "") -> None:
     """Add how the answer is printed.
 
     `more`: what else is to be said about the JSON.

@@ -159,20 +159,27 @@ def stop_on_interrupt() -> Iterator[Callable[[], bool]]:
         signal.signal(signal.SIGINT, before)
 
 
+def compile_missing() -> int:
+    """Compile the kernels that are not stored, under a progress bar; how many there were."""
+    from ..kernels import compilation
+
+    begin = time.monotonic()
+    with ProgressBar(sys.stderr) as bar:
+        return compilation.compile_missing(lambda done, total: bar.draw(
+            done / total, f"{done} of {total} kernels, {time.monotonic() - begin:.0f} s"))
+
+
 @contextmanager
 def announce_slow_start() -> Iterator[None]:
-    """Print a note, once, when a kernel is compiled in the context."""
-    from ..kernels.compilation import watch_compilations
+    """Where a kernel is to be compiled in the context, say so and compile all that are missing."""
+    from ..kernels.compilation import filling_store
 
-    compiled: list[str] = []
+    def fill() -> None:
+        print("ros_pose_stats: compiling kernels for this machine, once; it takes a minute or two",
+              file=sys.stderr)
+        compile_missing()
 
-    def announce(kernel: str) -> None:
-        if not compiled:
-            print("ros_pose_stats: compiling kernels for this machine; later starts are quick "
-                  "(`ros_pose_stats compile` does all at once)", file=sys.stderr)
-        compiled.append(kernel)
-
-    with watch_compilations(announce):
+    with filling_store(fill):
         yield
 
 
@@ -246,7 +253,7 @@ def run_and_report(part: Part, simulate: Callable[..., PoseStatistics], bound: i
     else:
         from .tables import report
 
-        print(report(part, answer, each=options.each))
+        print(report(part, answer, each=options.each, explain=bool(options.target_error)))
         if stopped:
             print(f"interrupted after {answer.drops} of {bound} drops")
     return INTERRUPTED if stopped else 0

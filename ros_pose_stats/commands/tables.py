@@ -26,13 +26,12 @@ UNKNOWN = "-"
 """How columns write a value that is not known."""
 
 
-def report(part: Part | None, found: PoseStatistics, *, each: bool = False) -> str:
-    """Report of one method's answer, most probable first.
+def report(part: Part | None, found: PoseStatistics, *, each: bool = False,
+           explain: bool = False) -> str:
+    """Report of one method's answer, most probable first; columns without values are left out.
 
-    The columns and their order are the same for every method; a column is left out where the
-    method has no values for it.
-
-    `each`: whether every pose has a row; else those that symmetry makes alike share one.
+    `each`: whether every pose has a row; else those that symmetry makes alike share one;
+    `explain`: whether to say why the method was chosen.
     """
     rows = _rows(found, each)
     shown = rows[:MOST_ROWS]
@@ -43,6 +42,7 @@ def report(part: Part | None, found: PoseStatistics, *, each: bool = False) -> s
             interval(row.probability_low, row.probability_high) for row in shown]),
         (Column("drops"), [str(row.count) if found.drops else UNKNOWN for row in shown])]
     return "\n".join([_heading(part, found), "", _method(found), "", *_pose_table(rows, shares),
+                      *(["", found.choice] if explain and found.choice else []),
                       *_remarks([found])])
 
 
@@ -168,6 +168,5 @@ def _remarks(found: Sequence[PoseStatistics]) -> list[str]:
     warnings = list(dict.fromkeys(line for each in found for line in each.warnings))
     seconds = sum(each.seconds for each in found)
     duration = f"{seconds * 1e3:.3g} ms" if seconds < 1.0 else f"{seconds:.1f} s"
-    choices = list(dict.fromkeys(each.choice for each in found if each.choice))
     notes = dict.fromkeys(f"note {line}" for each in found for line in each.notes)
-    return ["", *choices, *warnings, *notes, f"computed in {duration}"]
+    return ["", *warnings, *notes, f"computed in {duration}"]

@@ -14,8 +14,7 @@ from .registry import ESTIMATORS, Estimator, estimator
 def estimate_in(part: Part, scene: DropScene, method: str = AUTO) -> PoseStatistics:
     """Estimate the probabilities of a part in a scene, without drops.
 
-    `method`: an estimator by its name, or `auto` for the one that errs least. Raises RequestError
-    if it is unknown, MeshError if the hull does not enclose the centre of mass.
+    `method`: an estimator by its name, or `auto` for the one that errs least.
     """
     begin = time.perf_counter()
     chosen = estimator(best_method(scene.restitution) if method == AUTO else method)

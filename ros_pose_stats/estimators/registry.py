@@ -29,10 +29,7 @@ ESTIMATORS = {method.name: bind_function(method) for method in methods.METHODS i
 
 
 def estimator(name: str) -> Estimator:
-    """Look an estimator up.
-
-    Raises RequestError if there is none of that name.
-    """
+    """Look an estimator up."""
     try:
         return ESTIMATORS[name]
     except KeyError:

@@ -1,5 +1,7 @@
 """How kernels are compiled: each for one signature, that of its annotations, and only once."""
 
+import os
+import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cached_property, update_wrapper
@@ -8,12 +10,11 @@ from pkgutil import walk_packages
 from threading import RLock
 from typing import Any, TypeVar
 
-from numba.core import event
 from numba.core.compiler_lock import global_compiler_lock
 from numba.extending import typeof_impl
 
 from .array_types import signature_of
-from .machine_code import KernelDispatcher, KernelFile, config
+from .machine_code import NAME, KernelDispatcher, KernelFile, cache_directory, config
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -146,20 +147,61 @@ def prepare_kernels() -> None:
 
 
 @contextmanager
-def watch_compilations(tell: Callable[[str], object]) -> Iterator[None]:
-    """Call `tell` with the name of each kernel of the package that begins to be compiled."""
-    with event.install_listener("numba:compile", _Watcher(tell)):
+def filling_store(fill: Callable[[], object]) -> Iterator[None]:
+    """Call `fill` before the first kernel is compiled in the context."""
+    KernelFile.fill_store = fill
+    try:
         yield
+    finally:
+        KernelFile.fill_store = None
 
 
-class _Watcher(event.Listener):
-    def __init__(self, tell: Callable[[str], object]) -> None:
-        self._tell = tell
+TOGETHER = (
+    ("drops.drop", "drops.evolve"),
+    ("levels.splits", "features.split_features", "features.corner_crowding"),
+    ("body.convex_body", "body.coplanar", "features.surface_features"),
+)
+"""Modules whose kernels share helpers, which are compiled once a process; longest first."""
 
-    def on_start(self, one: Any) -> None:
-        compiled = one.data["dispatcher"]
-        if isinstance(compiled, EntryKernel):
-            self._tell(compiled.name)
+GLANCE = 0.1  # seconds between looks at what has been stored
 
-    def on_end(self, _: Any) -> None:
-        """Nothing to say."""
+
+def compile_missing(on_progress: Callable[[int, int], object]) -> int:
+    """Compile all kernels that are not stored, on all cores; how many there were to compile.
+
+    `on_progress` is called with how many are done, of how many. Nothing is done where the code
+    could be kept for this process alone.
+    """
+    import multiprocessing  # which nothing else wants
+    from concurrent.futures import ProcessPoolExecutor, wait
+
+    left = [one for one in all_kernels() if not one.is_stored()]
+    total = len(left)
+    if not left or cache_directory().parent.name != NAME:
+        return 0
+    families: list[list[str]] = [[] for _ in (*TOGETHER, "all others")]
+    for one in left:
+        module = one.py_func.__module__.partition(".kernels.")[2]
+        place = next((k for k, modules in enumerate(TOGETHER) if module in modules), -1)
+        families[place].append(one.name)
+    with ProcessPoolExecutor(min(len(families), os.cpu_count() or 1),
+                             multiprocessing.get_context("spawn"), _end_quietly) as pool:
+        pending = {pool.submit(_compile_family, family) for family in families if family}
+        while pending:
+            finished, pending = wait(pending, GLANCE)
+            for future in finished:
+                future.result()
+            left = [one for one in left if not one.is_stored()]
+            on_progress(total - len(left), total)
+    return total
+
+
+def _compile_family(names: list[str]) -> None:
+    for one in all_kernels():
+        if one.name in names:
+            one.prepare()
+
+
+def _end_quietly() -> None:
+    """Let a worker end silently on Ctrl-C, since the command itself prints a line."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)

@@ -19,6 +19,7 @@ import pickle
 import sys
 import tempfile
 import warnings
+from collections.abc import Callable
 from functools import cached_property, lru_cache, partial
 from pathlib import Path
 from typing import Any
@@ -246,10 +247,12 @@ class KernelFile:
     """The file of one kernel, behind the interface of numba's caches.
 
     `_reduce` takes a compiled kernel apart into what can be pickled, and `_rebuild` puts it
-    together again; numba's own cache uses no other.
+    together again; numba's own cache uses no other. `fill_store` is called once, where code is
+    missing for the first time; it may make all that is.
     """
 
     cache_path = None
+    fill_store: Callable[[], object] | None = None
 
     def __init__(self, name: str) -> None:
         self._name = name
@@ -278,6 +281,10 @@ class KernelFile:
         """The compiled kernel, None where it is still to be compiled."""
         rtsys.initialize(context)
         stored = self.read()
+        if stored is None and KernelFile.fill_store is not None:
+            fill, KernelFile.fill_store = KernelFile.fill_store, None
+            fill()
+            stored = self.read()
         return None if stored is None else compiler.CompileResult._rebuild(context, *stored)
 
     def save_overload(self, _: Any, compiled: Any) -> None:

@@ -20,10 +20,7 @@ _LARGEST_EXTENT = 1e50
 
 
 def unmasked(values: Any) -> NDArray[Any]:
-    """Convert to an array; masked entries are missing, so they become NaN.
-
-    Raises TypeError, ValueError if the rows differ in length, or the numbers are not real ones.
-    """
+    """Convert to an array; masked entries are missing, so they become NaN."""
     array = np.asarray(values)
     if array.dtype.kind in _NOT_REAL:
         raise TypeError(f"{array.dtype} is no real number")
@@ -36,19 +33,13 @@ def unmasked(values: Any) -> NDArray[Any]:
 
 
 def real_array(values: Any) -> NDArray[np.float64]:
-    """Convert to float64, without a copy where it is that already; too large numbers: infinite.
-
-    Raises TypeError, ValueError, OverflowError if these are no real numbers.
-    """
+    """Convert to float64, without a copy where it is that already; too large numbers: infinite."""
     with np.errstate(over="ignore", invalid="ignore"):  # a signalling NaN becomes a quiet one
         return unmasked(values).astype(np.float64, copy=False)
 
 
 def real_number(value: Any) -> float:
-    """Convert one number to a float.
-
-    Raises TypeError, ValueError, OverflowError if it is no number, or an array of numbers.
-    """
+    """Convert one number to a float."""
     if np.ndim(value) > 0:
         raise TypeError("an array is no number")
     return float(real_array(value))
@@ -60,9 +51,7 @@ def checked_mesh(
     """Copy a mesh into arrays of its own, in metres.
 
     `vertices` (V, 3): in `unit`; `triangles` (T, 3) int. Returns `vertices` (V, 3): metres;
-    `triangles` (T, 3) uint32. Raises MeshError if the shapes are wrong, a number is NaN or
-    infinite, an index is no integer or out of range, or the size is beyond what can be computed
-    with.
+    `triangles` (T, 3) uint32.
     """
     with np.errstate(over="ignore", invalid="ignore"):  # refused below
         places = np.ascontiguousarray(_numbers(vertices, "vertices") * unit)

@@ -61,7 +61,7 @@ class Hull(NamedTuple):
 def hull_of(points: Array) -> Hull:
     """Convex hull of points in space.
 
-    `points` (N, 3): metres, finite. Raises MeshError if the points lie in a plane.
+    `points` (N, 3): metres, finite.
     """
     points = np.ascontiguousarray(points)
     low, high = bounds(points)
@@ -98,7 +98,7 @@ def hull_of_corners(points: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]
     Round ends are faces with hundreds of corners, so the points are moved at once: by less than
     any tolerance at which triangles are merged to faces, and only to find the triangles.
 
-    `points` (N, 3): of size about one. Raises MeshError if the points lie in a plane.
+    `points` (N, 3): of size about one.
     """
     moves = np.random.default_rng(0).uniform(-CORNERS_SHAKEN, CORNERS_SHAKEN, points.shape)
     try:

@@ -69,12 +69,7 @@ class GivenProperties(NamedTuple):
 
 def check_given(center_of_mass: ArrayLike | None, mass: float | None, inertia: ArrayLike | None,
                 density: float | None = None) -> GivenProperties:
-    """Check given properties without the mesh; an inertia of zeros stands for the uniform one.
-
-    Raises MassPropertiesError if a mass is not finite and positive or beyond what can be computed
-    with, if a centre of mass is not three finite numbers, if an inertia comes without a mass or no
-    rigid body can have it, if no material has the density, or if both mass and density are given.
-    """
+    """Check given properties without the mesh; an inertia of zeros stands for the uniform one."""
     if mass is not None and density is not None:
         raise MassPropertiesError("a mass or a density", "both", "leave one of them out")
     kilograms = None if mass is None else checked_mass(mass)
@@ -98,10 +93,7 @@ def _given_density(density: float) -> float:
 
 
 def checked_mass(mass: float) -> float:
-    """A mass that can be computed with, as a float.
-
-    Raises MassPropertiesError if it is not finite and positive, or beyond that.
-    """
+    """A mass that can be computed with, as a float."""
     try:
         value = real_number(mass)
     except NOT_NUMBERS as error:
@@ -126,8 +118,7 @@ def _given_center(center_of_mass: ArrayLike) -> NDArray[np.float64]:
 def check_offset(offset: ArrayLike) -> NDArray[np.float64]:
     """Check by how much a centre of mass is to be shifted.
 
-    `offset` (3,): metres, part frame. Raises MassPropertiesError if it is not three finite
-    numbers.
+    `offset` (3,): metres, part frame.
     """
     step = _numbers(offset, "a shift of the centre of mass of three numbers in metres")
     if step.shape != (3,) or not np.isfinite(step).all():

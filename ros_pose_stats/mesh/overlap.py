@@ -255,9 +255,6 @@ def within(seconds: float) -> Iterator[None]:
 
 
 def check_patience() -> None:
-    """Go on only while there is time.
-
-    Raises TakesLongError.
-    """
+    """Go on only while there is time."""
     if time.monotonic() > getattr(_of_thread, "until", math.inf):
         raise TakesLongError

@@ -35,8 +35,7 @@ def tessellate_step(path: Path, data: bytes, most_seconds: float = _MOST_SECONDS
     """Tessellate a STEP file, every circle with 96 sides.
 
     `most_seconds`: after which the tessellation is given up. Returns a GLB file in metres,
-    coordinates in float32; the same bytes for the same data. Raises MeshFileError if cascadio is
-    not installed, the file is damaged, or it takes too long.
+    coordinates in float32; the same bytes for the same data.
     """
     found = importlib.util.find_spec("cascadio")
     if found is None or found.origin is None:
@@ -46,10 +45,7 @@ def tessellate_step(path: Path, data: bytes, most_seconds: float = _MOST_SECONDS
 
 
 def unpack_3mf(path: Path, data: bytes) -> tuple[str, list[Placed]]:
-    """Unit of a 3MF file, and its objects, each as often as it is built.
-
-    Raises MeshFileError if the file is damaged, or stands for too much.
-    """
+    """Unit of a 3MF file, and its objects, each as often as it is built."""
     line, _, arrays = _read_apart(path, data, "3MF", _MOST_SECONDS, "").partition(b"\n")
     head = json.loads(line)
     if "unreadable" in head:

@@ -34,8 +34,7 @@ def surface_of(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> S
     """Weld, close, orient and integrate; where that gives no solid, take the convex hull.
 
     `vertices` (V, 3): metres; `triangles` (T, 3). Returns with warnings `HOLES_CLOSED`,
-    `OPEN_MESH` and `BODIES_OVERLAP` where they apply. Raises MeshError if the triangles span no
-    volume.
+    `OPEN_MESH` and `BODIES_OVERLAP` where they apply.
     """
     vertices, triangles = welding.weld(vertices, triangles)
     _check_spans_volume(vertices, triangles)

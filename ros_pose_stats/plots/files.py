@@ -103,10 +103,7 @@ def write_gif(file: Path, pictures: Iterable[Picture], rate: int) -> None:
 
 
 def ffmpeg() -> str:
-    """Path of ffmpeg.
-
-    Raises RequestError if there is none.
-    """
+    """Path of ffmpeg."""
     found = shutil.which("ffmpeg")
     if found is None:
         raise RequestError("ffmpeg for an .mp4", "none on the PATH",
@@ -117,8 +114,7 @@ def ffmpeg() -> str:
 def write_mp4(file: Path, pictures: Iterable[Picture], rate: int) -> None:
     """Write a film with ffmpeg.
 
-    `pictures`: at least one; of even height and width; `rate`: pictures a second. Raises
-    RequestError if there is no ffmpeg, or it cannot write the film.
+    `pictures`: at least one; of even height and width; `rate`: pictures a second.
     """
     waiting = iter(pictures)
     first = next(waiting)

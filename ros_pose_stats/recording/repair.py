@@ -123,8 +123,7 @@ def _finished_contents(path: Path) -> layout.Contents | None:
 def mend(directory: Path) -> Repair:
     """Finish all files of a run and describe them anew. The caller has its lock.
 
-    Every step leaves either the old file or the new one, so that this may be killed and
-    repeated. Raises OSError: it cannot be done now; nothing is lost.
+    Every step leaves either the old file or the new one, so that this may be killed and repeated.
     """
     files: dict[str, layout.Contents] = {}
     cut_bytes = 0

@@ -43,10 +43,7 @@ class Feeder:
     changes: bool = False  # whether to find out which changes of the part raise the accepted share
 
     def check(self, poses: int) -> None:
-        """Check what is asked, before anything is dropped.
-
-        Raises RequestError if there is no such pose, or a number is out of its range.
-        """
+        """Check what is asked, before anything is dropped."""
         if (self.wanted or self.changes or self.rate is not None
                 or self.kick_height is not None):
             feeding.check_wanted(self.wanted, poses)
@@ -116,8 +113,7 @@ def investigate(part: Part, *, drops: int | None = None, seed: int | None = None
     `drops`: default: as many as bring the error over the poses within a point, at most 10 000. The
     same request gives the same counts on every machine; `feeder`: one with a kick costs flips from
     several heights; `should_stop`: asked now and then; after True the simulation ends with the
-    drops done by then. Raises RequestError if a value is out of its range or there is no such
-    pose. Raises MeshError if the part's hull does not enclose its centre of mass.
+    drops done by then.
     """
     resting = resting_poses(part, cluster_tolerance, round_sides)
     asked = Feeder(()) if feeder is None else feeder

@@ -91,8 +91,7 @@ def foot_directions(body: ConvexBody, sides: Index) -> Array:
 def convex_body(part: Part, round_sides: int) -> ConvexBody:
     """Convex body of a part, built once and kept as long as the part lives.
 
-    `round_sides`: sides a turn that round surfaces are given; 0 takes the file as it is. Raises
-    MeshError if no convex polyhedron around the centre of mass can be formed.
+    `round_sides`: sides a turn that round surfaces are given; 0 takes the file as it is.
     """
     return part.prepare(_reshaped, round_sides) if round_sides else part.prepare(_build)
 

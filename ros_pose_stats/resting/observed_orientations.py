@@ -100,8 +100,6 @@ def observed_downs(orientations: ArrayLike) -> Array:
     """Directions (n, 3) in the part frame that point down in observed orientations.
 
     NaN where the orientation is not known.
-
-    Raises RequestError if they are not (n, 4) numbers, or one is no unit quaternion.
     """
     try:
         given = real_array(orientations)

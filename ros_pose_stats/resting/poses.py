@@ -161,10 +161,7 @@ def resting_poses(part: Part,
 
 
 def poses_in(part: Part, scene: DropScene) -> RestingPoses:
-    """The stable poses of a part in a scene.
-
-    Raises RequestError if `part` is no Part.
-    """
+    """The stable poses of a part in a scene."""
     if not isinstance(part, Part):
         raise RequestError("a Part", f"{type(part).__name__}",
                            "make one with load_part or part_from_mesh")

@@ -3,7 +3,6 @@
 import os
 import sys
 import threading
-import time
 from collections.abc import Callable, Sequence
 
 import rclpy
@@ -12,7 +11,7 @@ from rclpy.executors import MultiThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 
 from ..errors import PoseStatsError
-from ..kernels.compilation import all_kernels, prepare_kernels, watch_compilations
+from ..kernels.compilation import all_kernels, compile_missing, filling_store, prepare_kernels
 from .messages.times import steady_timer
 from .node import PoseStatsNode
 from .stop_signals import StopSignals
@@ -124,20 +123,20 @@ def _within(seconds: float, act: Callable[[], object]) -> bool:
 
 def warm_up(say: Callable[[str], object]) -> None:
     """Have the machine code of every kernel at hand; says if that takes a minute or more."""
-    begin = time.monotonic()
-    compiled: list[str] = []
+    def fill() -> None:
+        say("compiling kernels, once for all later starts; it takes a minute or two")
+        reached = [0]
 
-    def tell(kernel: str) -> None:
-        if not compiled:
-            say("compiling kernels, which takes a minute or more; `ros_pose_stats compile` does "
-                "so once for all later starts")
-        compiled.append(kernel)
+        def tell(done: int, total: int) -> None:
+            if done >= reached[0] + 10:
+                reached[0] = done
+                say(f"{done} of {total} kernels compiled")
+
+        compile_missing(tell)
 
     all_kernels()
-    with watch_compilations(tell):
+    with filling_store(fill):
         prepare_kernels()
-    if compiled:
-        say(f"{len(compiled)} kernels compiled in {time.monotonic() - begin:.0f} s")
 
 
 def _say_ready(node: PoseStatsNode) -> None:

@@ -83,8 +83,7 @@ def prism(sides: int, radius: float, length: float) -> Surface:
 
     `sides`: corners of the base, at least 3; the first lies on the x axis; `length`: distance of
     the bases, at z = -length/2 and z = +length/2. Returns `vertices` (2 sides, 3): the lower base,
-    then the upper; `triangles` (4 sides - 4, 3). Raises RequestError if there are fewer than 3
-    sides or a length is not above 0.
+    then the upper; `triangles` (4 sides - 4, 3).
     """
     _require_lengths(radius, length)
     if sides < 3:
@@ -134,8 +133,7 @@ def hull_mesh(points: NDArray[np.float64]) -> Surface:
 
     `points` (N, 3): at least four, not in one plane. Returns `vertices` (V, 3): the points on the
     hull, in the order given; `triangles` (T, 3): coplanar faces come triangulated; each triangle
-    begins at its smallest corner, and triangles rise by their corners. Raises MeshError if the
-    points are not finite or span no volume.
+    begins at its smallest corner, and triangles rise by their corners.
     """
     points = np.asarray(points, dtype=np.float64)
     try:

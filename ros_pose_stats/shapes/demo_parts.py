@@ -103,8 +103,7 @@ def write_demo_parts(directory: str | os.PathLike[str]) -> list[Path]:
 
     `directory`: created when it does not exist. Files of the same names are replaced, each at
     once: a reader sees the old file or the new one, never a part of it. Returns the files, in the
-    order of `DEMO_PARTS`; the same bytes in every run. Raises MeshFileError if the path is no
-    directory or cannot be written to.
+    order of `DEMO_PARTS`; the same bytes in every run.
     """
     folder = Path(directory)
     try:

@@ -118,10 +118,7 @@ def flips_by_kick(part: Part, scene: DropScene, kicks: Iterable[float], per_pose
 
 
 def check_kick(kick_height: float) -> float:
-    """A kick height as a number.
-
-    Raises RequestError if it is none, or below 0.
-    """
+    """A kick height as a number."""
     kick = real_number("kick_height", kick_height)
     if not 0.0 <= kick < math.inf:
         raise errors.RequestError("a kick height of 0 m or more", f"{kick_height}",

@@ -46,10 +46,7 @@ class DropFrames:
 
 
 def watchable_drop(part: Part, scene: DropScene, seed: int, drop: int) -> Trajectory:
-    """Record a drop to rest, or until its pose is certain where that takes too long.
-
-    Raises RequestError if a value is out of its range, or the drop does not settle.
-    """
+    """Record a drop to rest, or until its pose is certain where that takes too long."""
     for to_rest in (True, False):
         found = drop_recorded(part, scene, seed, drop, to_rest=to_rest)
         if found.pose >= 0:

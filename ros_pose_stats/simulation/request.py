@@ -64,10 +64,7 @@ ALONE = Watch()
 
 def drop_request(drops: int | None, seed: int | None, target_error: float = 0.0,
                  workers: int | None = None, starts: ArrayLike | None = None) -> DropRequest:
-    """Fill in defaults and check the values.
-
-    Raises RequestError if a value is out of its range.
-    """
+    """Fill in defaults and check the values."""
     target = real_number("target_error", target_error)
     if not 0.0 <= target < 1.0:
         raise RequestError("a target error from 0 to below 1, as a fraction", f"{target_error}",
@@ -136,10 +133,7 @@ def _whole(name: str, value: object) -> int:
 
 
 def real_number(name: str, value: object) -> float:
-    """Read a number of a request as a float.
-
-    Raises RequestError if it is no number.
-    """
+    """Read a number of a request as a float."""
     if isinstance(value, (int, float, np.number)) and not isinstance(value, bool):
         return float(value)
     raise RequestError(f"a number for {name}", f"{value!r}", "give a float")

@@ -52,8 +52,7 @@ def goodness_of_fit(counts: ArrayLike, probabilities: ArrayLike,
     above 0; scaled to the sum 1. A bin of probability 0 is pooled if something was counted there,
     else left out; `errors` (K,): standard errors of the probabilities; NaN where one is not known.
     Default: exact; `unit` (K,) int: bins of one number share their error evenly. Default: each has
-    its own. Raises RequestError if these are no counts or no probabilities, or not as many of
-    each.
+    its own.
     """
     observed, weights = _checked("counts", counts), _checked("probabilities", probabilities)
     if observed.shape != weights.shape or not weights.sum() > 0.0:
@@ -109,8 +108,7 @@ def _test_both(observed: Array, expected: Array, pooled: int,
 def homogeneity(first: ArrayLike, second: ArrayLike) -> ChiSquare:
     """Compare two sets of counts, both with their own chance.
 
-    `first, second` (K,): 0 <= count. A bin that is empty in both is left out. Raises RequestError
-    if these are no counts, or not as many of each.
+    `first, second` (K,): 0 <= count. A bin that is empty in both is left out.
     """
     rows = [_checked("counts", first), _checked("counts", second)]
     if rows[0].shape != rows[1].shape:

@@ -26,8 +26,7 @@ def standard_errors(counts: ArrayLike, settled: int) -> Array:
 
     `counts` (K,): drops that came to rest in each of all K poses, also those with 0; 0 <= count <=
     n; `settled`: n, the drops that came to rest at all. Returns (K,): as fractions, from 0 to 1/2;
-    NaN where n = 0, for a single pose too. Raises RequestError if a count is below 0 or above
-    `settled`.
+    NaN where n = 0, for a single pose too.
     """
     counted = np.atleast_1d(np.asarray(counts, dtype=float))
     if counted.size and not (counted.min() >= 0.0 and counted.max() <= settled):
@@ -82,8 +81,7 @@ def jeffreys_interval(count: ArrayLike, total: ArrayLike,
 
     `count`: 0 <= count <= total. Broadcast against `total`; `total`: need not be whole: an
     effective number of drops is (count and total divided alike). Where it is 0 the interval is (0,
-    1); `level`: 0 < level < 1. Returns 0 <= low <= high <= 1. Raises RequestError if a count or
-    the level is out of its range.
+    1); `level`: 0 < level < 1. Returns 0 <= low <= high <= 1.
     """
     counted, totals = np.broadcast_arrays(np.asarray(count, float), np.asarray(total, float))
     if not 0.0 < level < 1.0:

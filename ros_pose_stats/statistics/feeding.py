@@ -50,8 +50,7 @@ def drop_afresh(dropped: PoseShares, wanted: Sequence[int], rate: float = math.n
     """Feed a part by dropping those again that lie wrong.
 
     `wanted`: indices of the poses that are accepted, at least one; `rate`: parts dropped a minute,
-    those sent back included, above 0; NaN where it is not known. Raises RequestError if a pose
-    does not exist, or the rate is out of its range.
+    those sent back included, above 0; NaN where it is not known.
     """
     kept = check_wanted(wanted, dropped.probability.size)
     if not math.isnan(rate):
@@ -71,8 +70,7 @@ def flip_wrong_ones(dropped: PoseShares, counts: ArrayLike, wanted: Sequence[int
 
     `counts` (K, K): flips out of each pose, by the pose in which they ended; `wanted`: indices of
     the poses that are accepted, at least one; `rate`: parts dropped a minute, above 0;
-    `cycle_time`: seconds from one kick to the next, 0 or more. Raises RequestError if a pose does
-    not exist, flips of a pose are missing, or a number is out of its range.
+    `cycle_time`: seconds from one kick to the next, 0 or more.
     """
     flips = np.asarray(counts, dtype=float)
     kept = check_wanted(wanted, dropped.probability.size)
@@ -165,10 +163,7 @@ def _share_interval(share: float, dropped: PoseShares,
 
 
 def check_wanted(wanted: Sequence[int], poses: int) -> NDArray[np.bool_]:
-    """Which of all poses (K,) are accepted.
-
-    Raises RequestError if there is no such pose, or none is wanted.
-    """
+    """Which of all poses (K,) are accepted."""
     indices = [int(one) for one in wanted]
     bad = [one for one in indices if not 0 <= one < poses]
     if bad or not indices:
@@ -182,20 +177,14 @@ def check_wanted(wanted: Sequence[int], poses: int) -> NDArray[np.bool_]:
 
 
 def check_rate(rate: float) -> None:
-    """Refuse a rate of drops that is none.
-
-    Raises RequestError.
-    """
+    """Refuse a rate of drops that is none."""
     if not 0.0 < rate < math.inf:
         raise RequestError("a rate above 0 parts a minute", f"{rate}",
                            "count the parts that are dropped, those sent back included")
 
 
 def check_cycle_time(cycle_time: float) -> None:
-    """Refuse a time from kick to kick that is none.
-
-    Raises RequestError.
-    """
+    """Refuse a time from kick to kick that is none."""
     if not 0.0 <= cycle_time < math.inf:
         raise RequestError("a cycle time of 0 s or more", f"{cycle_time}",
                            "it is the time from one kick to the next")

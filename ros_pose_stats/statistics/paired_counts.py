@@ -40,7 +40,7 @@ def paired_difference(first: ArrayLike, second: ArrayLike,
     matched proportions", Statistics in Medicine 24 (2005): half a trial of each kind is added.
 
     `first, second` (n,): whether each happened in a trial; `level`: of the interval, 0 < level <
-    1. Raises RequestError if these are not as many trials of each.
+    1.
     """
     one, other = np.asarray(first, dtype=np.bool_), np.asarray(second, dtype=np.bool_)
     if one.ndim != 1 or one.shape != other.shape:

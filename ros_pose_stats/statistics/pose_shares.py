@@ -45,8 +45,6 @@ def pose_shares(found: PoseStatistics) -> PoseShares:
 
     Of counted poses each has an error of its own. Estimates, and whatever else knows of the
     symmetry, share one error evenly among the poses that are alike.
-
-    Raises RequestError if no drop has come to rest.
     """
     poses = sorted(found.poses, key=lambda pose: pose.index)
     probability = np.array([pose.probability for pose in poses])

@@ -84,8 +84,7 @@ class PosePrior:
     restitution < 1; chooses the fit; `fit`: default: the shipped one at that restitution.
     Attributes `unit`: (P,) int; the unit that each pose belongs to; `size`: (G,) int; poses of
     each unit; `mean`: (G,); probabilities of the units, summing to 1; `strength`: pseudo-drops
-    that the estimate is typically worth; `known`: whether there is an expected error. Raises
-    RequestError if these are not probabilities of P poses, P at least 1.
+    that the estimate is typically worth; `known`: whether there is an expected error.
     """
 
     def __init__(self, estimate: ArrayLike, group: ArrayLike, expected_error: float,
@@ -131,7 +130,6 @@ class PosePrior:
         """What is known after drops.
 
         `counts` (P,) int: settled drops in each pose; all 0 for what is known before the first.
-        Raises RequestError if there are not P counts from 0 up.
         """
         pooled = self._pooled(counts)
         breaks, weight, _ = self._updated(pooled)

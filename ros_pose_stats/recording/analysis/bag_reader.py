@@ -74,8 +74,7 @@ def read_bags(paths: Paths, on_progress: OnProgress | None = None) -> BagContent
     """Read bags.
 
     `paths`: bag directories, directories of many bags, or single files; `on_progress`: told now
-    and then how many bytes have been read, and of how many. Raises BagError if there is no bag, a
-    named file cannot be read, or no message of this package's types is in any of them.
+    and then how many bytes have been read, and of how many.
     """
     named = [paths] if isinstance(paths, (str, os.PathLike)) else list(paths)
     bags = bag_files.find_bags(map(Path, named))

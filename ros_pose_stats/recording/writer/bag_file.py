@@ -19,8 +19,7 @@ class BagFile:
     """An MCAP file that ends with a whole record whenever a call returns or raises.
 
     `append` and `finish` are called by one thread at a time, `sync` meanwhile by another one.
-    Raises OSError: nothing is left of the file. `size`: bytes of whole records; `broken`: why the
-    file cannot be gone on with.
+    `size`: bytes of whole records; `broken`: why the file cannot be gone on with.
     """
 
     def __init__(self, path: Path, types: Mapping[str, message_types.MessageType],

@@ -16,8 +16,6 @@ TYPED = {
     "a choice": ("estimate", "part.stl", "--unit", "in"),
     "a shell": ("completion", "z"), "a file": ("estimate", "cad/g"),
     "options begun": ("simulate", "--dr"),
-    "a choice behind a sign": ("estimate", "part.stl", "--unit", "=", "in"),
-    "choices behind a sign": ("estimate", "part.stl", "--method", "="),
     "a file begun with a space": ("estimate", r"cad/big\ g"),
     "a page": ("report", "part.stl", "-o", "cad/g"),
     "behind --ros-args": ("node", "--ros-args", "--par"),
@@ -64,30 +62,10 @@ def test_values_and_files(offered):
     assert offered["a file"] == ["cad/gear.stl"]
 
 
-def test_values_behind_a_sign_which_bash_takes_for_a_word_of_its_own(offered):
-    assert offered["a choice behind a sign"] == ["inch"]
-    assert {"split", "hybrid", "all"} <= set(offered["choices behind a sign"])
-
-
 def test_arguments_for_ros(offered):
     assert offered["where ROS is named"] == ["--ros-args"]
     assert offered["behind --ros-args"] == ["--params-file"]
     assert offered["a file for ROS"] == ["cad/gear.stl"]
-
-
-@pytest.mark.long
-def test_zsh_takes_the_script_sourced_and_from_its_path(tmp_path):
-    zsh = shutil.which("zsh")
-    if zsh is None:
-        pytest.skip("there is no zsh")
-    (tmp_path / "_ros_pose_stats").write_text(answer("completion", "zsh"))
-    begin = "autoload -Uz compinit; compinit -u -D; "
-    for lines in (f"{begin} source ./_ros_pose_stats",
-                  f"fpath=($PWD $fpath); {begin} autoload +X -Uz _ros_pose_stats"):
-        done = subprocess.run([zsh, "-f", "-c", f"{lines}; print -- $_comps[ros_pose_stats]"],
-                              cwd=tmp_path, capture_output=True, text=True)
-        assert (done.returncode, done.stderr) == (0, "")
-        assert done.stdout.strip() in ("_ros_pose_stats", "_shtab_ros_pose_stats")
 
 
 def test_zsh_has_a_script_too_and_other_shells_none():
