@@ -94,9 +94,6 @@ def register_publish(commands: given.Commands) -> None:
     """Add the command."""
     command = commands.add_parser(
         "publish", help="send a part to the node and print its answer",
-        usage="%(prog)s [-h] [--unit U] [--com X Y Z] [--mass KG] [--density KG_M3] "
-        "[--restitution R] [--drop-height H] [--part-id ID] [--topic T] [--seconds S] [--each] "
-        "[--json] PART [--ros-args ...]",
         description="Publish a mesh file as PartMesh, latched, and print what the node answers. "
         "After five seconds without an answer it says so and publishes on, so that a node "
         "that starts later gets the part too.",
@@ -142,8 +139,6 @@ def register_show(commands: given.Commands) -> None:
     """Add the command."""
     command = commands.add_parser(
         "show", help="print what the node has latched",
-        usage="%(prog)s [-h] [--node NAME] [--watch] [--each] [--json] [PART_ID] "
-        "[--ros-args ...]",
         description="Print what a running node has latched: of one part the table of its poses, "
         "else a row for each part.",
         examples=("ros_pose_stats show", "ros_pose_stats show clamp --watch"))

@@ -20,7 +20,8 @@ HEAD = """\
 
 `ros_pose_stats` is one program with a command for each thing that it does; `python -m
 ros_pose_stats` is the same. `ros_pose_stats COMMAND --help` prints what stands here about a
-command, and `ros_pose_stats --version` prints the version. Only `node` and `publish` need ROS.
+command, and `ros_pose_stats --version` prints the version. Only `node`, `publish`
+and `show` need ROS.
 
 """
 
@@ -28,13 +29,13 @@ COMMON = """\
 
 ## What holds for all commands
 
-**Numbers.** Counts and seeds may be typed as `100000` or `1e5`. Lengths are in metres unless the
-option says otherwise, and probabilities and errors are fractions between 0 and 1.
+**Numbers.** Counts and seeds may be typed as `100000` or `1e5`. A length is a number of metres, or
+has its unit: `200mm`. Probabilities and errors are fractions between 0 and 1.
 
 **Files.** A part is read from a STEP, STL, OBJ, PLY, OFF or 3MF file. STL, OBJ, PLY and OFF do
-not say their unit, so give `--unit mm` for a file in millimetres. STEP files need the package
-cascadio, which `make setup` installs; all solids of a file are one part. The examples use the
-parts that `ros_pose_stats shapes demo` writes.
+not say their unit: it is guessed from the size, and a warning says so unless `--unit` is given.
+STEP files need the package cascadio, which `make setup` installs; all solids of a file are one
+part. The examples use the parts that `ros_pose_stats shapes demo` writes.
 
 **JSON.** With `--json` a command prints JSON and nothing else on standard output. NaN and infinity
 are written as `null`.

@@ -28,7 +28,7 @@ PAGES = (README, COMMAND_LINE, "docs/library.md", "docs/report.md", "docs/catalo
 """Whose lines and code are run here; the tests of the node run those of its pages."""
 
 PROGRAMS = {"ros_pose_stats": main, "python -m study": study}
-ROS = ("node", "publish", "bag")
+ROS = ("node", "publish", "show", "bag")
 
 LAST_LINE = "computed in "
 """Of an answer: how long it took, which differs from run to run."""

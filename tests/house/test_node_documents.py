@@ -22,20 +22,20 @@ from std_msgs.msg import Header
 
 import tests.contract.node.conftest  # noqa: F401  discovery and checks, before ROS is imported
 from tests.contract.node.contract import ACTION, DEFAULTS, FIXED, PUBLICATIONS, SUBSCRIPTIONS
-from tests.contract.node.harness.cell import latched
 from tests.contract.node.harness.client import Client, until
 from tests.contract.node.harness.node import PATIENCE
 from tests.running import ROOT, answer
 
 PAGE = (ROOT / "docs/node.md").read_text(encoding="utf-8")
 CODE = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
-LINES = [line for block in re.findall(r"```sh\n(.*?)```", (ROOT / "README.md").read_text(
-    encoding="utf-8"), re.DOTALL) for line in block.splitlines()]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+LINES = [line for block in re.findall(r"```sh\n(.*?)```", README, re.DOTALL)
+         for line in block.splitlines()]
 
 
 def line_of(command):
     """What the README says to type, without the name of the program."""
-    [line] = [line for line in LINES if line.startswith(f"ros_pose_stats {command} ")]
+    [line] = [line for line in LINES if line.startswith(f"ros_pose_stats {command}")]
     return shlex.split(line)[1:]
 
 
@@ -53,22 +53,34 @@ def home(domain, tmp_path_factory):
     """Where the README's lines go on until Ctrl-C."""
     home = tmp_path_factory.mktemp("cell")
     answer("shapes", home / "demo")
-    running = [subprocess.Popen([sys.executable, "-m", "ros_pose_stats", *line_of(command)],
-                                cwd=home, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
-                                text=True) for command in ("node", "publish")]
+    node = subprocess.Popen([sys.executable, "-m", "ros_pose_stats", *line_of("node")], cwd=home,
+                            stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     yield home
-    for child in running:
-        child.send_signal(signal.SIGINT)
-        said = child.communicate(timeout=PATIENCE)[1]
-        assert child.returncode == 0 and "Traceback" not in said, said
+    node.send_signal(signal.SIGINT)
+    said = node.communicate(timeout=PATIENCE)[1]
+    assert node.returncode == 0 and "Traceback" not in said, said
 
 
 @pytest.fixture(scope="module")
-def client(home, domain):
-    """A client of the README's node, once that has its part."""
+def published(home):
+    """What the README's second terminal says of its part."""
+    said = [subprocess.run([sys.executable, "-m", "ros_pose_stats", *line_of(command)], cwd=home,
+                           capture_output=True, text=True) for command in ("publish", "show")]
+    assert [done.returncode for done in said] == [0, 0], said
+    return [done.stdout for done in said]
+
+
+@pytest.fixture(scope="module")
+def client(published, domain):
+    """A client of the README's node, which has its part."""
     with Client(domain) as client:
-        latched(client, "clamp")
         yield client
+
+
+def test_the_readme_shows_what_the_second_terminal_says(published):
+    table, row = published
+    assert f"```\n{row}```\n" in README
+    assert "stable poses, 968 triangles" in table and table.count("clamp: ") == 2
 
 
 def test_the_readme_s_bag_shows_the_published_part(client, home, monkeypatch):
