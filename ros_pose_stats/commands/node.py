@@ -22,10 +22,7 @@ class RosMissingError(PoseStatsError):
 
 
 def prepare_ros() -> None:
-    """Check that ROS is there, and keep linear algebra off the cores that simulate.
-
-    Raises RosMissingError if one cannot; the message has the command that helps.
-    """
+    """Check that ROS is there, and keep linear algebra off the cores that simulate."""
     if find_spec("rclpy") is None:
         raise RosMissingError("ROS 2 Jazzy to be importable", "no module rclpy",
                          "source /opt/ros/jazzy/setup.bash, or run `make setup` and use .venv")
@@ -38,10 +35,7 @@ def prepare_ros() -> None:
 
 
 def ros_arguments(program: str, rest: list[str]) -> list[str]:
-    """Arguments for rclpy.
-
-    Raises RequestError if there is something before `--ros-args`.
-    """
+    """Arguments for rclpy, of which there is nothing before `--ros-args`."""
     files = [rest[k + 1] for k, word in enumerate(rest[:-1]) if word == "--params-file"]
     for file in files:
         if not Path(file).is_file():

@@ -39,10 +39,3 @@ def test_foxglove_lays_out_every_panel_once_and_shows_topics_there_are():
     page = (ROOT / "docs/node.md").read_text(encoding="utf-8")
     for topic in NODE:
         assert f"`{topic.replace('/pose_stats', '~')}`" in page
-
-
-def test_both_are_installed_with_the_package():
-    setup = (ROOT / "setup.py").read_text(encoding="utf-8")
-    assert "config/pose_stats.rviz" in setup
-    assert "config/pose_stats.foxglove.json" in setup
-    assert "assets" in setup

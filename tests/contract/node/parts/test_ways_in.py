@@ -148,12 +148,6 @@ def test_the_unit_of_standard_meshes_follows_the_parameter(tuned):
         until(lambda digest=digest: latched(tuned, "cad").part_digest == digest, "the new unit")
 
 
-def catches(process, number):
-    """Whether a process handles a signal itself."""
-    status = Path(f"/proc/{process.pid}/status").read_text()
-    return bool(int(status.partition("SigCgt:")[2].split()[0], 16) >> (number - 1) & 1)
-
-
 @pytest.fixture
 def wedge(tmp_path):
     return write_stl(tmp_path / "wedge.stl", WEDGE)
@@ -204,11 +198,6 @@ class TestTheCommand:
             last = json.loads(shown.said())
             assert shown.end() == (0, [])
         assert first["poses"] and not last["poses"] and "FORGOTTEN" in last["warnings"][0]
-
-    def test_a_signal_before_it_has_published_ends_it_well(self, wedge):
-        with Running("publish", wedge, "--topic", "/nobody/part_mesh") as publishing:
-            until(lambda: catches(publishing.process, signal.SIGTERM), "its handlers")
-            assert publishing.end(signal.SIGTERM) == (0, [])
 
     @pytest.mark.parametrize("content", [
         b"", b"solid nothing\nendsolid nothing\n", b"\0" * 84, b"\0" * 100])
