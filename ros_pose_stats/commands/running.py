@@ -184,11 +184,7 @@ def announce_slow_start() -> Iterator[None]:
 
 
 def output_file(name: str, endings: Sequence[str]) -> Path:
-    """Path of a file to be written, checked before anything is computed.
-
-    Raises RequestError if its ending is none of those expected, it is a folder, or its folder
-    cannot be written to.
-    """
+    """Path of a file to be written, checked before anything is computed."""
     path = Path(name)
     if path.suffix.lower() not in endings or path.is_dir():
         raise errors.RequestError(f"a file name that ends in {' or '.join(endings)}", f"{name!r}",
@@ -199,10 +195,7 @@ def output_file(name: str, endings: Sequence[str]) -> Path:
 
 @contextmanager
 def needing(package: str) -> Iterator[None]:
-    """Import something that needs a package which not everybody has installed.
-
-    Raises RequestError if it cannot be imported.
-    """
+    """Import something that needs a package which not everybody has installed."""
     try:
         yield
     except ImportError as error:

@@ -38,10 +38,7 @@ HEADS: dict[str, tuple[str, ...]] = {
 
 
 def write_csv(found: BagAnalysis, folder: Path) -> list[Path]:
-    """Write all files, each at once under its name; return their paths.
-
-    Raises OSError if one cannot be written; files under their names are whole.
-    """
+    """Write all files, each at once under its name; return their paths."""
     folder.mkdir(parents=True, exist_ok=True)
     written = []
     for name, heads in HEADS.items():

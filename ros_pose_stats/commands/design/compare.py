@@ -96,10 +96,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def load_variants(options: argparse.Namespace) -> list[Part]:
-    """Load the parts that the options name.
-
-    Raises RequestError if centres of mass are given for some of them only.
-    """
+    """Load the parts that the options name."""
     from ...mesh.parts import load_part
 
     centers = options.com or [None]

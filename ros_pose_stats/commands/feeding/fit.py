@@ -159,8 +159,7 @@ def counts_on_plate(paths: Sequence[Path], plate: str,
 
     Counts that name no plate are taken too, as those of the only plate there was.
 
-    Returns `counted`; `notes`: what could not be used, one sentence each. Raises BagError,
-    RequestError if there is no bag, or nothing was counted on this plate.
+    Returns `counted`; `notes`: what could not be used, one sentence each.
     """
     from ...recording.analysis.bag_reader import read_bags, read_part_meshes
 

@@ -185,8 +185,7 @@ class TestTheCommand:
         assert f"{found.poses[0].index}: {100.0 * found.poses[0].probability:.1f}, " in row
 
     def test_show_names_the_parts_that_there_are_and_says_where_nobody_answers(self, cell):
-        part_id = known_part(cell)
-        assert part_id in refusal("show", "nothing of that name")
+        assert known_part(cell) in refusal("show", "nothing of that name")
         assert "on /nobody/get_statistics, got none" in refusal("show", "--node", "/nobody")
 
     def test_show_goes_on_with_new_results(self, cell):
