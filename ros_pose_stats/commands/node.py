@@ -6,13 +6,10 @@ import sys
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 from ..errors import PoseStatsError, RequestError
-from . import arguments as given
-
-if TYPE_CHECKING:
-    from ..records import Part, PoseStatistics
+from . import arguments as given, running
 
 INTERFACES = "ros_pose_stats_msgs"
 
@@ -116,8 +113,9 @@ def run_publish(options: argparse.Namespace) -> int:
     prepare_ros()
     from ..ros.client import publish_part, read_part
 
-    part, message = read_part(options.part, options.unit, options.com, options.part_id,
-                              options.mass, options.density)
+    part_id = options.part_id or Path(options.part).stem
+    part, message = read_part(options.part, options.unit, options.com, part_id, options.mass,
+                              options.density)
     found = publish_part(part, message, options.restitution, options.drop_height, options.topic,
                          options.seconds, arguments,
                          lambda line: print(line, file=sys.stderr if options.json else sys.stdout,
@@ -151,7 +149,6 @@ def run_show(options: argparse.Namespace) -> int:
     arguments = ros_arguments("pose_stats_show", options.ros_arguments)
     prepare_ros()
     from ..ros.client import latched_results
-    from .running import print_json
     from .tables import parts_table
 
     for results in latched_results(options.node, options.part_id, options.watch, arguments):
@@ -159,20 +156,18 @@ def run_show(options: argparse.Namespace) -> int:
             for found in results:
                 _print_result(found, None, options)
         elif options.json:
-            print_json([found.as_dict() for found in results])
+            running.print_json([found.as_dict() for found in results])
         else:
             print(parts_table(results))
         sys.stdout.flush()
     return 0
 
 
-def _print_result(found: "PoseStatistics", part: "Part | None",
-                  options: argparse.Namespace) -> None:
-    from .running import print_json
+def _print_result(found: Any, part: Any, options: argparse.Namespace) -> None:
     from .tables import report
 
     if options.json:
-        print_json(found.as_dict())
+        running.print_json(found.as_dict())
     elif found.poses:
         print(report(part, found, each=options.each))
     else:

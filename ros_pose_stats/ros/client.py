@@ -4,25 +4,18 @@ import math
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from pathlib import Path
 
 import numpy as np
 import rclpy
-from rclpy.exceptions import NameValidationException
-from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile
-from rclpy.signals import SignalHandlerOptions
+from rclpy import exceptions, node as nodes, qos, signals
 from ros_pose_stats_msgs.msg import PartMesh, PoseStatistics as Message
 from ros_pose_stats_msgs.srv import GetStatistics
 
 from ..errors import RequestError
 from ..mesh import files, mass_properties, parts
 from ..records import DropScene, Part, PoseStatistics, scene as scenes
-from .messages.part_messages import part_message
-from .messages.part_requests import PartRequest, check_name, part_line
+from .messages import part_messages, part_requests, times
 from .messages.statistics_messages import statistics_of_message
-from .messages.times import now
-from .parts.announcer import LATCHED
 from .stop_signals import StopSignals
 
 PATIENCE = 5.0
@@ -34,31 +27,31 @@ UNCHECKED = 1.5
 GLANCE = 0.1
 """Seconds between looks at whether the end is asked for."""
 
-ALL_PARTS = QoSProfile(depth=1024, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+LATCHED = qos.QoSProfile(depth=1024, durability=qos.DurabilityPolicy.TRANSIENT_LOCAL)
 START = "start one: ros_pose_stats node"
 
 Tell = Callable[[str], object]
 
 
 @contextmanager
-def ros_node(name: str, arguments: Sequence[str]) -> Iterator[tuple[Node, StopSignals]]:
+def ros_node(name: str, arguments: Sequence[str]) -> Iterator[tuple[nodes.Node, StopSignals]]:
     """A node of one's own, and whether SIGINT or SIGTERM has asked for the end."""
     stop = StopSignals()
-    rclpy.init(args=list(arguments), signal_handler_options=SignalHandlerOptions.NO)
+    rclpy.init(args=list(arguments), signal_handler_options=signals.SignalHandlerOptions.NO)
     try:
         node = rclpy.create_node(name)
         yield node, stop
         node.destroy_node()
     except RequestError:
         raise
-    except (NameValidationException, ValueError) as error:
+    except (exceptions.NameValidationException, ValueError) as error:
         raise RequestError("the name of a ROS topic or node", str(error),
                            "for instance /pose_stats") from error
     finally:
         rclpy.try_shutdown()
 
 
-def spin_until(node: Node, stop: StopSignals, ready: Callable[[], bool],
+def spin_until(node: nodes.Node, stop: StopSignals, ready: Callable[[], bool],
                seconds: float = math.inf) -> bool:
     """Whether something is so before the seconds are over or the end is asked for."""
     end = time.monotonic() + seconds
@@ -70,16 +63,15 @@ def spin_until(node: Node, stop: StopSignals, ready: Callable[[], bool],
 def read_part(file: str, unit: str | None, center_of_mass: Sequence[float] | None, part_id: str,
               mass: float | None, density: float | None) -> tuple[Part, PartMesh]:
     """The part of a file, with all checks of the node, and its message."""
-    part_id = part_id or Path(file).stem
-    check_name(part_id)
+    part_requests.check_name(part_id)
     mesh = files.read_mesh(file, unit)
     properties = mass_properties.check_given(center_of_mass, mass, None, density)
     part = parts.part_of_file(mesh, properties, part_id)
     given = (part.mass, part.center_of_mass) if any(
         value is not None for value in properties) else ()
-    return part, part_message(PartRequest(
+    return part, part_messages.part_message(part_requests.PartRequest(
         part_id, np.asarray(mesh.vertices, dtype=np.float64),
-        np.asarray(mesh.triangles, dtype=np.uint32), mesh.unit, *given), part_id, now())
+        np.asarray(mesh.triangles, dtype=np.uint32), mesh.unit, *given), part_id, times.now())
 
 
 def publish_part(part: Part, message: PartMesh, restitution: float | None,
@@ -111,9 +103,9 @@ def publish_part(part: Part, message: PartMesh, restitution: float | None,
     with ros_node("part_publisher", arguments) as (node, stop):
         publisher = node.create_publisher(PartMesh, topic, LATCHED)
         results = publisher.topic_name.rpartition("/")[0] + "/pose_statistics"
-        node.create_subscription(Message, results, take, ALL_PARTS)
+        node.create_subscription(Message, results, take, LATCHED)
         publisher.publish(message)
-        tell(f"{part_line(part)} published on {topic}")
+        tell(f"{part_requests.part_line(part)} published on {topic}")
         left = math.inf if seconds is None else seconds
         if not spin_until(node, stop, is_complete, min(left, PATIENCE)) and not stop.asked:
             heard = publisher.get_subscription_count()
@@ -136,7 +128,7 @@ def latched_results(name: str, part_id: str, watch: bool, arguments: Sequence[st
     news: list[Message] = []
     with ros_node("pose_stats_show", arguments) as (node, stop):
         if watch:
-            node.create_subscription(Message, f"{name}/pose_statistics", news.append, ALL_PARTS)
+            node.create_subscription(Message, f"{name}/pose_statistics", news.append, LATCHED)
         service = node.create_client(GetStatistics, f"{name}/get_statistics")
         end = time.monotonic() + PATIENCE
         answer = None
