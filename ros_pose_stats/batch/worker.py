@@ -13,8 +13,8 @@ import subprocess
 import sys
 import threading
 import traceback
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, BinaryIO, TypeVar
 
@@ -29,6 +29,12 @@ FIRST_TO_GO = "1000"
 
 STEP_SECONDS = 1.0
 """Most of a time limit that is lost each time a run is suspended."""
+
+START_SECONDS = 60.0
+"""In which a process says that it is there; a machine may have much to do."""
+
+PREPARE_SECONDS = 900.0
+"""In which it prepares itself: without a cache, kernels are compiled."""
 
 IDLE_SECONDS = 60.0
 """After which a process that nobody needs gives its memory back by ending."""
@@ -48,15 +54,16 @@ class TookLongError(ProcessDiedError):
 class WorkerProcess:
     """A process that does one thing at a time.
 
-    Raises BatchError if it cannot be started.
+    Raises BatchError if it cannot be started, or says nothing for some seconds then.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, seconds: float = START_SECONDS) -> None:
         program = _PROGRAM.format(path=sys.path, module=__name__)
         self._process = subprocess.Popen([sys.executable, "-c", program],
                                          stdin=subprocess.PIPE, stdout=subprocess.PIPE)
         try:
-            ready = self._read()
+            with self._ended_after(seconds):
+                ready = self._read()
         except ProcessDiedError as error:
             raise BatchError("a process to work in", str(error),
                              "see what it printed above") from error
@@ -83,6 +90,12 @@ class WorkerProcess:
 
         Raises TookLongError if it did. Raises ProcessDiedError if the process ended otherwise.
         """
+        with self._ended_after(seconds):
+            return self.call(function, *arguments)
+
+    @contextmanager
+    def _ended_after(self, seconds: float) -> Iterator[None]:
+        """End the process if what is done meanwhile takes longer."""
         done, late = threading.Event(), threading.Event()
 
         def guard() -> None:
@@ -96,7 +109,7 @@ class WorkerProcess:
 
         threading.Thread(target=guard, name="time limit", daemon=True).start()
         try:
-            return self.call(function, *arguments)
+            yield
         except ProcessDiedError as error:
             if late.is_set():
                 raise TookLongError(f"took longer than {seconds:g} s") from error
@@ -136,7 +149,7 @@ class WorkerProcess:
 class Worker:
     """A process that is there while somebody needs it, for one caller after the other.
 
-    `prepare`: a function of a module, called there at first, for which no limit holds.
+    `prepare`: a function of a module, called there at first.
     """
 
     def __init__(self, prepare: Callable[[], object]) -> None:
@@ -176,7 +189,7 @@ class Worker:
             self._drop()
         if self._process is None:
             process = self._process = WorkerProcess()
-            process.call(self._prepare)
+            process.call_within(PREPARE_SECONDS, self._prepare)
         if self.closed:
             raise ProcessDiedError("is closed")
         return self._process

@@ -10,7 +10,8 @@ from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from . import camera_counts, parameters, recorder, refusals, restore
 from .jobs import Jobs, job_reports, queue, refinement, run
 from .messages.times import follow_clock, steady_timer
-from .parts import announcer, checks, count_store, intake, mesh_queue, outlines, part_builder
+from .parts import announcer, checks, count_store, intake, outlines, part_builder
+from .parts.lanes import Lanes
 from .parts.part_store import MeshLog, PartStore
 from .parts.result_store import SECONDS_BETWEEN, ResultStore
 from .services import goals, plate_fits, services
@@ -51,14 +52,14 @@ class PoseStatsNode(AnsweringNode):
         tail = restore.tail_of(self.state, log.warning)
         restored = restore.restore_jobs(self.state, tail, settings)
         self.refusals = refusals.Refusals(log.warning)
-        self.mesh_queue = mesh_queue.MeshQueue(lambda: self._settings().max_mesh_bytes)
-        self.builder, self.outlines = part_builder.PartBuilder(), outlines.Outlines()
+        self.lanes = Lanes(lambda: self._settings().max_mesh_bytes)
+        self.builder, self.outlines = part_builder.PartBuilder(), outlines.Outlines(self.lanes)
         mesh_log = MeshLog(self.recorder, self.state)
         self.announcer = announcer.Announcer(self, self.recorder, self.state, mesh_log.introduce,
                                              self.refusals.floods)
         self.parts = PartStore(
             self.recorder, self.state, mesh_log.introduce, lambda request: self.builder.build(
-                request, self._settings().scene(), self.mesh_queue.is_quick()),
+                request, self._settings().scene(), self.lanes.is_quick()),
             self.announcer.withdraw_result)
         self.learnt = count_store.CountStore(self._settings, self.parts, self.state)
         self.results = ResultStore(self._settings, self.parts, self.learnt, self.announcer,
@@ -76,10 +77,10 @@ class PoseStatsNode(AnsweringNode):
                           Jobs(f"{run_name}_feeding", feeding, log.error, run.run_flips))
         self.refinement = refinement.Refinement(self._settings, self.results, self.jobs,
                                                 self.announcer)
-        self.checks = checks.Checks(self._settings, self.parts, self.results,
-                                    self.mesh_queue.is_quiet, self.refinement.refine, log.error)
+        self.checks = checks.Checks(self._settings, self.parts, self.results, self.lanes,
+                                    self.refinement.refine, log.error)
         self.intake = intake.Intake(self._settings, self.parts, self.results, self.announcer,
-                                    self.mesh_queue, self.builder, self.refusals,
+                                    self.lanes, self.builder, self.refusals,
                                     self.checks.follow, log)
         self.counts = camera_counts.CountSubscription(self, self.recorder, self.parts.current,
                                                       self.refusals, mesh_log.introduce,
@@ -124,7 +125,7 @@ class PoseStatsNode(AnsweringNode):
                      MutuallyExclusiveCallbackGroup())
         refusals.Diagnostics(self, {
             "parts": lambda: self.refusals.health(len(self.parts.all()),
-                                                  self.mesh_queue.waiting()),
+                                                  self.lanes.waiting()),
             "counts": lambda: count_store.count_health({known.part_id: known.shown.counts
                                                         for known in self.parts.all()}),
             "jobs": lambda: queue.job_health(self.jobs, self._settings()),
@@ -140,8 +141,7 @@ class PoseStatsNode(AnsweringNode):
             log.info(f"{len(parts)} parts of an earlier run are known again")
         self._mending.start()
         self._mending.join(MENDING_SECONDS)
-        self.mesh_queue.start()
-        self.checks.start()
+        self.lanes.start()
         for jobs in (self.jobs, *self.flip_jobs):
             jobs.start()
         self.intake.restore(shown)
@@ -166,8 +166,8 @@ class PoseStatsNode(AnsweringNode):
         self.requests.close()
         self.builder.close()
         self.outlines.close()
-        ends = [self.mesh_queue.close, self.checks.close,
-                partial(self.answers.close, LAST_SECONDS), partial(self.fits.close, FIT_SECONDS),
+        ends = [self.lanes.close, partial(self.answers.close, LAST_SECONDS),
+                partial(self.fits.close, FIT_SECONDS),
                 *(partial(jobs.close, "the node ended") for jobs in (self.jobs, *self.flip_jobs))]
         with ThreadPoolExecutor(len(ends)) as closing:  # each may take its time
             list(closing.map(lambda end: end(), ends))

@@ -21,8 +21,9 @@ from .. import settings as parameters
 from ..messages import part_messages, part_requests
 from ..refusals import Refusals
 from ..transport.batches import SequenceGaps
-from . import announcer, mesh_queue, part_builder, part_store, result_store
+from . import announcer, part_builder, part_store, result_store
 from .known_part import KnownPart, at_hand
+from .lanes import Lane, Lanes, Rank
 
 DEPTH = 100  # messages that wait in the middleware
 TRIES = 3  # of building a part of an earlier run, where something fails inside the program
@@ -35,11 +36,11 @@ LONGEST_ACCEPTANCE = 0.5
 
 
 class Intake:
-    """Builds known parts in the two lanes; `follow` is called with each that is shown anew."""
+    """Builds known parts in the lanes; `follow` is called with each that is shown anew."""
 
     def __init__(self, settings: Callable[[], parameters.Settings], parts: part_store.PartStore,
                  results: result_store.ResultStore, announcer: announcer.Announcer,
-                 lanes: mesh_queue.MeshQueue, builder: part_builder.PartBuilder,
+                 lanes: Lanes, builder: part_builder.PartBuilder,
                  refusals: Refusals, follow: Callable[[KnownPart], object], log: Any) -> None:
         self._settings = settings
         self._parts, self._results, self._announcer = parts, results, announcer
@@ -63,20 +64,20 @@ class Intake:
 
     def take_published(self, request: part_requests.PartRequest, topic: str, size: int) -> None:
         """Queue a mesh that was published; waits while there is no room for a small one."""
-        coming = self._lanes.put(partial(self.take, request), size, request.part_id,
-                                 part_builder.is_large(request))
+        coming = self._lanes.put(partial(self.take, request), Rank.PUBLISHED,
+                                 _lane_of(request), size, request.part_id)
         self._refusals.watch_mesh(topic + part_requests.named(request.part_id), coming)
 
     def take_sent(self, request: part_requests.PartRequest, source: str,
                   accepted: threading.Event | None) -> Future[KnownPart]:
-        """Queue a mesh of a request, to be begun once `accepted`; raises RequestError if full."""
+        """Queue a mesh of a request, to be begun once `accepted`."""
         def take() -> KnownPart:
             if accepted is not None:
                 accepted.wait(LONGEST_ACCEPTANCE)
             return self.take(request)
 
-        coming = self._lanes.put_first(take, request.bytes(), request.part_id,
-                                       part_builder.is_large(request))
+        coming = self._lanes.put(take, Rank.SENT, _lane_of(request), request.bytes(),
+                                 request.part_id)
         self._refusals.watch_mesh(source, coming)
         return coming
 
@@ -89,21 +90,22 @@ class Intake:
             known.source.get()
             return known
 
-        return self._lanes.put_first(build, 0, known.part_id, _is_large(known))
+        return self._lanes.put(build, Rank.KNOWN, _lane_of(known), 0, known.part_id)
 
     def prepared(self, known: KnownPart, scene: DropScene) -> Future[Any]:
         """Done once the poses of a part are at hand, whose estimate is a moment's work then."""
-        if not known.source.is_built or not _is_large(known) or are_found(known.part, scene):
+        lane = _lane_of(known)
+        if not known.source.is_built or lane is Lane.QUICK or are_found(known.part, scene):
             return at_hand(None)
-        return self._lanes.put_first(partial(self._builder.find_poses, known.part, scene),
-                                     large=True)
+        return self._lanes.put(partial(self._builder.find_poses, known.part, scene), Rank.KNOWN,
+                               lane)
 
     def check_room(self, message: PartMesh) -> None:
         """Refuse a mesh that there is no room for before it is looked at, and let go of it."""
         triangles, vertices = part_messages.mesh_size(message)
         try:
-            self._lanes.check_room(12 * triangles + 24 * vertices, message.part_id,
-                                   part_builder.are_many(triangles, vertices))
+            self._lanes.check_room(part_builder.lane_of(triangles, vertices),
+                                   12 * triangles + 24 * vertices, message.part_id)
         except PoseStatsError:
             part_messages.let_go(message)
             raise
@@ -111,7 +113,8 @@ class Intake:
     def show_all_again(self) -> None:
         """Show known parts in another scene, when nothing else waits."""
         for known in self._parts.all():
-            again = self._lanes.put_later(partial(self._show_again, known), _is_large(known))
+            again = self._lanes.put(partial(self._show_again, known), Rank.LATER,
+                                    _lane_of(known))
             self._refusals.watch_mesh("parameters", again)
 
     def _show_again(self, known: KnownPart) -> None:
@@ -132,8 +135,8 @@ class Intake:
         return not wait(self._coming, timeout).not_done
 
     def _build_later(self, known: KnownPart, to_show: bool, tries: int = TRIES) -> Future[None]:
-        return self._lanes.put_later(partial(self._build_again, known, to_show, tries),
-                                     _is_large(known))
+        return self._lanes.put(partial(self._build_again, known, to_show, tries), Rank.LATER,
+                               _lane_of(known))
 
     def _build_again(self, known: KnownPart, to_show: bool, tries: int) -> None:
         """Build a part of an earlier run; one that is refused now goes."""
@@ -158,10 +161,12 @@ class Intake:
         self._announcer.draw()
 
 
-def _is_large(known: KnownPart) -> bool:
-    """Whether a part, built or not, may take longer than others should wait."""
-    return (part_builder.is_large(known.part) if known.source.is_built
-            else known.size > LARGE_BYTES)
+def _lane_of(part: KnownPart | part_requests.PartRequest) -> Lane:
+    """Where a mesh, or a known part that may not be built yet, is worked on."""
+    if isinstance(part, KnownPart) and not part.source.is_built:
+        return Lane.SLOW if part.size > LARGE_BYTES else Lane.QUICK
+    mesh = part.part if isinstance(part, KnownPart) else part
+    return part_builder.lane_of(len(mesh.triangles), len(mesh.vertices))
 
 
 class MeshSubscriptions:

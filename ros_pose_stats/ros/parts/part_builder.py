@@ -1,7 +1,8 @@
 """Builds parts: small ones here, what takes long in a process that can be stopped."""
 
 import os
-from typing import Any
+from collections.abc import Callable
+from typing import Any, TypeVar
 
 from ... import errors, methods
 from ...batch.worker import ProcessDiedError, TookLongError, Worker
@@ -12,6 +13,9 @@ from ...mesh.overlap import TakesLongError, within
 from ...records import DropScene, Part
 from ...resting.poses import are_found
 from ..messages.part_requests import PartRequest, part_of
+from .lanes import Lane
+
+T = TypeVar("T")
 
 LARGE_TRIANGLES = 5000  # a mesh with more of them may take longer than others should wait
 CORNERS = 3  # vertices a triangle where each has its own
@@ -24,18 +28,15 @@ class NotBuiltError(errors.RequestError):
     """A part that was not built for a reason that is not the mesh's."""
 
 
-# a part with all that was prepared on the way to its first estimate and picture
-_Built = tuple[Part, dict[Any, Any]]
+def lane_of(triangles: int, vertices: int) -> Lane:
+    """Where a mesh of so many triangles and vertices is to be built."""
+    large = triangles > LARGE_TRIANGLES or vertices > CORNERS * LARGE_TRIANGLES
+    return Lane.SLOW if large else Lane.QUICK
 
 
-def is_large(request: PartRequest | Part) -> bool:
+def is_large(mesh: PartRequest | Part) -> bool:
     """Whether a mesh may take longer than others should wait."""
-    return are_many(len(request.triangles), len(request.vertices))
-
-
-def are_many(triangles: int, vertices: int) -> bool:
-    """Whether a mesh of so many triangles and vertices is large."""
-    return triangles > LARGE_TRIANGLES or vertices > CORNERS * LARGE_TRIANGLES
+    return lane_of(len(mesh.triangles), len(mesh.vertices)) is Lane.SLOW
 
 
 def prepare() -> None:
@@ -45,24 +46,51 @@ def prepare() -> None:
     prepare_kernels()
 
 
-def build(request: PartRequest | Part, scene: DropScene) -> _Built | errors.PoseStatsError | str:
-    """Build a part with its first estimate and picture, in that process; or what went wrong."""
+def attempt(function: Callable[..., T], *arguments: Any) -> T | Exception:
+    """Call a function in that process, which an exception would end."""
     try:
-        part = request if isinstance(request, Part) else part_of(request)
-        estimate_in(part, scene, methods.AUTO)
-        visible_triangles(part)  # for its markers
-        return part, part.all_prepared()
+        return function(*arguments)
     except errors.PoseStatsError as refusal:
         return refusal
-    except Exception as error:  # belongs to whoever asked
-        return f"{type(error).__name__}: {error}"
+    except Exception as error:  # belongs to whoever asked, who may not have its type
+        return RuntimeError(f"{type(error).__name__}: {error}")
 
 
-class PartBuilder:
-    """Builds parts, one that takes long with its poses."""
+class PartWorker:
+    """The process, for one caller after the other."""
 
     def __init__(self) -> None:
         self._worker = Worker(prepare)
+        self.close = self._worker.close
+
+    def call(self, seconds: float, late: errors.PoseStatsError, function: Callable[..., T],
+             *arguments: Any) -> T:
+        """Have a function called there; raises `late`, NotBuiltError and what it has raised."""
+        try:
+            outcome = self._worker.call_within(seconds, attempt, function, *arguments)
+        except TookLongError as error:
+            raise late from error
+        except (ProcessDiedError, errors.BatchError) as error:
+            if self._worker.closed:
+                raise NotBuiltError("a running node", "one that is ending",
+                                    "start it again") from error
+            raise NotBuiltError("a process that works on the part to the end", f"one that {error}",
+                                "send the mesh again; decimate it if memory is short") from error
+        if isinstance(outcome, Exception):
+            raise outcome
+        return outcome
+
+
+def _build(request: PartRequest | Part, scene: DropScene) -> tuple[Part, dict[Any, Any]]:
+    """A part with all that is prepared on the way to its first estimate and picture."""
+    part = request if isinstance(request, Part) else part_of(request)
+    estimate_in(part, scene, methods.AUTO)
+    visible_triangles(part)  # for its markers
+    return part, part.all_prepared()
+
+
+class PartBuilder(PartWorker):
+    """Builds parts, one that takes long with its poses."""
 
     def build(self, request: PartRequest, scene: DropScene, quick: bool) -> Part:
         """Build a part; raises TakesLongError where only what is `quick` is to be built."""
@@ -82,24 +110,7 @@ class PartBuilder:
         if is_large(part) and not are_found(part, scene):
             part.keep_all(self._ask(part, scene)[1])
 
-    def _ask(self, request: PartRequest | Part, scene: DropScene) -> _Built:
-        try:
-            answer = self._worker.call_within(BUDGET_SECONDS, build, request, scene)
-        except TookLongError as late:
-            raise errors.MeshError(f"a mesh that is checked within {BUDGET_SECONDS:g} s",
-                                   f"{len(request.triangles)} triangles", "decimate it") from late
-        except (ProcessDiedError, errors.BatchError) as error:
-            if self._worker.closed:
-                raise NotBuiltError("a running node", "one that is ending",
-                                    "start it again") from error
-            raise NotBuiltError("a process that builds the part to its end", f"one that {error}",
-                                "send the mesh again; decimate it if memory is short") from error
-        if isinstance(answer, errors.PoseStatsError):
-            raise answer
-        if isinstance(answer, str):
-            raise RuntimeError(answer)
-        return answer
-
-    def close(self) -> None:
-        """End what is being built."""
-        self._worker.close()
+    def _ask(self, request: PartRequest | Part, scene: DropScene) -> tuple[Part, dict[Any, Any]]:
+        late = errors.MeshError(f"a mesh that is checked within {BUDGET_SECONDS:g} s",
+                                f"{len(request.triangles)} triangles", "decimate it")
+        return self.call(BUDGET_SECONDS, late, _build, request, scene)

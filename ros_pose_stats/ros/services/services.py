@@ -21,7 +21,7 @@ from ..messages.part_messages import is_given
 from ..messages.part_requests import shown
 from ..messages.statistics_messages import with_warning
 from ..parts import announcer, checks, intake, known_part, part_store, result_store
-from ..parts.outlines import Outlines, outline_messages
+from ..parts.outlines import Outlines
 from ..recorder import ANSWERS
 from ..settings import Settings
 from ..transport.answering_node import AnsweringNode
@@ -217,7 +217,7 @@ class Services:
         coming = self._outlines.begin(known.part, result, request.heights)
 
         def go_on() -> None:
-            response.outlines = outline_messages(result, request.heights, wait_for(coming))
+            response.outlines = wait_for(coming)
 
         return Later(coming, go_on)
 
