@@ -12,7 +12,7 @@ from .jobs import Jobs, job_reports, queue, refinement, run
 from .messages.times import follow_clock, steady_timer
 from .parts import announcer, checks, count_store, intake, outlines, part_builder
 from .parts.lanes import Lanes
-from .parts.part_store import MeshLog, PartStore
+from .parts.part_store import PartStore
 from .parts.result_store import SECONDS_BETWEEN, ResultStore
 from .services import goals, plate_fits, services
 from .services.feeding import FeedingService
@@ -53,14 +53,12 @@ class PoseStatsNode(AnsweringNode):
         restored = restore.restore_jobs(self.state, tail, settings)
         self.refusals = refusals.Refusals(log.warning)
         self.lanes = Lanes(lambda: self._settings().max_mesh_bytes)
-        self.builder, self.outlines = part_builder.PartBuilder(), outlines.Outlines(self.lanes)
-        mesh_log = MeshLog(self.recorder, self.state)
-        self.announcer = announcer.Announcer(self, self.recorder, self.state, mesh_log.introduce,
+        self.builder = part_builder.PartBuilder(self._settings, self.lanes)
+        self.outlines = outlines.Outlines(self.lanes)
+        self.announcer = announcer.Announcer(self, self.recorder, self.state,
                                              self.refusals.floods)
-        self.parts = PartStore(
-            self.recorder, self.state, mesh_log.introduce, lambda request: self.builder.build(
-                request, self._settings().scene(), self.lanes.is_quick()),
-            self.announcer.withdraw_result)
+        self.parts = PartStore(self._settings, self.recorder, self.state, self.announcer,
+                               self.builder)
         self.learnt = count_store.CountStore(self._settings, self.parts, self.state)
         self.results = ResultStore(self._settings, self.parts, self.learnt, self.announcer,
                                    self.state)
@@ -83,10 +81,10 @@ class PoseStatsNode(AnsweringNode):
                                     self.lanes, self.builder, self.refusals,
                                     self.checks.follow, log)
         self.counts = camera_counts.CountSubscription(self, self.recorder, self.parts.current,
-                                                      self.refusals, mesh_log.introduce,
+                                                      self.refusals, self.announcer.introduce,
                                                       self.learnt.add_counts)
         if settings.restore:
-            self.parts.restore(settings.max_parts, settings.max_part_bytes)
+            self.parts.restore()
             for known in self.parts.all():
                 self.results.restore(known)
             for counts in tail.counts:
@@ -126,7 +124,7 @@ class PoseStatsNode(AnsweringNode):
         refusals.Diagnostics(self, {
             "parts": lambda: self.refusals.health(len(self.parts.all()),
                                                   self.lanes.waiting()),
-            "counts": lambda: count_store.count_health({known.part_id: known.shown.counts
+            "counts": lambda: count_store.count_health({known.part_id: known.counts
                                                         for known in self.parts.all()}),
             "jobs": lambda: queue.job_health(self.jobs, self._settings()),
             "flips": lambda: queue.flip_health(*self.flip_jobs),
@@ -148,7 +146,7 @@ class PoseStatsNode(AnsweringNode):
 
     def _on_change(self, settings: Settings) -> None:
         """Estimate known parts again, in the background."""
-        self.parts.shrink(settings.max_parts, settings.max_part_bytes)
+        self.parts.shrink()
         self.intake.show_all_again()
 
     def _write_down(self) -> None:

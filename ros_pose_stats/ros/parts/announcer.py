@@ -3,8 +3,7 @@
 import math
 import threading
 import time
-from collections.abc import Callable, Sequence
-from contextlib import suppress
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,7 +12,6 @@ from numpy.typing import NDArray
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.duration import Duration
 from rclpy.event_handler import PublisherEventCallbacks
-from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -26,10 +24,10 @@ from ...recording.writer import cdr as drawing
 from ...text import most_probable
 from ..messages import statistics_messages, times
 from ..messages.part_requests import part_line, shown
-from ..recorder import POSE_STATISTICS, Recorder
+from ..recorder import PART_MESH, POSE_STATISTICS, Recorder
 from ..refusals import MOST_SWAPS, Floods
 from ..state import State
-from .known_part import KnownPart
+from .known_part import KnownPart, Memory
 
 Array = NDArray[np.float64]
 
@@ -104,12 +102,12 @@ LATCHED = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE,
 NO_EVENTS = PublisherEventCallbacks(use_default_callbacks=False)
 """The executor fails on handlers of events that are destroyed while it waits for them."""
 
-SECONDS_BETWEEN_MARKERS = 1.0
+SECONDS_BETWEEN = 1.0  # markers
+INTRODUCED = 4096  # meshes that are known to be in the bag
 
 PARTING_SECONDS = 1.0
 """A subscriber that has not taken a part's last message by then is not waited for."""
 
-GLANCE = 0.01  # seconds between looks at whether it has
 NOT_RECORDED = "NOT_RECORDED: this could not be written down: {}."
 
 
@@ -120,22 +118,40 @@ class _Shown:
     publisher: Publisher
     known: KnownPart
     message: PoseStatistics
+    recorded: bool  # whether that is in the bag; not so where a start shows it
 
 
 class Announcer:
-    """Publishes results, each part's by a publisher of its own so that late joiners get all."""
+    """Publishes results, each part's by a publisher of its own so that late joiners get all.
 
-    def __init__(self, node: Node, recorder: Recorder, state: State,
-                 introduce: Callable[[KnownPart], object], floods: Floods) -> None:
-        self._node, self._recorder, self._state = node, recorder, state
-        self.introduce, self._floods = introduce, floods
+    Nothing of a part goes on record before its mesh, which does so once a bag.
+    """
+
+    def __init__(self, node: Node, recorder: Recorder, state: State, floods: Floods) -> None:
+        self._node, self._recorder, self._state, self._floods = node, recorder, state, floods
+        self._introduced: Memory[tuple[int, str, str], bool] = Memory(INTRODUCED)  # by bag
+        self._introducing = threading.RLock()
         self._shown: dict[str, _Shown] = {}
         self._leaving: dict[str, tuple[Publisher, float]] = {}
         self._lock = threading.Lock()
         self._changed = threading.Event()
         self._markers = node.create_publisher(MarkerArray, "~/markers", LATCHED)
-        times.steady_timer(node, SECONDS_BETWEEN_MARKERS, self._draw_markers,
-                           MutuallyExclusiveCallbackGroup())
+        times.steady_timer(node, SECONDS_BETWEEN, self._look, MutuallyExclusiveCallbackGroup())
+
+    def introduce(self, known: KnownPart) -> None:
+        """Put a part's mesh on record, and the result that a start has latched, once a bag."""
+        with self._introducing:
+            name = known.part_id, known.digest
+            if self._introduced.get((self._recorder.bag, *name)):
+                return
+            message = self._state.mesh(known.part_id)
+            if message is None or not self._recorder.record(PART_MESH, message):
+                return
+            self._introduced.put((self._recorder.bag, *name), True)  # maybe a new bag's first
+            shown = self._shown.get(known.part_id)
+            if shown is not None and not shown.recorded:
+                shown.recorded = self._recorder.record(POSE_STATISTICS,
+                                                       serialize_message(shown.message))
 
     def log_part(self, known: KnownPart) -> None:
         """Say what has come, so that a wrong unit is seen at once; of a flood not each."""
@@ -150,11 +166,12 @@ class Announcer:
         for warning in known.part.warnings:
             log.warning(f"{known.part_id}: {warning}")
 
-    def publish_result(self, known: KnownPart, message: PoseStatistics, data: bytes) -> None:
+    def publish_result(self, known: KnownPart, message: PoseStatistics, data: bytes,
+                       recorded: bool = True) -> None:
         """Latch a message, serialised too, as the part's current one."""
         with self._lock:
             publisher = self._publisher(known.part_id)
-            self._shown[known.part_id] = _Shown(publisher, known, message)
+            self._shown[known.part_id] = _Shown(publisher, known, message, recorded)
             publisher.publish(data)
         self.draw()
 
@@ -184,22 +201,20 @@ class Announcer:
         self._recorder.record(POSE_STATISTICS, data)
         with self._lock:
             shown.publisher.publish(data)
-            alone = not self._leaving
             self._leaving[part_id] = shown.publisher, time.monotonic()
-        if alone:
-            threading.Thread(target=self._see_off, name="see off publishers").start()
         self._changed.set()
 
-    def _see_off(self) -> None:
-        """Destroy publishers once their last message is there; to wait would lock Python."""
-        while self._leaving:
-            time.sleep(GLANCE)
-            with self._lock, suppress(InvalidHandle):  # the node has ended meanwhile
-                for part_id, (publisher, since) in list(self._leaving.items()):
-                    if (time.monotonic() - since > PARTING_SECONDS
-                            or publisher.wait_for_all_acked(Duration(seconds=0))):
-                        del self._leaving[part_id]
-                        self._node.destroy_publisher(publisher)
+    def _look(self) -> None:
+        """See publishers off once their last message is there, and draw what has changed."""
+        with self._lock:
+            for part_id, (publisher, since) in list(self._leaving.items()):
+                if (time.monotonic() - since > PARTING_SECONDS  # to wait would lock Python
+                        or publisher.wait_for_all_acked(Duration(seconds=0))):
+                    del self._leaving[part_id]
+                    self._node.destroy_publisher(publisher)
+        if self._changed.is_set():
+            self._changed.clear()
+            self._draw_markers()
 
     def close(self) -> None:
         """Wait for nobody any more."""
@@ -225,10 +240,6 @@ class Announcer:
         return NOT_RECORDED.format(self._state.problem or self._recorder.last_problem)
 
     def _draw_markers(self) -> None:
-        """Draw what is latched, at most once a second and only where it has changed."""
-        if not self._changed.is_set():
-            return
-        self._changed.clear()
         with self._lock:
             shown = [self._shown[part_id] for part_id in sorted(self._shown)
                      if self._shown[part_id].known.source.is_built]

@@ -54,8 +54,8 @@ class CellCounts:
     """Counts of a part's poses, and whether the last ones differ from those before."""
 
     def __init__(self, ground: Ground, total: Index, series: int) -> None:
-        self.ground = ground
-        self.series = series
+        self.ground, self.series = ground, series
+        self.change: int | None = None  # of the state, that has all of it; None: all so far
         self._total = total.copy()
         self._recent: deque[Index] = deque()
         self._seen = 0
@@ -127,12 +127,12 @@ class CountStore:
         self._new: dict[str, known_part.KnownPart] = {}
 
     def restore(self, known: known_part.KnownPart) -> None:
-        """Give a part what the state has of its counts."""
+        """Give a part what the state has of its counts, where it has none yet."""
         counted = self._state.get("counts", known.part_id)
-        if counted is not None and counted[1] == known.digest:
+        if known.counts is None and counted is not None and counted[1] == known.digest:
             _, _, tolerance, sides, plate, total, series = counted
-            known.shown.counts = CellCounts(Ground(Numbering(tolerance, sides), plate),
-                                            np.frombuffer(total, np.int64), series)
+            known.counts = CellCounts(Ground(Numbering(tolerance, sides), plate),
+                                      np.frombuffer(total, np.int64), series)
 
     def take_new(self) -> list[known_part.KnownPart]:
         """Parts of which more was counted since this was last asked."""
@@ -142,20 +142,24 @@ class CountStore:
         """Learn from what a camera counted on this plate; false for what came before."""
         if counts.plate not in ("", self._settings().plate):
             return True
-        ground, shown = self._ground(counts), known.shown
+        ground = self._ground(counts)
         with known.numbers.lock:
-            if shown.latched is None:
+            current = self._parts.current(known.part_id)
+            latched = None if current is None else current.shown.latched
+            if current is None or current.digest != known.digest or latched is None:
                 return True
-            if shown.counts is None or shown.counts.ground != ground:
-                shown.counts = CellCounts(ground, np.zeros(len(shown.latched.poses), np.int64),
+            known = current  # the same part may have come with another scene meanwhile
+            self.restore(known)
+            if known.counts is None or known.counts.ground != ground:
+                known.counts = CellCounts(ground, np.zeros(len(latched.poses), np.int64),
                                           time.time_ns())
             content = hashlib.sha256(str(counts).encode()).digest()[:16]
-            identity = shown.counts.series.to_bytes(8, "big") + content
+            identity = known.counts.series.to_bytes(8, "big") + content
             if self._state.get("counted", identity) is not None:
                 return False
-            if shown.counts.add(counts):
-                shown.counted = self._state.put(
-                    self._counts_row(known, shown.counts),
+            if known.counts.add(counts):
+                known.counts.change = self._state.put(
+                    self._counts_row(known, known.counts),
                     Change("counted", identity, (identity,)))
                 self._new[known.part_id] = known
         return True
@@ -165,7 +169,7 @@ class CountStore:
         changes = []
         for known in self._parts.all():
             with known.numbers.lock:
-                counts = known.shown.counts
+                counts = known.counts
                 if counts is not None and not counts.ground.plate:
                     counts.ground = counts.ground._replace(plate=plate)
                     changes.append(self._counts_row(known, counts))
@@ -182,14 +186,15 @@ class CountStore:
 
     def counted_as(self, known: known_part.KnownPart, message: PoseStatistics) -> int:
         """Parts that were counted on the ground of a result."""
-        counts = known.shown.counts
+        counts = known.counts
         return 0 if counts is None or counts.ground != self._ground(message) else int(
             counts.total.sum())
 
     def observe(self, known: known_part.KnownPart,
                 message: PoseStatistics) -> records.PoseStatistics | None:
         """A result combined with what was counted; None where nothing was that fits it."""
-        counts = known.shown.counts
+        self.restore(known)
+        counts = known.counts
         if counts is None:
             return None
         ground = self._ground(message)

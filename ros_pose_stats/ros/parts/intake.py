@@ -56,7 +56,7 @@ class Intake:
         known, new = self._parts.resolve(request)
         if new:
             self._results.estimate(known, "", scene)  # what has no equilibrium is no part
-            self._parts.put(known, request, settings.max_parts, settings.max_part_bytes)
+            self._parts.put(known, request)
             self._results.show_best(known)
             self._announcer.log_part(known)
             self._follow(known)

@@ -1,4 +1,4 @@
-"""A part that the node knows, the same with its centre of mass elsewhere, bounded memories."""
+"""A part that the node knows, and bounded memories."""
 
 import math
 import threading
@@ -8,12 +8,9 @@ from concurrent.futures import Future
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-import numpy as np
 from geometry_msgs.msg import Vector3
-from numpy.typing import NDArray
 from ros_pose_stats_msgs.msg import PoseStatistics
 
-from ...mesh.parts import shift_center
 from ...records import DropScene, Part
 from ...text import listed, millimetres
 
@@ -61,12 +58,6 @@ class Memory(Generic[K, V]):
             while self._sum > self._most and len(self._values) > 1:
                 self._sum -= self._weight(self._values.popitem(last=False)[1])
 
-    def clear(self) -> None:
-        """Let go of everything."""
-        with self._lock:
-            self._values.clear()
-            self._sum = 0
-
 
 @dataclass(eq=False)
 class Numbers:
@@ -93,11 +84,8 @@ class Shown:
     # the best estimate or simulation for that scene, as it was before it was latched: under
     # another number, and combined with the counts where there are any
     model: PoseStatistics | None = None
-    counts: "CellCounts | None" = None  # what cameras counted of it
-    counted: int = 0  # number of the change of the state that has all of the counts
     scene: DropScene | None = None  # that the latched result is for
     published: float = 0.0  # when it was published, by the monotonic clock
-    recorded: bool = True  # whether what is latched is in the bag; not so where a start shows it
 
 
 class PartSource:
@@ -132,6 +120,7 @@ class KnownPart:
     source: PartSource
     numbers: Numbers = field(default_factory=Numbers)  # of its name
     shown: Shown = field(default_factory=Shown)
+    counts: "CellCounts | None" = None  # what cameras counted of it; written by the count store
     size: int = 0  # bytes of the mesh as it is kept, and of the part when it became known
     change: int = 0  # number of the change of the state that has it
 
@@ -154,26 +143,7 @@ BUILT_BYTES = 64 * 2**20  # of parts that are kept because they may come again
 
 def memory_of_parts() -> Memory[Any, Part]:
     """Parts by any key, as far as they take `BUILT_BYTES` with what is prepared of them."""
-    return Memory(BUILT_BYTES,
-                  lambda part: 2 * part.vertices.nbytes + 3 * part.triangles.nbytes)
-
-
-class ShiftedParts:
-    """Shifts centres of mass, and keeps the parts whose poses may be asked for again."""
-
-    def __init__(self) -> None:
-        self._parts: Memory[tuple[str, str, bytes], Part] = memory_of_parts()
-
-    def shift(self, known: KnownPart, offset: NDArray[np.float64]) -> KnownPart:
-        """The part with its centre of mass shifted by (3,) metres; raises MassPropertiesError."""
-        if not offset.any():
-            return known
-        key = known.part_id, known.digest, offset.tobytes()
-        part = self._parts.get(key)
-        if part is None:
-            part = shift_center(known.part, offset)
-            self._parts.put(key, part)
-        return known_as(part, known)
+    return Memory(BUILT_BYTES, lambda part: 2 * part.vertices.nbytes + 3 * part.triangles.nbytes)
 
 
 def shift_warning(offset: Vector3) -> str:

@@ -13,7 +13,8 @@ from ...mesh.overlap import TakesLongError, within
 from ...records import DropScene, Part
 from ...resting.poses import are_found
 from ..messages.part_requests import PartRequest, part_of
-from .lanes import Lane
+from ..settings import Settings
+from .lanes import Lane, Lanes
 
 T = TypeVar("T")
 
@@ -90,18 +91,22 @@ def _build(request: PartRequest | Part, scene: DropScene) -> tuple[Part, dict[An
 
 
 class PartBuilder(PartWorker):
-    """Builds parts, one that takes long with its poses."""
+    """Builds parts, such as take long with their poses for the node's scene."""
 
-    def build(self, request: PartRequest, scene: DropScene, quick: bool) -> Part:
-        """Build a part; raises TakesLongError where only what is `quick` is to be built."""
+    def __init__(self, settings: Callable[[], Settings], lanes: Lanes) -> None:
+        super().__init__()
+        self._settings, self._lanes = settings, lanes
+
+    def build(self, request: PartRequest) -> Part:
+        """Build a part; raises TakesLongError in the quick lane where it is none for that."""
         if not is_large(request):
             try:
                 with within(HERE_SECONDS):
                     return part_of(request)
             except TakesLongError:
-                if quick:
+                if self._lanes.is_quick():
                     raise
-        part, prepared = self._ask(request, scene)
+        part, prepared = self._ask(request, self._settings().scene())
         part.keep_all(prepared)
         return part
 

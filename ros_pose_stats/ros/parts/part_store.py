@@ -12,54 +12,25 @@ from ros_pose_stats_msgs.msg import JobEvent
 from ...errors import MeshError, PoseStatsError, RequestError
 from ...records import Part, part
 from ..messages import part_messages, part_requests, times
-from ..recorder import JOB_EVENTS, PART_MESH, POSE_STATISTICS, Recorder
+from ..recorder import JOB_EVENTS, Recorder
+from ..settings import Settings
 from ..state import Change, State
 from ..state.tables import Row
 from . import part_builder
+from .announcer import Announcer
 from .known_part import KnownPart, Memory, Numbers, PartSource, memory_of_parts
 
 REFUSED = 1024  # refused meshes kept for when they come again
 NUMBERED = 1024  # forgotten parts whose revisions go on where they come again
-RECORDED = 4096  # meshes that are known to be in the bag
-
-
-class MeshLog:
-    """Puts the mesh of each part on record once a bag, before anything else of the part."""
-
-    def __init__(self, recorder: Recorder, state: State) -> None:
-        self._recorder, self._state = recorder, state
-        self._bag = -1
-        self._recorded: Memory[tuple[str, str], bool] = Memory(RECORDED)
-        self._lock = threading.RLock()
-
-    def introduce(self, known: KnownPart) -> None:
-        """Put a part's mesh on record, and the result that a start has latched, once a bag."""
-        with self._lock:
-            if self._bag != self._recorder.bag:
-                self._recorded.clear()
-            if self._recorded.get((known.part_id, known.digest)):
-                return
-            message = self._state.mesh(known.part_id)
-            if message is None or not self._recorder.record(PART_MESH, message):
-                return
-            if self._bag != self._recorder.bag:  # as the record was written
-                self._recorded.clear()
-                self._bag = self._recorder.bag
-            self._recorded.put((known.part_id, known.digest), True)
-            if known.shown.latched is not None and not known.shown.recorded:
-                known.shown.recorded = self._recorder.record(
-                    POSE_STATISTICS, serialize_message(known.shown.latched))
 
 
 class PartStore:
     """Known parts by their id."""
 
-    def __init__(self, recorder: Recorder, state: State,
-                 introduce: Callable[[KnownPart], object],
-                 build: Callable[[part_requests.PartRequest], Part],
-                 on_forgotten: Callable[[KnownPart, int, str], object]) -> None:
-        self._recorder, self._state, self._introduce = recorder, state, introduce
-        self._build_part, self._on_forgotten = build, on_forgotten
+    def __init__(self, settings: Callable[[], Settings], recorder: Recorder, state: State,
+                 announcer: Announcer, builder: part_builder.PartBuilder) -> None:
+        self._settings, self._recorder, self._state = settings, recorder, state
+        self._announcer, self._builder = announcer, builder
         self._parts: OrderedDict[str, KnownPart] = OrderedDict()
         self._used: set[str] = set()
         self._uses = itertools.count(1)
@@ -69,17 +40,16 @@ class PartStore:
         self._built: Memory[tuple[str, bytes], Part] = memory_of_parts()
         self._numbers: Memory[str, Numbers] = Memory(NUMBERED)
 
-    def restore(self, most: int, most_bytes: int) -> list[KnownPart]:
+    def restore(self) -> None:
         """Know the parts of the state again, the last used ones; each is built when asked for."""
         rows = sorted(self._state.rows("parts"), key=lambda row: row[-1])
         with self._lock:
-            for part_id, digest, content, restitution, drop_height, size, _ in rows:
+            for part_id, digest, content, restitution, drop_height, size, used in rows:
                 source = PartSource(None, partial(self._rebuild, part_id, digest))
                 self._parts[part_id] = KnownPart(
                     part_id, digest, content, (restitution, drop_height), source, size=size)
-            self._uses = itertools.count(rows[-1][-1] + 1 if rows else 1)
-        self.shrink(most, most_bytes)
-        return self.all()
+                self._uses = itertools.count(used + 1)
+        self.shrink()
 
     def _rebuild(self, part_id: str, digest: str) -> Part:
         """Build a part of an earlier run; raises PoseStatsError."""
@@ -106,10 +76,8 @@ class PartStore:
         if old is not None and (old.digest, old.scene_override) == (digest, override):
             return old, False
         numbers = self._numbers.get(part_id) if old is None else old.numbers
-        new = KnownPart(part_id, digest, request.content, override, source, numbers or Numbers())
-        if old is not None and old.digest == digest:  # dropped otherwise, but on the same plate
-            new.shown.counts, new.shown.counted = old.shown.counts, old.shown.counted
-        return new, True
+        return KnownPart(part_id, digest, request.content, override, source,
+                         numbers or Numbers()), True
 
     def _same(self, part_id: str, content: bytes) -> KnownPart | None:
         """The known part of this name and mesh; by the mesh alone where there is no name."""
@@ -129,7 +97,7 @@ class PartStore:
         part = self._built.get(key)
         if part is None:
             try:
-                part = self._build_part(request)
+                part = self._builder.build(request)
             except part_builder.NotBuiltError:  # the mesh may be good
                 raise
             except PoseStatsError as error:
@@ -138,10 +106,10 @@ class PartStore:
             self._built.put(key, part)
         return part
 
-    def put(self, known: KnownPart, request: part_requests.PartRequest, most: int,
-            most_bytes: int) -> None:
-        """Keep a part in place of one of its name, and of the oldest; raises MeshError."""
-        known.size = part.array_bytes(known.part, request)
+    def put(self, known: KnownPart, request: part_requests.PartRequest) -> None:
+        """Keep a part in place of the last of its name, and of the oldest; raises MeshError."""
+        known.size, most_bytes = part.array_bytes(known.part, request), (
+            self._settings().max_part_bytes)
         if known.size > most_bytes:
             raise MeshError(f"a part that takes at most {most_bytes} bytes in memory (parameter "
                             f"max_part_bytes)", f"{known.size} bytes, "
@@ -152,16 +120,16 @@ class PartStore:
         with known.numbers.lock:
             other = self.current(known.part_id)
             if other is not None:
-                self._introduce(other)
+                self._announcer.introduce(other)
             gone = [] if other is None or other.digest == known.digest else [
                 Change("counts", known.part_id, None)]
             known.change = self._state.put_mesh(
                 known.part_id, message, Change("parts", known.part_id, self._row(known)), *gone)
-            self._introduce(known)
+            self._announcer.introduce(known)
             with self._lock:
                 self._parts.pop(known.part_id, None)
                 self._parts[known.part_id] = known
-        self.shrink(most, most_bytes)
+        self.shrink()
 
     def _row(self, known: KnownPart) -> Row:
         return (known.part_id, known.digest, known.content, *map(float, known.scene_override),
@@ -216,16 +184,16 @@ class PartStore:
         """Forget a part; whether the state has that on the disk."""
         return self._state.commit(self._let_go(known, why))
 
-    def shrink(self, most: int, most_bytes: int) -> None:
-        """Forget the least recently used ones beyond `most` parts and bytes; one is kept."""
-        while (oldest := self._oldest_beyond(most, most_bytes)) is not None:
+    def shrink(self) -> None:
+        """Forget the least recently used ones beyond the bounds; the last is kept."""
+        while (oldest := self._oldest_beyond(self._settings())) is not None:
             self._let_go(oldest, "the part made room for others that were used more recently "
                          "(parameters max_parts, max_part_bytes)")
 
-    def _oldest_beyond(self, most: int, most_bytes: int) -> KnownPart | None:
+    def _oldest_beyond(self, settings: Settings) -> KnownPart | None:
         with self._lock:
             total = sum(known.size for known in self._parts.values())
-            too_many = len(self._parts) > most or total > most_bytes
+            too_many = len(self._parts) > settings.max_parts or total > settings.max_part_bytes
             return next(iter(self._parts.values())) if too_many and len(self._parts) > 1 else None
 
     def _let_go(self, known: KnownPart, why: str) -> int | None:
@@ -238,7 +206,7 @@ class PartStore:
         with known.numbers.lock:
             if self.current(part_id) is not known:
                 return None
-            self._on_forgotten(known, stamp, why)
+            self._announcer.withdraw_result(known, stamp, why)
             event = JobEvent(event=JobEvent.PART_FORGOTTEN, part_id=part_id,
                              part_digest=known.digest)
             event.header.stamp = times.time_message(stamp)

@@ -59,7 +59,6 @@ class ResultStore:
         if row is not None:
             _, latched, model, known.numbers.newest = row
             known.numbers.shown = known.numbers.newest
-            shown.recorded = False
             with suppress(Exception):  # of the bindings: then it is estimated anew
                 shown.latched = deserialize_message(latched, PoseStatistics)
                 shown.latched.final = True  # nothing is going to refine it any more
@@ -86,7 +85,7 @@ class ResultStore:
                     observed and last.header.frame_id != settings.plate_frame):
                 self._latch(known, shown.model, scene)
             else:
-                self._announcer.publish_result(known, last, serialize_message(last))
+                self._announcer.publish_result(known, last, serialize_message(last), False)
         roles = [BEST] if model.job_id else [BEST, CHECKED if model.drops else model.method]
         for role in roles:
             self._results.put(self._key(role, known, scene), shown.model)
@@ -106,8 +105,7 @@ class ResultStore:
                 continue
             with waiting.numbers.lock:
                 if self._parts.current(part_id) is waiting:
-                    self._announcer.record(POSE_STATISTICS, waiting,
-                                           waiting.shown.latched)
+                    self._announcer.record(POSE_STATISTICS, waiting, waiting.shown.latched)
 
     def show_best(self, known: KnownPart) -> None:
         """Latch the best that is known for the part's present scene, at least an estimate."""
@@ -243,7 +241,8 @@ class ResultStore:
         if again:
             message = messages.copied(message)
             message.revision = numbers.next()
-        if message.method == OBSERVED and not self._state.commit(shown.counted):
+        if known.counts is not None and message.method == OBSERVED and not (
+                self._state.commit(known.counts.change)):
             message = self._announcer.warn_unrecorded(message)
         if again and at - numbers.recorded_at < SECONDS_BETWEEN:  # `show_waiting` records it
             self._waiting[known.part_id] = known
@@ -253,7 +252,7 @@ class ResultStore:
             numbers.recorded_at = at
         numbers.shown = message.revision
         shown.model, shown.latched, shown.scene = model, message, scene
-        shown.published, shown.recorded = at, True
+        shown.published = at
         data = serialize_message(message)
         self._announcer.publish_result(known, message, data)
         self._state.put(Change("results", known.part_id, (

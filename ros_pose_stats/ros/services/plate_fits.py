@@ -161,7 +161,7 @@ def counts_on(plate: str, present: str,
               ) -> list[tuple[known_part.KnownPart, count_store.CellCounts]]:
     """Known parts that were counted on a plate; what was counted without a name is of any."""
     counted = [(known, counts) for known in parts
-               if (counts := known.shown.counts) is not None and counts.total.any()]
+               if (counts := known.counts) is not None and counts.total.any()]
     names = {plate, present} if not present else {plate}
     chosen = [(known, seen) for known, seen in counted if seen.ground.plate in names]
     if not chosen:

@@ -14,8 +14,9 @@ from ros_pose_stats_msgs.msg import PoseStatistics
 
 from ... import errors, methods
 from ...mesh.mass_properties import check_offset
+from ...mesh.parts import shift_center
 from ...planning.confidence import not_enough
-from ...records import DropScene
+from ...records import DropScene, Part
 from ..jobs import Job, Jobs, State, job_reports, refinement as refining
 from ..messages.part_messages import is_given
 from ..messages.part_requests import shown
@@ -106,7 +107,7 @@ class Services:
         self._jobs = jobs
         self._reports = reports
         self._outlines = outlines
-        self._shifted = known_part.ShiftedParts()
+        self._shifted: known_part.Memory[Any, Part] = known_part.memory_of_parts()
         self.say_failure = node.get_logger().error
         for kind, name, callback in (
                 (srv.EstimatePoses, "estimate", self.estimate),
@@ -142,7 +143,12 @@ class Services:
     def _estimate_part(self, request: Any, response: Any, resolved: ResolvedPart,
                        offset: Array) -> Later | None:
         received = wait_for(resolved.coming)
-        known = self._shifted.shift(received, offset)
+        known = received
+        if offset.any():
+            key = received.part_id, received.digest, offset.tobytes()
+            part = self._shifted.get(key) or shift_center(received.part, offset)
+            self._shifted.put(key, part)
+            known = known_part.known_as(part, received)
         scene = self._settings().scene((request.restitution, request.drop_height),
                                        resolved.scene_override)
         prepared = self._intake.prepared(known, scene)
