@@ -104,8 +104,7 @@ class Job:
 
     def take(self, progress: DropProgress) -> None:
         """Note how far the run is, and now and then its statistics."""
-        self.drops_done = progress.drops
-        self.expected_error = progress.expected_error
+        self.drops_done, self.expected_error = progress.drops, progress.expected_error
         self.drops_per_second = progress.rate
         now = time.monotonic()
         if now < self._next_snapshot:
@@ -132,8 +131,7 @@ class Job:
         if isinstance(outcome, FlipStatistics):
             self.flips, self.drops_done = outcome, outcome.flips
             return
-        self.snapshot = outcome
-        self.drops_done = outcome.drops
+        self.snapshot, self.drops_done = outcome, outcome.drops
         self.expected_error = outcome.expected_error
 
 

@@ -30,19 +30,17 @@ def job_event(job: Job, event: int, message: str = "") -> JobEvent:
     report = JobEvent(event=event)
     report.header.stamp = time_message(now())
     report.job_id, report.part_id, report.message = job.job_id, job.part_id, message
-    report.refinement = request.refinement
+    report.refinement, report.max_seconds = request.refinement, request.max_seconds
     report.drops, report.drops_done, report.seed = request.drops, job.drops_done, job.seed
-    report.restitution = float(request.scene.restitution)
-    report.cluster_tolerance = float(request.scene.cluster_tolerance)
-    report.round_sides = request.scene.round_sides
-    report.target_error, report.max_seconds = request.target_error, request.max_seconds
-    report.drop_height = float("nan") if request.scene.drop_height is None else float(
-        request.scene.drop_height)
-    part, snapshot = job.built(), job.snapshot
+    scene, report.target_error = request.scene, request.target_error
+    report.restitution = float(scene.restitution)
+    report.cluster_tolerance = float(scene.cluster_tolerance)
+    report.round_sides = scene.round_sides
+    height = scene.drop_height if job.snapshot is None else job.snapshot.drop_height
+    report.drop_height = float("nan") if height is None else float(height)
+    part = job.built()
     if part is not None:
         report.part_digest = part.digest
-    if snapshot is not None:
-        report.drop_height = snapshot.drop_height
     return report
 
 
@@ -71,11 +69,9 @@ class JobReports(JobListener):
 
     def __init__(self, results: result_store.ResultStore, parts: part_store.PartStore,
                  announcer: Announcer, recorder: Recorder, state: State,
-                 say: Callable[[str], object],
-                 restored: Iterable[tuple[str, int]]) -> None:
+                 log: Callable[[str], object], restored: Iterable[tuple[str, int]]) -> None:
         self._results, self._parts, self._announcer = results, parts, announcer
-        self._recorder, self._state = recorder, state
-        self._say = say
+        self._recorder, self._state, self._log = recorder, state, log
         self._interims: dict[str, tuple[Statistics, PoseStatistics]] = {}
         self._kept_at = 0.0
         self._answered = deque(restored)
@@ -108,8 +104,7 @@ class JobReports(JobListener):
                                        serialize_message(self.interim(job, snapshot))))
         known = self._part_of(job)
         if known is not None and self._results.is_due(known, job.request.scene):
-            self._results.offer_results(known, job.request.scene,
-                                        [self.interim(job, snapshot)])
+            self._results.offer_results(known, job.request.scene, [self.interim(job, snapshot)])
 
     def dropped(self, job: Job, chunk: DropChunk) -> None:
         """Put single drops on record."""
@@ -122,12 +117,12 @@ class JobReports(JobListener):
         if job.snapshot is None or known is None:
             recorded, change = self._report(event)
             if not (recorded and job.recorded and self._is_kept(job, state, change)):
-                said = self._warnings(job) or (self._announcer.not_recorded(),)
-                job.message = " ".join(filter(None, (job.message, *said)))
+                warnings = self._warnings(job) or (self._announcer.not_recorded(),)
+                job.message = " ".join(filter(None, (job.message, *warnings)))
         else:
             self._end_with(job, state, event, self._results.number_result(
                 known, job.snapshot, job.settings, job.job_id, True, self._warnings(job)), known)
-        self._say(f"{job.job_id}: {state.name} after {job.drops_done} of "
+        self._log(f"{job.job_id}: {state.name} after {job.drops_done} of "
                   f"{job.request.drops} drops of '{job.part_id}'"
                   + (f": {job.message}" if job.message else ""))
 

@@ -8,8 +8,9 @@ import secrets
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable
-from concurrent.futures import Future, TimeoutError as NotYet
+from concurrent.futures import Future, wait
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from ...errors import PoseStatsError, RequestError
@@ -60,9 +61,15 @@ class Jobs:
         """Accept a simulation, or join the same in flight; refused if the queue is full."""
         with self._accepting:  # acceptance goes on record one at a time
             with self._changed:
-                twin = self._twin(request)
-                if twin is None:
-                    self._check_room(request, settings.max_queued_jobs)
+                twin = next(filter(partial(_is_twin, request), self._known.values()), None)
+                most = settings.max_queued_jobs
+                if twin is None and self._closing:
+                    raise RequestError("a running node", "one that is ending", "start it again")
+                if twin is None and not request.refinement and (
+                        len(self._asked) >= most + (self.running is None)):
+                    raise RequestError(
+                        f"at most {most} simulations waiting (parameter max_queued_jobs)",
+                        "a full queue", "wait, or cancel one")
             if twin is not None:
                 if not request.refinement and not twin.asked:  # a client is told of it now
                     twin.asked = True
@@ -97,8 +104,7 @@ class Jobs:
             self._end(job, State.CANCELLED, reason)
         return job
 
-    def cancel_refinement(self, part_id: str, reason: str,
-                          but: JobRequest | None = None) -> None:
+    def cancel_refinement(self, part_id: str, reason: str, but: JobRequest | None = None) -> None:
         """Ask the refinements of a part to end, but for one that was asked for anew."""
         for job in self.all():
             if job.request.refinement and job.part_id == part_id and job.request != but:
@@ -147,27 +153,12 @@ class Jobs:
             self._end(running, State.CANCELLED, reason)
         return not self._thread.is_alive()
 
-    def _twin(self, request: JobRequest) -> Job | None:
-        for job in self._known.values():
-            if job.state.ended or job.cancel_reason:
-                continue
-            if job.request.refinement and not (request.refinement or request.hybrid):
-                continue  # a simulation that a client asked for does not give way
-            if replace(job.request, refinement=request.refinement) == request:
-                return job
-        return None
-
-    def _check_room(self, request: JobRequest, most: int) -> None:
-        if self._closing:
-            raise RequestError("a running node", "one that is ending", "start it again")
-        if not request.refinement and len(self._asked) >= most + (self.running is None):
-            raise RequestError(f"at most {most} simulations waiting (parameter max_queued_jobs)",
-                               "a full queue", "wait, or cancel one")
-
     def _work(self) -> None:
         while (job := self._next()) is not None:
             try:
                 self._run(job)
+            except PoseStatsError as refusal:
+                self._end(job, State.FAILED, str(refusal))
             except Exception as error:  # must not end the thread
                 self._on_failure(f"{job.job_id}: {type(error).__name__}: {error}")
                 self._end(job, State.FAILED, f"internal failure: {type(error).__name__}: {error}")
@@ -176,8 +167,7 @@ class Jobs:
 
     def _next(self) -> Job | None:
         with self._changed:
-            while not self._asked and not self._refinements and not self._closing:
-                self._changed.wait()
+            self._changed.wait_for(lambda: self._asked or self._refinements or self._closing)
             if self._closing:
                 return None
             job = (self._asked or self._refinements).popleft()
@@ -186,45 +176,27 @@ class Jobs:
             return job
 
     def _run(self, job: Job) -> None:
-        try:
-            part = self._part(job)
-            if part is None:
-                self._end(job, State.CANCELLED, job.cancel_reason)
+        while not (job.part.done() or job.cancel_reason):
+            wait([job.part], POLL_SECONDS)
+        if job.cancel_reason:
+            self._end(job, State.CANCELLED, job.cancel_reason)
+            return
+        part = job.part.result()
+        self._listener.started(job)
+        job.tell_followers()
+        outcome, ending = self._compute(
+            job, part, self._listener, lambda: job.request.refinement and bool(self._asked))
+        with self._changed:
+            if ending is Ending.GAVE_WAY and not job.cancel_reason:
+                job.state, job.drops_done = State.QUEUED, 0
+                self._refinements.appendleft(job)
                 return
-            self._listener.started(job)
-            job.tell_followers()
-            outcome, ending = self._compute(
-                job, part, self._listener,
-                lambda: job.request.refinement and bool(self._asked))
-        except PoseStatsError as refusal:
-            self._end(job, State.FAILED, str(refusal))
-            return
-        if ending is Ending.GAVE_WAY and self._put_back(job):
-            return
         job.keep(outcome)
         if ending in (Ending.CANCELLED, Ending.GAVE_WAY):
             self._end(job, State.CANCELLED, job.cancel_reason)
         else:
             self._end(job, State.DONE, " ".join(
                 line for line in outcome.warnings if line.startswith(CUT_SHORT)))
-
-    def _put_back(self, job: Job) -> bool:
-        """Back to the front of the queue; False if it was cancelled meanwhile."""
-        with self._changed:
-            if not job.cancel_reason:
-                job.state, job.drops_done = State.QUEUED, 0
-                self._refinements.appendleft(job)
-            return not job.cancel_reason
-
-    def _part(self, job: Job) -> Part | None:
-        """The part, once it is there; None if the job is cancelled before."""
-        while not job.cancel_reason:
-            try:
-                return job.part.result(timeout=POLL_SECONDS)
-            except NotYet:
-                if job.part.done():
-                    raise
-        return None
 
     def _end(self, job: Job, state: State, message: str) -> None:
         with self._changed:
@@ -251,6 +223,13 @@ class Jobs:
             self._listener.let_go(oldest)
 
 
+def _is_twin(request: JobRequest, job: Job) -> bool:
+    """Whether a job that has not ended is what is asked for; what a client asked gives no way."""
+    gives_way = job.request.refinement and not (request.refinement or request.hybrid)
+    return not (job.state.ended or job.cancel_reason or gives_way) and (
+        replace(job.request, refinement=request.refinement) == request)
+
+
 def job_health(jobs: Jobs, settings: Any) -> Health:
     """The line about drop simulations."""
     asked, refinements = jobs.counts()
@@ -266,8 +245,7 @@ def job_health(jobs: Jobs, settings: Any) -> Health:
 def flip_health(goals: Jobs, answers: Jobs) -> Health:
     """The line about flips, those of goals and of answers of ~/feeding."""
     running = [job for job in (goals.running, answers.running) if job is not None]
-    text = "; ".join(f"{job.job_id}: {job.drops_done} flips of '{job.part_id}'"
-                     for job in running)
+    text = "; ".join(f"{job.job_id}: {job.drops_done} flips of '{job.part_id}'" for job in running)
     return Health(False, text or "idle", {
         "goals queued": goals.counts()[0], "answers queued": answers.counts()[0],
         "running": ", ".join(job.job_id for job in running)})

@@ -41,15 +41,18 @@ class Refinement:
         """Refine a part's latched result in the background, if that is wanted and not done."""
         settings = self._settings()
         drops = min(settings.refine_drops or settings.drops, settings.max_drops)
-        scene, hybrid = settings.scene(known.scene_override), settings.default_method == AUTO
-        target = settings.target_error
+        scene, target = settings.scene(known.scene_override), settings.target_error
+        hybrid = settings.default_method == AUTO
         request = JobRequest(known.part_id, known.content, scene, drops, 0,
                              self._aim(known, target, scene) if hybrid else target,
                              settings.max_job_seconds, True, hybrid)
         self._jobs.cancel_refinement(known.part_id, "the part or its scene has changed",
                                      but=request)
-        wanted = settings.refine_drops or settings.target_error
-        if wanted and not _fine_enough(known, request, target):
+        model = known.shown.model
+        fine = model is not None and known.shown.scene == scene and (model.drops or hybrid) and (
+            model.drops >= drops or (target and (
+                credible_bound(known.part, model, scene) <= target)))
+        if (settings.refine_drops or target) and not fine:
             self._jobs.submit(request, known_part.at_hand(known.part), settings)
 
     def answer_checked(self, known: known_part.KnownPart, checked: PoseStatistics,
@@ -68,24 +71,29 @@ class Refinement:
             known, scene)
         if dropped is not None and statistics_messages.refutes(dropped):
             best = dropped
-        bound = credible_bound(known.part, best, scene)
-        if bound <= target_error:
-            return best, confidence.enough(_means(best), bound, target_error)
-        if dropped is not None:
-            of_found = credible_bound(known.part, dropped, scene)
-            if of_found <= target_error:
-                return dropped, confidence.enough(_means(dropped), of_found, target_error)
-            most = self._most_drops()
-            if dropped.drops >= most:
-                short = confidence.not_enough(_means(dropped), of_found, target_error)
+        settings = self._settings()
+        most = min(settings.drops, settings.max_drops)
+        for result in (best, *filter(None, [dropped])):
+            bound = credible_bound(known.part, result, scene)
+            if bound <= target_error:
+                return result, confidence.enough(_means(result), bound, target_error)
+            if result is dropped and dropped.drops >= most:
+                short = confidence.not_enough(_means(dropped), bound, target_error)
                 return _missed(dropped, f"{short}, and the node drops at most {most} times for it "
                                "(parameter drops).")
+        bound = credible_bound(known.part, best, scene)
         short = confidence.not_enough(_means(best), bound, target_error)
-        return _missed(best, f"{short}; {self._start(known, target_error, scene)}")
-
-    def _most_drops(self) -> int:
-        settings = self._settings()
-        return min(settings.drops, settings.max_drops)
+        request = JobRequest(known.part_id, known.content, scene, most, 0,
+                             self._aim(known, target_error, scene), settings.max_job_seconds,
+                             hybrid=True)
+        try:
+            job = self._jobs.submit(request, known_part.at_hand(known.part), settings)
+        except RequestError as refusal:  # the estimate is an answer all the same
+            return _missed(best, f"{short}; drops cannot refine it now: {refusal}")
+        promise = f"at most {most} drops in the background will refine it, job {job.job_id}."
+        if not job.recorded:
+            promise += f" {self._announcer.not_recorded()}"
+        return _missed(best, f"{short}; {promise}")
 
     def _aim(self, known: known_part.KnownPart, target_error: float, scene: DropScene) -> float:
         """The bound at which drops may end; with a higher one they might not be latched."""
@@ -93,20 +101,6 @@ class Refinement:
         if model is None or known.shown.scene != scene:
             return target_error
         return min(target_error, statistics_messages.known_error(model))
-
-    def _start(self, known: known_part.KnownPart, target_error: float, scene: DropScene) -> str:
-        """Begin to drop; what there is to say about it."""
-        settings = self._settings()
-        request = JobRequest(known.part_id, known.content, scene, self._most_drops(), 0,
-                             self._aim(known, target_error, scene), settings.max_job_seconds,
-                             hybrid=True)
-        try:
-            job = self._jobs.submit(request, known_part.at_hand(known.part), settings)
-        except RequestError as refusal:  # the estimate is an answer all the same
-            return f"drops cannot refine it now: {refusal}"
-        promise = (f"at most {request.drops} drops in the background will refine it, job "
-                f"{job.job_id}.")
-        return promise if job.recorded else f"{promise} {self._announcer.not_recorded()}"
 
 
 def _means(message: PoseStatistics) -> str:
@@ -118,14 +112,3 @@ def _means(message: PoseStatistics) -> str:
 
 def _missed(message: PoseStatistics, choice: str) -> tuple[PoseStatistics, str]:
     return statistics_messages.with_warning(message, f"TARGET_MISSED: {choice}"), choice
-
-
-def _fine_enough(known: known_part.KnownPart, request: JobRequest, target_error: float) -> bool:
-    """Whether the model is as good as a refinement would make it."""
-    model = known.shown.model
-    if model is None or known.shown.scene != request.scene:
-        return False
-    if not (model.drops or request.hybrid):
-        return False
-    return model.drops >= request.drops or (bool(target_error) and (
-        credible_bound(known.part, model, request.scene) <= target_error))

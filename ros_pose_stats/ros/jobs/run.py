@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from enum import Enum
 from functools import partial
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -18,6 +18,8 @@ from ...simulation.request import Watch, drop_request
 from ...statistics.prefix import Judge, target_reached
 from ..parts.known_part import Memory
 from .job import COMBINED_SECONDS, FlipRequest, Job, JobListener, State
+
+Outcome = TypeVar("Outcome", PoseStatistics, FlipStatistics)
 
 MOST_POSES = 1000  # a transition matrix of more takes tens of megabytes
 REMEMBERED = 2_000_000  # transitions, of which each takes some 24 bytes
@@ -50,6 +52,15 @@ class _Stop:
             self.ending = Ending.GAVE_WAY
         return self.ending is not Ending.COMPLETE
 
+    def judge(self, outcome: Outcome, complete: bool, done: str) -> tuple[Outcome, Ending]:
+        """An outcome with the ending, and a warning where there was no more time."""
+        if complete:
+            return outcome, Ending.COMPLETE
+        if self.ending is Ending.OUT_OF_TIME:
+            late = f"TIME_LIMIT: ended after {self._job.request.max_seconds:g} s with {done}."
+            outcome = replace(outcome, warnings=(*outcome.warnings, late))
+        return outcome, self.ending
+
 
 def run_drops(job: Job, part: Part, listener: JobListener,
               should_give_way: Callable[[], bool]) -> tuple[PoseStatistics, Ending]:
@@ -80,13 +91,7 @@ def run_drops(job: Job, part: Part, listener: JobListener,
         request.target_error)
     if prior is not None:
         counted = hybrid.hybrid_statistics(counted, prior)
-    if complete:
-        return counted, Ending.COMPLETE
-    if stop.ending is Ending.OUT_OF_TIME:
-        late = (f"TIME_LIMIT: ended after {request.max_seconds:g} s with {counted.drops} of at "
-                f"most {request.drops} drops.")
-        counted = replace(counted, warnings=(*counted.warnings, late))
-    return counted, stop.ending
+    return stop.judge(counted, complete, f"{counted.drops} of at most {request.drops} drops")
 
 
 FlipKey = tuple[str, float, float, int, float]
@@ -101,12 +106,11 @@ class FlipReports(JobListener):
     """Remembers flips up to a bound; they are not recorded, for a seed gives them again."""
 
     def __init__(self) -> None:
-        def transitions(counted: FlipStatistics) -> int:
-            return int(counted.counts.size)
-
         # the most flips of a key, and those of a job, without the poses themselves
-        self._best: Memory[FlipKey, FlipStatistics] = Memory(REMEMBERED, transitions)
-        self._of_jobs: Memory[str, FlipStatistics] = Memory(REMEMBERED, transitions)
+        self._best: Memory[FlipKey, FlipStatistics] = Memory(
+            REMEMBERED, lambda counted: counted.counts.size)
+        self._of_jobs: Memory[str, FlipStatistics] = Memory(
+            REMEMBERED, lambda counted: counted.counts.size)
         self.best, self.of_job = self._best.get, self._of_jobs.get
 
     def ended(self, job: Job, state: State) -> None:
@@ -157,10 +161,4 @@ def run_flips(job: Job, part: Part, listener: JobListener,
         part, scene, request.kick_height,
         drop_request(total // poses, job.seed, 0.0, job.settings.threads()),
         Watch(None, stop.is_due, background=True), on_progress)
-    if counted.flips == total:
-        return counted, Ending.COMPLETE
-    if stop.ending is Ending.OUT_OF_TIME:
-        late = (f"TIME_LIMIT: ended after {request.max_seconds:g} s with {counted.flips} of "
-                f"{total} flips.")
-        counted = replace(counted, warnings=(*counted.warnings, late))
-    return counted, stop.ending
+    return stop.judge(counted, counted.flips == total, f"{counted.flips} of {total} flips")

@@ -44,9 +44,10 @@ class GoalServer(ABC):
 
     def __init__(self, node: AnsweringNode, kind: Any, name: str, jobs: Jobs) -> None:
         self._node, self._name, self._jobs = node, name, jobs
-        self._goals: dict[str, list[ServerGoalHandle]] = {}
+        self._goals: dict[str, list[ServerGoalHandle]] = {}  # by job
+        self._begun: set[str] = set()  # jobs whose first goal is shown as executing
+        # requests that are being accepted, with their jobs or why they are refused
         self._asked: dict[int, tuple[Any, Job | str]] = {}
-        self._waiting: dict[str, bytes] = {}
         self._ending = 0
         self._lock = threading.Lock()
         self._next_feedback = 0.0
@@ -71,11 +72,10 @@ class GoalServer(ABC):
 
     def wait_until_told(self) -> None:
         """Give the clients of jobs that have just ended the time to hear of it."""
-        until = time.monotonic() + LAST_SECONDS
-        told = self._ending == 0
+        until, ending = time.monotonic() + LAST_SECONDS, self._ending
         while self._ending and time.monotonic() < until:
             time.sleep(0.01)
-        if not told:  # the results are on their way
+        if ending:  # the results are on their way
             time.sleep(0.1)
 
     def _ask(self, request: Any) -> GoalResponse:
@@ -114,61 +114,54 @@ class GoalServer(ABC):
         answer.finished.add_done_callback(lambda _: self._complete(answer))
 
     def _follow(self, job: Job) -> None:
+        """Show goals of a job that runs how far it is."""
         self._begin(job)
-        if job.drops_done:
-            self._feedback(job)
-
-    def _cancel(self, goal: ServerGoalHandle) -> CancelResponse:
-        job = self._job_of(goal)
-        if job is None:
-            return CancelResponse.REJECT
-        threading.Thread(target=self._cancel_job, args=(goal, job), daemon=True).start()
-        return CancelResponse.ACCEPT
-
-    def _cancel_job(self, goal: ServerGoalHandle, job: Job) -> None:
-        """Cancel once the goal is known to be cancelled, which follows the callback."""
-        until = time.monotonic() + CANCEL_SECONDS
-        while goal.is_active and not goal.is_cancel_requested and time.monotonic() < until:
-            time.sleep(0.001)
-        self._jobs.cancel(job.job_id, "cancelled by a client")
-
-    def _job_of(self, goal: ServerGoalHandle) -> Job | None:
-        with self._lock:
-            for job_id, goals in self._goals.items():
-                if any(_key(tied) == _key(goal) for tied in goals):
-                    return self._jobs.get(job_id)
-            _, answer = self._asked.get(id(goal.request), (None, None))
-        return answer if isinstance(answer, Job) else None  # accepted this moment
-
-    def _feedback(self, job: Job) -> None:
         now = time.monotonic()
         with self._lock:
             goals = list(self._goals.get(job.job_id, ()))
-        if not goals or now < self._next_feedback:
-            return
-        self._next_feedback = now + FEEDBACK_SECONDS
-        feedback = self.feedback(job)
-        for goal in goals:
-            if goal.is_active:
-                goal.publish_feedback(feedback)
+        if job.drops_done and goals and now >= self._next_feedback:
+            self._next_feedback = now + FEEDBACK_SECONDS
+            feedback = self.feedback(job)
+            for goal in goals:
+                if goal.is_active:
+                    goal.publish_feedback(feedback)
+
+    def _cancel(self, goal: ServerGoalHandle) -> CancelResponse:
+        """Cancel the job once the goal is known to be cancelled, which follows the callback."""
+        with self._lock:
+            job_id = next((job_id for job_id, goals in self._goals.items() if goal in goals), "")
+            _, answer = self._asked.get(id(goal.request), (None, None))
+        job = self._jobs.get(job_id) if job_id else answer  # accepted this moment
+        if not isinstance(job, Job):
+            return CancelResponse.REJECT
+        until = time.monotonic() + CANCEL_SECONDS
+
+        def cancel() -> None:
+            while goal.is_active and not goal.is_cancel_requested and time.monotonic() < until:
+                time.sleep(0.001)
+            self._jobs.cancel(job.job_id, "cancelled by a client")
+
+        threading.Thread(target=cancel, daemon=True).start()
+        return CancelResponse.ACCEPT
 
     def _begin(self, job: Job) -> None:
         """Show the first goal of a job that runs as executing."""
         with self._lock:
             goals = self._goals.get(job.job_id)
-            if not goals or job.job_id in self._waiting:
+            if not goals or job.job_id in self._begun:
                 return
-            self._waiting[job.job_id] = _key(goals[0])
+            self._begun.add(job.job_id)
         self._execute(goals[0], job)
 
     def _complete(self, job: Job) -> None:
         """End the goals of a job that has ended."""
         with self._lock:
             goals = self._goals.pop(job.job_id, [])
-            waiting = self._waiting.pop(job.job_id, b"")
+            if job.job_id in self._begun:
+                self._begun.remove(job.job_id)
+                del goals[0]
         for goal in goals:
-            if _key(goal) != waiting:
-                self._execute(goal, job)
+            self._execute(goal, job)
 
     def _execute(self, goal: ServerGoalHandle, job: Job) -> None:
         """Have the executor wait for the job's end and tell the goal of it."""
@@ -200,17 +193,12 @@ class GoalServer(ABC):
         return self.result(None, False, str(refusal))
 
 
-def _key(goal: ServerGoalHandle) -> bytes:
-    return bytes(goal.goal_id.uuid)
-
-
 class SimulateDropsServer(GoalServer):
     """Goals that are drop simulations."""
 
     def __init__(self, node: AnsweringNode, requests: Requests, jobs: Jobs,
                  reports: job_reports.JobReports) -> None:
-        self._requests = requests
-        self._reports = reports
+        self._requests, self._reports = requests, reports
         super().__init__(node, SimulateDrops, "simulate_drops", jobs)
 
     def start_job(self, request: Any) -> Job:
@@ -238,11 +226,8 @@ class SimulateFlipsServer(GoalServer):
     """Goals that are flips."""
 
     def __init__(self, node: AnsweringNode, settings: Callable[[], Settings],
-                 parts: part_store.PartStore,
-                 jobs: Jobs, reports: run.FlipReports) -> None:
-        self._settings = settings
-        self._parts = parts
-        self._reports = reports
+                 parts: part_store.PartStore, jobs: Jobs, reports: run.FlipReports) -> None:
+        self._settings, self._parts, self._reports = settings, parts, reports
         super().__init__(node, SimulateFlips, "simulate_flips", jobs)
 
     def start_job(self, request: Any) -> Job:

@@ -2,13 +2,11 @@
 
 import functools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from concurrent.futures import Future, wait
 from functools import partial
 from typing import Any, NamedTuple, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
 from ros_pose_stats_msgs import srv
 from ros_pose_stats_msgs.msg import PoseStatistics
 
@@ -26,7 +24,7 @@ from ..parts.outlines import Outlines
 from ..recorder import ANSWERS
 from ..settings import Settings
 from ..transport.answering_node import AnsweringNode
-from .requests import Requests, ResolvedPart, check_target, wait_for
+from .requests import Requests, check_target, wait_for
 
 BY_DROPS = "ask for the method auto, or start a drop simulation"
 AS_ITSELF = "for drops, send the part with this centre of mass in its inertia"
@@ -35,7 +33,6 @@ AS_ITSELF = "for drops, send the part with this centre of mass in its inertia"
 CANCEL_PATIENCE = 0.06
 """Seconds that a cancel waits for the simulation's end, so that its state is told right."""
 
-Array = NDArray[np.float64]
 Callback = Callable[..., Any]
 
 
@@ -46,45 +43,58 @@ class Answering(Protocol):
 
 
 class Later(NamedTuple):
-    """What a callback returns that has to wait: for what, and how it goes on then."""
+    """What a callback has to wait for, and how it goes on then."""
 
     coming: Future[Any]
     go_on: Callable[[], "Later | None"]
 
 
+Steps = Generator[Future[Any], Any, None]
+"""What a callback waits for in turn; it is given what comes of each."""
+
+
+def _next(steps: Steps, done: Future[Any] | None = None) -> Later | None:
+    try:
+        try:
+            value = None if done is None else wait_for(done)
+        except BaseException as error:
+            coming = steps.throw(error)
+        else:
+            coming = steps.send(value)
+    except StopIteration:
+        return None
+    return Later(coming, partial(_next, steps, coming))
+
+
 def refusing(callback: Callback) -> Callback:
-    """Turn refusals into `success = false` and their message, and `Later` into a future."""
+    """Turn refusals into `success = false` and their message, and what waits into a future."""
     @functools.wraps(callback)
     def answer(self: Answering, request: Any, response: Any) -> Any:
-        later = attempt(self, response, lambda: callback(self, request, response))
-        if later is None:
-            return response
         answered: Future[Any] = Future()
-        wait_for_rest(self, response, later, answered)
-        return answered
 
-    def attempt(self: Answering, response: Any, act: Callable[[], Later | None]) -> Later | None:
-        try:
-            response.success = True
-            return act()
-        except errors.PoseStatsError as refusal:
-            response.success, response.message = False, str(refusal)
-        except Exception as error:  # the client gets an answer in any case
-            response.success = False
-            response.message = f"internal failure: {type(error).__name__}: {error}"
-            self.say_failure(f"{callback.__name__}: {response.message}")
-        return None
+        def begin() -> Later | None:
+            outcome: Later | Steps | None = callback(self, request, response)
+            return _next(outcome) if isinstance(outcome, Generator) else outcome
 
-    def wait_for_rest(self: Answering, response: Any, later: Later,
-                      answered: Future[Any]) -> None:
-        def go_on(_: Future[Any]) -> None:
-            further = attempt(self, response, later.go_on)
-            if further is None:
+        def go_on(act: Callable[[], Later | None]) -> None:
+            later = None
+            try:
+                later = act()
+            except errors.PoseStatsError as refusal:
+                response.success, response.message = False, str(refusal)
+            except Exception as error:  # the client gets an answer in any case
+                response.success = False
+                response.message = f"internal failure: {type(error).__name__}: {error}"
+                self.say_failure(f"{callback.__name__}: {response.message}")
+            if later is None:
                 answered.set_result(response)
-            else:
-                wait_for_rest(self, response, further, answered)
+            else:  # no thread waits
+                then = later.go_on
+                later.coming.add_done_callback(lambda _: go_on(then))
 
-        later.coming.add_done_callback(go_on)
+        response.success = True
+        go_on(begin)
+        return response if answered.done() else answered
 
     return answer
 
@@ -98,15 +108,10 @@ class Services:
                  intake: intake.Intake, checks: checks.Checks,
                  refinement: refining.Refinement, jobs: Jobs,
                  reports: job_reports.JobReports, outlines: Outlines) -> None:
-        self._settings = settings
-        self._parts = parts
-        self._results = results
-        self._announcer = announcer
-        self._requests, self._intake = requests, intake
+        self._settings, self._parts, self._results = settings, parts, results
+        self._announcer, self._requests, self._intake = announcer, requests, intake
         self._checks, self._refinement = checks, refinement
-        self._jobs = jobs
-        self._reports = reports
-        self._outlines = outlines
+        self._jobs, self._reports, self._outlines = jobs, reports, outlines
         self._shifted: known_part.Memory[Any, Part] = known_part.memory_of_parts()
         self.say_failure = node.get_logger().error
         for kind, name, callback in (
@@ -123,8 +128,11 @@ class Services:
             node.serve(kind, f"~/{name}", callback)
 
     @refusing
-    def estimate(self, request: Any, response: Any) -> Later | None:
-        """An analytic answer, at once where the part is at hand."""
+    def estimate(self, request: Any, response: Any) -> Steps:
+        """An analytic answer, at once where the part is at hand.
+
+        An estimate that nobody chose is checked by drops; with a target others may do.
+        """
         check_target(request.target_error)
         step = request.com_offset
         offset = check_offset((step.x, step.y, step.z))
@@ -137,13 +145,7 @@ class Services:
                 known, request.method, scene)
 
         resolved = self._requests.resolve_part(request.part_id, request.part, None, is_enough)
-        go_on = partial(self._estimate_part, request, response, resolved, offset)
-        return go_on() if resolved.coming.done() else Later(resolved.coming, go_on)
-
-    def _estimate_part(self, request: Any, response: Any, resolved: ResolvedPart,
-                       offset: Array) -> Later | None:
-        received = wait_for(resolved.coming)
-        known = received
+        known = received = yield resolved.coming
         if offset.any():
             key = received.part_id, received.digest, offset.tobytes()
             part = self._shifted.get(key) or shift_center(received.part, offset)
@@ -151,28 +153,11 @@ class Services:
             known = known_part.known_as(part, received)
         scene = self._settings().scene((request.restitution, request.drop_height),
                                        resolved.scene_override)
-        prepared = self._intake.prepared(known, scene)
-        go_on = partial(self._check_part, request, response, received, known, scene, prepared)
-        return go_on() if prepared.done() else Later(prepared, go_on)
-
-    def _check_part(self, request: Any, response: Any, received: known_part.KnownPart,
-                    known: known_part.KnownPart, scene: DropScene,
-                    prepared: Future[Any]) -> Later | None:
-        """Have an estimate that nobody chose checked by drops; with a target others may do."""
-        wait_for(prepared)
+        yield self._intake.prepared(known, scene)
         is_auto = (request.method or self._settings().default_method) == methods.AUTO
-        checked = self._checks.begin(known, scene) if is_auto and not request.target_error else (
-            None)
-        go_on = partial(self._answer, request, response, received, known, scene, is_auto, checked)
-        return go_on() if checked is None or checked.done() else Later(checked, go_on)
-
-    def _answer(self, request: Any, response: Any, received: known_part.KnownPart,
-                known: known_part.KnownPart, scene: DropScene, is_auto: bool,
-                checked: Future[PoseStatistics] | None) -> None:
-        """Answer for a part as it is asked about, once the state has it as it was received."""
-        if checked is not None:
-            message, response.message = self._refinement.answer_checked(known, wait_for(checked),
-                                                                        scene)
+        if is_auto and not request.target_error:
+            checked = yield self._checks.begin(known, scene)
+            message, response.message = self._refinement.answer_checked(known, checked, scene)
         elif is_auto and known is received:
             message, response.message = self._refinement.answer(known, request.target_error, scene)
         else:  # drops in the background would be of the part as it is known
@@ -207,25 +192,19 @@ class Services:
             response.message = self._announcer.not_recorded()
 
     @refusing
-    def get_statistics(self, request: Any, response: Any) -> Later | None:
+    def get_statistics(self, request: Any, response: Any) -> Steps:
         """What is latched, with outlines of one part where they are asked for."""
         parts = self._parts
         if request.heights and not request.part_id:
             raise errors.RequestError("a part_id with heights", "none",
                                       "ask for one part's outlines")
         chosen = [parts.known(request.part_id)] if request.part_id else parts.all()
-        latched = [(known, found) for known in chosen
-                   if (found := known.shown.latched) is not None]
-        response.statistics = [found for _, found in latched]
-        if not (request.heights and latched):
-            return None
-        known, result = latched[0]
-        coming = self._outlines.begin(known.part, result, request.heights)
-
-        def go_on() -> None:
-            response.outlines = wait_for(coming)
-
-        return Later(coming, go_on)
+        rows = [(known, latched) for known in chosen
+                if (latched := known.shown.latched) is not None]
+        response.statistics = [latched for _, latched in rows]
+        if request.heights and rows:
+            known, latched = rows[0]
+            response.outlines = yield self._outlines.begin(known.part, latched, request.heights)
 
     @refusing
     def forget(self, request: Any, response: Any) -> None:
