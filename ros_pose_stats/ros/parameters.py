@@ -29,13 +29,20 @@ class Parameters:
     """
 
     def __init__(self, node: Node, on_change: Callable[[Settings], object]) -> None:
-        values = {setting.name: _declare(node, setting) for setting in TABLE}
-        _warn_of_unknown(node)
+        values = {setting.name: _value(setting, _widened(node.declare_parameter(
+            setting.name, setting.default, msg.ParameterDescriptor(
+                name=setting.name, dynamic_typing=True), False))) for setting in TABLE}
+        for name in node._parameter_overrides:  # which rclpy shows in no other way
+            if not node.has_parameter(name) and not name.startswith("qos_overrides."):
+                like = get_close_matches(name, BY_NAME, 1)
+                hint = f"; did you mean {like[0]}?" if like else ""
+                node.get_logger().warning(
+                    f"there is no parameter '{name}', its value is ignored{hint}")
         self.settings = settings_of(values)
         self._node, self._on_change = node, on_change
         self._checked = threading.local()
         self._lock = threading.Lock()
-        node.add_pre_set_parameters_callback(self._widen)
+        node.add_pre_set_parameters_callback(lambda given: list(map(_widened, given)))
         node.set_parameters([Parameter(setting.name, TYPES[type(setting.default)],
                                        values[setting.name]) for setting in TABLE])
         for setting in TABLE:  # bounds at last: the refusals of `settings_of` say more
@@ -53,18 +60,16 @@ class Parameters:
             raise RequestError("a plate that the node can use", result.reason,
                                "set the parameters plate and plates")
 
-    def _widen(self, parameters: Sequence[Parameter]) -> list[Parameter]:
-        """Make a float of an int where a float is wanted, and a list of an empty one."""
-        return [_widened(parameter) for parameter in parameters]
-
     def _check(self, parameters: Sequence[Parameter]) -> msg.SetParametersResult:
         try:
-            self._checked.settings = self._changed(parameters)
-            for parameter in parameters:
-                setting = BY_NAME.get(parameter.name)
-                if setting is not None and setting.fixed:
-                    raise RequestError(f"{parameter.name} to be set at the start only",
-                                       f"{parameter.value!r}", "start the node again")
+            ours, values = _ours(parameters), dict(vars(self.settings))
+            if PLATE & ours.keys():
+                del values["profile"]
+            self._checked.settings = settings_of({**values, **ours})
+            for name in ours:
+                if BY_NAME[name].fixed:
+                    raise RequestError(f"{name} to be set at the start only", f"{ours[name]!r}",
+                                       "start the node again")
         except PoseStatsError as refusal:
             return msg.SetParametersResult(successful=False, reason=str(refusal))
         return msg.SetParametersResult(successful=True)
@@ -79,29 +84,6 @@ class Parameters:
                        else before["profile"])
             self.settings = settings_of({**before, **ours, "profile": profile})
         self._on_change(self.settings)
-
-    def _changed(self, parameters: Sequence[Parameter]) -> Settings:
-        """The snapshot with some parameters changed."""
-        ours, values = _ours(parameters), dict(vars(self.settings))
-        if PLATE & ours.keys():
-            del values["profile"]
-        return settings_of({**values, **ours})
-
-
-def _warn_of_unknown(node: Node) -> None:
-    """Say which parameters given at the start the node does not have."""
-    for name in node._parameter_overrides:  # which rclpy shows in no other way
-        if not node.has_parameter(name) and not name.startswith("qos_overrides."):
-            like = get_close_matches(name, BY_NAME, 1)
-            hint = f"; did you mean {like[0]}?" if like else ""
-            node.get_logger().warning(
-                f"there is no parameter '{name}', its value is ignored{hint}")
-
-
-def _declare(node: Node, setting: Setting) -> Any:
-    anything = msg.ParameterDescriptor(name=setting.name, dynamic_typing=True)
-    given = node.declare_parameter(setting.name, setting.default, anything, False)
-    return _value(setting, _widened(given))
 
 
 def _descriptor(setting: Setting) -> msg.ParameterDescriptor:

@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 
 from ..recording import run_log, runs
-from ..recording.repair import Repair, repair_bags
+from ..recording.repair import repair_bags
 from ..recording.writer.message_types import MessageType, message_type
 from .refusals import Health
 from .settings import Settings
@@ -48,40 +48,28 @@ def bag_types() -> dict[str, MessageType]:
             for topic, name in TYPES.items()}
 
 
-def _repair_line(repair: Repair) -> str:
-    if repair.problem:
-        return repair.problem
-    return (f"{repair.directory.name} mended: {repair.kept} messages kept, "
-            f"{repair.cut_bytes} bytes of half a record cut off")
-
-
 class Recorder:
     """The run's bag: a log of what came, was answered, latched, counted and dropped.
 
-    `node`: fully qualified name of the node; `state`: told how far of the bag it has all that
-    counts; `say`: told once when recording fails and once when it works again. Attributes `step`:
-    held while something goes on record and then into the state; `counts_lost`: messages of cameras
-    that a flood overran.
+    The state knows up to where it has all that counts. `warn` is called when recording fails and
+    when it works again; `step` is held while something goes on record and then into the state.
     """
 
     def __init__(self, settings: Settings, node: str, state: State,
-                 say: Callable[[str], object]) -> None:
-        self._state = state
+                 warn: Callable[[str], object]) -> None:
+        self._state, self._warn = state, warn
         self.log = run_log.RunLog(settings.directory(), bag_types(),
                                   max_bag_bytes=settings.max_bag_bytes,
                                   max_log_bytes=settings.max_log_bytes, node=node)
-        self._say = say
         self.step = threading.RLock()
         self._placing = threading.Lock()
         self._place: tuple[Path, int] | None = None
         self._directory = self.log.directory
-        self.counts_lost = 0
-        self._bags_lost = 0
+        self.counts_lost = self.lost = self._bags_lost = 0  # of cameras, of all messages, of bags
         self._lock = threading.Lock()
         self.problem = self.last_problem = _unwritable(settings.directory())
         if self.problem:
-            say(f"NOT_RECORDED: {self.problem}")
-        self.lost = 0
+            warn(f"NOT_RECORDED: {self.problem}")
         self._last_repair = "none"
 
     def record(self, topic: str, data: bytes) -> bool:
@@ -108,19 +96,16 @@ class Recorder:
             return self.counts_lost
 
     def sync(self) -> None:
-        """Have what was recorded survive a power cut, and tell the state how far it goes."""
+        """Have what was recorded survive a power cut, and note how far the state has it."""
         self._attempt(self.log.sync)
         self.note_place()
 
     def begin_place(self) -> None:
-        """Tell the state that it has all that counts of earlier bags, and nothing of this one."""
+        """Note that the state has all that counts of earlier bags, and nothing of this one."""
         self._put_place((runs.bag_file(self.log.directory, 0), 0))
 
     def note_place(self) -> None:
-        """Tell the state that it has all that counts in the bag, as far as that goes now.
-
-        What is behind it after a kill, the next start takes in.
-        """
+        """Note that the state has all of the bag so far; a next start takes in what follows."""
         with self.step:
             self._put_place(self.log.place or (self.log.directory, 0))
 
@@ -152,19 +137,27 @@ class Recorder:
             self.last_problem = problem or self.last_problem
             self.lost += bool(problem)
         if changed:
-            self._say(f"NOT_RECORDED: {problem}" if problem else "recording works again")
+            self._warn(f"NOT_RECORDED: {problem}" if problem else "recording works again")
         if new_bag and not problem:
-            self._say(f"the bag was deleted; recording goes on in {self.log.directory}")
+            self._warn(f"the bag was deleted; recording goes on in {self.log.directory}")
 
     def mend_bags(self) -> None:
         """Mend what earlier runs left unfinished in the folder, and say so."""
         for repair in repair_bags(self.log.directory.parent):
-            self._last_repair = _repair_line(repair)
-            self._say(self._last_repair)
+            self._last_repair = repair.problem or (
+                f"{repair.directory.name} mended: {repair.kept} messages kept, "
+                f"{repair.cut_bytes} bytes of half a record cut off")
+            self._warn(self._last_repair)
 
     def health(self) -> Health:
         """What diagnostics say about the bag."""
         problem = self.problem or self._state.problem
+        bounds, left = [] if self.log.bytes_left is None else [self.log.bytes_left], ""
+        try:
+            home = next(path for path in self.log.directory.parents if path.is_dir())
+            bounds.append(shutil.disk_usage(home).free)
+        except OSError as error:
+            left = f"unknown: {error}"
         text = f"NOT_RECORDED: {problem}" if problem else "recording"
         if not problem and self.log.space.exceeded:
             text = ("log_directory is larger than max_log_bytes, and nothing that is left in it "
@@ -173,22 +166,12 @@ class Recorder:
             text = f"the state file could not be read; it is kept as {self._state.set_aside}"
         return Health(text != "recording", text, {
             "bag": str(self.log.directory), "bytes written": self.log.bytes_written,
-            "bytes left": self._left(), "messages not recorded": self.lost,
+            "bytes left": left or min(bounds), "messages not recorded": self.lost,
             "deleted for max_log_bytes": self.log.space.deleted,
             "last deleted": self.log.space.last_deleted or "none",
             "counts lost": self.counts_lost, "last repair": self._last_repair,
             "state file": str(self._state.file),
             "state file set aside": self._state.set_aside or "none"})
-
-    def _left(self) -> int | str:
-        """What the bound on all bags and the disk leave room for."""
-        bounds = [] if self.log.bytes_left is None else [self.log.bytes_left]
-        try:
-            home = next(path for path in self.log.directory.parents if path.is_dir())
-            bounds.append(shutil.disk_usage(home).free)
-        except OSError as error:
-            return f"unknown: {error}"
-        return min(bounds)
 
 
 def _unwritable(directory: Path) -> str:

@@ -87,9 +87,7 @@ class Health(NamedTuple):
 
 
 class _Refusal(NamedTuple):
-    """One refusal: by the clock that never jumps, and as it is told."""
-
-    at: float
+    at: float  # by the clock that never jumps
     stamp: int
     source: str
     reason: str
@@ -103,8 +101,7 @@ class Refusals:
         self.floods = Floods(say)
         self._recent: deque[_Refusal] = deque(maxlen=REMEMBERED)
         self._lock = threading.Lock()
-        self.refused = 0
-        self.overrun = 0
+        self.refused = self.overrun = 0
 
     def refuse(self, source: str, reason: str, what: str = "mesh") -> None:
         """Count and tell a refusal, unless it is a copy of one just before."""

@@ -65,10 +65,8 @@ class Settings:
     drop_height: float = _parameter(
         -1.0, "Height of the centre of mass above the plate at release, in metres; negative: "
         "20 part radii.", -1e6, 1e6)
-    refine_drops: int = _parameter(
-        0, "Background drops after each new mesh; 0: none.", 0, 10**9)
-    drops: int = _parameter(
-        10_000, "Drops of a simulation that does not say how many.", 1, 10**9)
+    refine_drops: int = _parameter(0, "Background drops after each new mesh; 0: none.", 0, 10**9)
+    drops: int = _parameter(10_000, "Drops of a simulation that does not say how many.", 1, 10**9)
     target_error: float = _parameter(
         0.0, "Root mean square error over the poses, as a fraction, to which each new mesh is "
         "refined in the background, until it is reached with 90 % confidence; 0: none.", 0.0,
@@ -177,8 +175,7 @@ def settings_of(values: dict[str, Any]) -> Settings:
                               for name, value in values.items()}
     settings = Settings(**frozen)
     for setting in TABLE:
-        _check_bounds(setting, getattr(settings, setting.name))
-        _check_text(setting, getattr(settings, setting.name))
+        _check(setting, getattr(settings, setting.name))
     if settings.default_method not in AT_ONCE:
         raise RequestError(f"default_method to be one of {', '.join(AT_ONCE)}",
                            f"'{settings.default_method}'", f"{DEFAULT_METHOD} is the default")
@@ -221,16 +218,13 @@ def find_profile(plates: str, plate: str) -> PlateProfile | None:
     return profiles.get(plate)
 
 
-def _check_bounds(setting: Setting, value: Any) -> None:
+def _check(setting: Setting, value: Any) -> None:
+    """Refuse what is out of bounds, would disturb a terminal or be long in every answer."""
     low, high = setting.low, setting.high
     if low is not None and high is not None and not low <= value <= high:
         top = "below 1" if high == BELOW_ONE else f"{high:g}"
         raise RequestError(f"{setting.name} from {low:g} to {top}", f"{value}",
                            f"{setting.default!r} is the default")
-
-
-def _check_text(setting: Setting, value: Any) -> None:
-    """Refuse what would disturb a terminal, or be written into every answer at length."""
     for text in value if isinstance(value, tuple) else (value,):
         if isinstance(text, str) and (len(text) > LONGEST_TEXT or not text.isprintable()):
             raise RequestError(f"{setting.name} of at most {LONGEST_TEXT} printable characters",

@@ -30,27 +30,20 @@ class AnsweringNode(Node):
     def __init__(self, name: str, **options: Any) -> None:
         self.answers = Answers(lambda line: self.get_logger().warning(line))
         super().__init__(name, **options)
-        for service in self.services:  # of parameters and types, which rclpy has made by itself
-            self._send_through_answers(service)
-        steady_timer(self, PAUSE, self.answers.retry, MutuallyExclusiveCallbackGroup())
 
-    def _send_through_answers(self, service: Service) -> None:
-        """Have clients who do not hear hold up nobody, and end nothing."""
-        send_now, name = service.send_response, service.srv_name
-
-        def send_response(response: Any, header: Any) -> None:
+        def send(name: str, send_now: Callable[..., object], response: Any, header: Any) -> None:
             self.answers.send(self.answers.asked(name, number_of(header)),
                               lambda: send_now(response, header))
 
-        service.send_response = send_response
+        for service in self.services:  # of parameters and types, which rclpy has made by itself
+            service.send_response = partial(send, service.srv_name, service.send_response)
+        steady_timer(self, PAUSE, self.answers.retry, MutuallyExclusiveCallbackGroup())
 
     def serve(self, kind: Any, name: str, callback: Callable[..., Any],
               may_wait: Callable[[Any], bool] = lambda request: True) -> None:
-        """Make a service whose clients are answered in turn.
+        """Make a service whose clients are answered in turn, also by a future of the answer.
 
-        `kind, name, callback`: as rclpy takes them; the callback may also return a
-        `concurrent.futures.Future` of its answer; `may_wait`: whether a request may wait for its
-        client's turn; it must hold on to little.
+        `may_wait`: whether a request may wait for its client's turn; it must hold on to little.
         """
         service: Service = self.create_service(
             kind, name, _Taken, qos_profile=SERVICE_QUALITY,

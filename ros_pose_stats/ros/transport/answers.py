@@ -72,6 +72,11 @@ class Client:
         while len(self.unsent) > (MOST_UNSENT if self.tries < MOST_TRIES else FEW_UNSENT):
             self.unsent.popleft()
 
+    def put_off(self) -> None:
+        """Note that it was not reached, and try it again after a while."""
+        self.due = time.monotonic() + PAUSE * 3.0**min(self.tries, 10)
+        self.tries += 1
+
 
 class Asked(NamedTuple):
     """Who a request seems to be from; the rival does not hear, and it may be from that one."""
@@ -90,7 +95,7 @@ class Answers:
         self._waiting = self._sorting = 0
         self._unreached: list[Client] = []
         self._tries, self._counted = 0.0, time.monotonic()
-        self._said: dict[str, float] = {}  # when each service's clients were warned of
+        self._warned: dict[str, float] = {}  # when, of each service's clients
         self._closed = False
         self._changed = threading.Condition()
         self._threads: list[threading.Thread] = []
@@ -145,26 +150,21 @@ class Answers:
                     thread.start()
 
     def _run(self) -> None:
-        while (act := self._next()) is not None:
+        while True:
+            with self._changed:
+                self._changed.wait_for(lambda: not self._sorting, SORTING_SECONDS)
+                self._changed.wait_for(lambda: self._lines or self._closed)
+                if not self._lines:
+                    return
+                client = self._lines.popleft()
+                act = client.requests.popleft()
+                self._waiting -= 1
+                if client.requests:
+                    self._lines.append(client)
             try:
                 act()
             except Exception as error:  # must not end the thread
                 self._warn(f"a request could not be answered: {type(error).__name__}: {error}")
-
-    def _next(self) -> Callable[[], object] | None:
-        """The next request of the client whose turn it is; none once all is closed."""
-        with self._changed:
-            self._changed.wait_for(lambda: not self._sorting, SORTING_SECONDS)
-            while not self._lines:
-                if self._closed:
-                    return None
-                self._changed.wait()
-            client = self._lines.popleft()
-            act = client.requests.popleft()
-            self._waiting -= 1
-            if client.requests:
-                self._lines.append(client)
-            return act
 
     def send(self, asked: Asked, send: Callable[[], object]) -> None:
         """Send an answer, or keep it for a client that was not reached the last times."""
@@ -181,25 +181,25 @@ class Answers:
         late = []
         with self._changed:
             if rival is not None and rival.is_deaf:  # the request was its, so they change places
-                late = [one for one in rival.unsent if one[0] >= begin]
-                client.unsent.extend(one for one in rival.unsent if one[0] < begin)
+                late = [answer for since, answer in rival.unsent if since >= begin]
+                client.unsent.extend(answer for answer in rival.unsent if answer[0] < begin)
                 client.tries, client.due, rival.tries = rival.tries, rival.due, 0
                 rival.unsent.clear()
             else:
-                self._put_off(client)
+                client.put_off()
             client.keep(begin, send)
-            self._unreached = [one for one in self._unreached if one not in asked] + [client]
-        for _, one in late:
-            self._reaches(one)
+            self._unreached = [other for other in self._unreached if other not in asked] + [client]
+        for answer in late:
+            self._reaches(answer)
 
     def _flush(self, client: Client, sent: Callable[[], object]) -> None:
         """Send what else is kept for a client that was reached."""
         with self._changed:
-            waiting = [one for _, one in client.unsent if one is not sent]
+            waiting = [answer for _, answer in client.unsent if answer is not sent]
             client.unsent.clear()
             client.tries = 0
-        for one in waiting:
-            self._reaches(one)
+        for answer in waiting:
+            self._reaches(answer)
 
     def _reaches(self, send: Callable[[], object]) -> bool:
         """Send an answer; whether its client could be reached."""
@@ -213,52 +213,36 @@ class Answers:
             return False
         return True
 
-    @staticmethod
-    def _put_off(client: Client) -> None:
-        client.due = time.monotonic() + PAUSE * 3.0**min(client.tries, 10)
-        client.tries += 1
-
     def retry(self) -> None:
-        """Try the client that was tried least, if one is due and there may be a try by now."""
-        self._give_up(time.monotonic())
-        due = self._due(time.monotonic())
-        if due is None:
-            return
-        client, send = due
-        if self._reaches(send):
-            self._flush(client, send)
-            self._tries -= 1.0  # it held up nobody
-        else:
-            with self._changed:
-                self._put_off(client)
-
-    def _give_up(self, now: float) -> None:
-        """Let go of what is too old, and say so once in a while."""
-        lost = set()
+        """Try the client that was tried least, if one is due, and give up what is too old."""
+        now, lost, client = time.monotonic(), set(), None
         with self._changed:
-            for client in self._unreached:
-                while client.unsent and client.unsent[0][0] < now - GIVE_UP:
-                    client.unsent.popleft()
-                    lost.add(client.service)
+            for other in self._unreached:
+                while other.unsent and other.unsent[0][0] < now - GIVE_UP:
+                    other.unsent.popleft()
+                    lost.add(other.service)
             self._unreached = [other for other in self._unreached if other.unsent]
+            self._tries = max(0.0, self._tries - (now - self._counted) / AGAIN)
+            self._counted = now
+            if self._tries <= MOST_TRIES - 1:
+                client = min((other for other in self._unreached if other.due <= now),
+                             key=lambda other: other.tries, default=None)
+            if client is not None:
+                self._tries += 1.0
+                send = client.unsent[-1][1]
         for service in lost:
-            if now - self._said.get(service, -QUIET) >= QUIET:
-                self._said[service] = now
+            if now - self._warned.get(service, -QUIET) >= QUIET:
+                self._warned[service] = now
                 self._warn(f"{service}: an answer could not be delivered: expected a client "
                            "whose quality of service fits the node's (reliable, volatile), got "
                            "one that cannot be reached; check its quality of service and call "
                            "again")
-
-    def _due(self, now: float) -> tuple[Client, Callable[[], object]] | None:
-        with self._changed:
-            self._tries = max(0.0, self._tries - (now - self._counted) / AGAIN)
-            self._counted = now
-            due = [waiting for waiting in self._unreached if waiting.due <= now and waiting.unsent]
-            if not due or self._tries > MOST_TRIES - 1:
-                return None
-            self._tries += 1.0
-            client = min(due, key=lambda waiting: waiting.tries)
-            return client, client.unsent[-1][1]
+        if client is not None and self._reaches(send):
+            self._flush(client, send)
+            self._tries -= 1.0  # it held up nobody
+        elif client is not None:
+            with self._changed:
+                client.put_off()
 
     def wait_until_quiet(self, pause: float, longest: float) -> None:
         """Let whoever waits be answered, until nobody was for some seconds."""

@@ -50,63 +50,48 @@ class SequenceGaps:
 
 
 class BatchSubscription:
-    """Hands over all serialised messages that wait, and counts those that were overrun.
+    """Hands over all serialised messages that wait, in their order, while more come.
 
-    While a batch is dealt with, more come. Those that came too quickly all the same are told by
-    the numbers that are missing.
-
-    `noun`: what is on it, for the log; `take`: called with serialised messages in the order of
-    their coming, by one thread at a time; `count_lost`: counts those that were lost, and returns
-    how many that is by now.
+    `take`: called by one thread at a time; `count_lost`: counts messages that were overrun, and
+    returns how many that is by now.
     """
 
     def __init__(self, node: Node, kind: type, topic: str, noun: str,
                  take: Callable[[list[bytes]], object], count_lost: Callable[[int], int],
                  refusals: Refusals) -> None:
-        self._log = node.get_logger()
+        self._log, self._refusals = node.get_logger(), refusals
         self._kind, self._topic, self._noun = kind, topic, noun
-        self._hand_over = take
-        self._add_lost = count_lost
-        self._refusals = refusals
-        self._gaps = SequenceGaps()
-        self._lost_told = -math.inf
+        self._hand_over, self._add_lost = take, count_lost
+        self._gaps, self._warned = SequenceGaps(), -math.inf
         self._lock = threading.Lock()
         self._subscription: Any = node.create_subscription(
-            kind, topic, self._on_message, DEPTH, raw=True,
+            kind, topic, lambda data, info: self._take_with([(data, info)]), DEPTH, raw=True,
             callback_group=MutuallyExclusiveCallbackGroup())
 
     def take_waiting(self) -> None:
         """Hand over what the middleware still has, at the end of the node."""
+        while self._take_with([]):
+            pass
+
+    def _take_with(self, received: list[Received]) -> bool:
+        """Hand over messages and what waits behind them, up to so many bytes; whether any."""
+        size, handle = sum(len(data) for data, _ in received), self._subscription.handle
         with self._lock:
-            while waiting := self._waiting(0):
-                self._deal_with(waiting)
-
-    def _on_message(self, data: bytes, info: Mapping[str, int]) -> None:
-        with self._lock:
-            self._deal_with([(data, info), *self._waiting(len(data))])
-
-    def _waiting(self, size: int) -> list[Received]:
-        """What waits in the middleware, up to so many bytes that can be held at once."""
-        waiting: list[Received] = []
-        handle = self._subscription.handle
-        with handle:
-            while size < MOST_AT_ONCE:
-                received = handle.take_message(self._kind, True)
-                if received is None:
-                    break
-                waiting.append(received)
-                size += len(received[0]) + OVERHEAD
-        return waiting
-
-    def _deal_with(self, received: list[Received]) -> None:
-        for _, info in received:
-            self._count_lost(self._gaps.missing_before(info["publication_sequence_number"] or 0))
-            self._refusals.floods.count(f"{self._noun} on {self._topic}")
-        self._hand_over([data for data, _ in received])
-
-    def _count_lost(self, lost: int) -> None:
-        total = self._add_lost(lost)
-        if lost and time.monotonic() - self._lost_told > MINUTE:
-            self._lost_told = time.monotonic()
-            self._log.warning(f"{self._topic}: {total} counts lost so far: they come faster than "
-                              "they can be recorded")
+            with handle:
+                while size < MOST_AT_ONCE and (
+                        waiting := handle.take_message(self._kind, True)) is not None:
+                    received.append(waiting)
+                    size += len(waiting[0]) + OVERHEAD
+            lost = 0
+            for _, info in received:
+                number = info["publication_sequence_number"] or 0
+                lost += self._gaps.missing_before(number)
+                self._refusals.floods.count(f"{self._noun} on {self._topic}")
+            total = self._add_lost(lost)
+            if lost and time.monotonic() - self._warned > MINUTE:
+                self._warned = time.monotonic()
+                self._log.warning(f"{self._topic}: {total} counts lost so far: they come faster "
+                                  "than they can be recorded")
+            if received:
+                self._hand_over([data for data, _ in received])
+        return bool(received)
