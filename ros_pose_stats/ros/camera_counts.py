@@ -15,7 +15,10 @@ from ..resting.observed_orientations import classify_orientations
 from .messages.mesh_views import NotPlainCdrError, ObservedNumbers, observed_numbers
 from .messages.part_requests import shown
 from .messages.times import now, time_message
+from .parts.announcer import Announcer
+from .parts.count_store import CountStore
 from .parts.known_part import KnownPart
+from .parts.part_store import PartStore
 from .recorder import POSE_COUNTS, Recorder
 from .refusals import Refusals
 from .settings import Settings
@@ -39,8 +42,7 @@ def observed_of_bytes(data: bytes) -> ObservedNumbers:
                            f"{len(confidence)} for {parts} poses", "fill in all or none")
     wrong = confidence[(confidence < 0.0) | (confidence > 1.0)]
     if len(wrong):
-        raise RequestError("confidences from 0 to 1", f"{wrong[0]:g}",
-                           "divide percentages by 100")
+        raise RequestError("confidences from 0 to 1", f"{wrong[0]:g}", "divide percentages by 100")
     return numbers._replace(confidence=confidence)
 
 
@@ -65,14 +67,12 @@ MOST_PARTS = 10**6  # in one count
 
 
 class CountSubscription:
-    """Records each count as it is, and says if it cannot be compared with anything."""
+    """Records each count as it is, learns from it, and says if it cannot be compared."""
 
-    def __init__(self, node: Node, recorder: Recorder,
-                 known: Callable[[str], KnownPart | None], refusals: Refusals,
-                 introduce: Callable[[KnownPart], object],
-                 learn: Callable[[KnownPart, PoseCounts], bool]) -> None:
+    def __init__(self, node: Node, recorder: Recorder, parts: PartStore, refusals: Refusals,
+                 announcer: Announcer, learnt: CountStore) -> None:
         self._log, self._recorder, self._refusals = node.get_logger(), recorder, refusals
-        self._known, self._introduce, self._learn = known, introduce, learn
+        self._parts, self._announcer, self._learnt = parts, announcer, learnt
         self.take_waiting = BatchSubscription(node, PoseCounts, COUNTS_TOPIC, "counts", self._take,
                                               recorder.count_lost, refusals).take_waiting
 
@@ -91,19 +91,19 @@ class CountSubscription:
         """Put counts, each serialised and as it is, on record together, and learn from them."""
         with self._recorder.step:
             for data, counts in sound:
-                part = self._known(counts.part_id)
+                part = self._parts.current(counts.part_id)
                 if part is not None:
-                    self._introduce(part)
+                    self._announcer.introduce(part)
                 self._recorder.record(POSE_COUNTS, data)
             for _, counts in sound:
                 self.learn_counts(counts)
 
     def learn_counts(self, counts: PoseCounts, *, again: bool = False) -> None:
         """Learn from counts that are on record, maybe `again`, or say why not."""
-        problem, part = count_problem(counts, self._known), self._known(counts.part_id)
-        kind = "counts of nothing"
+        part = self._parts.current(counts.part_id)
+        problem, kind = count_problem(counts, part), "counts of nothing"
         if not problem and part is not None:
-            if self._learn(part, counts) or again:
+            if self._learnt.add_counts(part, counts) or again:
                 return
             stamp, kind = counts.header.stamp, "counts that came before"
             problem = "it came before, and counts once" + ("" if stamp.sec or stamp.nanosec else (
@@ -112,11 +112,10 @@ class CountSubscription:
             self._log.warning(f"{COUNTS_TOPIC}: recorded, but {problem}")
 
 
-def count_problem(counts: PoseCounts, known: Callable[[str], KnownPart | None]) -> str:
-    """Why a camera's count cannot be compared with anything; empty where it can."""
+def count_problem(counts: PoseCounts, part: KnownPart | None) -> str:
+    """Why a camera's count of a part cannot be compared with anything; empty where it can."""
     if len(counts.index) != len(counts.count):
         return f"it has {len(counts.index)} pose indices and {len(counts.count)} counts"
-    part = known(counts.part_id)
     latched = None if part is None else part.shown.latched
     if part is None or latched is None:
         return f"no part {shown(counts.part_id)} is known"
@@ -141,10 +140,9 @@ class ObservedSubscription:
     """Counts what each message shows, and hands that on as if a camera had counted it."""
 
     def __init__(self, node: Node, settings: Callable[[], Settings], counts: CountSubscription,
-                 known: Callable[[str], KnownPart | None], recorder: Recorder,
-                 refusals: Refusals) -> None:
+                 parts: PartStore, recorder: Recorder, refusals: Refusals) -> None:
         self._settings, self._counts = settings, counts
-        self._known, self._refusals = known, refusals
+        self._parts, self._refusals = parts, refusals
         self.take_waiting = BatchSubscription(node, ObservedParts, OBSERVED_TOPIC, "messages",
                                               self._take, recorder.count_lost,
                                               refusals).take_waiting
@@ -153,7 +151,8 @@ class ObservedSubscription:
         sound = []
         for data in received:
             try:
-                counts = count_observed(observed_of_bytes(data), self._known, self._settings())
+                seen = observed_of_bytes(data)
+                counts = count_observed(seen, self._parts.current(seen.part_id), self._settings())
             except PoseStatsError as refusal:
                 self._refusals.refuse(OBSERVED_TOPIC, str(refusal), "message")
             else:
@@ -161,14 +160,13 @@ class ObservedSubscription:
         self._counts.take_counts(sound)
 
 
-def count_observed(seen: ObservedNumbers, known: Callable[[str], KnownPart | None],
+def count_observed(seen: ObservedNumbers, part: KnownPart | None,
                    settings: Settings) -> PoseCounts | None:
     """Count the poses of parts that a camera saw on the plate; None where it saw none."""
     if seen.frame_id not in ("", settings.plate_frame):
         raise RequestError(f"poses in the frame {shown(settings.plate_frame)} (parameter "
                            "plate_frame)", shown(seen.frame_id),
                            "transform them to the plate, z up")
-    part = known(seen.part_id)
     if part is None or part.shown.latched is None or part.shown.scene is None:
         raise RequestError("the part_id of a known part", shown(seen.part_id),
                            "publish its mesh on ~/part_mesh first")

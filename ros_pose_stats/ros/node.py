@@ -80,9 +80,8 @@ class PoseStatsNode(AnsweringNode):
         self.intake = intake.Intake(self._settings, self.parts, self.results, self.announcer,
                                     self.lanes, self.builder, self.refusals,
                                     self.checks.follow, log)
-        self.counts = camera_counts.CountSubscription(self, self.recorder, self.parts.current,
-                                                      self.refusals, self.announcer.introduce,
-                                                      self.learnt.add_counts)
+        self.counts = camera_counts.CountSubscription(self, self.recorder, self.parts,
+                                                      self.refusals, self.announcer, self.learnt)
         if settings.restore:
             self.parts.restore()
             for known in self.parts.all():
@@ -107,7 +106,7 @@ class PoseStatsNode(AnsweringNode):
                                             self.refusals)
         intake.MeshSubscriptions(self, self._settings, self.intake, self.refusals)
         self.observed = camera_counts.ObservedSubscription(self, self._settings, self.counts,
-                                                           self.parts.current, self.recorder,
+                                                           self.parts, self.recorder,
                                                            self.refusals)
         services.Services(self, self._settings, self.parts, self.results, self.announcer, requests,
                           self.intake, self.checks, self.refinement, self.jobs, self.reports,

@@ -1,7 +1,7 @@
 """A node that starts goes on with what its state has, and takes in the end of its last bag."""
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -58,9 +58,9 @@ def _filled(message: Any, decoded: Any) -> Any:
         if hasattr(default, "get_fields_and_field_types"):
             _filled(default, value)
         elif "/" in kind:
-            package, _, item = kind.removeprefix("sequence<").rstrip(">").partition("/")
-            make = getattr(import_module(f"{package}.msg"), item)
-            setattr(message, name, [_filled(make(), one) for one in value])
+            package, _, type_name = kind.removeprefix("sequence<").rstrip(">").partition("/")
+            make = getattr(import_module(f"{package}.msg"), type_name)
+            setattr(message, name, [_filled(make(), item) for item in value])
         else:
             setattr(message, name, value)
     return message
@@ -75,29 +75,25 @@ class Tail:
     answers: dict[str, bytes] = field(default_factory=dict)  # of jobs that had ended, by job
 
 
-def tail_of(state: State, say: Callable[[str], object]) -> Tail:
+def tail_of(state: State, warn: Callable[[str], object]) -> Tail:
     """Read it; a bag that is not there any more has none."""
     tail, fact = Tail(), state.get("facts", PLACE)
     if fact is None:
         return tail
-    try:
-        for message in _beyond(*json.loads(fact[1])):
-            _take(tail, message)
-    except Exception as error:  # of the disk, or of bindings about what was cut
-        say(f"not all of the end of the last bag could be read: {type(error).__name__}: {error}")
-    return tail
-
-
-def _beyond(place: str, offset: int) -> Iterator[RawMessage]:
-    """Messages from a byte of a file on, or of a whole bag that had no file then."""
+    place, offset = json.loads(fact[1])
     path = Path(place)
-    if path.is_file():
-        files = files_of_bag(path.parent)
-        files = files[files.index(path):]
-    else:
-        files = files_of_bag(path) if path.is_dir() else []
-    for one in files:
-        yield from raw_messages(one, begin=offset if one == path else 0)
+    try:
+        if path.is_file():
+            files = files_of_bag(path.parent)
+            files = files[files.index(path):]
+        else:  # a whole bag, which had no file then
+            files = files_of_bag(path) if path.is_dir() else []
+        for file in files:
+            for message in raw_messages(file, begin=offset if file == path else 0):
+                _take(tail, message)
+    except Exception as error:  # of the disk, or of bindings about what was cut
+        warn(f"not all of the end of the last bag could be read: {type(error).__name__}: {error}")
+    return tail
 
 
 def _take(tail: Tail, message: RawMessage) -> None:
@@ -136,19 +132,26 @@ def restore_jobs(state: State, tail: Tail, settings: Settings) -> RestoredJobs:
             rows[event.job_id] = event, answer
             state.put(job_change(event, answer))
     jobs, cancelled = [], []
-    for job_id in sorted(rows, key=_by_number):
+    for job_id in sorted(rows, key=lambda job_id: (job_id.rpartition("_")[0], len(job_id), job_id)):
         event, answer = rows[job_id]
         if event.event < msg.JobEvent.DONE:
             event.event, event.message = msg.JobEvent.CANCELLED, INTERRUPTED
             cancelled.append(job_change(event, answer))
         with suppress(RequestError):  # a scene that today's bounds do not allow
-            jobs.append(_ended_job(event, settings))
+            scene = DropScene(event.restitution,
+                              event.drop_height if event.drop_height > 0.0 else None,
+                              event.cluster_tolerance, event.round_sides)
+            request = JobRequest(event.part_id, b"", scene, event.drops, event.seed,
+                                 event.target_error, event.max_seconds, event.refinement)
+            jobs.append(Job(job_id, request, Future(), event.seed, settings,
+                            JobState(event.event), event.drops_done, message=event.message))
+            jobs[-1].finished.set_result(None)
     answers = [(job.job_id, len(rows[job.job_id][1])) for job in jobs]
     return RestoredJobs(jobs, answers, cancelled)
 
 
 def record_cancelled(cancelled: list[Change], recorder: Recorder, state: State,
-                     say: Callable[[str], object]) -> None:
+                     warn: Callable[[str], object]) -> None:
     """Put on record that jobs were cancelled, once: a start that is killed here is known by it."""
     recorder.begin_place()
     state.commit()
@@ -157,23 +160,7 @@ def record_cancelled(cancelled: list[Change], recorder: Recorder, state: State,
         with recorder.step:
             recorder.record(JOB_EVENTS, row[2])
             state.put(change)
-        say(f"{row[0]}: CANCELLED: {INTERRUPTED}")
-
-
-def _by_number(job_id: str) -> tuple[str, int]:
-    run, _, number = job_id.rpartition("_")
-    return run, int(number) if number.isdigit() else 0
-
-
-def _ended_job(event: msg.JobEvent, settings: Settings) -> Job:
-    height = event.drop_height if event.drop_height > 0.0 else None
-    scene = DropScene(event.restitution, height, event.cluster_tolerance, event.round_sides)
-    request = JobRequest(event.part_id, b"", scene, event.drops, event.seed, event.target_error,
-                         event.max_seconds, event.refinement)
-    job = Job(event.job_id, request, Future(), event.seed, settings, JobState(event.event),
-              drops_done=event.drops_done, message=event.message)
-    job.finished.set_result(None)
-    return job
+        warn(f"{row[0]}: CANCELLED: {INTERRUPTED}")
 
 
 def begin_afresh(state: State) -> None:

@@ -56,12 +56,6 @@ def shown(text: str) -> str:
     return repr(text if len(text) <= LONGEST_SHOWN else text[:LONGEST_SHOWN] + "…")
 
 
-def plain(text: str) -> str:
-    """The same as it is, where a line of the log can hold it."""
-    fit = len(text) <= LONGEST_NAME and text.isprintable()
-    return text if fit else shown(text)
-
-
 def named(part_id: str) -> str:
     """A part in a line of the log; empty where its name could spoil the line."""
     fit = 0 < len(part_id) <= LONGEST_NAME and part_id.isprintable()

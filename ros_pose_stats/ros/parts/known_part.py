@@ -35,10 +35,8 @@ class Memory(Generic[K, V]):
     """A bounded dictionary for several threads; the newest value stays, whatever its weight."""
 
     def __init__(self, most: int, weight: Callable[[V], int] = lambda value: 1) -> None:
-        self._most = most
-        self._weight = weight
+        self._most, self._weight, self._sum = most, weight, 0
         self._values: OrderedDict[K, V] = OrderedDict()
-        self._sum = 0
         self._lock = threading.Lock()
 
     def get(self, key: K) -> V | None:

@@ -64,11 +64,17 @@ class PartStore:
         return part
 
     def resolve(self, request: part_requests.PartRequest) -> tuple[KnownPart, bool]:
-        """The part that a mesh is, and whether it is to be `put`; raises PoseStatsError."""
-        same = self._same(request.part_id, request.content)
-        if same is None:
-            part = self._build(request)
-            part_id, digest, source = part.part_id, part.digest, PartSource(part)
+        """The part that a mesh is, and whether it is to be `put`; raises PoseStatsError.
+
+        A mesh without a name is the same as one that is named by its digest.
+        """
+        part_id, content = request.part_id, request.content
+        same = self.find(part_id) if part_id else next(
+            (known for known in self.all() if known.content == content
+             and known.part_id == part.digest_name(known.digest)), None)
+        if same is None or same.content != content:
+            built = self._build(request)
+            part_id, digest, source = built.part_id, built.digest, PartSource(built)
         else:
             part_id, digest, source = same.part_id, same.digest, same.source
         old = self.find(part_id)
@@ -76,18 +82,7 @@ class PartStore:
         if old is not None and (old.digest, old.scene_override) == (digest, override):
             return old, False
         numbers = self._numbers.get(part_id) if old is None else old.numbers
-        return KnownPart(part_id, digest, request.content, override, source,
-                         numbers or Numbers()), True
-
-    def _same(self, part_id: str, content: bytes) -> KnownPart | None:
-        """The known part of this name and mesh; by the mesh alone where there is no name."""
-        if part_id:
-            known = self.find(part_id)
-            return known if known is not None and known.content == content else None
-        for known in self.all():
-            if known.content == content and known.part_id == part.digest_name(known.digest):
-                return self.find(known.part_id)
-        return None
+        return KnownPart(part_id, digest, content, override, source, numbers or Numbers()), True
 
     def _build(self, request: part_requests.PartRequest) -> Part:
         key = request.part_id, request.content
@@ -186,15 +181,16 @@ class PartStore:
 
     def shrink(self) -> None:
         """Forget the least recently used ones beyond the bounds; the last is kept."""
-        while (oldest := self._oldest_beyond(self._settings())) is not None:
+        while True:
+            settings = self._settings()
+            with self._lock:
+                total = sum(known.size for known in self._parts.values())
+                if len(self._parts) < 2 or (len(self._parts) <= settings.max_parts
+                                            and total <= settings.max_part_bytes):
+                    return
+                oldest = next(iter(self._parts.values()))
             self._let_go(oldest, "the part made room for others that were used more recently "
                          "(parameters max_parts, max_part_bytes)")
-
-    def _oldest_beyond(self, settings: Settings) -> KnownPart | None:
-        with self._lock:
-            total = sum(known.size for known in self._parts.values())
-            too_many = len(self._parts) > settings.max_parts or total > settings.max_part_bytes
-            return next(iter(self._parts.values())) if too_many and len(self._parts) > 1 else None
 
     def _let_go(self, known: KnownPart, why: str) -> int | None:
         """Forget a part, unless another one has taken its place; the number of that change.
