@@ -21,17 +21,10 @@ from .settings import Settings
 from .state import State
 from .transport.answering_node import AnsweringNode
 
-PARTING_SECONDS = 0.1
-"""Nobody has been answered for so long when the node stops answering."""
-
-LAST_SECONDS = 0.6
-"""Requests that wait for their turn when the node ends are refused in that time."""
-
-FIT_SECONDS = 0.8
-"""A fit may be ended for so long when the node ends."""
-
-MENDING_SECONDS = 1.0
-"""A start waits for the bags of earlier runs to be mended for so long."""
+PARTING_SECONDS = 0.1  # nobody has been answered for so long when the node stops answering
+LAST_SECONDS = 0.6  # requests that wait for their turn when the node ends are refused in that time
+FIT_SECONDS = 0.8  # a fit may be ended for so long when the node ends
+MENDING_SECONDS = 1.0  # a start waits for the bags of earlier runs to be mended for so long
 
 
 class PoseStatsNode(AnsweringNode):

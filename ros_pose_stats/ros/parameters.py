@@ -15,8 +15,7 @@ from .settings import BY_NAME, TABLE, Setting, Settings, settings_of
 TYPES = {bool: Parameter.Type.BOOL, int: Parameter.Type.INTEGER, float: Parameter.Type.DOUBLE,
          str: Parameter.Type.STRING, list: Parameter.Type.STRING_ARRAY}
 
-PLATE = {"plate", "plates"}
-"""What the profile of the plate hangs on."""
+PLATE = {"plate", "plates"}  # what the profile of the plate hangs on
 
 
 class Parameters:

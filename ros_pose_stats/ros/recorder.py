@@ -25,9 +25,7 @@ JOB_EVENTS = "/pose_stats/job_events"
 POSE_COUNTS = "/pose_stats/pose_counts"
 DROP_RECORDS = "/pose_stats/drop_records"
 
-PLACE = "place"
-"""Name of the fact up to where in which bag the state has all that counts."""
-
+PLACE = "place"  # name of the fact up to where in which bag the state has all that counts
 TYPES = {PART_MESH: "PartMesh", POSE_STATISTICS: "PoseStatistics", ANSWERS: "PoseStatistics",
          JOB_EVENTS: "JobEvent", POSE_COUNTS: "PoseCounts", DROP_RECORDS: "DropRecords"}
 

@@ -16,12 +16,8 @@ from .messages.times import now, steady_timer, time_message
 
 MINUTE = 60.0
 
-MOST_MESSAGES = 600
-"""Of one topic in a minute; ten a second."""
-
-MOST_SWAPS = 60
-"""Meshes that take each other's place as one part in a minute."""
-
+MOST_MESSAGES = 600  # of one topic in a minute; ten a second
+MOST_SWAPS = 60  # meshes that take each other's place as one part in a minute
 MOST_SOURCES = 1000
 """Sources that are counted in one minute; a flood of new names is one of their topic."""
 
@@ -68,14 +64,11 @@ class Floods:
                 self._say(f"a flood: {count} of {source} in the last minute")
 
 
-REMEMBERED = 20
-"""Refused meshes listed with their reasons."""
-
+REMEMBERED = 20  # refused meshes listed with their reasons
 COPY_SECONDS = 2.0
 """The two copies of a latched mesh, and a client that asks again and again, count once."""
 
-RECENT_SECONDS = 60.0
-"""A refused mesh is a warning for this long."""
+RECENT_SECONDS = 60.0  # a refused mesh is a warning for this long
 
 
 class Health(NamedTuple):

@@ -132,7 +132,7 @@ def restore_jobs(state: State, tail: Tail, settings: Settings) -> RestoredJobs:
             rows[event.job_id] = event, answer
             state.put(job_change(event, answer))
     jobs, cancelled = [], []
-    for job_id in sorted(rows, key=lambda job_id: (job_id.rpartition("_")[0], len(job_id), job_id)):
+    for job_id in sorted(rows, key=lambda name: (name.rpartition("_")[0], len(name), name)):
         event, answer = rows[job_id]
         if event.event < msg.JobEvent.DONE:
             event.event, event.message = msg.JobEvent.CANCELLED, INTERRUPTED

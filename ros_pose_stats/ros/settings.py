@@ -22,9 +22,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 MOST = 2**62
-THREADS_A_CORE = 4
-"""More of them only wait for each other."""
-
+THREADS_A_CORE = 4  # more of them only wait for each other
 LONGEST_TEXT = 500
 BELOW_ONE = 1.0 - 1e-9
 TOPIC = re.compile(r"(~/|/)?[A-Za-z_]\w*(/[A-Za-z_]\w*)*", re.ASCII)

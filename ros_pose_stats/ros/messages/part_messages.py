@@ -15,9 +15,7 @@ from . import mesh_views, part_requests, times
 
 T = TypeVar("T")
 
-MOST_NESTED = 10_000
-"""Triangles of a nested mesh in a request; each is a Python object to rclpy."""
-
+MOST_NESTED = 10_000  # triangles of a nested mesh in a request; each is a Python object to rclpy
 MOST_DESERIALIZED = 4 * 2**20
 """Bytes of a message that has to go through rclpy's deserialiser, in which they may become 25
 times as many and take a third of a second for each of them [MiB]."""

@@ -10,8 +10,7 @@ from rclpy.clock_type import ClockType
 from rclpy.node import Node
 from rclpy.timer import Timer
 
-FIRST, LAST = -2**31 * 10**9, 2**31 * 10**9 - 1
-"""Nanoseconds that a stamp can hold."""
+FIRST, LAST = -2**31 * 10**9, 2**31 * 10**9 - 1  # nanoseconds that a stamp can hold
 
 
 _read_clock: Callable[[], int] = time.time_ns

@@ -31,8 +31,7 @@ LAST_SECONDS = 0.3
 
 MOST_ASKED = 1000
 
-RESULT_SECONDS = 900
-"""Results can be asked for this long after the end."""
+RESULT_SECONDS = 900  # results can be asked for this long after the end
 
 
 class GoalServer(ABC):

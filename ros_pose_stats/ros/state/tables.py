@@ -17,9 +17,7 @@ from typing import Any, NamedTuple
 from ...errors import PoseStatsError, RequestError, reason
 
 VERSION = 1
-APPLICATION = 0x52505353
-"""What the file's header says of its kind."""
-
+APPLICATION = 0x52505353  # what the file's header says of its kind
 COLUMNS = {
     "parts": "part_id TEXT, digest TEXT, content BLOB, restitution REAL, drop_height REAL, "
     "size INTEGER, used INTEGER",
@@ -38,14 +36,10 @@ MESSAGES = {("meshes", 1): "PartMesh", ("results", 1): "PoseStatistics",
             ("jobs", 3): "PoseStatistics"}
 """Which columns hold serialised messages, and of which type."""
 
-MOST_COUNTED = 1_000_000
-"""Messages of counts whose identity is kept, the newest ones."""
-
+MOST_COUNTED = 1_000_000  # messages of counts whose identity is kept, the newest ones
 LOCK_SECONDS = 5.0
 GLANCE = 0.05
-BUSY_SECONDS = 2.0
-"""Another program that looks into the file may hold a commit up for so long."""
-
+BUSY_SECONDS = 2.0  # another program that looks into the file may hold a commit up for so long
 _TROUBLE = ("unable to open", "readonly", "disk i/o", "is full", "is locked")
 """What SQLite says of a place that cannot be used now; everything else is of the file itself."""
 

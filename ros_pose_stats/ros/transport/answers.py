@@ -23,12 +23,8 @@ from typing import NamedTuple
 
 from rclpy.exceptions import InvalidHandle
 
-THREADS = 3
-"""Those that wait for the disk at the same time wait for it together."""
-
-MOST_WAITING = 2000
-"""Requests; the others are left to the middleware."""
-
+THREADS = 3  # those that wait for the disk at the same time wait for it together
+MOST_WAITING = 2000  # requests; the others are left to the middleware
 SORTING_SECONDS = 0.02
 """Between a thread's requests while others are sorted, which has the interpreter meanwhile."""
 
@@ -42,8 +38,7 @@ once, for clients that are only slow to be discovered."""
 MOST_UNSENT, FEW_UNSENT, GIVE_UP = 1000, 20, 30.0
 """Answers kept for a client that was not reached, at first and later, and for how many seconds."""
 
-QUIET = 60.0
-"""Seconds between two warnings of a kind."""
+QUIET = 60.0  # seconds between two warnings of a kind
 
 warnings.filterwarnings("error", message="failed to send response", category=RuntimeWarning)
 """rclpy warns so of each answer that was thrown away, and that is what tells which ones were. Time

@@ -17,14 +17,9 @@ from rclpy.node import Node
 
 from ..refusals import MINUTE, Refusals
 
-DEPTH = 1000
-"""Messages that wait in the middleware."""
-
-MOST_AT_ONCE = 2**22
-"""Bytes of messages that are taken together."""
-
-OVERHEAD = 1000
-"""Bytes that a message is taken to occupy beside its own, decoded and on its way."""
+DEPTH = 1000  # messages that wait in the middleware
+MOST_AT_ONCE = 2**22  # bytes of messages that are taken together
+OVERHEAD = 1000  # bytes that a message is taken to occupy beside its own, decoded and on its way
 
 Received = tuple[bytes, Mapping[str, int]]
 
