@@ -1,16 +1,15 @@
 """What happens to drop simulations is kept, goes on record, to late joiners and to goals."""
 
 import time
-from array import array
 from collections import deque
 from collections.abc import Callable, Iterable
 
-import numpy as np
 from rclpy.serialization import deserialize_message, serialize_message
 from ros_pose_stats_msgs.msg import DropRecords, JobEvent, PoseStatistics
 
 from ...records import PoseStatistics as Statistics
 from ...simulation.drops import DropChunk
+from ..messages.part_messages import flat
 from ..messages.times import now, time_message
 from ..parts import known_part, part_store, result_store
 from ..parts.announcer import NOT_RECORDED, Announcer
@@ -50,11 +49,9 @@ def drop_records(job: Job, digest: str, chunk: DropChunk) -> DropRecords:
                         stopped_at_trap=True)
     record.header.stamp = time_message(now())
     outcomes = chunk.outcomes
-    record.start_down = array("f", chunk.downs.astype(np.float32).tobytes())
-    record.pose_index = array("i", outcomes.pose.astype(np.int32).tobytes())
-    record.impacts = array("I", outcomes.impacts.astype(np.uint32).tobytes())
-    record.seconds = array("f", outcomes.seconds.astype(np.float32).tobytes())
-    record.energy_left = array("f", outcomes.energy_left.astype(np.float32).tobytes())
+    record.start_down, record.pose_index = flat(chunk.downs, "f"), flat(outcomes.pose, "i")
+    record.impacts, record.seconds = flat(outcomes.impacts, "I"), flat(outcomes.seconds, "f")
+    record.energy_left = flat(outcomes.energy_left, "f")
     return record
 
 

@@ -5,7 +5,6 @@ arrays are seen in place instead: little-endian plain CDR (XCDR1) with its 4-byt
 which primitives are aligned to their own size, counted from behind the header.
 """
 
-import struct
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -46,8 +45,6 @@ class ObservedNumbers(NamedTuple):
 
 
 SCALARS = 13
-NO_FLOATS = np.zeros(0)
-NO_COUNTS = np.zeros(0, dtype=np.uint32)
 
 
 class _Cursor:
@@ -56,60 +53,44 @@ class _Cursor:
     def __init__(self, data: bytes) -> None:
         if len(data) < HEADER or bytes(data[:2]) != LITTLE_ENDIAN_CDR:
             raise NotPlainCdrError
-        self._data = data
-        self._at = HEADER
+        self._data, self._at = data, HEADER
+
+    def array(self, count: int, kind: str) -> NDArray[Any]:
+        """The next numbers; none are not aligned for."""
+        dtype = np.dtype(kind)
+        if not count:
+            return np.zeros(0, dtype)
+        begin = self._at + -(self._at - HEADER) % dtype.itemsize
+        self._at = begin + count * dtype.itemsize
+        if self._at > len(self._data):
+            raise NotPlainCdrError
+        return np.frombuffer(self._data, dtype, count, begin)
 
     def count(self) -> int:
         """The next uint32."""
-        self._align(4)
-        return int(struct.unpack_from("<I", self._data, self._advance(4))[0])
+        return int(self.array(1, "<u4")[0])
 
     def stamp(self) -> int:
         """The next time, in nanoseconds."""
-        seconds = int(np.int32(np.uint32(self.count())))
+        seconds = int(self.array(1, "<i4")[0])
         return 10**9 * seconds + self.count()
 
     def text(self) -> str:
         """The next string, which ends in a zero byte."""
-        length = self.count()
-        begin = self._advance(length)
         try:
-            return bytes(self._data[begin:begin + max(length - 1, 0)]).decode("utf-8")
+            return self.array(self.count(), "u1").tobytes()[:-1].decode("utf-8")
         except UnicodeDecodeError as error:
             raise NotPlainCdrError from error
-
-    def floats(self, count: int) -> NDArray[np.float64]:
-        """The next float64 numbers; none are not aligned for."""
-        return self._array(count, "<f8", 8) if count else NO_FLOATS
-
-    def counts(self, count: int) -> NDArray[np.uint32]:
-        """The next uint32 numbers."""
-        return self._array(count, "<u4", 4) if count else NO_COUNTS
 
     def end(self) -> None:
         """Make sure that all was read, but for what serialisers leave room for at the end."""
         if len(self._data) - self._at >= MOST_ROOM:
             raise NotPlainCdrError
 
-    def _array(self, count: int, kind: str, size: int) -> Any:
-        self._align(size)
-        begin = self._advance(count * size)
-        return np.frombuffer(self._data, dtype=kind, count=count, offset=begin)
-
-    def _align(self, size: int) -> None:
-        self._at += -(self._at - HEADER) % size
-
-    def _advance(self, length: int) -> int:
-        begin = self._at
-        self._at += length
-        if self._at > len(self._data):
-            raise NotPlainCdrError
-        return begin
-
 
 def _mesh(cursor: _Cursor) -> tuple[NDArray[np.float64], NDArray[np.uint32]]:
-    triangles = cursor.counts(3 * cursor.count()).reshape(-1, 3)
-    return cursor.floats(3 * cursor.count()).reshape(-1, 3), triangles
+    triangles = cursor.array(3 * cursor.count(), "<u4").reshape(-1, 3)
+    return cursor.array(3 * cursor.count(), "<f8").reshape(-1, 3), triangles
 
 
 def mesh_numbers(data: bytes) -> tuple[NDArray[np.float64], NDArray[np.uint32]]:
@@ -127,9 +108,9 @@ def part_mesh_numbers(data: bytes) -> Numbers:
     cursor.text()  # frame_id
     part_id = cursor.text()
     mesh_vertices, mesh_triangles = _mesh(cursor)
-    vertices = cursor.floats(cursor.count())
-    triangles = cursor.counts(cursor.count())
-    scalars = cursor.floats(SCALARS)
+    vertices = cursor.array(cursor.count(), "<f8")
+    triangles = cursor.array(cursor.count(), "<u4")
+    scalars = cursor.array(SCALARS, "<f8")
     cursor.end()
     return Numbers(stamp, part_id, mesh_vertices, mesh_triangles, vertices, triangles, scalars)
 
@@ -138,7 +119,7 @@ def observed_numbers(data: bytes) -> ObservedNumbers:
     """See a serialised `ros_pose_stats_msgs/ObservedParts`; see `mesh_numbers`."""
     cursor = _Cursor(data)
     stamp, frame_id, part_id = cursor.stamp(), cursor.text(), cursor.text()
-    poses = cursor.floats(7 * cursor.count()).reshape(-1, 7)
-    confidence = cursor.floats(cursor.count())
+    poses = cursor.array(7 * cursor.count(), "<f8").reshape(-1, 7)
+    confidence = cursor.array(cursor.count(), "<f8")
     cursor.end()
     return ObservedNumbers(stamp, frame_id, part_id, poses, confidence)

@@ -67,26 +67,22 @@ def part_message(request: part_requests.PartRequest, part_id: str, stamp: int) -
     message = PartMesh()
     message.header.stamp = times.time_message(stamp)
     message.part_id = part_id
-    message.vertices = _flat(request.vertices, "d", np.float64)
-    message.triangles = _flat(request.triangles, "I", np.uint32)
-    message.unit = request.unit
-    message.inertia.m = request.mass
+    message.vertices = flat(request.vertices)
+    message.triangles = flat(request.triangles, "I")
+    message.unit, message.inertia.m = request.unit, request.mass
     (message.inertia.com.x, message.inertia.com.y,
      message.inertia.com.z) = (float(x) for x in request.center_of_mass)
     tensor = request.inertia
     for name, value in zip(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"),
                            tensor[np.triu_indices(3)], strict=True):
         setattr(message.inertia, name, float(value))
-    message.restitution = request.restitution
-    message.drop_height = request.drop_height
+    message.restitution, message.drop_height = request.restitution, request.drop_height
     return message
 
 
-def _flat(values: NDArray[Any], code: str, kind: type) -> Any:
-    """An `array.array`, which rclpy takes without looking at every number."""
-    flat = array(code)
-    flat.frombytes(np.ascontiguousarray(values, dtype=kind).tobytes())
-    return flat
+def flat(values: NDArray[Any], code: str = "d") -> Any:
+    """A matrix row by row as an `array.array`, which rclpy takes as it is."""
+    return array(code, np.ascontiguousarray(values, dtype=np.dtype(code)).tobytes())
 
 
 def _request(numbers: mesh_views.Numbers) -> part_requests.PartRequest:
@@ -101,15 +97,10 @@ def _request(numbers: mesh_views.Numbers) -> part_requests.PartRequest:
         vertices = _rows(numbers.vertices, "vertices")
         triangles = _rows(numbers.triangles, "triangles")
     values = numbers.scalars
-    tensor = values[5:11]
-    inertia = np.array([[tensor[0], tensor[1], tensor[2]],
-                        [tensor[1], tensor[3], tensor[4]],
-                        [tensor[2], tensor[4], tensor[5]]])
-    return part_requests.PartRequest(numbers.part_id, vertices, triangles, float(values[0]),
-                                     float(values[1]),
-                                     np.array(values[2:5]), inertia, float(values[11]),
-                                     float(values[12]),
-                                     numbers.stamp)
+    inertia = values[[5, 6, 7, 6, 8, 9, 7, 9, 10]].reshape(3, 3)
+    return part_requests.PartRequest(
+        numbers.part_id, vertices, triangles, float(values[0]), float(values[1]),
+        np.array(values[2:5]), inertia, float(values[11]), float(values[12]), numbers.stamp)
 
 
 def _rows(values: NDArray[Any], name: str) -> NDArray[Any]:

@@ -16,6 +16,7 @@ from ... import records
 from ...records import DropScene
 from ...records.statistics import FORGOTTEN, POSE_FIELDS, STATISTICS_FIELDS
 from ...version import VERSION
+from .part_messages import flat
 from .times import duration_message, time_message
 
 
@@ -41,12 +42,9 @@ def statistics_message(statistics: records.PoseStatistics,
     for name in STATISTICS_FIELDS:
         setattr(message, name, getattr(statistics, name))
     message.scene = statistics.scene
-    message.plate = answer.plate
-    message.compute_time = duration_message(
-        0.0 if math.isnan(statistics.seconds) else statistics.seconds)
-    message.job_id = answer.job_id
-    message.revision = answer.revision
-    message.final = answer.final
+    message.compute_time = duration_message(statistics.seconds)
+    for name in ("plate", "job_id", "revision", "final"):
+        setattr(message, name, getattr(answer, name))
     message.poses = [_pose(statistics.part_id, pose) for pose in statistics.poses]
     message.warnings = [*statistics.warnings, *answer.warnings]
     message.notes = list(statistics.notes)
@@ -106,14 +104,8 @@ def _drawn(pose: records.StablePose) -> "tuple[array[float], array[float]]":
     """Support polygon and outline; all messages of a pose share them, as nobody writes to them."""
     drawn = _DRAWN.get(pose.shape)
     if drawn is None:
-        drawn = _flat(pose.support_polygon), _flat(pose.outline)
-        _DRAWN[pose.shape] = drawn
+        drawn = _DRAWN[pose.shape] = flat(pose.support_polygon), flat(pose.outline)
     return drawn
-
-
-def _flat(points: NDArray[np.float64]) -> "array[float]":
-    """An `array.array`, which rclpy takes as it is."""
-    return array("d", np.ascontiguousarray(points, dtype=np.float64).tobytes())
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,12 +3,9 @@
 import threading
 import time
 from abc import ABC, abstractmethod
-from array import array
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.callback_groups import ReentrantCallbackGroup
@@ -18,6 +15,7 @@ from ros_pose_stats_msgs.msg import PartMesh
 from ...errors import PoseStatsError, RequestError
 from ...resting.poses import are_found
 from ..jobs import FlipRequest, Job, Jobs, State, job_reports, run
+from ..messages.part_messages import flat
 from ..parts import known_part, part_builder, part_store
 from ..settings import Settings
 from ..transport.answering_node import SERVICE_QUALITY, AnsweringNode
@@ -261,17 +259,8 @@ class SimulateFlipsServer(GoalServer):
             return result
         for name in ("part_id", "part_digest", "restitution", "kick_height", "seed"):
             setattr(result, name, getattr(flips, name))
-        result.flips = _whole(flips.counts.sum(axis=1) + flips.unsettled)
-        result.unsettled = _whole(flips.unsettled)
+        result.flips = flat(flips.counts.sum(axis=1) + flips.unsettled, "Q")
+        result.unsettled = flat(flips.unsettled, "Q")
         result.transition = flat(flips.transition)
         result.standard_error = flat(flips.standard_error)
         return result
-
-
-def flat(matrix: NDArray[np.float64]) -> "array[float]":
-    """A matrix row by row, as rclpy takes it as it is."""
-    return array("d", np.ascontiguousarray(matrix).tobytes())
-
-
-def _whole(numbers: NDArray[np.int64]) -> "array[int]":
-    return array("Q", numbers.astype(np.uint64).tobytes())

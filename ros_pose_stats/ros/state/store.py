@@ -19,15 +19,10 @@ SECONDS = 1.0
 class State:
     """Rows of the tables in `tables.COLUMNS`, in a file that one living node has.
 
-    `file`: made where there is none; `definitions`: of the messages in it, by type; `convert`:
-    brings messages of other definitions up to date; `say`: told in one line what a user should
-    know; `patience`: seconds to wait for another process that has it. Attributes `problem`: why
-    changes cannot be written now, empty where they are; `set_aside`: name that a file got which
-    could not be read. Raises RequestError if the file is none of a node, or of a newer version;
-    StateInUseError if another process has it.
-
-    Where the file cannot be written, changes are kept and tried again. A file that is deleted
-    under a running node is made anew from what the node still has open.
+    `convert` brings messages up to date whose `definitions` were others; `problem` says why
+    changes cannot be written now, which are kept and tried again; `set_aside` names a file that
+    could not be read. Raises RequestError if the file is none of a node, or of a newer version,
+    and StateInUseError if another process has it for longer than `patience`.
     """
 
     def __init__(self, file: Path, definitions: Mapping[str, str] | None = None,
@@ -187,7 +182,7 @@ class State:
     def _write(self, changes: list[Change]) -> None:
         if self._link is None:
             self._open()
-        elif self._is_gone():
+        elif not self.file.exists() or _identity_of(self.file) != self._identity:
             self._make_anew(self._link)
         elif self.problem:
             self._use(tables.connect(self.file))
@@ -202,8 +197,7 @@ class State:
     def _open(self) -> None:
         """Take the file and see whether it is sound; one that is not is set aside."""
         files.make_directories(self.file.parent)
-        lock = self._lock or tables.FileLock(self.file, self._patience)
-        self._lock = lock
+        self._lock = self._lock or tables.FileLock(self.file, self._patience)
         try:
             self._use(self._sound())
         except Exception as error:
@@ -239,16 +233,7 @@ class State:
         for old in filter(None, before):
             with suppress(sqlite3.Error):
                 old.close()
-        about = self.file.stat()
-        self._identity = about.st_dev, about.st_ino
-
-    def _is_gone(self) -> bool:
-        """Whether the file was deleted or replaced under the node."""
-        try:
-            about = self.file.stat()
-        except FileNotFoundError:
-            return True
-        return (about.st_dev, about.st_ino) != self._identity
+        self._identity = _identity_of(self.file)
 
     def _make_anew(self, old: sqlite3.Connection) -> None:
         """Write what the deleted file holds, which is still open, into one of its name."""
@@ -285,3 +270,7 @@ class State:
                 with suppress(OSError):
                     (self.meshes / name).unlink()
 
+
+def _identity_of(file: Path) -> tuple[int, int]:
+    about = file.stat()
+    return about.st_dev, about.st_ino

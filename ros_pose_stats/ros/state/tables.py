@@ -19,15 +19,17 @@ from ...errors import PoseStatsError, RequestError, reason
 VERSION = 1
 APPLICATION = 0x52505353  # what the file's header says of its kind
 COLUMNS = {
-    "parts": "part_id TEXT, digest TEXT, content BLOB, restitution REAL, drop_height REAL, "
-    "size INTEGER, used INTEGER",
-    "meshes": "part_id TEXT, message BLOB, file TEXT",  # a large message lies in the file
-    "results": "part_id TEXT, latched BLOB, model BLOB, revision INTEGER",
-    "counts": "part_id TEXT, digest TEXT, cluster_tolerance REAL, round_sides INTEGER, "
-    "plate TEXT, total BLOB, series INTEGER",
-    "counted": "identity BLOB",  # of a message of counts: 8 bytes of the series, 16 of a digest
-    "jobs": "job_id TEXT, state INTEGER, event BLOB, answer BLOB",
-    "facts": "name TEXT, value TEXT",
+    "parts": "part_id TEXT PRIMARY KEY, digest TEXT, content BLOB, restitution REAL, "
+    "drop_height REAL, size INTEGER, used INTEGER",
+    # a large message lies in the file
+    "meshes": "part_id TEXT PRIMARY KEY, message BLOB, file TEXT",
+    "results": "part_id TEXT PRIMARY KEY, latched BLOB, model BLOB, revision INTEGER",
+    "counts": "part_id TEXT PRIMARY KEY, digest TEXT, cluster_tolerance REAL, "
+    "round_sides INTEGER, plate TEXT, total BLOB, series INTEGER",
+    # of a message of counts: 8 bytes of the series, 16 of a digest
+    "counted": "identity BLOB PRIMARY KEY",
+    "jobs": "job_id TEXT PRIMARY KEY, state INTEGER, event BLOB, answer BLOB",
+    "facts": "name TEXT PRIMARY KEY, value TEXT",
 }
 """Columns by table; the first one is the key, and each row has a checksum behind the others."""
 
@@ -175,11 +177,8 @@ def _check_version(link: sqlite3.Connection, file: Path) -> None:
     if version < VERSION:
         if tables:
             raise DamagedError(f"tables but version {version}")
-        columns = "".join(
-            f"CREATE TABLE {table} ({text.replace(',', ' PRIMARY KEY,', 1)}, "
-            "checksum INTEGER);" if "," in text else
-            f"CREATE TABLE {table} ({text} PRIMARY KEY, checksum INTEGER);"
-            for table, text in COLUMNS.items())
+        columns = "".join(f"CREATE TABLE {table} ({text}, checksum INTEGER);"
+                          for table, text in COLUMNS.items())
         link.executescript(f"BEGIN IMMEDIATE; {columns} PRAGMA application_id={APPLICATION}; "
                            f"PRAGMA user_version={VERSION}; COMMIT;")
 
