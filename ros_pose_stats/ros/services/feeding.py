@@ -14,11 +14,11 @@ from ...statistics import feeding
 from ...statistics.pose_shares import pose_shares
 from ..jobs import FlipRequest, Job, Jobs, State
 from ..jobs.run import FlipReports, flip_key, flips_in_all
-from ..messages import part_requests, statistics_messages
+from ..messages import part_messages, part_requests, statistics_messages
 from ..parts import known_part, part_store
 from ..settings import Settings
 from ..transport.answering_node import AnsweringNode
-from . import goals, requests, services
+from . import requests, services
 
 FLIP_SECONDS = 10.0
 """Longest that an answer flips for; the fewer flips, the wider its intervals."""
@@ -105,7 +105,7 @@ def _answer(request: Any, response: Any, latched: PoseStatistics,
     else:
         gain = feeding.flip_wrong_ones(dropped, flips.counts, request.wanted, request.rate,
                                 request.cycle_time)
-        response.transition = goals.flat(flips.transition)
+        response.transition = part_messages.flat(flips.transition)
         basis += f" and {flips.flips} flips"
     fill_response(response, gain)
     if math.isnan(dropped.drops):
