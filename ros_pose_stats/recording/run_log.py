@@ -33,7 +33,6 @@ class RunLog:
     def __init__(self, log_directory: Path, types: Mapping[str, message_types.MessageType], *,
                  max_bag_bytes: int, max_log_bytes: int = 0, node: str = "") -> None:
         self.directory = log_directory / runs.new_run_name(log_directory)
-        self._times_lost = 0
         self._types = dict(types)
         self._node = node
         self._lengths = {topic: message_types.CdrLength(kind) for topic, kind in types.items()}
@@ -86,12 +85,10 @@ class RunLog:
             raise RecordingError(
                 f"cannot record to {self.directory}: {error.strerror or error}") from error
 
-    @property
-    def times_lost(self) -> int:
-        """How often the bag was deleted or moved away; OSError where nobody knows."""
+    def leave_lost_bag(self) -> None:
+        """Go on in another bag where this one was deleted or moved; OSError where nobody knows."""
         with self._lock:
             self._leave_lost_bag()
-            return self._times_lost
 
     @property
     def place(self) -> tuple[Path, int] | None:
@@ -131,7 +128,6 @@ class RunLog:
         if self._bag is not None and self._bag.is_gone():
             self._bag.abandon()
             self._bag = None
-            self._times_lost += 1
             self.directory = self.directory.with_name(runs.new_run_name(self.directory.parent))
 
 

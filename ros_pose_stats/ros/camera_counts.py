@@ -2,17 +2,17 @@
 
 import math
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from rclpy.node import Node
-from rclpy.serialization import deserialize_message, serialize_message
+from rclpy.serialization import serialize_message
 from ros_pose_stats_msgs.msg import ObservedParts, PoseCounts
 
 from ..errors import PoseStatsError, RequestError
 from ..recording.analysis.decoding import numbering_of
 from ..resting.observed_orientations import classify_orientations
-from .messages.mesh_views import NotPlainCdrError, ObservedNumbers, observed_numbers
+from .messages.mesh_views import ObservedNumbers, observed_numbers
+from .messages.part_messages import deserialized, see
 from .messages.part_requests import shown
 from .messages.times import now, time_message
 from .parts.announcer import Announcer
@@ -29,11 +29,10 @@ MOST_BYTES = 2**20  # of a camera's message: counts of some 80 000 poses, or som
 
 def observed_of_bytes(data: bytes) -> ObservedNumbers:
     """What a camera saw; raises RequestError if the bytes or its confidences are none."""
-    _check_size(data, ObservedParts)
-    try:
-        numbers = observed_numbers(data)
-    except NotPlainCdrError:
-        numbers = observed_numbers(serialize_message(_message_of_bytes(data, ObservedParts)))
+    if len(data) > MOST_BYTES:
+        raise RequestError(f"an ObservedParts of at most {MOST_BYTES} bytes", f"{len(data)} bytes",
+                           "check the publisher")
+    numbers = see(data, ObservedParts, observed_numbers)
     parts, confidence = len(numbers.poses), numbers.confidence
     if not len(confidence):
         confidence = np.ones(parts)
@@ -44,21 +43,6 @@ def observed_of_bytes(data: bytes) -> ObservedNumbers:
     if len(wrong):
         raise RequestError("confidences from 0 to 1", f"{wrong[0]:g}", "divide percentages by 100")
     return numbers._replace(confidence=confidence)
-
-
-def _check_size(data: bytes, kind: type) -> None:
-    if len(data) > MOST_BYTES:
-        raise RequestError(f"a {kind.__name__} of at most {MOST_BYTES} bytes",
-                           f"{len(data)} bytes", "check the publisher")
-
-
-def _message_of_bytes(data: bytes, kind: type) -> Any:
-    _check_size(data, kind)
-    try:
-        return deserialize_message(data, kind)
-    except Exception as error:  # the bindings raise what they like
-        raise RequestError(f"a serialised {kind.__name__}", f"{len(data)} bytes that are none "
-                           f"({type(error).__name__})", "check the publisher") from error
 
 
 COUNTS_TOPIC = "~/pose_counts"
@@ -80,7 +64,7 @@ class CountSubscription:
         sound: list[tuple[bytes, PoseCounts]] = []
         for data in received:
             try:
-                counts = _message_of_bytes(data, PoseCounts)
+                counts = deserialized(data, PoseCounts, MOST_BYTES)
                 # ROS reads a text that lacks its closing zero byte; other readers of bags do not.
                 sound.append((serialize_message(counts), counts))
             except RequestError as refusal:

@@ -48,8 +48,7 @@ class PoseStatsNode(AnsweringNode):
         self.lanes = Lanes(lambda: self._settings().max_mesh_bytes)
         self.builder = part_builder.PartBuilder(self._settings, self.lanes)
         self.outlines = outlines.Outlines(self.lanes)
-        self.announcer = announcer.Announcer(self, self.recorder, self.state,
-                                             self.refusals.floods)
+        self.announcer = announcer.Announcer(self, self.recorder, self.state, self.refusals.floods)
         self.parts = PartStore(self._settings, self.recorder, self.state, self.announcer,
                                self.builder)
         self.learnt = count_store.CountStore(self._settings, self.parts, self.state)
@@ -111,8 +110,7 @@ class PoseStatsNode(AnsweringNode):
                                          self.table.use_plate)
         self.actions = [goals.SimulateDropsServer(self, requests, self.jobs, self.reports),
                         goals.SimulateFlipsServer(self, self._settings, self.parts, *flips)]
-        steady_timer(self, SECONDS_BETWEEN, self._write_down,
-                     MutuallyExclusiveCallbackGroup())
+        steady_timer(self, SECONDS_BETWEEN, self._write_down, MutuallyExclusiveCallbackGroup())
         refusals.Diagnostics(self, {
             "parts": lambda: self.refusals.health(len(self.parts.all()),
                                                   self.lanes.waiting()),

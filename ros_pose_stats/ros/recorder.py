@@ -63,7 +63,7 @@ class Recorder:
         self._placing = threading.Lock()
         self._place: tuple[Path, int] | None = None
         self._directory = self.log.directory
-        self.counts_lost = self.lost = self._bags_lost = 0  # of cameras, of all messages, of bags
+        self.counts_lost = self.lost = 0  # messages of cameras, and all that were not recorded
         self._lock = threading.Lock()
         self.problem = self.last_problem = _unwritable(settings.directory())
         if self.problem:
@@ -75,17 +75,14 @@ class Recorder:
         written = self._attempt(partial(self.log.write, topic, data))
         if written:
             self._note("")
-            if self._directory != self.log.directory:  # since the bag was deleted
-                self._directory = self.log.directory
-                self._put_place((self._directory, 0))
         return written
 
     @property
-    def bag(self) -> int:
-        """A number that is another one once the bag was deleted or moved, and the next begins."""
+    def bag(self) -> Path:
+        """The bag that records go to, another one once it was deleted or moved."""
         with suppress(OSError):  # the next record says what is wrong
-            return self.log.times_lost
-        return self._bags_lost
+            self.log.leave_lost_bag()
+        return self.log.directory
 
     def count_lost(self, count: int) -> int:
         """Count what cameras sent and a flood overran; how much that is by now."""
@@ -130,14 +127,16 @@ class Recorder:
         bag = self.bag
         with self._lock:
             changed = bool(problem) != bool(self.problem)
-            new_bag, self._bags_lost = bag != self._bags_lost, bag
-            self.problem = problem
-            self.last_problem = problem or self.last_problem
+            is_new = not problem and bag != self._directory
+            if is_new:
+                self._directory = bag
+            self.problem, self.last_problem = problem, problem or self.last_problem
             self.lost += bool(problem)
         if changed:
             self._warn(f"NOT_RECORDED: {problem}" if problem else "recording works again")
-        if new_bag and not problem:
-            self._warn(f"the bag was deleted; recording goes on in {self.log.directory}")
+        if is_new:
+            self._put_place((bag, 0))
+            self._warn(f"the bag was deleted; recording goes on in {bag}")
 
     def mend_bags(self) -> None:
         """Mend what earlier runs left unfinished in the folder, and say so."""

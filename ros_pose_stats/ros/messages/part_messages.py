@@ -22,14 +22,14 @@ times as many and take a third of a second for each of them [MiB]."""
 
 
 def request_of_mesh_bytes(data: bytes, part_id: str, unit: float) -> part_requests.PartRequest:
-    """Take a serialised `shape_msgs/Mesh`; raises MeshError."""
-    vertices, triangles = _see(data, Mesh, mesh_views.mesh_numbers)
+    """Take a serialised `shape_msgs/Mesh`; raises MeshError, RequestError."""
+    vertices, triangles = see(data, Mesh, mesh_views.mesh_numbers)
     return part_requests.PartRequest(part_id, vertices, triangles, unit)
 
 
 def request_of_part_bytes(data: bytes) -> part_requests.PartRequest:
     """Take a serialised `PartMesh`; raises MeshError, RequestError."""
-    return _request(_see(data, PartMesh, mesh_views.part_mesh_numbers))
+    return _request(see(data, PartMesh, mesh_views.part_mesh_numbers))
 
 
 def taken_request(message: PartMesh) -> part_requests.PartRequest:
@@ -110,21 +110,21 @@ def _rows(values: NDArray[Any], name: str) -> NDArray[Any]:
     return values.reshape(-1, 3)
 
 
-def _see(data: bytes, kind: type, view: Callable[[bytes], T]) -> T:
-    """What a message holds, seen in place if it is in plain CDR, else once rclpy has read it."""
+def see(data: bytes, kind: type, view: Callable[[bytes], T]) -> T:
+    """What a message holds, in place if it is in plain CDR; raises RequestError."""
     try:
         return view(data)
     except mesh_views.NotPlainCdrError:
-        return view(serialize_message(_deserialized(data, kind)))
+        return view(serialize_message(deserialized(data, kind, MOST_DESERIALIZED)))
 
 
-def _deserialized(data: bytes, kind: type) -> Any:
-    if len(data) > MOST_DESERIALIZED:
-        raise MeshError(f"a serialised {kind.__name__} in plain little-endian CDR, or another "
-                        f"one of at most {MOST_DESERIALIZED} bytes", f"{len(data)} bytes",
-                        "check the publisher")
+def deserialized(data: bytes, kind: type, most: int) -> Any:
+    """The message that bytes are; raises RequestError."""
+    if len(data) > most:
+        raise RequestError(f"a {kind.__name__} of at most {most} bytes", f"{len(data)} bytes",
+                           "check the publisher; a mesh in plain little-endian CDR may be larger")
     try:
         return deserialize_message(data, kind)
     except Exception as error:  # the bindings raise what they like
-        raise MeshError(f"a serialised {kind.__name__}", f"{len(data)} bytes that are none "
-                        f"({type(error).__name__})", "check the publisher") from error
+        raise RequestError(f"a serialised {kind.__name__}", f"{len(data)} bytes that are none "
+                           f"({type(error).__name__})", "check the publisher") from error

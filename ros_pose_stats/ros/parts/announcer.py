@@ -5,6 +5,7 @@ import threading
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -129,7 +130,7 @@ class Announcer:
 
     def __init__(self, node: Node, recorder: Recorder, state: State, floods: Floods) -> None:
         self._node, self._recorder, self._state, self._floods = node, recorder, state, floods
-        self._introduced: Memory[tuple[int, str, str], bool] = Memory(INTRODUCED)  # by bag
+        self._introduced: Memory[tuple[Path, str, str], bool] = Memory(INTRODUCED)  # by bag
         self._introducing = threading.RLock()
         self._shown: dict[str, _Shown] = {}
         self._leaving: dict[str, tuple[Publisher, float]] = {}

@@ -15,6 +15,7 @@ from ... import records
 from ...methods import OBSERVED
 from ...planning.confidence import observe_counts
 from ...recording.analysis.decoding import numbering_of
+from ...records import Part
 from ...records.scene import Numbering
 from ...resting.poses import resting_poses
 from ...statistics.chi_square import homogeneity
@@ -41,13 +42,13 @@ class Ground(NamedTuple):
     numbering: Numbering
     plate: str
 
-    def goes_on_as(self, other: "Ground", known: known_part.KnownPart) -> bool:
+    def goes_on_as(self, other: "Ground", part: Part) -> bool:
         """Whether only `round_sides` is new, as of a plate, and poses keep their numbers."""
         tolerance, sides = self.numbering
         new = other.numbering.round_sides
         return (other == Ground(Numbering(tolerance, new), self.plate)
-                and resting_poses(known.part, tolerance, sides).is_numbered_like(
-                    resting_poses(known.part, tolerance, new)))
+                and resting_poses(part, tolerance, sides).is_numbered_like(
+                    resting_poses(part, tolerance, new)))
 
 
 class CellCounts:
@@ -198,7 +199,7 @@ class CountStore:
         if counts is None:
             return None
         ground = self._ground(message)
-        if counts.ground != ground and counts.ground.goes_on_as(ground, known):
+        if counts.ground != ground and counts.ground.goes_on_as(ground, known.part):
             counts.ground = ground
         if counts.ground != ground:
             return None

@@ -42,8 +42,8 @@ class Intake:
                  results: result_store.ResultStore, announcer: announcer.Announcer,
                  lanes: Lanes, builder: part_builder.PartBuilder,
                  refusals: Refusals, follow: Callable[[KnownPart], object], log: Any) -> None:
-        self._settings = settings
-        self._parts, self._results, self._announcer = parts, results, announcer
+        self._settings, self._parts = settings, parts
+        self._results, self._announcer = results, announcer
         self._lanes, self._builder, self._refusals = lanes, builder, refusals
         self._follow, self._log = follow, log
         self._coming: list[Future[None]] = []
@@ -64,9 +64,10 @@ class Intake:
 
     def take_published(self, request: part_requests.PartRequest, topic: str, size: int) -> None:
         """Queue a mesh that was published; waits while there is no room for a small one."""
-        coming = self._lanes.put(partial(self.take, request), Rank.PUBLISHED,
-                                 _lane_of(request), size, request.part_id)
-        self._refusals.watch_mesh(topic + part_requests.named(request.part_id), coming)
+        self._refusals.watch_mesh(
+            topic + part_requests.named(request.part_id),
+            self._lanes.put(partial(self.take, request), Rank.PUBLISHED, _lane_of(request), size,
+                            request.part_id))
 
     def take_sent(self, request: part_requests.PartRequest, source: str,
                   accepted: threading.Event | None) -> Future[KnownPart]:
@@ -113,8 +114,7 @@ class Intake:
     def show_all_again(self) -> None:
         """Show known parts in another scene, when nothing else waits."""
         for known in self._parts.all():
-            again = self._lanes.put(partial(self._show_again, known), Rank.LATER,
-                                    _lane_of(known))
+            again = self._lanes.put(partial(self._show_again, known), Rank.LATER, _lane_of(known))
             self._refusals.watch_mesh("parameters", again)
 
     def _show_again(self, known: KnownPart) -> None:

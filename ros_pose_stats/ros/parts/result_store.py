@@ -177,8 +177,7 @@ class ResultStore:
             self._results.put(key, message)
         return message
 
-    def keep_refinement(self, known: KnownPart, message: PoseStatistics,
-                        scene: DropScene) -> None:
+    def keep_refinement(self, known: KnownPart, message: PoseStatistics, scene: DropScene) -> None:
         """Remember drops that refined an estimate."""
         key = self._key(REFINED, known, scene)
         before = self._results.get(key)

@@ -236,8 +236,7 @@ def files_of_meshes(link: sqlite3.Connection) -> set[str]:
     return {name for name, in link.execute("SELECT file FROM meshes WHERE file != ''")}
 
 
-def update_messages(link: sqlite3.Connection, today: Mapping[str, str],
-                    convert: Convert) -> None:
+def update_messages(link: sqlite3.Connection, today: Mapping[str, str], convert: Convert) -> None:
     """Write messages anew whose types had other definitions when they were written.
 
     `today`: definitions by type. A row whose message cannot be read any more goes.
