@@ -43,7 +43,7 @@ class PoseStatsNode(AnsweringNode):
                            restore.as_of_today, log.warning)
         self.recorder = recorder.Recorder(settings, name, self.state, log.warning)
         tail = restore.tail_of(self.state, log.warning)
-        restored = restore.restore_jobs(self.state, tail, settings)
+        ended, cancelled = restore.restore_jobs(self.state, tail, settings)
         self.refusals = refusals.Refusals(log.warning)
         self.lanes = Lanes(lambda: self._settings().max_mesh_bytes)
         self.builder = part_builder.PartBuilder(self._settings, self.lanes)
@@ -55,11 +55,10 @@ class PoseStatsNode(AnsweringNode):
         self.results = ResultStore(self._settings, self.parts, self.learnt, self.announcer,
                                    self.state)
         self.reports = job_reports.JobReports(self.results, self.parts, self.announcer,
-                                              self.recorder, self.state, log.info,
-                                              restored.answers)
+                                              self.recorder, self.state, log.info)
         run_name = self.recorder.log.directory.name.removeprefix("pose_stats_")
         self.jobs = Jobs(run_name, self.reports, log.error)
-        self.jobs.add_ended(restored.jobs)
+        self.jobs.add_ended(ended)
         # Goals may flip for minutes; the answers of ~/feeding do not wait for them, nor for drops.
         self.flip_reports = run.FlipReports(), run.FlipReports()
         flips, feeding = self.flip_reports
@@ -84,7 +83,7 @@ class PoseStatsNode(AnsweringNode):
             restore.begin_afresh(self.state)
         self.recorder.note_place()
         self.state.commit()  # before cameras are heard, so that what the bag has is learnt
-        restore.record_cancelled(restored.cancelled, self.recorder, self.state, log.warning)
+        restore.record_cancelled(cancelled, self.recorder, self.state, log.warning)
         self._mending = threading.Thread(target=self.recorder.mend_bags, name="mend bags",
                                          daemon=True)
         self._open()

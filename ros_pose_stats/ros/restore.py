@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from functools import cache
 from importlib import import_module
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from rclpy.serialization import deserialize_message, serialize_message
 from ros_pose_stats_msgs import msg
@@ -111,16 +111,11 @@ def _take(tail: Tail, message: RawMessage) -> None:
         tail.answers[read.job_id] = data
 
 
-class RestoredJobs(NamedTuple):
-    """Jobs of earlier runs, oldest first; those that had not ended are cancelled as they were."""
+def restore_jobs(state: State, tail: Tail, settings: Settings) -> tuple[list[Job], list[Change]]:
+    """Jobs of earlier runs, oldest first, out of the state and the end of the last bag.
 
-    jobs: list[Job]
-    answers: list[tuple[str, int]]  # by job, the bytes of its answer
-    cancelled: list[Change]  # what has to be kept of that, and recorded
-
-
-def restore_jobs(state: State, tail: Tail, settings: Settings) -> RestoredJobs:
-    """Take jobs from the state, and what happened to them in the end from the last bag."""
+    Those that had not ended are cancelled as they were: what has to be kept and recorded of that.
+    """
     rows: dict[str, tuple[msg.JobEvent, bytes]] = {}
     for job_id, _, event, answer in state.rows("jobs"):
         with suppress(Exception):  # of the bindings; the checksums were right, so it is an old one
@@ -131,7 +126,8 @@ def restore_jobs(state: State, tail: Tail, settings: Settings) -> RestoredJobs:
             answer = tail.answers.get(event.job_id, kept)
             rows[event.job_id] = event, answer
             state.put(job_change(event, answer))
-    jobs, cancelled = [], []
+    jobs: list[Job] = []
+    cancelled: list[Change] = []
     for job_id in sorted(rows, key=lambda name: (name.rpartition("_")[0], len(name), name)):
         event, answer = rows[job_id]
         if event.event < msg.JobEvent.DONE:
@@ -146,8 +142,7 @@ def restore_jobs(state: State, tail: Tail, settings: Settings) -> RestoredJobs:
             jobs.append(Job(job_id, request, Future(), event.seed, settings,
                             JobState(event.event), event.drops_done, message=event.message))
             jobs[-1].finished.set_result(None)
-    answers = [(job.job_id, len(rows[job.job_id][1])) for job in jobs]
-    return RestoredJobs(jobs, answers, cancelled)
+    return jobs, cancelled
 
 
 def record_cancelled(cancelled: list[Change], recorder: Recorder, state: State,

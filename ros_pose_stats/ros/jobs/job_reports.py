@@ -2,7 +2,7 @@
 
 import time
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 
 from rclpy.serialization import deserialize_message, serialize_message
 from ros_pose_stats_msgs.msg import DropRecords, JobEvent, PoseStatistics
@@ -66,12 +66,12 @@ class JobReports(JobListener):
 
     def __init__(self, results: result_store.ResultStore, parts: part_store.PartStore,
                  announcer: Announcer, recorder: Recorder, state: State,
-                 log: Callable[[str], object], restored: Iterable[tuple[str, int]]) -> None:
+                 log: Callable[[str], object]) -> None:
         self._results, self._parts, self._announcer = results, parts, announcer
         self._recorder, self._state, self._log = recorder, state, log
         self._interims: dict[str, tuple[Statistics, PoseStatistics]] = {}
         self._kept_at = 0.0
-        self._answered = deque(restored)
+        self._answered = deque((row[0], len(row[3])) for row in state.rows("jobs") if row[3])
         self._answer_bytes = sum(size for _, size in self._answered)
 
     def queued(self, job: Job) -> bool:
