@@ -54,9 +54,9 @@ class CountSubscription:
     """Records each count as it is, learns from it, and says if it cannot be compared."""
 
     def __init__(self, node: Node, recorder: Recorder, parts: PartStore, refusals: Refusals,
-                 announcer: Announcer, learnt: CountStore) -> None:
+                 announcer: Announcer, counts: CountStore) -> None:
         self._log, self._recorder, self._refusals = node.get_logger(), recorder, refusals
-        self._parts, self._announcer, self._learnt = parts, announcer, learnt
+        self._parts, self._announcer, self._counts = parts, announcer, counts
         self.take_waiting = BatchSubscription(node, PoseCounts, COUNTS_TOPIC, "counts", self._take,
                                               recorder.count_lost, refusals).take_waiting
 
@@ -87,7 +87,7 @@ class CountSubscription:
         part = self._parts.current(counts.part_id)
         problem, kind = count_problem(counts, part), "counts of nothing"
         if not problem and part is not None:
-            if self._learnt.add_counts(part, counts) or again:
+            if self._counts.add_counts(part, counts) or again:
                 return
             stamp, kind = counts.header.stamp, "counts that came before"
             problem = "it came before, and counts once" + ("" if stamp.sec or stamp.nanosec else (

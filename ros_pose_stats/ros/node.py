@@ -51,8 +51,8 @@ class PoseStatsNode(AnsweringNode):
         self.announcer = announcer.Announcer(self, self.recorder, self.state, self.refusals.floods)
         self.parts = PartStore(self._settings, self.recorder, self.state, self.announcer,
                                self.builder)
-        self.learnt = count_store.CountStore(self._settings, self.parts, self.state)
-        self.results = ResultStore(self._settings, self.parts, self.learnt, self.announcer,
+        self.cell_counts = count_store.CountStore(self._settings, self.parts, self.state)
+        self.results = ResultStore(self._settings, self.parts, self.cell_counts, self.announcer,
                                    self.state)
         self.reports = job_reports.JobReports(self.results, self.parts, self.announcer,
                                               self.recorder, self.state, log.info)
@@ -72,7 +72,7 @@ class PoseStatsNode(AnsweringNode):
                                     self.lanes, self.builder, self.refusals,
                                     self.checks.follow, log)
         self.counts = camera_counts.CountSubscription(self, self.recorder, self.parts,
-                                                      self.refusals, self.announcer, self.learnt)
+                                                      self.refusals, self.announcer, self.cell_counts)
         if settings.restore:
             self.parts.restore()
             for known in self.parts.all():
@@ -104,7 +104,7 @@ class PoseStatsNode(AnsweringNode):
                           self.outlines)
         flips, feeding = zip(self.flip_jobs, self.flip_reports, strict=True)
         FeedingService(self, self._settings, self.parts, *feeding, self.flip_reports[0])
-        self.fits = plate_fits.PlateFits(self, self._settings, self.parts, self.learnt,
+        self.fits = plate_fits.PlateFits(self, self._settings, self.parts, self.cell_counts,
                                          self.announcer,
                                          self.table.use_plate)
         self.actions = [goals.SimulateDropsServer(self, requests, self.jobs, self.reports),
@@ -123,7 +123,7 @@ class PoseStatsNode(AnsweringNode):
         """Latch what an earlier run has latched, and begin to work; kernels are loaded by now."""
         log, parts = self.get_logger(), self.parts.all()
         shown = {known.part_id: self.results.show_restored(known) for known in parts}
-        self.learnt.take_new()  # what the last bag had is shown by that, or with the estimate
+        self.cell_counts.take_new()  # what the last bag had is shown by that, or with the estimate
         if parts:
             log.info(f"{len(parts)} parts of an earlier run are known again")
         self._mending.start()
@@ -159,7 +159,7 @@ class PoseStatsNode(AnsweringNode):
         with ThreadPoolExecutor(len(ends)) as closing:  # each may take its time
             list(closing.map(lambda end: end(), ends))
         for action in self.actions:
-            action.wait_until_told()
+            action.wait_for_clients()
         self.answers.wait_until_quiet(PARTING_SECONDS, LAST_SECONDS)
         self.announcer.close()
         self.observed.take_waiting()

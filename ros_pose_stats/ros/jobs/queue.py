@@ -89,20 +89,18 @@ class Jobs:
                 self._end(job, State.CANCELLED, too_late)
             return job
 
-    def cancel(self, job_id: str, reason: str) -> Job | None:
-        """Ask a job to end; None if it is not known. One that has ended stays as it is."""
+    def cancel(self, job_id: str, reason: str) -> None:
+        """Ask a job to end; one that has ended stays as it is."""
         with self._changed:
             job = self._known.get(job_id)
             if job is None or job.state.ended:
-                return job
+                return
             job.cancel(reason)
-            waiting = next((jobs for jobs in (self._asked, self._refinements)
-                            if job in jobs), None)
-            if waiting is not None:
-                waiting.remove(job)
-        if waiting is not None:
-            self._end(job, State.CANCELLED, reason)
-        return job
+            queue = next((jobs for jobs in (self._asked, self._refinements) if job in jobs), None)
+            if queue is None:
+                return
+            queue.remove(job)
+        self._end(job, State.CANCELLED, reason)
 
     def cancel_refinement(self, part_id: str, reason: str, but: JobRequest | None = None) -> None:
         """Ask the refinements of a part to end, but for one that was asked for anew."""

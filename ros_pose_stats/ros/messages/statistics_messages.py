@@ -3,6 +3,7 @@
 import math
 from array import array
 from dataclasses import dataclass
+from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -17,36 +18,22 @@ from ...records import DropScene
 from ...records.statistics import FORGOTTEN, POSE_FIELDS, STATISTICS_FIELDS
 from ...version import VERSION
 from .part_messages import flat
-from .times import duration_message, time_message
+from .times import duration_message, now, time_message
 
 
-@dataclass(frozen=True)
-class Answer:
-    """What a message says beside the statistics themselves."""
-
-    stamp: int  # nanoseconds
-    frame: str
-    plate: str
-    revision: int
-    job_id: str = ""  # empty for an estimate
-    final: bool = True
-    warnings: tuple[str, ...] = ()  # added to those of the statistics
-
-
-def statistics_message(statistics: records.PoseStatistics,
-                       answer: Answer) -> PoseStatisticsMessage:
-    """Make the message."""
+def statistics_message(statistics: records.PoseStatistics, frame: str,
+                       warnings: tuple[str, ...] = (), **labels: Any) -> PoseStatisticsMessage:
+    """Make the message, with more warnings; `labels`: plate, revision, job_id and final in it."""
     message = PoseStatisticsMessage()
-    message.header.stamp = time_message(answer.stamp)
-    message.header.frame_id = answer.frame
+    message.header.stamp, message.header.frame_id = time_message(now()), frame
     for name in STATISTICS_FIELDS:
         setattr(message, name, getattr(statistics, name))
+    for name, value in labels.items():
+        setattr(message, name, value)
     message.scene = statistics.scene
     message.compute_time = duration_message(statistics.seconds)
-    for name in ("plate", "job_id", "revision", "final"):
-        setattr(message, name, getattr(answer, name))
     message.poses = [_pose(statistics.part_id, pose) for pose in statistics.poses]
-    message.warnings = [*statistics.warnings, *answer.warnings]
+    message.warnings = [*statistics.warnings, *warnings]
     message.notes = list(statistics.notes)
     return message
 
@@ -69,14 +56,11 @@ def with_warning(message: PoseStatisticsMessage, warning: str) -> PoseStatistics
 def farewell_message(last: PoseStatisticsMessage, stamp: int, revision: int, reason: str
                      ) -> PoseStatisticsMessage:
     """The last message about a part: no poses, and why."""
-    message = PoseStatisticsMessage()
-    message.header.stamp = time_message(stamp)
-    message.header.frame_id = last.header.frame_id
+    message = PoseStatisticsMessage(revision=revision, final=True)
+    message.header.stamp, message.header.frame_id = time_message(stamp), last.header.frame_id
     for name in ("part_id", "part_digest", "radius", "plate", "version"):
         setattr(message, name, getattr(last, name))
     message.expected_error = message.largest_error = message.plate_error = math.nan
-    message.revision = revision
-    message.final = True
     message.warnings = [f"{FORGOTTEN}{reason}; send the mesh again to get results."]
     return message
 

@@ -196,9 +196,8 @@ class Announcer:
             shown = self._shown.pop(part_id, None)
         if shown is None:
             return
-        data = serialize_message(statistics_messages.farewell_message(shown.message, stamp,
-                                                                      known.numbers.next(),
-                                                                      reason))
+        data = serialize_message(statistics_messages.farewell_message(
+            shown.message, stamp, known.numbers.next(), reason))
         self._recorder.record(POSE_STATISTICS, data)
         with self._lock:
             shown.publisher.publish(data)

@@ -16,7 +16,7 @@ from ...methods import AUTO, OBSERVED
 from ...planning import hybrid
 from ...records import DropScene
 from ...simulation.request import Watch, drop_request
-from ..messages import part_requests, statistics_messages as messages, times
+from ..messages import part_requests, statistics_messages as messages
 from ..recorder import POSE_STATISTICS
 from ..settings import Settings
 from ..state import Change, State
@@ -197,9 +197,9 @@ class ResultStore:
         """Make the message of a new result of a part, with the error of the settings' plate."""
         if statistics.method != OBSERVED:
             statistics = replace(statistics, plate_error=settings.plate_error)
-        return messages.statistics_message(statistics, messages.Answer(
-            times.now(), settings.plate_frame, settings.plate, known.numbers.next(), job_id, final,
-            warnings))
+        return messages.statistics_message(
+            statistics, settings.plate_frame, warnings, plate=settings.plate,
+            revision=known.numbers.next(), job_id=job_id, final=final)
 
     def is_due(self, known: KnownPart, scene: DropScene) -> bool:
         """Whether an intermediate result for this scene may be latched again by now."""

@@ -67,7 +67,7 @@ class GoalServer(ABC):
     def result(self, job: Job | None, success: bool, message: str) -> Any:
         """What a job has done, as a message; None where it was refused."""
 
-    def wait_until_told(self) -> None:
+    def wait_for_clients(self) -> None:
         """Give the clients of jobs that have just ended the time to hear of it."""
         until, ending = time.monotonic() + LAST_SECONDS, self._ending
         while self._ending and time.monotonic() < until:

@@ -104,9 +104,8 @@ class Services:
 
     def __init__(self, node: AnsweringNode, settings: Callable[[], Settings],
                  parts: part_store.PartStore, results: result_store.ResultStore,
-                 announcer: announcer.Announcer, requests: Requests,
-                 intake: intake.Intake, checks: checks.Checks,
-                 refinement: refining.Refinement, jobs: Jobs,
+                 announcer: announcer.Announcer, requests: Requests, intake: intake.Intake,
+                 checks: checks.Checks, refinement: refining.Refinement, jobs: Jobs,
                  reports: job_reports.JobReports, outlines: Outlines) -> None:
         self._settings, self._parts, self._results = settings, parts, results
         self._announcer, self._requests, self._intake = announcer, requests, intake
@@ -116,16 +115,14 @@ class Services:
         self.say_failure = node.get_logger().error
         for kind, name, callback in (
                 (srv.EstimatePoses, "estimate", self.estimate),
-                (srv.StartDropSimulation, "start_drop_simulation", self.start)):
-            node.serve(kind, f"~/{name}", callback,
-                       lambda request: not is_given(request.part))  # meshes have their own queue
-        for kind, name, callback in (
+                (srv.StartDropSimulation, "start_drop_simulation", self.start),
                 (srv.GetStatistics, "get_statistics", self.get_statistics),
                 (srv.ForgetPart, "forget_part", self.forget),
                 (srv.GetDropSimulation, "get_drop_simulation", self.get),
                 (srv.ListDropSimulations, "list_drop_simulations", self.list),
                 (srv.CancelDropSimulation, "cancel_drop_simulation", self.cancel)):
-            node.serve(kind, f"~/{name}", callback)
+            node.serve(kind, f"~/{name}", callback, lambda request: not (  # meshes have lanes
+                hasattr(request, "part") and is_given(request.part)))
 
     @refusing
     def estimate(self, request: Any, response: Any) -> Steps:

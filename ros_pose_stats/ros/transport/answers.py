@@ -1,12 +1,9 @@
 """Clients answered in turn, and those that hear before those that do not.
 
-The middleware hands requests over in the order in which they came, so a client that sends a
-thousand at once would keep all others waiting. And for a client that the node has not discovered
+A client that sends a thousand requests at once would keep all others waiting, for the middleware
+hands them over in the order in which they came. And for a client that the node has not discovered
 entirely, or whose quality of service does not fit, `rcl_send_response` waits a tenth of a second
-with the interpreter locked before the answer is thrown away. So requests are taken at once, sorted
-by client and worked off by a few threads; and a client that was not reached is not tried again
-until its turn among all of these. What a client is owed is in `docs/promises.md`: it waits for the
-service, calls with a time-out, and calls again.
+with the interpreter locked before the answer is thrown away.
 
 rclpy does not tell which client a request is from, but a client numbers its requests one after
 the other: the request that has the next number is taken for its next one.
