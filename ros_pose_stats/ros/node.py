@@ -7,16 +7,31 @@ from typing import Any
 
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 
-from . import camera_counts, parameters, recorder, refusals, restore
-from .jobs import Jobs, job_reports, queue, refinement, run
+from . import restore
+from .camera_counts import CountSubscription, ObservedSubscription
+from .jobs import Jobs
+from .jobs.job_reports import JobReports
+from .jobs.queue import flip_health, job_health
+from .jobs.refinement import Refinement
+from .jobs.run import FlipReports, run_flips
 from .messages.times import follow_clock, steady_timer
-from .parts import announcer, checks, count_store, intake, outlines, part_builder
+from .parameters import Parameters
+from .parts.announcer import Announcer
+from .parts.checks import Checks
+from .parts.count_store import CountStore, count_health
+from .parts.intake import Intake, MeshSubscriptions
 from .parts.lanes import Lanes
+from .parts.outlines import Outlines
+from .parts.part_builder import PartBuilder
 from .parts.part_store import PartStore
 from .parts.result_store import SECONDS_BETWEEN, ResultStore
-from .services import goals, plate_fits, services
+from .recorder import Recorder
+from .refusals import Diagnostics, Refusals
 from .services.feeding import FeedingService
+from .services.goals import SimulateDropsServer, SimulateFlipsServer
+from .services.plate_fits import PlateFits
 from .services.requests import Requests
+from .services.services import Services
 from .settings import Settings
 from .state import State
 from .transport.answering_node import AnsweringNode
@@ -37,87 +52,71 @@ class PoseStatsNode(AnsweringNode):
     def __init__(self, **options: Any) -> None:
         super().__init__("pose_stats", **options)
         follow_clock(self.get_clock())
-        self.table = parameters.Parameters(self, self._on_change)
-        settings, log, name = self._settings(), self.get_logger(), self.get_fully_qualified_name()
-        self.state = State(settings.state_path(name), restore.definitions(),
-                           restore.as_of_today, log.warning)
-        self.recorder = recorder.Recorder(settings, name, self.state, log.warning)
-        tail = restore.tail_of(self.state, log.warning)
-        ended, cancelled = restore.restore_jobs(self.state, tail, settings)
-        self.refusals = refusals.Refusals(log.warning)
-        self.lanes = Lanes(lambda: self._settings().max_mesh_bytes)
-        self.builder = part_builder.PartBuilder(self._settings, self.lanes)
-        self.outlines = outlines.Outlines(self.lanes)
-        self.announcer = announcer.Announcer(self, self.recorder, self.state, self.refusals.floods)
-        self.parts = PartStore(self._settings, self.recorder, self.state, self.announcer,
-                               self.builder)
-        self.cell_counts = count_store.CountStore(self._settings, self.parts, self.state)
-        self.results = ResultStore(self._settings, self.parts, self.cell_counts, self.announcer,
-                                   self.state)
-        self.reports = job_reports.JobReports(self.results, self.parts, self.announcer,
-                                              self.recorder, self.state, log.info)
-        run_name = self.recorder.log.directory.name.removeprefix("pose_stats_")
-        self.jobs = Jobs(run_name, self.reports, log.error)
-        self.jobs.add_ended(ended)
-        # Goals may flip for minutes; the answers of ~/feeding do not wait for them, nor for drops.
-        self.flip_reports = run.FlipReports(), run.FlipReports()
-        flips, feeding = self.flip_reports
-        self.flip_jobs = (Jobs(f"{run_name}_flips", flips, log.error, run.run_flips),
-                          Jobs(f"{run_name}_feeding", feeding, log.error, run.run_flips))
-        self.refinement = refinement.Refinement(self._settings, self.results, self.jobs,
-                                                self.announcer)
-        self.checks = checks.Checks(self._settings, self.parts, self.results, self.lanes,
-                                    self.refinement.refine, log.error)
-        self.intake = intake.Intake(self._settings, self.parts, self.results, self.announcer,
-                                    self.lanes, self.builder, self.refusals,
-                                    self.checks.follow, log)
-        self.counts = camera_counts.CountSubscription(self, self.recorder, self.parts,
-                                                      self.refusals, self.announcer, self.cell_counts)
-        if settings.restore:
-            self.parts.restore()
-            for known in self.parts.all():
-                self.results.restore(known)
+        self.table = Parameters(self, self._on_change)
+        settings, log, name = self._settings, self.get_logger(), self.get_fully_qualified_name()
+        # What outlives the node, and what the last one left.
+        self.state = state = State(settings().state_path(name), restore.definitions(),
+                                   restore.as_of_today, log.warning)
+        self.recorder = recorder = Recorder(settings(), name, state, log.warning)
+        tail = restore.tail_of(state, log.warning)
+        ended, cancelled = restore.restore_jobs(state, tail, settings())
+        # Parts, and what is known of them.
+        self.refusals = refusals = Refusals(log.warning)
+        self.lanes = lanes = Lanes(lambda: settings().max_mesh_bytes)
+        self.builder, self.outlines = PartBuilder(settings, lanes), Outlines(lanes)
+        self.announcer = announcer = Announcer(self, recorder, state, refusals.floods)
+        self.parts = parts = PartStore(settings, recorder, state, announcer, self.builder)
+        self.cell_counts = CountStore(settings, parts, state)
+        self.results = results = ResultStore(settings, parts, self.cell_counts, announcer, state)
+        # Work in the background. Goals may flip for minutes: ~/feeding does not wait for them.
+        reports = JobReports(results, parts, announcer, recorder, state, log.info)
+        run = recorder.log.directory.name.removeprefix("pose_stats_")
+        self.jobs = jobs = Jobs(run, reports, log.error)
+        jobs.add_ended(ended)
+        flips, fed = FlipReports(), FlipReports()
+        self.flip_jobs = (Jobs(f"{run}_flips", flips, log.error, run_flips),
+                          Jobs(f"{run}_feeding", fed, log.error, run_flips))
+        refinement = Refinement(settings, results, jobs, announcer)
+        checks = Checks(settings, parts, results, lanes, refinement.refine, log.error)
+        self.intake = Intake(settings, parts, results, announcer, lanes, self.builder, refusals,
+                             checks.follow, log)
+        # The way in. What the bag has is learnt before cameras are heard.
+        self.counts = CountSubscription(self, recorder, parts, refusals, announcer,
+                                        self.cell_counts)
+        if settings().restore:
+            parts.restore()
+            for known in parts.all():
+                results.restore(known)
             for counts in tail.counts:
                 self.counts.learn_counts(counts, again=True)
         else:
-            restore.begin_afresh(self.state)
-        self.recorder.note_place()
-        self.state.commit()  # before cameras are heard, so that what the bag has is learnt
-        restore.record_cancelled(cancelled, self.recorder, self.state, log.warning)
-        self._mending = threading.Thread(target=self.recorder.mend_bags, name="mend bags",
-                                         daemon=True)
-        self._open()
+            restore.begin_afresh(state)
+        recorder.note_place()
+        state.commit()
+        restore.record_cancelled(cancelled, recorder, state, log.warning)
+        self._mending = threading.Thread(target=recorder.mend_bags, name="mend bags", daemon=True)
+        self.requests = Requests(settings, parts, self.intake, jobs, refusals)
+        MeshSubscriptions(self, settings, self.intake, refusals)
+        self.observed = ObservedSubscription(self, settings, self.counts, parts, recorder,
+                                             refusals)
+        Services(self, settings, parts, results, announcer, self.requests, self.intake, checks,
+                 refinement, jobs, reports, self.outlines)
+        FeedingService(self, settings, parts, self.flip_jobs[1], fed, flips)
+        self.fits = PlateFits(self, settings, parts, self.cell_counts, announcer,
+                              self.table.use_plate)
+        self.actions = [SimulateDropsServer(self, self.requests, jobs, reports),
+                        SimulateFlipsServer(self, settings, parts, self.flip_jobs[0], flips)]
+        # Once a second.
+        steady_timer(self, SECONDS_BETWEEN, self._write_down, MutuallyExclusiveCallbackGroup())
+        Diagnostics(self, {
+            "parts": lambda: refusals.health(len(parts.all()), lanes.waiting()),
+            "counts": lambda: count_health({known.part_id: known.counts for known in parts.all()}),
+            "jobs": lambda: job_health(jobs, settings()),
+            "flips": lambda: flip_health(*self.flip_jobs),
+            "recording": recorder.health})
 
     def _settings(self) -> Settings:
         return self.table.settings
-
-    def _open(self) -> None:
-        """Topics, services, actions and diagnostics."""
-        self.requests = requests = Requests(self._settings, self.parts, self.intake, self.jobs,
-                                            self.refusals)
-        intake.MeshSubscriptions(self, self._settings, self.intake, self.refusals)
-        self.observed = camera_counts.ObservedSubscription(self, self._settings, self.counts,
-                                                           self.parts, self.recorder,
-                                                           self.refusals)
-        services.Services(self, self._settings, self.parts, self.results, self.announcer, requests,
-                          self.intake, self.checks, self.refinement, self.jobs, self.reports,
-                          self.outlines)
-        flips, feeding = zip(self.flip_jobs, self.flip_reports, strict=True)
-        FeedingService(self, self._settings, self.parts, *feeding, self.flip_reports[0])
-        self.fits = plate_fits.PlateFits(self, self._settings, self.parts, self.cell_counts,
-                                         self.announcer,
-                                         self.table.use_plate)
-        self.actions = [goals.SimulateDropsServer(self, requests, self.jobs, self.reports),
-                        goals.SimulateFlipsServer(self, self._settings, self.parts, *flips)]
-        steady_timer(self, SECONDS_BETWEEN, self._write_down, MutuallyExclusiveCallbackGroup())
-        refusals.Diagnostics(self, {
-            "parts": lambda: self.refusals.health(len(self.parts.all()),
-                                                  self.lanes.waiting()),
-            "counts": lambda: count_store.count_health({known.part_id: known.counts
-                                                        for known in self.parts.all()}),
-            "jobs": lambda: queue.job_health(self.jobs, self._settings()),
-            "flips": lambda: queue.flip_health(*self.flip_jobs),
-            "recording": self.recorder.health})
 
     def start(self) -> None:
         """Latch what an earlier run has latched, and begin to work; kernels are loaded by now."""
