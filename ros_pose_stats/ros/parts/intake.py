@@ -126,38 +126,35 @@ class Intake:
         """Build parts of an earlier run when nothing else waits, first those not `shown` again."""
         latest_first = self._parts.all()[::-1]
         for known in sorted(latest_first, key=lambda known: shown[known.part_id]):
-            coming = self._build_later(known, not shown[known.part_id])
-            if not shown[known.part_id]:
-                self._coming.append(coming)
+            build = partial(self._build_again, known, not shown[known.part_id])
+            coming = self._lanes.put(build, Rank.LATER, _lane_of(known))
+            self._coming += [] if shown[known.part_id] else [coming]
 
     def restored(self, timeout: float) -> bool:
         """Wait for results of parts that have none in the present scene; whether all are there."""
         return not wait(self._coming, timeout).not_done
 
-    def _build_later(self, known: KnownPart, to_show: bool, tries: int = TRIES) -> Future[None]:
-        return self._lanes.put(partial(self._build_again, known, to_show, tries), Rank.LATER,
-                               _lane_of(known))
-
-    def _build_again(self, known: KnownPart, to_show: bool, tries: int) -> None:
+    def _build_again(self, known: KnownPart, to_show: bool) -> None:
         """Build a part of an earlier run; one that is refused now goes."""
         name = part_requests.named(known.part_id)
-        try:
-            known.source.get()
-            if to_show:
-                self._show_again(known)
-            elif self._results.lacks_check(known):
-                self._follow(known)
-        except (TakesLongError, part_builder.NotBuiltError):
-            raise
-        except PoseStatsError as refusal:
-            self._refusals.refuse(f"part of an earlier run{name}", str(refusal))
-            self._parts.forget(known, f"it is refused now: {refusal}")
-        except Exception as error:
-            if tries > 1:
-                self._build_later(known, to_show, tries - 1)
-            else:
-                self._log.error(f"a part of an earlier run{name} could not be built: "
-                                f"{type(error).__name__}: {error}; a request for it tries again")
+        for left in reversed(range(TRIES)):
+            try:
+                known.source.get()
+                if to_show:
+                    self._show_again(known)
+                elif self._results.lacks_check(known):
+                    self._follow(known)
+                break
+            except (TakesLongError, part_builder.NotBuiltError):
+                raise
+            except PoseStatsError as refusal:
+                self._refusals.refuse(f"part of an earlier run{name}", str(refusal))
+                self._parts.forget(known, f"it is refused now: {refusal}")
+                break
+            except Exception as error:
+                if not left:
+                    self._log.error(f"a part of an earlier run{name} could not be built: "
+                                    f"{type(error).__name__}: {error}; a request tries again")
         self._announcer.draw()
 
 
