@@ -11,14 +11,8 @@ from ros_pose_stats_msgs.msg import ObservedParts, PoseCounts
 from ..errors import PoseStatsError, RequestError
 from ..recording.analysis.decoding import numbering_of
 from ..resting.observed_orientations import classify_orientations
-from .messages.mesh_views import ObservedNumbers, observed_numbers
-from .messages.part_messages import deserialized, see
-from .messages.part_requests import shown
-from .messages.times import now, time_message
-from .parts.announcer import Announcer
-from .parts.count_store import CountStore
-from .parts.known_part import KnownPart
-from .parts.part_store import PartStore
+from .messages import part_messages, part_requests, times
+from .parts import announcer as announcers, count_store, known_part, part_store
 from .recorder import POSE_COUNTS, Recorder
 from .refusals import Refusals
 from .settings import Settings
@@ -27,12 +21,12 @@ from .transport.batches import BatchSubscription
 MOST_BYTES = 2**20  # of a camera's message: counts of some 80 000 poses, or some 16 000 parts seen
 
 
-def observed_of_bytes(data: bytes) -> ObservedNumbers:
+def observed_of_bytes(data: bytes) -> part_messages.ObservedNumbers:
     """What a camera saw; raises RequestError if the bytes or its confidences are none."""
     if len(data) > MOST_BYTES:
         raise RequestError(f"an ObservedParts of at most {MOST_BYTES} bytes", f"{len(data)} bytes",
                            "check the publisher")
-    numbers = see(data, ObservedParts, observed_numbers)
+    numbers = part_messages.see(data, ObservedParts, part_messages.observed_numbers)
     parts, confidence = len(numbers.poses), numbers.confidence
     if not len(confidence):
         confidence = np.ones(parts)
@@ -53,8 +47,9 @@ MOST_PARTS = 10**6  # in one count
 class CountSubscription:
     """Records each count as it is, learns from it, and says if it cannot be compared."""
 
-    def __init__(self, node: Node, recorder: Recorder, parts: PartStore, refusals: Refusals,
-                 announcer: Announcer, counts: CountStore) -> None:
+    def __init__(self, node: Node, recorder: Recorder, parts: part_store.PartStore,
+                 refusals: Refusals, announcer: announcers.Announcer,
+                 counts: count_store.CountStore) -> None:
         self._log, self._recorder, self._refusals = node.get_logger(), recorder, refusals
         self._parts, self._announcer, self._counts = parts, announcer, counts
         self.take_waiting = BatchSubscription(node, PoseCounts, COUNTS_TOPIC, "counts", self._take,
@@ -64,7 +59,7 @@ class CountSubscription:
         sound: list[tuple[bytes, PoseCounts]] = []
         for data in received:
             try:
-                counts = deserialized(data, PoseCounts, MOST_BYTES)
+                counts = part_messages.deserialized(data, PoseCounts, MOST_BYTES)
                 # ROS reads a text that lacks its closing zero byte; other readers of bags do not.
                 sound.append((serialize_message(counts), counts))
             except RequestError as refusal:
@@ -96,15 +91,15 @@ class CountSubscription:
             self._log.warning(f"{COUNTS_TOPIC}: recorded, but {problem}")
 
 
-def count_problem(counts: PoseCounts, part: KnownPart | None) -> str:
+def count_problem(counts: PoseCounts, part: known_part.KnownPart | None) -> str:
     """Why a camera's count of a part cannot be compared with anything; empty where it can."""
     if len(counts.index) != len(counts.count):
         return f"it has {len(counts.index)} pose indices and {len(counts.count)} counts"
     latched = None if part is None else part.shown.latched
     if part is None or latched is None:
-        return f"no part {shown(counts.part_id)} is known"
+        return f"no part {part_requests.shown(counts.part_id)} is known"
     if counts.part_digest and counts.part_digest != part.digest:
-        return f"{shown(counts.part_id)} has another part_digest by now"
+        return f"{part_requests.shown(counts.part_id)} has another part_digest by now"
     if sum(counts.count) > MOST_PARTS:
         return f"it counts more than {MOST_PARTS} parts"
     if not math.isfinite(counts.drop_height):
@@ -113,7 +108,7 @@ def count_problem(counts: PoseCounts, part: KnownPart | None) -> str:
     if not counted.agrees(numbered):
         return f"it has {counted}, the results have {numbered}; copy both from PoseStatistics"
     unknown = sorted(set(counts.index) - {pose.index for pose in latched.poses})
-    return f"{shown(counts.part_id)} has no pose {unknown[0]}" if unknown else ""
+    return f"{part_requests.shown(counts.part_id)} has no pose {unknown[0]}" if unknown else ""
 
 
 OBSERVED_TOPIC = "~/observed_parts"
@@ -124,7 +119,7 @@ class ObservedSubscription:
     """Counts what each message shows, and hands that on as if a camera had counted it."""
 
     def __init__(self, node: Node, settings: Callable[[], Settings], counts: CountSubscription,
-                 parts: PartStore, recorder: Recorder, refusals: Refusals) -> None:
+                 parts: part_store.PartStore, recorder: Recorder, refusals: Refusals) -> None:
         self._settings, self._counts = settings, counts
         self._parts, self._refusals = parts, refusals
         self.take_waiting = BatchSubscription(node, ObservedParts, OBSERVED_TOPIC, "messages",
@@ -144,15 +139,15 @@ class ObservedSubscription:
         self._counts.take_counts(sound)
 
 
-def count_observed(seen: ObservedNumbers, part: KnownPart | None,
+def count_observed(seen: part_messages.ObservedNumbers, part: known_part.KnownPart | None,
                    settings: Settings) -> PoseCounts | None:
     """Count the poses of parts that a camera saw on the plate; None where it saw none."""
     if seen.frame_id not in ("", settings.plate_frame):
-        raise RequestError(f"poses in the frame {shown(settings.plate_frame)} (parameter "
-                           "plate_frame)", shown(seen.frame_id),
-                           "transform them to the plate, z up")
+        frame = part_requests.shown(settings.plate_frame)
+        raise RequestError(f"poses in the frame {frame} (parameter plate_frame)",
+                           part_requests.shown(seen.frame_id), "transform them to the plate, z up")
     if part is None or part.shown.latched is None or part.shown.scene is None:
-        raise RequestError("the part_id of a known part", shown(seen.part_id),
+        raise RequestError("the part_id of a known part", part_requests.shown(seen.part_id),
                            "publish its mesh on ~/part_mesh first")
     if not len(seen.poses):
         return None
@@ -169,6 +164,6 @@ def count_observed(seen: ObservedNumbers, part: KnownPart | None,
         plate=settings.plate, drop_height=-1.0 if height is None else height,
         index=index.astype(np.uint32), count=count.astype(np.uint64),
         unclassified=int((~sure).sum()))
-    counts.header.stamp = time_message(seen.stamp or now())
+    counts.header.stamp = times.time_message(seen.stamp or times.now())
     counts.header.frame_id = settings.plate_frame
     return counts

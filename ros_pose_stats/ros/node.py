@@ -5,33 +5,15 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from typing import Any
 
-from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
-
-from . import restore
-from .camera_counts import CountSubscription, ObservedSubscription
-from .jobs import Jobs
-from .jobs.job_reports import JobReports
-from .jobs.queue import flip_health, job_health
-from .jobs.refinement import Refinement
-from .jobs.run import FlipReports, run_flips
+from . import camera_counts, restore
+from .jobs import Jobs, job_reports, queue, refinement, run
 from .messages.times import follow_clock, steady_timer
 from .parameters import Parameters
-from .parts.announcer import Announcer
-from .parts.checks import Checks
-from .parts.count_store import CountStore, count_health
-from .parts.intake import Intake, MeshSubscriptions
+from .parts import announcer, checks, count_store, intake, part_builder, part_store, result_store
 from .parts.lanes import Lanes
-from .parts.outlines import Outlines
-from .parts.part_builder import PartBuilder
-from .parts.part_store import PartStore
-from .parts.result_store import SECONDS_BETWEEN, ResultStore
 from .recorder import Recorder
 from .refusals import Diagnostics, Refusals
-from .services.feeding import FeedingService
-from .services.goals import SimulateDropsServer, SimulateFlipsServer
-from .services.plate_fits import PlateFits
-from .services.requests import Requests
-from .services.services import Services
+from .services import feeding, goals, plate_fits, requests, services
 from .settings import Settings
 from .state import State
 from .transport.answering_node import AnsweringNode
@@ -63,56 +45,58 @@ class PoseStatsNode(AnsweringNode):
         # Parts, and what is known of them.
         self.refusals = refusals = Refusals(log.warning)
         self.lanes = lanes = Lanes(lambda: settings().max_mesh_bytes)
-        self.builder, self.outlines = PartBuilder(settings, lanes), Outlines(lanes)
-        self.announcer = announcer = Announcer(self, recorder, state, refusals.floods)
-        self.parts = parts = PartStore(settings, recorder, state, announcer, self.builder)
-        self.cell_counts = CountStore(settings, parts, state)
-        self.results = results = ResultStore(settings, parts, self.cell_counts, announcer, state)
+        self.builder = part_builder.PartBuilder(settings, lanes)
+        self.outlines = part_builder.Outlines(lanes)
+        self.board = board = announcer.Announcer(self, recorder, state, refusals.floods)
+        self.parts = parts = part_store.PartStore(settings, recorder, state, board, self.builder)
+        self.cell_counts = counts = count_store.CountStore(settings, parts, state)
+        self.results = results = result_store.ResultStore(settings, parts, counts, board, state)
         # Work in the background. Goals may flip for minutes: ~/feeding does not wait for them.
-        reports = JobReports(results, parts, announcer, recorder, state, log.info)
-        run = recorder.log.directory.name.removeprefix("pose_stats_")
-        self.jobs = jobs = Jobs(run, reports, log.error)
+        reports = job_reports.JobReports(results, parts, board, recorder, state, log.info)
+        prefix = recorder.log.directory.name.removeprefix("pose_stats_")
+        self.jobs = jobs = Jobs(prefix, reports, log.error)
         jobs.add_ended(ended)
-        flips, fed = FlipReports(), FlipReports()
-        self.flip_jobs = (Jobs(f"{run}_flips", flips, log.error, run_flips),
-                          Jobs(f"{run}_feeding", fed, log.error, run_flips))
-        refinement = Refinement(settings, results, jobs, announcer)
-        checks = Checks(settings, parts, results, lanes, refinement.refine, log.error)
-        self.intake = Intake(settings, parts, results, announcer, lanes, self.builder, refusals,
-                             checks.follow, log)
+        flips, fed = run.FlipReports(), run.FlipReports()
+        self.flip_jobs = (Jobs(f"{prefix}_flips", flips, log.error, run.run_flips),
+                          Jobs(f"{prefix}_feeding", fed, log.error, run.run_flips))
+        refiner = refinement.Refinement(settings, results, jobs, board)
+        checker = checks.Checks(settings, parts, results, lanes, refiner.refine, log.error)
+        self.intake = intake.Intake(settings, parts, results, board, lanes, self.builder, refusals,
+                                    checker.follow, log)
         # The way in. What the bag has is learnt before cameras are heard.
-        self.counts = CountSubscription(self, recorder, parts, refusals, announcer,
-                                        self.cell_counts)
+        self.counts = camera_counts.CountSubscription(self, recorder, parts, refusals, board,
+                                                      counts)
         if settings().restore:
             parts.restore()
             for known in parts.all():
                 results.restore(known)
-            for counts in tail.counts:
-                self.counts.learn_counts(counts, again=True)
+            for message in tail.counts:
+                self.counts.learn_counts(message, again=True)
         else:
             restore.begin_afresh(state)
         recorder.note_place()
         state.commit()
         restore.record_cancelled(cancelled, recorder, state, log.warning)
         self._mending = threading.Thread(target=recorder.mend_bags, name="mend bags", daemon=True)
-        self.requests = Requests(settings, parts, self.intake, jobs, refusals)
-        MeshSubscriptions(self, settings, self.intake, refusals)
-        self.observed = ObservedSubscription(self, settings, self.counts, parts, recorder,
-                                             refusals)
-        Services(self, settings, parts, results, announcer, self.requests, self.intake, checks,
-                 refinement, jobs, reports, self.outlines)
-        FeedingService(self, settings, parts, self.flip_jobs[1], fed, flips)
-        self.fits = PlateFits(self, settings, parts, self.cell_counts, announcer,
-                              self.table.use_plate)
-        self.actions = [SimulateDropsServer(self, self.requests, jobs, reports),
-                        SimulateFlipsServer(self, settings, parts, self.flip_jobs[0], flips)]
+        self.requests = requests.Requests(settings, parts, self.intake, jobs, refusals)
+        intake.MeshSubscriptions(self, settings, self.intake, refusals)
+        self.observed = camera_counts.ObservedSubscription(self, settings, self.counts, parts,
+                                                           recorder, refusals)
+        services.Services(self, settings, parts, results, board, self.requests, self.intake,
+                          checker, refiner, jobs, reports, self.outlines)
+        feeding.FeedingService(self, settings, parts, self.flip_jobs[1], fed, flips)
+        self.fits = plate_fits.PlateFits(self, settings, parts, counts, board,
+                                         self.table.use_plate)
+        self.actions = [goals.SimulateDropsServer(self, self.requests, jobs, reports),
+                        goals.SimulateFlipsServer(self, settings, parts, self.flip_jobs[0], flips)]
         # Once a second.
-        steady_timer(self, SECONDS_BETWEEN, self._write_down, MutuallyExclusiveCallbackGroup())
+        steady_timer(self, 1.0, self._write_down)
         Diagnostics(self, {
             "parts": lambda: refusals.health(len(parts.all()), lanes.waiting()),
-            "counts": lambda: count_health({known.part_id: known.counts for known in parts.all()}),
-            "jobs": lambda: job_health(jobs, settings()),
-            "flips": lambda: flip_health(*self.flip_jobs),
+            "counts": lambda: count_store.count_health({known.part_id: known.counts
+                                                        for known in parts.all()}),
+            "jobs": lambda: queue.job_health(jobs, settings()),
+            "flips": lambda: queue.flip_health(*self.flip_jobs),
             "recording": recorder.health})
 
     def _settings(self) -> Settings:
@@ -160,7 +144,7 @@ class PoseStatsNode(AnsweringNode):
         for action in self.actions:
             action.wait_for_clients()
         self.answers.wait_until_quiet(PARTING_SECONDS, LAST_SECONDS)
-        self.announcer.close()
+        self.board.close()
         self.observed.take_waiting()
         self.counts.take_waiting()
         self._write_down()

@@ -10,8 +10,7 @@ from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
-from ..recording import run_log, runs
-from ..recording.repair import repair_bags
+from ..recording import repair, run_log, runs
 from ..recording.writer.message_types import MessageType, message_type
 from .refusals import Health
 from .settings import Settings
@@ -140,10 +139,10 @@ class Recorder:
 
     def mend_bags(self) -> None:
         """Mend what earlier runs left unfinished in the folder, and say so."""
-        for repair in repair_bags(self.log.directory.parent):
-            self._last_repair = repair.problem or (
-                f"{repair.directory.name} mended: {repair.kept} messages kept, "
-                f"{repair.cut_bytes} bytes of half a record cut off")
+        for mended in repair.repair_bags(self.log.directory.parent):
+            self._last_repair = mended.problem or (
+                f"{mended.directory.name} mended: {mended.kept} messages kept, "
+                f"{mended.cut_bytes} bytes of half a record cut off")
             self._warn(self._last_repair)
 
     def health(self) -> Health:

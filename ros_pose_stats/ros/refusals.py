@@ -8,7 +8,6 @@ from concurrent.futures import Future
 from typing import Any, NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.node import Node
 
 from ..errors import PoseStatsError
@@ -151,7 +150,7 @@ class Diagnostics:
         self._name = node.get_fully_qualified_name()[1:]
         self._lines = lines
         self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
-        steady_timer(node, 1.0, self._publish, MutuallyExclusiveCallbackGroup())
+        steady_timer(node, 1.0, self._publish)
 
     def _publish(self) -> None:
         message = DiagnosticArray()

@@ -1,6 +1,6 @@
 """Simulations in the background, without a word of ROS."""
 
-from .job import FlipRequest, Job, JobListener, JobRequest, State
 from .queue import KEPT, Jobs
+from .run import FlipRequest, Job, JobListener, JobRequest, State
 
 __all__ = ["KEPT", "FlipRequest", "Job", "JobListener", "JobRequest", "Jobs", "State"]

@@ -9,13 +9,12 @@ from ros_pose_stats_msgs.msg import DropRecords, JobEvent, PoseStatistics
 
 from ...records import PoseStatistics as Statistics
 from ...simulation.drops import DropChunk
-from ..messages.part_messages import flat
-from ..messages.times import now, time_message
+from ..messages import part_messages, times
 from ..parts import known_part, part_store, result_store
 from ..parts.announcer import NOT_RECORDED, Announcer
 from ..recorder import ANSWERS, DROP_RECORDS, JOB_EVENTS, Recorder
 from ..state import Change, State
-from .job import Job, JobListener, State as JobState
+from .run import Job, JobListener, State as JobState
 
 MOST_ANSWER_BYTES = 256 * 2**20
 """Of the results of ended jobs that are kept; older ones are in the bag only."""
@@ -27,7 +26,7 @@ def job_event(job: Job, event: int, message: str = "") -> JobEvent:
     """The record of something that happened to a job; a pure function but for the time."""
     request = job.request
     report = JobEvent(event=event)
-    report.header.stamp = time_message(now())
+    report.header.stamp = times.time_message(times.now())
     report.job_id, report.part_id, report.message = job.job_id, job.part_id, message
     report.refinement, report.max_seconds = request.refinement, request.max_seconds
     report.drops, report.drops_done, report.seed = request.drops, job.drops_done, job.seed
@@ -47,8 +46,8 @@ def drop_records(job: Job, digest: str, chunk: DropChunk) -> DropRecords:
     """The record of single drops; a pure function but for the time."""
     record = DropRecords(job_id=job.job_id, part_digest=digest, first_drop=chunk.first,
                         stopped_at_trap=True)
-    record.header.stamp = time_message(now())
-    outcomes = chunk.outcomes
+    record.header.stamp = times.time_message(times.now())
+    outcomes, flat = chunk.outcomes, part_messages.flat
     record.start_down, record.pose_index = flat(chunk.downs, "f"), flat(outcomes.pose, "i")
     record.impacts, record.seconds = flat(outcomes.impacts, "I"), flat(outcomes.seconds, "f")
     record.energy_left = flat(outcomes.energy_left, "f")

@@ -16,8 +16,7 @@ from typing import Any
 from ...errors import PoseStatsError, RequestError
 from ...records import FlipStatistics, Part, PoseStatistics
 from ..refusals import Health
-from .job import Job, JobListener, JobRequest, State
-from .run import Ending, run_drops
+from .run import Ending, Job, JobListener, JobRequest, State, run_drops
 
 Run = Callable[[Job, Part, JobListener, Callable[[], bool]],
                tuple[PoseStatistics | FlipStatistics, Ending]]

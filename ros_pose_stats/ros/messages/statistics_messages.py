@@ -8,13 +8,9 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
-from ros_pose_stats_msgs.msg import (
-    PoseStatistics as PoseStatisticsMessage,
-    StablePose as StablePoseMessage,
-)
+from ros_pose_stats_msgs import msg
 
 from ... import records
-from ...records import DropScene
 from ...records.statistics import FORGOTTEN, POSE_FIELDS, STATISTICS_FIELDS
 from ...version import VERSION
 from .part_messages import flat
@@ -22,9 +18,9 @@ from .times import duration_message, now, time_message
 
 
 def statistics_message(statistics: records.PoseStatistics, frame: str,
-                       warnings: tuple[str, ...] = (), **labels: Any) -> PoseStatisticsMessage:
+                       warnings: tuple[str, ...] = (), **labels: Any) -> msg.PoseStatistics:
     """Make the message, with more warnings; `labels`: plate, revision, job_id and final in it."""
-    message = PoseStatisticsMessage()
+    message = msg.PoseStatistics()
     message.header.stamp, message.header.frame_id = time_message(now()), frame
     for name in STATISTICS_FIELDS:
         setattr(message, name, getattr(statistics, name))
@@ -38,25 +34,25 @@ def statistics_message(statistics: records.PoseStatistics, frame: str,
     return message
 
 
-def copied(message: PoseStatisticsMessage) -> PoseStatisticsMessage:
+def copied(message: msg.PoseStatistics) -> msg.PoseStatistics:
     """A message of its own that shares the poses."""
-    twin = PoseStatisticsMessage()
+    twin = msg.PoseStatistics()
     for name in message.get_fields_and_field_types():
         setattr(twin, name, getattr(message, name))
     return twin
 
 
-def with_warning(message: PoseStatisticsMessage, warning: str) -> PoseStatisticsMessage:
+def with_warning(message: msg.PoseStatistics, warning: str) -> msg.PoseStatistics:
     """The same result with one more warning."""
     twin = copied(message)
     twin.warnings = [*message.warnings, warning]
     return twin
 
 
-def farewell_message(last: PoseStatisticsMessage, stamp: int, revision: int, reason: str
-                     ) -> PoseStatisticsMessage:
+def farewell_message(last: msg.PoseStatistics, stamp: int, revision: int, reason: str
+                     ) -> msg.PoseStatistics:
     """The last message about a part: no poses, and why."""
-    message = PoseStatisticsMessage(revision=revision, final=True)
+    message = msg.PoseStatistics(revision=revision, final=True)
     message.header.stamp, message.header.frame_id = time_message(stamp), last.header.frame_id
     for name in ("part_id", "part_digest", "radius", "plate", "version"):
         setattr(message, name, getattr(last, name))
@@ -65,8 +61,8 @@ def farewell_message(last: PoseStatisticsMessage, stamp: int, revision: int, rea
     return message
 
 
-def _pose(part_id: str, pose: records.StablePose) -> StablePoseMessage:
-    message = StablePoseMessage()
+def _pose(part_id: str, pose: records.StablePose) -> msg.StablePose:
+    message = msg.StablePose()
     message.pose_id = f"{part_id}/{pose.index}"
     for name in POSE_FIELDS:
         setattr(message, name, getattr(pose, name))
@@ -108,7 +104,7 @@ class DrawnShape:
         return self.silhouette
 
 
-def statistics_of_message(message: PoseStatisticsMessage) -> records.PoseStatistics:
+def statistics_of_message(message: msg.PoseStatistics) -> records.PoseStatistics:
     """The record that a message stands for; members of clusters are not in messages."""
     plain = {name: getattr(message, name) for name in STATISTICS_FIELDS}
     seconds = message.compute_time.sec + 1e-9 * message.compute_time.nanosec
@@ -117,7 +113,7 @@ def statistics_of_message(message: PoseStatisticsMessage) -> records.PoseStatist
                                   notes=tuple(message.notes), **plain)
 
 
-def _pose_of(message: StablePoseMessage) -> records.StablePose:
+def _pose_of(message: msg.StablePose) -> records.StablePose:
     position, turn, down = message.pose.position, message.pose.orientation, message.down
     plain = {name: getattr(message, name) for name in POSE_FIELDS}
     shape = DrawnShape(np.array(message.support_polygon).reshape(-1, 2),
@@ -129,7 +125,7 @@ def _pose_of(message: StablePoseMessage) -> records.StablePose:
         position=np.array([position.x, position.y, position.z]), **plain)
 
 
-def known_error(message: PoseStatisticsMessage) -> float:
+def known_error(message: msg.PoseStatistics) -> float:
     """Expected error of a result; where none has been measured, what a real plate leaves.
 
     An estimate whose error nobody knows is taken to be as good as that, so that a handful of
@@ -139,12 +135,12 @@ def known_error(message: PoseStatisticsMessage) -> float:
     return float(message.plate_error) if math.isnan(error) else error
 
 
-def refutes(message: PoseStatisticsMessage) -> bool:
+def refutes(message: msg.PoseStatistics) -> bool:
     """Whether a result is of drops that contradicted an estimate."""
     return any(line.startswith("CONFLICT:") for line in message.warnings)
 
 
-def replaces(new: PoseStatisticsMessage, old: PoseStatisticsMessage) -> bool:
+def replaces(new: msg.PoseStatistics, old: msg.PoseStatistics) -> bool:
     """Whether a result takes the place of the latched one for the same scene.
 
     A larger expected error never replaces a smaller one for the same digest, but that a
@@ -162,7 +158,7 @@ def replaces(new: PoseStatisticsMessage, old: PoseStatisticsMessage) -> bool:
     return new.part_digest != old.part_digest or known_error(new) <= known_error(old)
 
 
-def still_true(last: PoseStatisticsMessage, scene: DropScene) -> bool:
+def still_true(last: msg.PoseStatistics, scene: records.DropScene) -> bool:
     """Whether a result of the last run holds for its part in the present scene."""
     if (last.version, last.restitution, last.cluster_tolerance, last.round_sides) != (
             VERSION, scene.restitution, scene.cluster_tolerance, scene.round_sides):

@@ -4,9 +4,8 @@ import time
 from collections.abc import Callable
 
 from builtin_interfaces.msg import Duration, Time
-from rclpy.callback_groups import CallbackGroup
-from rclpy.clock import Clock
-from rclpy.clock_type import ClockType
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.timer import Timer
 
@@ -27,11 +26,10 @@ def now() -> int:
     return _read_clock()
 
 
-def steady_timer(node: Node, seconds: float, callback: Callable[[], None],
-                 group: CallbackGroup | None = None) -> Timer:
-    """Make a timer that goes on where simulated time stands still or jumps."""
-    return node.create_timer(seconds, callback, callback_group=group,
-                             clock=Clock(clock_type=ClockType.STEADY_TIME))
+def steady_timer(node: Node, seconds: float, callback: Callable[[], None]) -> Timer:
+    """Make a timer that goes on beside all else, where simulated time stands still or jumps."""
+    return node.create_timer(seconds, callback, MutuallyExclusiveCallbackGroup(),
+                             Clock(clock_type=ClockType.STEADY_TIME))
 
 
 def time_message(stamp: int) -> Time:

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.duration import Duration
 from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
@@ -23,8 +22,7 @@ from visualization_msgs.msg import MarkerArray
 from ...mesh.decimation import visible_triangles
 from ...recording.writer import cdr as drawing
 from ...text import most_probable
-from ..messages import statistics_messages, times
-from ..messages.part_requests import part_line, shown
+from ..messages import part_requests, statistics_messages, times
 from ..recorder import PART_MESH, POSE_STATISTICS, Recorder
 from ..refusals import MOST_SWAPS, Floods
 from ..state import State
@@ -137,7 +135,7 @@ class Announcer:
         self._lock = threading.Lock()
         self._changed = threading.Event()
         self._markers = node.create_publisher(MarkerArray, "~/markers", LATCHED)
-        times.steady_timer(node, SECONDS_BETWEEN, self._look, MutuallyExclusiveCallbackGroup())
+        times.steady_timer(node, SECONDS_BETWEEN, self._look)
 
     def introduce(self, known: KnownPart) -> None:
         """Put a part's mesh on record, and the result that a start has latched, once a bag."""
@@ -156,14 +154,15 @@ class Announcer:
 
     def log_part(self, known: KnownPart) -> None:
         """Say what has come, so that a wrong unit is seen at once; of a flood not each."""
-        of_part = self._floods.count(f"meshes of part {shown(known.part_id)}", MOST_SWAPS)
+        name = part_requests.shown(known.part_id)
+        of_part = self._floods.count(f"meshes of part {name}", MOST_SWAPS)
         if not (self._floods.count("new parts") and of_part):
             return
         log = self._node.get_logger()
         latched = known.shown.latched
         poses = "" if latched is None else (
             f", {len(latched.poses)} stable poses ({most_probable(latched.poses)} %)")
-        log.info(f"{part_line(known.part)}{poses}; bag {self._recorder.log.directory}")
+        log.info(f"{part_requests.part_line(known.part)}{poses}; bag {self._recorder.log.directory}")
         for warning in known.part.warnings:
             log.warning(f"{known.part_id}: {warning}")
 

@@ -15,13 +15,11 @@ from ... import records
 from ...methods import OBSERVED
 from ...planning.confidence import observe_counts
 from ...recording.analysis.decoding import numbering_of
-from ...records import Part
 from ...records.scene import Numbering
 from ...resting.poses import resting_poses
 from ...statistics.chi_square import homogeneity
 from ...text import percent
-from ..messages.part_requests import shown
-from ..messages.statistics_messages import statistics_of_message
+from ..messages import part_requests, statistics_messages
 from ..refusals import Health
 from ..settings import Settings
 from ..state import Change, State
@@ -42,7 +40,7 @@ class Ground(NamedTuple):
     numbering: Numbering
     plate: str
 
-    def goes_on_as(self, other: "Ground", part: Part) -> bool:
+    def goes_on_as(self, other: "Ground", part: records.Part) -> bool:
         """Whether only `round_sides` is new, as of a plate, and poses keep their numbers."""
         tolerance, sides = self.numbering
         new = other.numbering.round_sides
@@ -110,8 +108,8 @@ def _describe_drift(recent: Index, before: Index) -> str:
 def count_health(parts: Mapping[str, CellCounts | None]) -> Health:
     """The line of diagnostics about what cameras counted, and what has changed in it."""
     counted = {part_id: counts for part_id, counts in parts.items() if counts is not None}
-    changed = {f"changed {shown(part_id)}": drift for part_id, counts in counted.items()
-               if (drift := counts.drift())}
+    changed = {f"changed {part_requests.shown(part_id)}": drift
+               for part_id, counts in counted.items() if (drift := counts.drift())}
     total = sum(int(counts.total.sum()) for counts in counted.values())
     text = next((f"{name}: {drift}" for name, drift in changed.items()),
                 f"{total} parts counted of {len(counted)} kinds")
@@ -203,5 +201,5 @@ class CountStore:
             counts.ground = ground
         if counts.ground != ground:
             return None
-        combined = observe_counts(statistics_of_message(message), counts.total)
+        combined = observe_counts(statistics_messages.statistics_of_message(message), counts.total)
         return combined if combined.method == OBSERVED else None

@@ -14,7 +14,6 @@ from ... import records
 from ...estimators.estimate import estimate_in
 from ...methods import AUTO, OBSERVED
 from ...planning import hybrid
-from ...records import DropScene
 from ...simulation.request import Watch, drop_request
 from ..messages import part_requests, statistics_messages as messages
 from ..recorder import POSE_STATISTICS
@@ -38,7 +37,7 @@ REFINED = "refined"
 """The best drops that refined an estimate, in any scene; they answer whoever asks again."""
 
 
-Key = tuple[str, str, str, DropScene, str, float, str]
+Key = tuple[str, str, str, records.DropScene, str, float, str]
 
 
 class ResultStore:
@@ -112,7 +111,7 @@ class ResultStore:
         scene = self._settings().scene(known.scene_override)
         self.offer_results(known, scene, self._candidates(known, scene))
 
-    def _candidates(self, known: KnownPart, scene: DropScene) -> Iterator[PoseStatistics]:
+    def _candidates(self, known: KnownPart, scene: records.DropScene) -> Iterator[PoseStatistics]:
         """All that could be shown of a part; each is looked up when those before were offered."""
         best, settings = self._results.get(self._key(BEST, known, scene)), self._settings()
         if best is not None:
@@ -126,7 +125,7 @@ class ResultStore:
         checked = self.checked(known, scene) if settings.default_method == AUTO else None
         yield checked or self.estimate(known, "", scene)
 
-    def remembers(self, known: KnownPart, method: str, scene: DropScene) -> bool:
+    def remembers(self, known: KnownPart, method: str, scene: records.DropScene) -> bool:
         """Whether an answer without a target is at hand; raises as `estimate`."""
         name = method or self._settings().default_method
         if name == AUTO:
@@ -134,7 +133,7 @@ class ResultStore:
         name = part_requests.estimator_name(name, scene.restitution)
         return self._results.get(self._key(name, known, scene)) is not None
 
-    def checked(self, known: KnownPart, scene: DropScene) -> PoseStatistics | None:
+    def checked(self, known: KnownPart, scene: records.DropScene) -> PoseStatistics | None:
         """The checked estimate, if it was made before."""
         return self._results.get(self._key(CHECKED, known, scene))
 
@@ -145,7 +144,7 @@ class ResultStore:
         return (settings.default_method == AUTO and self.checked(known, scene) is None
                 and not (shown.model is not None and shown.model.drops and shown.scene == scene))
 
-    def check(self, known: KnownPart, scene: DropScene,
+    def check(self, known: KnownPart, scene: records.DropScene,
               should_stop: Callable[[], bool]) -> PoseStatistics:
         """Drop a part some times beside its estimate, as the library does, and offer the outcome.
 
@@ -166,7 +165,7 @@ class ResultStore:
             self.offer_results(known, scene, [message])
         return message
 
-    def estimate(self, known: KnownPart, method: str, scene: DropScene) -> PoseStatistics:
+    def estimate(self, known: KnownPart, method: str, scene: records.DropScene) -> PoseStatistics:
         """An analytic result, from memory where it was asked for before; raises PoseStatsError."""
         settings = self._settings()
         name = part_requests.estimator_name(method or settings.default_method, scene.restitution)
@@ -177,14 +176,15 @@ class ResultStore:
             self._results.put(key, message)
         return message
 
-    def keep_refinement(self, known: KnownPart, message: PoseStatistics, scene: DropScene) -> None:
+    def keep_refinement(self, known: KnownPart, message: PoseStatistics,
+                        scene: records.DropScene) -> None:
         """Remember drops that refined an estimate."""
         key = self._key(REFINED, known, scene)
         before = self._results.get(key)
         if before is None or messages.replaces(message, before):
             self._results.put(key, message)
 
-    def find_drops(self, known: KnownPart, scene: DropScene) -> PoseStatistics | None:
+    def find_drops(self, known: KnownPart, scene: records.DropScene) -> PoseStatistics | None:
         """The best end result of drops that is remembered for a scene."""
         results = [self._results.get(self._key(role, known, scene)) for role in (REFINED, BEST)]
         ended = [result for result in results
@@ -201,12 +201,12 @@ class ResultStore:
             statistics, settings.plate_frame, warnings, plate=settings.plate,
             revision=known.numbers.next(), job_id=job_id, final=final)
 
-    def is_due(self, known: KnownPart, scene: DropScene) -> bool:
+    def is_due(self, known: KnownPart, scene: records.DropScene) -> bool:
         """Whether an intermediate result for this scene may be latched again by now."""
         return (self._settings().scene(known.scene_override) == scene
                 and time.monotonic() - known.shown.published >= SECONDS_BETWEEN)
 
-    def offer_results(self, known: KnownPart, scene: DropScene,
+    def offer_results(self, known: KnownPart, scene: records.DropScene,
                       candidates: Iterable[PoseStatistics]) -> None:
         """Latch, one after the other, the results that are better than what is latched."""
         for message in candidates:
@@ -217,7 +217,8 @@ class ResultStore:
             if better:
                 self._results.put(self._key(BEST, known, scene), message)
 
-    def _is_better(self, known: KnownPart, message: PoseStatistics, scene: DropScene) -> bool:
+    def _is_better(self, known: KnownPart, message: PoseStatistics,
+                   scene: records.DropScene) -> bool:
         """Whether a result is to take the place of what a part shows of its present scene."""
         shown = known.shown
         if self._parts.current(known.part_id) is not known or (
@@ -230,7 +231,7 @@ class ResultStore:
             return False
         return message.final or self.is_due(known, scene)
 
-    def _latch(self, known: KnownPart, model: PoseStatistics, scene: DropScene) -> None:
+    def _latch(self, known: KnownPart, model: PoseStatistics, scene: records.DropScene) -> None:
         """Show a result under a number above that of the one before, record and keep it."""
         shown, numbers, at = known.shown, known.numbers, time.monotonic()
         observed = self._counts.observe(known, model)
@@ -258,7 +259,7 @@ class ResultStore:
             known.part_id, data, serialize_message(model) if message.method == OBSERVED else b"",
             numbers.newest)))
 
-    def _key(self, role: str, known: KnownPart, scene: DropScene) -> Key:
+    def _key(self, role: str, known: KnownPart, scene: records.DropScene) -> Key:
         """The key of a role (`BEST`, `CHECKED`, `REFINED` or a method) of a part in a scene."""
         settings = self._settings()
         return (role, known.part_id, known.digest, scene, settings.plate, settings.plate_error,

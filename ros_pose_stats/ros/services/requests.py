@@ -10,9 +10,8 @@ from ...errors import PoseStatsError, RequestError
 from ...records import Part
 from ..jobs import Job, JobRequest, Jobs
 from ..messages import part_messages, part_requests
-from ..parts.intake import Intake
+from ..parts import intake as intakes, part_store
 from ..parts.known_part import KnownPart, at_hand
-from ..parts.part_store import PartStore
 from ..refusals import Refusals
 from ..settings import Settings
 
@@ -39,8 +38,8 @@ class ResolvedPart(NamedTuple):
 class Requests:
     """Resolves parts and starts jobs, for services and the action."""
 
-    def __init__(self, settings: Callable[[], Settings], parts: PartStore,
-                 intake: Intake, jobs: Jobs, refusals: Refusals) -> None:
+    def __init__(self, settings: Callable[[], Settings], parts: part_store.PartStore,
+                 intake: intakes.Intake, jobs: Jobs, refusals: Refusals) -> None:
         self._settings, self._parts, self._intake = settings, parts, intake
         self._jobs, self._refusals = jobs, refusals
         self._closed = False

@@ -11,16 +11,13 @@ from ros_pose_stats_msgs import srv
 from ros_pose_stats_msgs.msg import PoseStatistics
 
 from ... import errors, methods
-from ...mesh.mass_properties import check_offset
-from ...mesh.parts import shift_center
+from ...mesh import mass_properties, parts as meshes
 from ...planning.confidence import not_enough
 from ...records import DropScene, Part
 from ..jobs import Job, Jobs, State, job_reports, refinement as refining
-from ..messages.part_messages import is_given
-from ..messages.part_requests import shown
+from ..messages import part_messages, part_requests
 from ..messages.statistics_messages import with_warning
-from ..parts import announcer, checks, intake, known_part, part_store, result_store
-from ..parts.outlines import Outlines
+from ..parts import announcer, checks, intake, known_part, part_builder, part_store, result_store
 from ..recorder import ANSWERS
 from ..settings import Settings
 from ..transport.answering_node import AnsweringNode
@@ -106,7 +103,7 @@ class Services:
                  parts: part_store.PartStore, results: result_store.ResultStore,
                  announcer: announcer.Announcer, requests: Requests, intake: intake.Intake,
                  checks: checks.Checks, refinement: refining.Refinement, jobs: Jobs,
-                 reports: job_reports.JobReports, outlines: Outlines) -> None:
+                 reports: job_reports.JobReports, outlines: part_builder.Outlines) -> None:
         self._settings, self._parts, self._results = settings, parts, results
         self._announcer, self._requests, self._intake = announcer, requests, intake
         self._checks, self._refinement = checks, refinement
@@ -122,7 +119,7 @@ class Services:
                 (srv.ListDropSimulations, "list_drop_simulations", self.list),
                 (srv.CancelDropSimulation, "cancel_drop_simulation", self.cancel)):
             node.serve(kind, f"~/{name}", callback, lambda request: not (  # meshes have lanes
-                hasattr(request, "part") and is_given(request.part)))
+                hasattr(request, "part") and part_messages.is_given(request.part)))
 
     @refusing
     def estimate(self, request: Any, response: Any) -> Steps:
@@ -132,7 +129,7 @@ class Services:
         """
         check_target(request.target_error)
         step = request.com_offset
-        offset = check_offset((step.x, step.y, step.z))
+        offset = mass_properties.check_offset((step.x, step.y, step.z))
 
         def is_enough(known: known_part.KnownPart) -> bool:
             """Whether the answer is remembered since before the part was built in this run."""
@@ -145,7 +142,7 @@ class Services:
         known = received = yield resolved.coming
         if offset.any():
             key = received.part_id, received.digest, offset.tobytes()
-            part = self._shifted.get(key) or shift_center(received.part, offset)
+            part = self._shifted.get(key) or meshes.shift_center(received.part, offset)
             self._shifted.put(key, part)
             known = known_part.known_as(part, received)
         scene = self._settings().scene((request.restitution, request.drop_height),
@@ -245,6 +242,7 @@ class Services:
     def _job(self, job_id: str) -> Job:
         job = self._jobs.get(job_id)
         if job is None:
-            raise errors.RequestError("the job_id of a drop simulation", shown(job_id),
+            raise errors.RequestError("the job_id of a drop simulation",
+                                      part_requests.shown(job_id),
                                       "list_drop_simulations lists those that the node knows")
         return job

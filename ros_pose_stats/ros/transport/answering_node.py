@@ -37,7 +37,7 @@ class AnsweringNode(Node):
 
         for service in self.services:  # of parameters and types, which rclpy has made by itself
             service.send_response = partial(send, service.srv_name, service.send_response)
-        steady_timer(self, PAUSE, self.answers.retry, MutuallyExclusiveCallbackGroup())
+        steady_timer(self, PAUSE, self.answers.retry)
 
     def serve(self, kind: Any, name: str, callback: Callable[..., Any],
               may_wait: Callable[[Any], bool] = lambda request: True) -> None:
