@@ -162,7 +162,8 @@ class Announcer:
         latched = known.shown.latched
         poses = "" if latched is None else (
             f", {len(latched.poses)} stable poses ({most_probable(latched.poses)} %)")
-        log.info(f"{part_requests.part_line(known.part)}{poses}; bag {self._recorder.log.directory}")
+        line, bag = part_requests.part_line(known.part), self._recorder.log.directory
+        log.info(f"{line}{poses}; bag {bag}")
         for warning in known.part.warnings:
             log.warning(f"{known.part_id}: {warning}")
 
