@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import argparse
 import shlex
+import sys
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from . import arguments as given, running
 
 if TYPE_CHECKING:
+    from ..plots.files import Picture
     from ..records import Part, PoseStatistics, Trajectory
     from ..resting.splitting_graph import SplittingNode
     from ..simulation.frames import DropFrames
@@ -69,11 +72,11 @@ def run(options: argparse.Namespace) -> int:
         part = given.load_named_part(options)
     feeder = Feeder(tuple(dict.fromkeys(options.wanted)), options.rate, options.kick,
                     options.cycle_time, options.changes)
-    with running.stop_on_interrupt() as interrupted:
+    with running.end_on_interrupt(), running.ProgressBar(sys.stderr) as bar:
         findings = investigate(part, drops=options.drops, seed=options.seed, feeder=feeder,
-                               should_stop=interrupted, **given.scene_keywords(options))
-    found = findings.simulated
-    with running.end_on_interrupt():
+                               on_progress=bar.draw, **given.scene_keywords(options))
+        found = findings.simulated
+        bar.draw(1.0, "pictures")
         write_file(page, report_page(findings, commands_to_reproduce(options, found)).encode())
         if figure is not None:
             from ..plots import files, shares
@@ -84,7 +87,7 @@ def run(options: argparse.Namespace) -> int:
           f"{several(len(found.poses), 'pose')}, {found.drops} drops")
     if figure is not None:
         print(f"{figure}: {figure.stat().st_size / 1e6:.2f} MB")
-    return running.INTERRUPTED if interrupted() else 0
+    return 0
 
 
 def commands_to_reproduce(options: argparse.Namespace, found: PoseStatistics) -> tuple[str, ...]:
@@ -167,11 +170,20 @@ def _write(file: Path, part: Part, found: Trajectory, frames: DropFrames,
         from ..plots import files, trajectory
         from ..simulation.frames import RATE
 
-        pictures = trajectory.animation_frames(part, found, frames, root)
+        pictures = _watched(trajectory.animation_frames(part, found, frames, root),
+                            len(frames.times))
         (files.write_mp4 if file.suffix.lower() == ".mp4" else files.write_gif)(
             folder / file.name, pictures, RATE)
 
     write_whole(file.parent, write)
+
+
+def _watched(pictures: Iterable[Picture], count: int) -> Iterator[Picture]:
+    """The same pictures, while a bar says how many there have been."""
+    with running.ProgressBar(sys.stderr) as bar:
+        for number, picture in enumerate(pictures):
+            bar.draw(number / count, f"picture {number} of {count}")
+            yield picture
 
 
 def _film(file: Path, part: Part, found: Trajectory, frames: DropFrames,

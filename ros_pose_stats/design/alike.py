@@ -1,4 +1,4 @@
-"""Features that the part's own rotations carry into each other."""
+"""Features that a part's own rotations carry into each other, and steps that keep it symmetric."""
 
 from functools import lru_cache, partial
 
@@ -6,9 +6,9 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from ..records import Array, Index, Mask, Part
-from ..resting import equilibria, symmetry
-from . import changes, features
+from ..records import Array, Index, Mask
+from ..resting import symmetry
+from . import changes
 
 SAME_PLACE = 1e-3
 """Features that a rotation leaves this far apart, in radii, are not the same."""
@@ -16,69 +16,88 @@ SAME_PLACE = 1e-3
 SAME_DOWN = 0.999
 """Cosine of the angle of two directions down that are one."""
 
+NOTHING = 1e-5
+"""Share of an axis that symmetry leaves, below which it leaves none."""
+
 
 def feature_images(space: changes.DesignSpace) -> tuple[Array, Index]:
     """The part's rotations (k, 3, 3) and where each takes every feature, (k, n).
 
     Axes stay themselves; rotations that do not take faces to faces are left out.
     """
-    faces = np.flatnonzero(space.kinds == features.FACE)
-    anchor = np.array([space.features[face].anchor for face in faces])
-    size = np.array([space.features[face].size for face in faces])
+    anchor = np.array([one.anchor for one in space.features[6:]])
+    size = np.array([one.size for one in space.features[6:]])
     held, images = [], []
-    for rotation in proper_rotations(space.part, space.resting.equilibria):
-        image = np.arange(len(space.features))
+    for rotation in proper_rotations(space):
         apart = np.linalg.norm((anchor @ rotation.T)[:, None] - anchor[None],
                                axis=2) + np.abs(size[:, None] - size[None])
-        image[faces] = np.where(apart.min(axis=1) < SAME_PLACE, faces[apart.argmin(axis=1)], -1)
-        if image.min() >= 0:
+        if apart.min(axis=1).max() < SAME_PLACE:
             held.append(rotation)
-            images.append(image)
+            images.append(np.concatenate((np.arange(6), 6 + apart.argmin(axis=1))))
     return np.array(held), np.array(images)
 
 
-def alike(space: changes.DesignSpace, kept: Mask) -> Index:
+def first_alike(space: changes.DesignSpace, kept: Mask) -> Index:
     """First feature (n,) of those that do the same to the share of the wanted poses.
 
-    `kept` (P,) bool: the wanted poses. Only rotations count that take wanted poses to wanted ones.
+    `kept` (P,): the wanted poses. Only rotations count that take wanted poses to wanted ones.
     """
     rotations, images = feature_images(space)
     downs = np.array([pose.down for pose in space.resting.poses])
-    keeps = []
-    for rotation in rotations:
-        near = (downs @ rotation.T) @ downs.T
-        keeps.append((near.max(axis=1) > SAME_DOWN).all()
-                     and bool((kept[near.argmax(axis=1)] == kept).all()))
-    return first_of_orbits(images[np.array(keeps, dtype=np.bool_)])
-
-
-def first_of_orbits(images: Index) -> Index:
-    """First feature (n,) of those that images (k, n) join."""
-    count = images.shape[1]
-    rows = np.tile(np.arange(count), len(images))
-    graph = coo_array((np.ones(rows.size), (rows, images.ravel())), shape=(count, count))
+    near = (downs @ rotations.transpose(0, 2, 1)) @ downs.T
+    keeps = ((near.max(axis=2) > SAME_DOWN) & (kept[near.argmax(axis=2)] == kept)).all(axis=1)
+    images, count = images[keeps], images.shape[1]
+    graph = coo_array((np.ones(images.size), (np.tile(np.arange(count), len(images)),
+                                              images.ravel())), shape=(count, count))
     _, orbit = connected_components(graph, directed=False)
     return np.asarray(np.unique(orbit, return_index=True)[1][orbit], dtype=np.int64)
 
 
-def proper_rotations(part: Part, found: equilibria.Equilibria) -> Array:
-    """Rotation group of a part.
+def symmetric_steps(space: changes.DesignSpace, within: float) -> Array:
+    """Steps (t, n) of the features that leave the part as symmetric as it is.
+
+    Each is the mean of what all rotations make of one feature: faces that they carry into each
+    other are moved together; the centre of mass moves, and the part is stretched, only along what
+    all of them leave. A step goes as far as outline or centre of mass may move.
+    """
+    rotations, images = feature_images(space)
+    count, order = len(space.features), len(rotations)
+    mean = np.zeros((count, count))
+    mean[:3, :3] = rotations.mean(axis=0).T
+    # What is stretched along axis i is stretched along the i-th column of R: a tensor, which
+    # changes of proportions hold where it is diagonal.
+    tensors = np.einsum("kai,kbi->iab", rotations, rotations) / order
+    mean[3:6, 3:6] = np.where(
+        np.abs(tensors * (1.0 - np.eye(3))).max(axis=(1, 2)) < NOTHING, 1.0, 0.0)[:, None] \
+        * np.diagonal(tensors, axis1=1, axis2=2)
+    np.add.at(mean, (np.tile(np.arange(6, count), order), images[:, 6:].ravel()), 1.0 / order)
+    largest = np.abs(mean).round(6).argmax(axis=1)
+    mean /= np.where(np.abs(mean).max(axis=1) > NOTHING, mean[np.arange(count), largest],
+                     np.inf)[:, None]
+    _, first = np.unique(mean.round(5), axis=0, return_index=True)
+    steps = np.array([row for row in mean[np.sort(first)] if row.any()])
+    reach = np.abs(space.body.points).max(axis=0) * space.body.radius
+    moved = np.linalg.norm(steps[:, :3], axis=1) + np.abs(steps[:, 3:6] * reach).max(axis=1) \
+        + steps[:, 6:].max(axis=1, initial=0.0)
+    return np.asarray(within * steps / moved[:, None])
+
+
+def proper_rotations(space: changes.DesignSpace) -> Array:
+    """Rotation group (k, 3, 3) of a part, the identity first.
 
     Each rotation takes a stable face to one of its kind, so that those of the rarest kind tell
     them all. In doubt, and where there are too many to try, there is the identity alone.
-
-    Returns (k, 3, 3): the identity first.
     """
-    identity = np.eye(3)[None]
+    identity, found = np.eye(3)[None], space.resting.equilibria
     if found.order.shape[0] > symmetry.MOST_FACES:
         return identity
     kind = symmetry.kinds_of(found)
     frames = lru_cache(maxsize=None)(partial(symmetry.frame_of, found))
-    trial = symmetry.SurfaceTrial(part, found.body)
-    rarest = np.flatnonzero(kind == np.bincount(kind).argmin())
+    trial = symmetry.SurfaceTrial(space.part, found.body)
+    rarest = np.flatnonzero(kind == np.bincount(kind).argmin()).tolist()
     held = []
-    for other in rarest.tolist():
-        for rotation in symmetry.candidates(frames, int(rarest[0]), other):
+    for other in rarest:
+        for rotation in symmetry.candidates(frames, rarest[0], other):
             if trial.effort > symmetry.MOST_EFFORT:
                 return identity
             if trial.holds(rotation):

@@ -1,16 +1,16 @@
 """A part with some of its features changed, made from what is known about the part before.
 
-The outer shape is that of the convex hull: faces are moved by moving their planes, and
-what does not move is taken over. The mass follows: stretching carries the material along, and a
-sliver that is added or cut off has the part's mean density, its mass over the volume of its hull.
+Features are the centre of mass, the proportions and the resting faces. The outer shape is that of
+the convex hull: faces are moved by moving their planes. The mass follows: stretching carries the
+material along, and a sliver that is added or cut off has the part's mean density, its mass over
+the volume of its hull.
 """
 
-from dataclasses import replace
-from functools import cached_property
-from typing import NamedTuple
+from dataclasses import dataclass, field, replace
+from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull, QhullError, cKDTree
 
 from ..errors import MeshError
@@ -18,20 +18,55 @@ from ..kernels.body.convex_body import BodyArrays
 from ..kernels.mesh.measures import solid_moments
 from ..mesh.hull import hull_of_corners
 from ..mesh.vectors import lengths
-from ..records import Part, scene as scenes
+from ..records import Array, Index, Part, scene as scenes
 from ..resting import convex_body, poses
-from .features import FACE, KINDS, Feature, find_features
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+Kind = Literal["centre", "stretch", "face"]
+
+KINDS = ("centre", "stretch", "face")
+AXES = "xyz"
 
 
-class Moments(NamedTuple):
-    """Mass, first moment (3,) and second moment (3, 3) about one point."""
+@dataclass(frozen=True, eq=False)
+class Feature:
+    """One thing to be changed."""
 
-    mass: float
-    first: Array
-    second: Array
+    # `centre` (of mass, along an axis), `stretch` (along an axis) or `face` (the resting face of
+    # a pose, outward)
+    kind: Kind
+    axis: int = -1  # of the first two kinds; else -1
+    poses: tuple[int, ...] = ()  # that rest on the face
+    # (k,); faces of the body that are moved
+    planes: Index = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    # (3,); middle of the face, in radii about the centre of mass
+    anchor: Array = field(default_factory=lambda: np.zeros(3))
+    size: float = 0.0  # area of the face, in square radii
+
+    @property
+    def is_length(self) -> bool:
+        """Whether its step is a length; else it is a fraction."""
+        return self.kind != "stretch"
+
+
+def find_features(resting: poses.RestingPoses) -> tuple[Feature, ...]:
+    """The centre of mass along x, y and z, stretching along them, then resting faces.
+
+    A face stands for a pose; poses on one surface share theirs.
+    """
+    found, body, grouped = resting.equilibria, resting.body, resting.clusters
+    features: dict[tuple[int, ...], Feature] = {}
+    for pose, lowest in enumerate(grouped.lowest.tolist()):
+        face = int(found.faces[lowest])
+        members = found.faces[(grouped.pose == pose) & grouped.near]
+        strips = np.unique(body.run_of_face[members])
+        moved = np.union1d(members, np.flatnonzero(np.isin(body.run_of_face, strips[strips >= 0])))
+        key = tuple(moved.tolist())
+        before = features[key].poses if key in features else ()
+        features[key] = Feature("face", poses=(*before, pose), planes=moved,
+                                anchor=body.polygon(face).mean(axis=0),
+                                size=float(body.arrays.area[moved].sum()))
+    axes = [Feature(kind, axis) for kind in ("centre", "stretch") for axis in range(3)]
+    return (*axes, *features.values())
 
 
 class ChangedPart(NamedTuple):
@@ -41,11 +76,12 @@ class ChangedPart(NamedTuple):
     origin: Index  # (F,); face of the body before that each face of its body was
 
 
-class DesignSpace:
-    """A part and all that can be changed on it.
+Moments = tuple[float, Array, Array]
+"""Mass, first moment (3,) and second moment (3, 3) about one point."""
 
-    Attributes `resting`: of the part as it is.
-    """
+
+class DesignSpace:
+    """A part and all that can be changed on it; `resting` is of the part as it is."""
 
     def __init__(self, part: Part, cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
                  round_sides: int = scenes.DEFAULT_ROUND_SIDES) -> None:
@@ -53,29 +89,12 @@ class DesignSpace:
         self.cluster_tolerance, self.round_sides = cluster_tolerance, round_sides
         self.resting: poses.RestingPoses = poses.resting_poses(part, cluster_tolerance,
                                                                round_sides)
+        self.body: convex_body.ConvexBody = self.resting.body
         self.features: tuple[Feature, ...] = find_features(self.resting)
-
-    @property
-    def body(self) -> convex_body.ConvexBody:
-        """Body of the part as it is."""
-        return self.resting.body
-
-    @cached_property
-    def kinds(self) -> Index:
-        """Kind (n,) of each feature, as a number: `CENTRE`, `STRETCH` or `FACE`."""
-        return np.array([KINDS.index(one.kind) for one in self.features])
-
-    @cached_property
-    def _corners(self) -> Array:
-        return np.ascontiguousarray(self.body.points[np.unique(self.body.arrays.corner)])
-
-    @cached_property
-    def _hull(self) -> tuple[Index, Index]:
-        return hull_of_corners(self._corners)
-
-    @cached_property
-    def _moments(self) -> Moments:
-        return _moments_of(self._corners, self._hull[0])
+        self._corners: Array = np.ascontiguousarray(
+            self.body.points[np.unique(self.body.arrays.corner)])
+        self._hull = hull_of_corners(self._corners)
+        self._moments = _moments_of(self._corners, self._hull[0])
 
     def change(self, steps: ArrayLike) -> ChangedPart:
         """Make the part with changed features.
@@ -84,17 +103,21 @@ class DesignSpace:
         outward. Raises MeshError if no body remains around its centre of mass.
         """
         values = np.asarray(steps, dtype=np.float64)
-        shift, stretch = values[:3] / self.body.radius, 1.0 + values[3:6]
+        stretch, before = 1.0 + values[3:6], self.body.arrays
         corners, hull = self._corners * stretch, self._hull
-        normals, distances = self._planes(values, stretch)
-        reshaped = bool(values[self.kinds == FACE].any())
-        if reshaped:
+        normals = before.normal / stretch
+        size = lengths(normals)
+        normals, distances = normals / size[:, None], before.distance / size
+        mass, center, second = self._stretched(np.diag(stretch))
+        if values[6:].any():
+            for feature, value in zip(self.features[6:], values[6:].tolist(), strict=True):
+                distances[feature.planes] += value / self.body.radius
             corners = corners_of_planes(normals, distances, corners)
             hull = hull_of_corners(corners)
-        mass, center, inertia = self._mass(
-            np.diag(stretch), _moments_of(corners, hull[0]) if reshaped else None)
-        body, plane = self._body(corners, hull, center + shift, normals)
-        return ChangedPart(self._part(corners, body, mass, center + shift, inertia), plane)
+            mass, center, second = self._reshaped(np.diag(stretch), second,
+                                                  _moments_of(corners, hull[0]))
+        return self._part(corners, hull, normals, center + values[:3] / self.body.radius, mass,
+                          np.trace(second) * np.eye(3) - second)
 
     def change_one(self, number: int, step: float) -> ChangedPart:
         """Make the part with one changed feature; see `change`."""
@@ -102,63 +125,48 @@ class DesignSpace:
         steps[number] = step
         return self.change(steps)
 
-    def _planes(self, values: Array, stretch: Array) -> tuple[Array, Array]:
-        """Normals (F, 3) and distances (F,) of the faces, stretched and moved."""
-        arrays = self.body.arrays
-        normals = arrays.normal / stretch
-        size = lengths(normals)
-        distances = arrays.distance / size
-        for feature, value in zip(self.features, values.tolist(), strict=True):
-            if feature.kind == "face":
-                distances[feature.planes] += value / self.body.radius
-        return normals / size[:, None], distances
-
-    def _mass(self, linear: Array, after: Moments | None) -> tuple[float, Array, Array]:
-        """Mass, centre of mass and central inertia, in masses and radii before."""
+    def _stretched(self, linear: Array) -> Moments:
+        """Mass, centre of mass and central second moment, in masses and radii before."""
         inertia = self.resting.inertia
         second = linear @ (0.5 * np.trace(inertia) * np.eye(3) - inertia) @ linear
-        mass = 1.0
-        center: Array = np.zeros(3)
-        if after is not None:
-            before, grown = self._moments, float(np.linalg.det(linear))
-            density = 1.0 / (before.mass * grown)
-            mass += density * (after.mass - grown * before.mass)
-            if mass <= 0.0:
-                raise MeshError("a part of which something is left", "one that was cut away",
-                                "change the part less")
-            center = density * (after.first - grown * linear @ before.first) / mass
-            second = second + density * (after.second - grown * linear @ before.second @ linear)
-            second -= mass * np.outer(center, center)
-        return mass, center, np.trace(second) * np.eye(3) - second
+        return 1.0, np.zeros(3), second
 
-    def _body(self, corners: Array, hull: tuple[Index, Index], center: Array, normals: Array
-              ) -> tuple[convex_body.ConvexBody, Index]:
-        """The body about its centre of mass, and the face before of each of its faces."""
-        before = self.body
+    def _reshaped(self, linear: Array, second: Array, after: Moments) -> Moments:
+        """The same once the hull, stretched by `linear`, has other moments at density one."""
+        volume, first, squares = self._moments
+        grown = float(np.linalg.det(linear))
+        density = 1.0 / (volume * grown)
+        mass = 1.0 + density * (after[0] - grown * volume)
+        if mass <= 0.0:
+            raise MeshError("a part of which something is left", "one that was cut away",
+                            "change the part less")
+        center = density * (after[1] - grown * linear @ first) / mass
+        second = second + density * (after[2] - grown * linear @ squares @ linear)
+        return mass, center, second - mass * np.outer(center, center)
+
+    def _part(self, corners: Array, hull: tuple[Index, Index], normals: Array, center: Array,
+              mass: float, inertia: Array) -> ChangedPart:
+        """The hull as a part, with its body, which is not to be rounded once more."""
+        part, before = self.part, self.body
         points = corners - center
         farthest = float(lengths(points).max())
         points /= farthest
         points.flags.writeable = False
-        arrays, tolerance = convex_body.polyhedron(points, *hull,
-                                                   self.part.rounding / before.radius)
-        plane = plane_of_face(arrays, normals)
+        arrays, tolerance = convex_body.polyhedron(points, *hull, part.rounding / before.radius)
+        # A body has no two faces in one plane.
+        plane = np.asarray(cKDTree(normals).query(arrays.normal)[1], dtype=np.int64)
         runs = tuple(replace(run, center=(run.center - center) / farthest,
                              radius=run.radius / farthest) for run in before.runs)
-        return convex_body.ConvexBody(before.radius * farthest, points, arrays, tolerance, runs,
-                                      before.run_of_face[plane], before.rounded), plane
-
-    def _part(self, corners: Array, body: convex_body.ConvexBody, mass: float, center: Array,
-              inertia: Array) -> Part:
-        """The hull as a part, with its body, which is not to be rounded once more."""
-        before, radius = self.part, self.body.radius
-        vertices = before.center_of_mass + radius * corners
-        fans = fan_triangles(body.arrays)
-        part = Part(before.part_id, vertices, fans.astype(np.uint32), vertices, fans,
-                    before.mass * mass, before.center_of_mass + radius * center,
-                    inertia * (before.mass * radius * radius), before.warnings, before.rounding,
-                    notes=before.notes)
-        convex_body.keep_body(part, body, self.round_sides)
-        return part
+        body = convex_body.ConvexBody(before.radius * farthest, points, arrays, tolerance, runs,
+                                      before.run_of_face[plane], before.rounded)
+        vertices = part.center_of_mass + before.radius * corners
+        fans = fan_triangles(arrays)
+        changed = Part(part.part_id, vertices, fans.astype(np.uint32), vertices, fans,
+                       part.mass * mass, part.center_of_mass + before.radius * center,
+                       inertia * (part.mass * before.radius ** 2), part.warnings, part.rounding,
+                       notes=part.notes)
+        convex_body.keep_body(changed, body, self.round_sides)
+        return ChangedPart(changed, plane)
 
 
 def _moments_of(corners: Array, triangles: Index) -> Moments:
@@ -170,8 +178,7 @@ def _moments_of(corners: Array, triangles: Index) -> Moments:
     outward[inward] = outward[inward][:, ::-1]
     volume, x, y, z, xx, yy, zz, xy, xz, yz = solid_moments(
         np.ascontiguousarray(corners), outward).tolist()
-    return Moments(volume, np.array([x, y, z]),
-                   np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
+    return volume, np.array([x, y, z]), np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
 SNAP = 2e-5
@@ -192,15 +199,14 @@ def corners_of_planes(normals: Array, distances: Array, before: Array) -> Array:
     if distances.min() <= 0.0:
         raise MeshError("faces around the centre of mass", "a face that was moved beyond it",
                         "change the part less")
+    opened = MeshError("planes that bound a body", "planes that leave it open",
+                       "change the part less")
     try:
-        dual = ConvexHull(normals / distances[:, None]).equations
+        dual = np.unique(ConvexHull(normals / distances[:, None]).equations, axis=0)
     except QhullError as error:
-        raise MeshError("planes that bound a body", "planes that leave it open",
-                        "change the part less") from error
-    dual = np.unique(dual, axis=0)
+        raise opened from error
     if dual[:, 3].max() >= 0.0:
-        raise MeshError("planes that bound a body", "planes that leave it open",
-                        "change the part less")
+        raise opened
     corners = dual[:, :3] / -dual[:, 3:]
     gap, nearest = cKDTree(before).query(corners, distance_upper_bound=SNAP)
     stays = np.isfinite(gap)
@@ -212,11 +218,6 @@ def corners_of_planes(normals: Array, distances: Array, before: Array) -> Array:
             first[other] = min(first[other], first[one])
         fresh = fresh[np.unique(first)]
     return np.ascontiguousarray(np.concatenate((before[np.unique(nearest[stays])], fresh)))
-
-
-def plane_of_face(arrays: BodyArrays, normals: Array) -> Index:
-    """Which of some planes (K, 3) each face (F,) of a body lies in; a body has none twice."""
-    return np.asarray(cKDTree(normals).query(arrays.normal)[1], dtype=np.int64)
 
 
 def fan_triangles(arrays: BodyArrays) -> Index:

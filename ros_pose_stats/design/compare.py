@@ -1,16 +1,36 @@
-"""Variants of a part side by side: which poses correspond, and whether they differ."""
+"""Variants of a part side by side: which poses correspond, and whether they differ.
 
-import secrets
+All differences of a comparison are tested together, so that variants that do not differ are called
+different in at most 5 % of comparisons: Holm's method over the poses, and a share of the 5 % for
+each look at the drops. What the plate adds is no matter of repeated looks: of a difference that
+stands, each pose by itself must exceed it. Drops end when a difference shows, and so flatter it:
+once the verdicts stand, as many fresh drops tell shares and sizes.
+
+A share that drops tell is off by `plate_error` on a real plate, whatever the number of drops. Two
+variants that are alike are off alike, so most of that is gone from their difference. A part of it
+stays however small the difference, more with the difference, up to that of two parts that have
+nothing to do with each other.
+"""
+
+import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
 
 from ..errors import RequestError
-from ..records import DropScene, Part, scene as scenes
+from ..methods import SIMULATION
+from ..records import DropScene, Mask, Part, PoseStatistics, scene as scenes, statistics
 from ..resting.poses import resting_poses
-from ..simulation.request import drop_request
-from ..statistics.feeding import check_wanted
-from . import comparison, correspondence, describe, paired_drops, verdicts
+from ..resting.trust import pose_remarks
+from ..simulation.request import SEEDS, drop_request
+from ..simulation.simulate import touching_warnings
+from ..statistics import errors, feeding, paired_counts, pose_groups, pose_shares, prefix
+from . import comparison, describe
+from .correspondence import Correspondence, MatchedPoses, find_correspondence
+from .paired_drops import UNSETTLED, PairedDrops
 
 FIRST_LOOK = 1250
 """Drops of each variant before the first look; each look has twice as many as the one before."""
@@ -18,25 +38,39 @@ FIRST_LOOK = 1250
 MOST_DROPS = 20_000
 """Drops of each variant, if nothing ends them before: differences are known to a point then."""
 
+ONE_POINT = 0.01
+
 MOST_VARIANTS = 26
 
 LARGEST_RATIO = 9.0
 """Of two radii: beyond it lie those of a part in millimetres and in centimetres."""
 
+LEFT = 0.1
+"""Error of a difference that is nearly 0, over the plate's error of a single share."""
+
+KEPT = 0.35
+"""Error of a larger difference over the difference. Both cover what rolled dice and simulated
+plates have shown, with single shares off by up to 9 points (tests/truth/design)."""
+
+EXPORTED = 0.005
+"""Standard deviation by which shares of two exports of one round part differ: the drops see the
+facets of the file, not the part (docs/measured/exports.md)."""
+
 
 def compare(parts: Sequence[Part], wanted: Sequence[int] = (), drops: int = MOST_DROPS,
             restitution: float = scenes.DEFAULT_RESTITUTION, seed: int | None = None,
             drop_height: float | None = None, workers: int | None = None,
-            on_progress: Callable[[int, int], object] | None = None,
-            should_stop: Callable[[], bool] | None = None, *,
+            on_progress: Callable[[int, int], object] = lambda done, most: None,
+            should_stop: Callable[[], bool] = lambda: False, *,
             cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
             round_sides: int = scenes.DEFAULT_ROUND_SIDES,
             plate_error: float = scenes.DEFAULT_PLATE_ERROR) -> comparison.Comparison:
     """Compare the first variant of a part with each of the others, dropped from the same starts.
 
-    Drops end where each of the others is expected to differ on a plate, in the share that a
-    feeder accepts if one is asked for; where all differences are known to a point (half of their
-    90 % intervals); or at the most drops.
+    The drops that give the verdicts end where each of the others is expected to differ on a
+    plate, in the share that a feeder accepts if one is asked for; where all differences are known
+    to a point (half of their 90 % intervals); or at the most drops. As many afresh then give
+    shares and differences.
 
     Parameters
     ----------
@@ -45,19 +79,20 @@ def compare(parts: Sequence[Part], wanted: Sequence[int] = (), drops: int = MOST
     wanted : sequence of int
         Poses of the first variant that a feeder accepts; none asks for no feeder.
     drops : int
-        The most of each variant, 1 to 1e9.
+        The most of each variant for the verdicts, 1 to 1e9; as many are made afresh.
     restitution : float
         Coefficient of restitution, 0 <= restitution < 1.
     seed : int, optional
-        0 to 2^64 - 1; drop k of all variants depends on seed and k alone. Default: a fresh one.
+        0 to 2^64 - 1; the fresh drop k of all variants depends on seed and k alone. Default: a
+        fresh one.
     drop_height : float, optional
         Height of the centre of mass at release, metres, the same for all variants. Default: 20
         radii of the first one.
     workers : int, optional
         Threads; default: all cores.
-    on_progress : callable, optional
+    on_progress : callable
         Takes the number of drops done, and the most of them, of all variants.
-    should_stop : callable, optional
+    should_stop : callable
         After True the comparison ends with the drops done by then.
     cluster_tolerance, round_sides
         As for `simulate`.
@@ -85,25 +120,46 @@ def compare(parts: Sequence[Part], wanted: Sequence[int] = (), drops: int = MOST
         raise RequestError("a plate error from 0 to 1, as a fraction", f"{plate_error}",
                            "0.05 is a plate that nobody has counted on")
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
-    asked = drop_request(drops, secrets.randbits(32) if seed is None else seed, 0.0, workers, None)
+    asked = drop_request(drops, seed, 0.0, workers)
     resting = [resting_poses(part, cluster_tolerance, round_sides) for part in parts]
     _check_sizes([one.body.radius for one in resting])
     if wanted:
-        check_wanted(wanted, len(resting[0].poses))
-    matches = [correspondence.find_correspondence(resting[0], other) for other in resting[1:]]
-    pairs = paired_drops.begin_pairs(parts, scene, asked.seed)
+        feeding.check_wanted(wanted, len(resting[0].poses))
+    accepted = tuple(sorted(set(map(int, wanted))))
+    matches = [find_correspondence(resting[0], other) for other in resting[1:]]
     turns = [None, *(match.turn for match in matches)]
+    tests = [test for place, match in enumerate(matches, start=1)
+             for test in _tests(place, match, accepted)]
     sizes = looks(asked.drops)
-    for number, size in enumerate(sizes):
-        pairs = paired_drops.drop_more(pairs, parts, size, turns, asked.workers,
-                                       _progress(on_progress, pairs.drops * len(parts),
-                                                 sizes[-1] * len(parts)), should_stop)
-        found = verdicts.compare_pairs(parts, pairs, matches,
-                                       tuple(dict.fromkeys(map(int, wanted))),
-                                       sizes[number] / sum(sizes), plate_error)
-        if pairs.drops < size or found.is_settled or found.half_width <= comparison.ONE_POINT:
+    most = 2 * sizes[-1] * len(parts)
+
+    judged = PairedDrops(parts, scene, (asked.seed + SEEDS // 2) % SEEDS, turns)
+    for size in sizes:
+        judged.drop_until(size, asked.workers, lambda done: on_progress(done, most), should_stop)
+        shares = _differences(judged, tests, plate_error)
+        chances = _chances(tests, shares, size / sum(sizes))
+        if judged.drops < size or _is_settled(tests, chances, bool(accepted)) or all(
+                one.difference.high - one.difference.low <= 2.0 * ONE_POINT for one in shares):
             break
-    return replace(found, seconds=time.perf_counter() - begin)
+    afresh = PairedDrops(parts, scene, asked.seed, turns)
+    if not should_stop():
+        afresh.drop_until(judged.drops, asked.workers, lambda done: on_progress(
+            judged.outcome.size + done, most), should_stop)
+    pairs = afresh if afresh.drops else judged
+    found = [_statistics(part, pairs, place) for place, part in enumerate(parts)]
+    found = [replace(one, warnings=(*one.warnings, *pose_groups.warn_of_alike(one, some)))
+             for one, some in zip(found, [accepted, *(match.partners(accepted)
+                                                      for match in matches)], strict=True)]
+    shares = [share._replace(chance=chance, chance_on_plate=on_plate)
+              for share, (chance, on_plate) in zip(
+                  _differences(pairs, tests, plate_error), chances, strict=True)]
+    return comparison.Comparison(
+        tuple(parts), tuple(found), tuple(
+            _variant(place, match, found, accepted, [
+                comparison.PoseComparison(test.poses, share)
+                for test, share in zip(tests, shares, strict=True) if test.second == place])
+            for place, match in enumerate(matches, start=1)),
+        pairs.scene, asked.seed, accepted, plate_error, time.perf_counter() - begin)
 
 
 def _check_sizes(radii: Sequence[float]) -> None:
@@ -128,7 +184,132 @@ def looks(drops: int) -> list[int]:
     return sizes[::-1]
 
 
-def _progress(on_progress: Callable[[int, int], object] | None, before: int, most: int
-              ) -> Callable[[int, int], object] | None:
-    """What takes the drops done since some, and gives all that are done on."""
-    return None if on_progress is None else lambda done, _: on_progress(before + done, most)
+class _Test(NamedTuple):
+    """A share that is tested."""
+
+    second: int  # the variant beside the first
+    poses: MatchedPoses
+    is_accepted: bool  # whether it is that of the parts that a feeder accepts
+    key: Hashable  # equal where the same drops decide
+
+
+def _tests(second: int, match: Correspondence, accepted: tuple[int, ...]) -> list[_Test]:
+    """What is tested of a variant: each pose, and what a feeder accepts if one is asked for.
+
+    Where some poses gain, all others together lose as much: that is one test, not two.
+    """
+    def inside(poses: MatchedPoses) -> frozenset[tuple[int, int]]:
+        return frozenset((side, index) for side, those in enumerate(poses) for index in those)
+
+    every = frozenset().union(*map(inside, match.matches))
+    listed = list(match.matches)
+    if accepted:
+        listed.append(MatchedPoses(accepted, match.partners(accepted)))
+    return [_Test(second, poses, place >= len(match.matches),
+                  (second, frozenset((inside(poses), every - inside(poses)))))
+            for place, poses in enumerate(listed)]
+
+
+def _differences(pairs: PairedDrops, tests: Sequence[_Test], plate_error: float
+                 ) -> list[comparison.ShareDifference]:
+    """What is tested, by some drops."""
+    found = []
+    for test in tests:
+        first = pairs.is_in(0, test.poses.first)
+        second = pairs.is_in(test.second, test.poses.second)
+        difference = paired_counts.paired_difference(first, second)
+        is_round = any(pairs.resting[place].body.runs for place in (0, test.second))
+        found.append(comparison.ShareDifference(
+            _share(first, bool(test.poses.first)), _share(second, bool(test.poses.second)),
+            difference, EXPORTED if is_round else 0.0,
+            plate_part(0.0 if math.isnan(difference.value) else difference.value, plate_error)))
+    return found
+
+
+def _share(inside: Mask, exists: bool) -> feeding.Bounded:
+    if not exists or not inside.size:
+        return feeding.Bounded(0.0, 0.0, 1.0 if exists else 0.0)
+    low, high = errors.jeffreys_interval(int(inside.sum()), inside.size)
+    return feeding.Bounded(float(inside.mean()), float(low), float(high))
+
+
+def plate_part(difference: float, plate_error: float) -> float:
+    """Standard deviation of what a plate adds to a difference of two shares.
+
+    `difference`: of the shares in the model, -1 to 1; `plate_error`: of a single share on the
+    plate, a fraction.
+    """
+    return min(math.sqrt(2.0) * plate_error, math.hypot(LEFT * plate_error, KEPT * difference))
+
+
+def _chances(tests: Sequence[_Test], shares: Sequence[comparison.ShareDifference], look: float
+             ) -> list[tuple[float, float]]:
+    """Chance of each difference in the model and on a plate, adjusted for all and for the looks.
+
+    `look`: share of the 5 % that this look at the drops has, above 0 to 1.
+    """
+    each = {test.key: share for test, share in zip(tests, shares, strict=True)}
+    alone, of_files = (paired_counts.adjust_together(some).tolist() for some in (
+        [share.difference.p_value for share in each.values()],
+        [_chance_beyond(share.difference, share.file_error) for share in each.values()]))
+    chances = {key: (min(1.0, chance / look), min(1.0, max(of_file / look, _chance_beyond(
+        share.difference, math.hypot(share.file_error, share.plate_error)))))
+        for (key, share), chance, of_file in zip(each.items(), alone, of_files, strict=True)}
+    return [chances[test.key] for test in tests]
+
+
+def _chance_beyond(known: paired_counts.PairedDifference, error: float) -> float:
+    """Chance of a difference this large from the drops and a normal error."""
+    spread = math.hypot(known.standard_error, error)
+    if known.trials == 0 or spread == 0.0:
+        return known.p_value
+    return max(known.p_value, math.erfc(abs(known.value) / (spread * math.sqrt(2.0))))
+
+
+def _is_settled(tests: Sequence[_Test], chances: Sequence[tuple[float, float]], feeds: bool
+                ) -> bool:
+    """Whether every other variant differs from the first on a plate, for a feeder if asked."""
+    differs = {test.second for test, (_, on_plate) in zip(tests, chances, strict=True)
+               if on_plate <= comparison.LEVEL and (test.is_accepted or not feeds)}
+    return differs == {test.second for test in tests}
+
+
+def _statistics(part: Part, pairs: PairedDrops, variant: int) -> PoseStatistics:
+    """Statistics of one variant, from the starts that all variants settled from."""
+    resting, drops = pairs.resting[variant], pairs.drops
+    counted = prefix.Prefix(len(resting.poses), max(drops, 1), 0.0)
+    counted.add(np.where(pairs.settled, pairs.outcome[variant], UNSETTLED))
+    unsettled = drops - counted.settled
+    remarks = pose_remarks(resting)
+    warnings = touching_warnings(pairs.scene, int(pairs.touched[variant].sum()), drops)
+    warnings += [] if not unsettled else [
+        f"UNSETTLED: {unsettled} of {drops} drops were given up before the pose of every variant "
+        f"was certain; they are left out of the probabilities."]
+    return statistics.pose_statistics(
+        part, resting.body.radius, resting.poses, counted.shares(), SIMULATION, pairs.scene,
+        drops=drops, unsettled=unsettled, seed=pairs.seed,
+        warnings=(*remarks.warnings, *warnings), notes=remarks.notes)
+
+
+def _variant(second: int, match: Correspondence, found: Sequence[PoseStatistics],
+             accepted: tuple[int, ...], tested: list[comparison.PoseComparison]
+             ) -> comparison.VariantComparison:
+    """A variant beside the first one, from its tests, that of what is accepted last."""
+    feeder = None
+    if accepted:
+        poses, share = tested.pop()
+        if found[0].drops > found[0].unsettled:
+            feeder = comparison.FeederComparison(
+                poses, share, tuple(one for one in accepted if match.partner[one] < 0),
+                (_feeding(found[0], poses.first), _feeding(found[second], poses.second)))
+    tested.sort(key=lambda one: (not one.poses.is_pair, -max(one.share.first.value,
+                                                             one.share.second.value)))
+    return comparison.VariantComparison(second, match, tuple(tested), feeder)
+
+
+def _feeding(found: PoseStatistics, wanted: tuple[int, ...]) -> feeding.Feeding:
+    """What a feeder gets; nothing where none of the wanted poses is left."""
+    if wanted:
+        return feeding.drop_afresh(pose_shares.pose_shares(found), wanted)
+    nothing, never = feeding.Bounded(0.0, 0.0, 0.0), feeding.Bounded(math.inf, math.inf, math.inf)
+    return feeding.Feeding(nothing, never, nothing, nothing)

@@ -1,9 +1,10 @@
 """What a comparison of variants found: shares, differences, verdicts, and what a feeder gets.
 
-How the chances come about is in `verdicts`.
+How the chances come about is in `compare`.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -14,13 +15,10 @@ from ..statistics.paired_counts import PairedDifference
 from ..version import VERSION
 from .correspondence import Correspondence, MatchedPoses
 
-SHOWN = "difference shown"
-NONE_SHOWN = "none shown"
+SHOWN = {True: "difference shown", False: "none shown"}
 
 LEVEL = 0.05
 """Chance that a difference is shown between variants that do not differ."""
-
-ONE_POINT = 0.01
 
 
 class ShareDifference(NamedTuple):
@@ -31,31 +29,31 @@ class ShareDifference(NamedTuple):
     difference: PairedDifference  # second less first, by the joint counts
     file_error: float  # standard deviation of what the facets of the files add to the difference
     plate_error: float  # the same of the plate
-    # that the drops differ this much by chance alone, for all differences and looks together
+    # that drops differ this much by chance alone, for all differences and looks together
     chance: float = 1.0
     # that they do by chance and by the files, together likewise, or that this difference is one of
     # the plate, whichever is the larger
     chance_on_plate: float = 1.0
 
     @property
-    def model_error(self) -> float:
-        """Standard deviation of what files and plate add to the difference."""
-        return math.hypot(self.file_error, self.plate_error)
+    def is_in_model(self) -> bool:
+        """Whether the drops show a difference in the model, beyond their chance."""
+        return self.chance <= LEVEL
+
+    @property
+    def is_on_plate(self) -> bool:
+        """Whether a plate is expected to show it, beyond the error of model and plate."""
+        return self.chance_on_plate <= LEVEL
 
     @property
     def in_model(self) -> str:
-        """Whether the drops show a difference in the model, beyond their chance."""
-        return SHOWN if self.chance <= LEVEL else NONE_SHOWN
+        """The same in words."""
+        return SHOWN[self.is_in_model]
 
     @property
     def on_plate(self) -> str:
-        """Whether a plate is expected to show it, beyond the error of model and plate."""
-        return SHOWN if self.chance_on_plate <= LEVEL else NONE_SHOWN
-
-    @property
-    def half_width(self) -> float:
-        """Half of the interval of the difference."""
-        return 0.5 * (self.difference.high - self.difference.low)
+        """The same in words."""
+        return SHOWN[self.is_on_plate]
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values for JSON."""
@@ -66,7 +64,7 @@ class ShareDifference(NamedTuple):
             "difference": plain_number(self.difference.value),
             "difference_low": self.difference.low, "difference_high": self.difference.high,
             "standard_error": plain_number(self.difference.standard_error),
-            "model_error": self.model_error,
+            "model_error": math.hypot(self.file_error, self.plate_error),
             "p_value_in_model": self.chance, "p_value_on_plate": self.chance_on_plate,
             "in_model": self.in_model, "on_plate": self.on_plate}
 
@@ -82,8 +80,8 @@ class FeederComparison(NamedTuple):
     """What a feeder gets that accepts the same poses of both."""
 
     poses: MatchedPoses  # those accepted in each
-    lost: tuple[int, ...]  # wanted poses of the first variant that have no partner in the second
     share: ShareDifference  # of the accepted parts
+    lost: tuple[int, ...]  # wanted poses of the first variant that have no partner in the second
     feeding: tuple[Feeding, Feeding]  # parts that lie wrong are dropped again
 
 
@@ -104,14 +102,44 @@ class VariantComparison:
         return own if self.feeder is None else [*own, self.feeder.share]
 
     @property
+    def deciding(self) -> ShareDifference:
+        """What the verdict is about: what is accepted, else the largest difference shown."""
+        if self.feeder is not None:
+            return self.feeder.share
+        return max(self.shares, key=lambda one: (one.is_on_plate, one.is_in_model,
+                                                 abs(one.difference.value)))
+
+    @property
     def in_model(self) -> str:
         """Whether any share differs in the model, by more than the chance of the drops."""
-        return SHOWN if any(one.in_model == SHOWN for one in self.shares) else NONE_SHOWN
+        return SHOWN[any(one.is_in_model for one in self.shares)]
 
     @property
     def on_plate(self) -> str:
         """Whether any share is expected to differ on a plate."""
-        return SHOWN if any(one.on_plate == SHOWN for one in self.shares) else NONE_SHOWN
+        return SHOWN[any(one.is_on_plate for one in self.shares)]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values for JSON."""
+        match = self.correspondence
+        entry: dict[str, Any] = {
+            "first": 0, "second": self.second,
+            "matched_by": "orientation and footprint" if match.by_orientation
+            else "footprint and height", "turned_degrees": round(math.degrees(match.angle), 3),
+            "same_body": match.same_body, "in_model": self.in_model, "on_plate": self.on_plate,
+            "poses": [_side_by_side(pose.poses) | pose.share.as_dict() for pose in self.poses]}
+        if self.feeder is not None:
+            entry["feeder"] = {
+                **_side_by_side(self.feeder.poses), "without_partner": list(self.feeder.lost),
+                **self.feeder.share.as_dict(), **{
+                    f"passes{end}": [plain_number(way.passes[place])
+                                     for way in self.feeder.feeding]
+                    for place, end in enumerate(("", "_low", "_high"))}}
+        return entry
+
+
+def _side_by_side(poses: Sequence[tuple[int, ...]]) -> dict[str, Any]:
+    return {"first": list(poses[0]), "second": list(poses[1])}
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,23 +154,12 @@ class Comparison:
     seed: int
     wanted: tuple[int, ...]
     plate_error: float
-    seconds: float = math.nan
+    seconds: float
 
     @property
     def drops(self) -> int:
-        """Of each variant."""
+        """Of each variant, behind the shares and differences; as many before gave the verdicts."""
         return self.found[0].drops
-
-    @property
-    def is_settled(self) -> bool:
-        """Whether every other variant differs from the first on a plate, for a feeder if asked."""
-        asked = [one if one.feeder is None else one.feeder.share for one in self.variants]
-        return all(one.on_plate == SHOWN for one in asked)
-
-    @property
-    def half_width(self) -> float:
-        """Half of the widest interval of a difference."""
-        return max(share.half_width for one in self.variants for share in one.shares)
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values under the keys of the JSON contract."""
@@ -155,24 +172,4 @@ class Comparison:
             "seconds": plain_number(self.seconds), "version": VERSION,
             "wanted": list(self.wanted),
             "variants": [one.as_dict() for one in self.found],
-            "comparisons": [_as_dict(one) for one in self.variants]}
-
-
-def _as_dict(one: VariantComparison) -> dict[str, Any]:
-    match = one.correspondence
-    entry: dict[str, Any] = {
-        "first": 0, "second": one.second,
-        "matched_by": "orientation and footprint" if match.by_orientation
-        else "footprint and height", "turned_degrees": round(math.degrees(match.angle), 3),
-        "same_body": match.same_body,
-        "in_model": one.in_model, "on_plate": one.on_plate,
-        "poses": [{"first": list(pose.poses.first), "second": list(pose.poses.second),
-                   **pose.share.as_dict()} for pose in one.poses]}
-    if one.feeder is not None:
-        entry["feeder"] = {
-            "first": list(one.feeder.poses.first), "second": list(one.feeder.poses.second),
-            "without_partner": list(one.feeder.lost), **one.feeder.share.as_dict(),
-            "passes": [plain_number(way.passes.value) for way in one.feeder.feeding],
-            "passes_low": [plain_number(way.passes.low) for way in one.feeder.feeding],
-            "passes_high": [plain_number(way.passes.high) for way in one.feeder.feeding]}
-    return entry
+            "comparisons": [one.as_dict() for one in self.variants]}

@@ -4,9 +4,12 @@ Derivatives come from the fast estimator, fitted over steps to both sides; those
 are checked by drops of the part before and after from the same starts.
 """
 
+import math
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -15,10 +18,10 @@ from ..estimators import estimate_in
 from ..methods import AUTO
 from ..records import DropScene, Part, scene as scenes
 from ..simulation.request import drop_request
-from ..statistics import feeding, pose_groups, pose_shares
+from ..statistics import feeding, paired_counts, pose_groups, pose_shares
 from ..tolerances import number_equal
-from . import alike, changes, shares
-from .effects import Effect, Sensitivity, check_effects, effect_error
+from ..version import VERSION
+from . import alike, changes, describe, shares
 
 STEP = 0.05
 """Of the radius, and of stretching as a fraction: a change that a designer would make. What less
@@ -29,18 +32,111 @@ SAME_CHANGE = 1e-9
 
 CHECKS = 5
 CHECK_DROPS = 2000
-"""Effects that are checked, and the drops of each part."""
+"""Effects that are checked, and drops of the part before and after for each of them."""
 
-CHECK_SECONDS = 1.0
-"""Time after which no further drops are begun, where their number was not given."""
+SCATTER = 0.005
+SCATTER_OF_SLOPE = 0.2
+SCATTER_OF_UNEVEN = 0.5
+"""Root mean square difference of estimated and dropped changes by one step: of any, as a share of
+the change, and as a share of its unevenness (docs/measured/design.md)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Effect:
+    """What a change of one feature does to the share of the wanted poses."""
+
+    feature: changes.Feature
+    number: int  # of the feature
+    # numbers of the features that do the same by the part's symmetry, this one first
+    alike: tuple[int, ...]
+    slope: float  # change of the share a metre, or a unit of stretching, and its standard error
+    error: float
+    step: float  # the change that helps, metres or a fraction
+    change: float  # estimated change of the share by that step
+    lost: tuple[int, ...] = ()  # wanted poses that are gone after that step
+    # the same change by drops; None where it was not checked
+    check: paired_counts.PairedDifference | None = None
+
+    @property
+    def helps(self) -> bool:
+        """Whether the step raises the share by more than the error of that."""
+        return self.change > self.error * abs(self.step)
+
+    @property
+    def contradicted(self) -> bool:
+        """Whether drops leave out the estimated change, and do not show one to the same side."""
+        if self.check is None or math.isnan(self.check.value):
+            return False
+        return self.check.low <= 0.0 and not self.check.low <= self.change <= self.check.high
+
+
+@dataclass(frozen=True, eq=False)
+class Sensitivity:
+    """What changes of a part do to the share of its wanted poses."""
+
+    space: changes.DesignSpace
+    wanted: tuple[int, ...]
+    scene: DropScene  # with the drop height in metres
+    method: str  # the estimator
+    accepted: feeding.Bounded  # estimated share of the wanted poses of the part as it is
+    step: float  # the change that is meant, metres; stretching is by the same share of the radius
+    effects: tuple[Effect, ...]  # the greatest first, by what their step changes
+    drops: int  # of each check
+    seed: int
+    seconds: float
+    # about the part, the estimate and the wanted poses, each `CODE: sentence`
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def share(self) -> float:
+        """Estimated share of the wanted poses, without its interval."""
+        return self.accepted.value
+
+    @property
+    def best(self) -> list[Effect]:
+        """Effects whose step helps, the one that helps most first."""
+        return sorted((one for one in self.effects if one.helps), key=lambda one: -one.change)
+
+    @property
+    def checked(self) -> list[tuple[Effect, paired_counts.PairedDifference]]:
+        """Effects with their checks, in the same order."""
+        return [(one, one.check) for one in self.best if one.check is not None]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values; lengths in metres, shares as fractions, NaN as None."""
+        space, scene = self.space, self.scene
+        return {"part_id": space.part.part_id, "part_digest": space.part.digest,
+                "radius": space.body.radius, "method": self.method,
+                "restitution": scene.restitution, "drop_height": scene.drop_height,
+                "cluster_tolerance": scene.cluster_tolerance, "round_sides": scene.round_sides,
+                "wanted": list(self.wanted), "share": self.share,
+                "share_low": self.accepted.low, "share_high": self.accepted.high,
+                "step": self.step, "effects": [
+                    {**describe.feature_as_dict(space, one.number), "alike": len(one.alike),
+                     "slope": one.slope, "error": one.error, "step": one.step,
+                     "change": one.change, "lost": list(one.lost),
+                     "contradicted": one.contradicted, "check": None if one.check is None
+                     else describe.difference_as_dict(one.check)} for one in self.effects],
+                "drops": self.drops, "seed": self.seed, "seconds": self.seconds,
+                "warnings": list(self.warnings), "version": VERSION}
+
+
+def effect_error(slope: float, uneven: float) -> float:
+    """Standard error of the change by one step.
+
+    `slope`: estimated change by one step; `uneven`: half of how far the changes by two steps are
+    from a line: a share that bends or jumps within a step has no single slope.
+    """
+    return math.hypot(SCATTER, SCATTER_OF_SLOPE * slope, SCATTER_OF_UNEVEN * uneven)
+
 
 def sensitivity(part: Part, wanted: Sequence[int], *, step: float | None = None,
-                checks: int = CHECKS, drops: int | None = None, seed: int | None = None,
+                checks: int = CHECKS, drops: int = CHECK_DROPS, seed: int | None = None,
                 restitution: float = scenes.DEFAULT_RESTITUTION, drop_height: float | None = None,
                 cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
                 round_sides: int = scenes.DEFAULT_ROUND_SIDES, workers: int | None = None,
-                on_progress: Callable[[float], object] | None = None,
-                should_stop: Callable[[], bool] | None = None) -> Sensitivity:
+                on_progress: Callable[[float], object] = lambda share: None,
+                should_stop: Callable[[], bool] = lambda: False) -> Sensitivity:
     """How the share of wanted poses changes with centre of mass, proportions and faces.
 
     Parameters
@@ -52,17 +148,17 @@ def sensitivity(part: Part, wanted: Sequence[int], *, step: float | None = None,
         Change that is meant, metres; default: a twentieth of the radius. Stretching is by the
         same share of the radius.
     checks : int
-        Effects that are checked by drops, those that raise the share most.
-    drops : int, optional
-        Drops of each part for a check. Default: 2 000, and no more are begun after a second;
-        with a number and a seed the same request gives the same counts.
+        Effects that are checked by drops: those that raise the share most, by more than their
+        error.
+    drops : int
+        Of the part before, and after, for each check. Each check has drops of its own.
     seed : int, optional
-        Of the drops; default: a fresh one.
+        Of the drops; the same one gives the same counts. Default: a fresh one.
     restitution, drop_height, cluster_tolerance, round_sides, workers
         As for `simulate`.
-    on_progress : callable, optional
+    on_progress : callable
         Takes the share done, 0 to 1.
-    should_stop : callable, optional
+    should_stop : callable
         After True what is known by then is returned.
 
     Raises
@@ -72,72 +168,63 @@ def sensitivity(part: Part, wanted: Sequence[int], *, step: float | None = None,
     """
     begin = time.perf_counter()
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
-    asked = drop_request(CHECK_DROPS if drops is None else drops, seed, 0.0, workers, None)
+    asked = drop_request(drops, seed, 0.0, workers)
     space = changes.DesignSpace(part, cluster_tolerance, round_sides)
     model = shares.WantedShare(space, wanted, scene)
-    reach = check_step(STEP * space.body.radius if step is None else step, space.body.radius)
-    told = estimate_in(part, model.scene, AUTO)
-    stop, progress = should_stop or (lambda: False), on_progress or (lambda done: None)
-    effects = _effects(space, model, reach, asked.workers,
-                       lambda share: progress(0.5 * share), stop)
-    best = sorted((one for one in effects if one.helps), key=lambda one: -one.change)[:checks]
-    dropped, out_of_time = 0, False
-    if best and not stop():
-        changed = [space.change_one(one.number, one.step) for one in best]
-        checked, done = check_effects(
-            best, [space.change_one(0, 0.0), *changed], model, asked,
-            CHECK_SECONDS if drops is None else None,
-            lambda share: progress(0.5 + 0.5 * share), stop)
-        dropped, out_of_time = done.pairs.drops, done.out_of_time
-        known = {one.number: one for one in checked}
-        effects = [known.get(one.number, one) for one in effects]
-    kept = tuple(np.flatnonzero(model.kept).tolist())
-    return Sensitivity(space, kept, model.scene, told.method,
-                       feeding.drop_afresh(pose_shares.pose_shares(told), kept).accepted, reach,
-                       tuple(effects), dropped, asked.seed, asked.drops, out_of_time,
-                       time.perf_counter() - begin,
-                       (*told.warnings, *pose_groups.warn_of_alike(told, kept)))
-
-
-def check_step(step: float, radius: float) -> float:
-    """Refuse a step that no small change is.
-
-    Raises RequestError if it is not above 0 and at most half a radius.
-    """
-    if not 0.0 < step <= 0.5 * radius:
+    radius = space.body.radius
+    reach = STEP * radius if step is None else step
+    if not 0.0 < reach <= 0.5 * radius:
         raise RequestError(f"a step above 0 and at most {500.0 * radius:.3g} mm, half the part's "
-                           "radius", f"{1e3 * step:.3g} mm", "leave it out for a twentieth of "
+                           "radius", f"{1e3 * reach:.3g} mm", "leave it out for a twentieth of "
                            "the radius")
-    return step
+    estimated = estimate_in(part, model.scene, AUTO)
+    effects = _effects(space, model, reach, asked.workers,
+                       lambda share: on_progress(0.5 * share), should_stop)
+    found = Sensitivity(space, model.wanted, model.scene, estimated.method, feeding.drop_afresh(
+        pose_shares.pose_shares(estimated), model.wanted).accepted, reach, effects, asked.drops,
+        asked.seed, 0.0, (*estimated.warnings,
+                          *pose_groups.warn_of_alike(estimated, model.wanted)))
+    best, known = found.best[:checks], {}
+    for place, one in enumerate(best):
+        if should_stop():
+            break
+
+        def tell(done: int, before: int = 2 * place * asked.drops) -> None:
+            on_progress(0.5 + 0.25 * (before + done) / (asked.drops * len(best)))
+
+        before, after = model.drop(
+            [space.change_one(one.number, step) for step in (0.0, one.step)], asked.drops,
+            asked.seed, asked.workers, tell, should_stop, place * asked.drops)
+        known[one.number] = replace(one, check=paired_counts.paired_difference(before, after))
+    return replace(found, effects=tuple(known.get(one.number, one) for one in effects),
+                   seconds=time.perf_counter() - begin)
 
 
 def _effects(space: changes.DesignSpace, model: shares.WantedShare, reach: float, workers: int,
-             progress: Callable[[float], object], stop: Callable[[], bool]) -> list[Effect]:
-    first = alike.alike(space, model.kept)
-    numbers = np.unique(first)
-    base = model.estimate(space.change_one(0, 0.0))
-    done = 0
+             on_progress: Callable[[float], object], should_stop: Callable[[], bool]
+             ) -> tuple[Effect, ...]:
+    first = alike.first_alike(space, model.kept)
+    numbers, base, done = np.unique(first), model.estimate(space.change_one(0, 0.0)), 0
 
     def one(number: int) -> Effect | None:
         nonlocal done
-        if stop():
+        if should_stop():
             return None
-        same = tuple(np.flatnonzero(first == number).tolist())
-        found = _effect(space, model, base, same, reach)
+        found = _effect(space, model, base, tuple(np.flatnonzero(first == number).tolist()),
+                        reach)
         done += 1
-        progress(done / len(numbers))
+        on_progress(done / len(numbers))
         return found
 
     with ThreadPoolExecutor(workers) as pool:
-        found = [effect for effect in pool.map(one, numbers.tolist())
-                 if effect is not None]
+        found = [effect for effect in pool.map(one, numbers.tolist()) if effect is not None]
     rank = number_equal([-abs(effect.change) for effect in found], SAME_CHANGE)
-    return [found[k] for k in sorted(range(len(found)), key=lambda k: (rank[k], found[k].number))]
+    return tuple(found[k] for k in sorted(range(len(found)),
+                                          key=lambda k: (rank[k], found[k].number)))
 
 
 def _effect(space: changes.DesignSpace, model: shares.WantedShare, base: float,
-            same: tuple[int, ...],
-            reach: float) -> Effect | None:
+            same: tuple[int, ...], reach: float) -> Effect | None:
     """Effect of the first of some features alike; None where no body remains after the step."""
     number = same[0]
     feature = space.features[number]

@@ -1,6 +1,6 @@
 """The share of wanted poses of a changed part, and which of its poses are the ones before."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +9,7 @@ from ..estimators import expected, registry
 from ..records import DropScene, Index, Mask
 from ..resting.poses import RestingPoses, bare_poses
 from ..statistics.feeding import check_wanted
-from . import changes, features
+from . import changes, paired_drops
 
 
 class WantedShare:
@@ -21,30 +21,56 @@ class WantedShare:
 
     def __init__(self, space: changes.DesignSpace, wanted: Sequence[int],
                  scene: DropScene) -> None:
-        self.scene = replace(scene, drop_height=scene.release_height(space.body.radius))
+        resting, body = space.resting, space.body
+        self.scene = replace(scene, drop_height=scene.release_height(body.radius))
         self._function = registry.ESTIMATORS[expected.best_method(scene.restitution)].function
-        self.kept = check_wanted(wanted, len(space.resting.poses))
-        self._pose, self._rests = features.pose_of_faces(space.resting)
-        self._downs = np.array([pose.down for pose in space.resting.poses])
+        self.kept: Mask = check_wanted(wanted, len(resting.poses))
+        found = resting.equilibria
+        # of each face (F,): the pose that it descends to, and whether that pose rests on it;
+        # facets that the part rolls on are one with the stable ones among them
+        self._pose: Index = resting.clusters.pose[found.rank[found.arrays.basin]]
+        strip = body.run_of_face
+        self._rests = np.isin(strip, np.setdiff1d(strip[found.faces], [-1]))
+        self._rests[found.faces] = True
+        self._downs = np.array([pose.down for pose in resting.poses])
+
+    @property
+    def wanted(self) -> tuple[int, ...]:
+        """The wanted poses, rising."""
+        return tuple(np.flatnonzero(self.kept).tolist())
 
     def estimate(self, changed: changes.ChangedPart) -> float:
         """Share of the wanted poses of a changed part, 0 to 1."""
         resting = bare_poses(changed.part, self.scene)
         share = self._function(resting, self.scene)
-        return float(share[self.accepted(resting, changed.origin)].sum())
+        return float(share[self._accepted(resting, changed.origin)].sum())
 
     def lost(self, changed: changes.ChangedPart) -> tuple[int, ...]:
         """Wanted poses that a changed part has no more."""
         resting = bare_poses(changed.part, self.scene)
-        there = self.poses_before(resting, changed.origin)
-        return tuple(np.setdiff1d(np.flatnonzero(self.kept), there).tolist())
+        return tuple(np.setdiff1d(self.wanted, self._before(resting, changed.origin)).tolist())
 
-    def accepted(self, resting: RestingPoses, origin: Index) -> Mask:
+    def drop(self, changed: Sequence[changes.ChangedPart], drops: int, seed: int, workers: int,
+             on_progress: Callable[[int], object] = lambda done: None,
+             should_stop: Callable[[], bool] = lambda: False, first: int = 0) -> Mask:
+        """Drop changed parts from the same starts, beginning with a drop of the seed.
+
+        What comes out has no say in when the drops end. Returns (V, n): whether each part came to
+        rest in a wanted pose, from the starts from which all came to rest.
+        """
+        pairs = paired_drops.PairedDrops([one.part for one in changed], self.scene, seed,
+                                         first=first)
+        pairs.drop_until(drops, workers, on_progress, should_stop)
+        return np.array([
+            pairs.is_in(place, np.flatnonzero(self._accepted(resting, one.origin)).tolist())
+            for place, (resting, one) in enumerate(zip(pairs.resting, changed, strict=True))])
+
+    def _accepted(self, resting: RestingPoses, origin: Index) -> Mask:
         """Which poses (P,) of a changed part are wanted."""
-        before = self.poses_before(resting, origin)
+        before = self._before(resting, origin)
         return np.asarray((before >= 0) & self.kept[before])
 
-    def poses_before(self, resting: RestingPoses, origin: Index) -> Index:
+    def _before(self, resting: RestingPoses, origin: Index) -> Index:
         """Pose of the part before that each pose (P,) of a changed part is; -1 for a new one.
 
         A pose is the one that rests on the same face. Where a pose has lost its face, as on a

@@ -1,26 +1,47 @@
-"""A combination of changes, within bounds, that raises the share of wanted poses.
+"""A few changes, within bounds, that raise the share of wanted poses together.
 
-The estimator chooses, and drops that had no say tell what was gained. What is judged is the outer
-shape and the centre of mass, not whether the part can be made.
+The estimator chooses them one after the other, and drops that had no say tell what each gained.
+What is judged is the outer shape and the centre of mass, not whether the part can be made.
 """
 
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..errors import MeshError, RequestError
 from ..records import Array, DropScene, Mask, Part, scene as scenes
+from ..resting.convex_body import convex_body
 from ..simulation.request import drop_request
 from ..statistics import errors, feeding, paired_counts
-from ..version import VERSION
-from . import changes, effects
-from .climb import MOST_STEPS, Climb, center_move, check_within, outline_move
-from .shares import WantedShare
+from . import alike, changes, describe, sensitivity, shares
 
-GAIN_DROPS = 4000
-GAIN_SECONDS = 5.0
-"""Drops that tell the gain, and the time after which no more are begun."""
+GAIN_DROPS = 2000
+"""Drops that tell the gains, of the part as it is and after each step."""
+
+MOST_STEPS = 3
+
+LEAST_GAIN = 0.003
+"""Estimated gain of a step below which it is not worth making."""
+
+STRIDES = (-1.0, -0.5, 0.5, 1.0)
+"""Shares of the bound by which a feature is changed."""
+
+LOOKED_AT = 12
+"""Ways that are estimated anew after the first step: those that gained most alone."""
+
+SLACK = 1e-6
+"""Share by which outline and centre of mass may seem to move farther for rounding."""
+
+
+class Step(NamedTuple):
+    """A step of a suggestion."""
+
+    moves: Array  # (n,); of each feature, metres or a fraction; those that symmetry ties together
+    estimated: float  # gain over the steps before
+    gain: paired_counts.PairedDifference  # the same by drops
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,15 +52,12 @@ class Suggestion:
     wanted: tuple[int, ...]
     scene: DropScene  # with the drop height in metres
     within: float  # bound of what is moved, metres
-    steps: Array  # (n,); of each feature, metres or a fraction; all 0 where nothing was found
-    # features that were changed, those tied together in one, the one that gains most first
-    taken: tuple[tuple[int, ...], ...]
-    changed: changes.ChangedPart  # the part after
+    steps: tuple[Step, ...]  # the one that gains most first; none where nothing was found
+    changed: changes.ChangedPart  # the part after all steps
     outline: float  # how far its outline and its centre of mass moved, metres
     center_shift: float
     before: float  # estimated shares
     after: float
-    gain_error: float  # standard error of the estimated gain
     lost: tuple[int, ...]  # wanted poses that are gone
     # by drops, from the same starts, none of which chose the change
     gain: paired_counts.PairedDifference
@@ -47,20 +65,41 @@ class Suggestion:
     dropped_after: feeding.Bounded
     drops: int
     seed: int
-    most_drops: int  # that were asked for
-    out_of_time: bool  # whether time ended the drops before that
     seconds: float
-    version: str = VERSION
+
+    @property
+    def gain_error(self) -> float:
+        """Standard error of the estimated gain."""
+        return sensitivity.effect_error(self.after - self.before, 0.0)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values; lengths in metres, shares as fractions."""
+        space = self.space
+        return {"within": self.within, "outline": self.outline,
+                "center_shift": self.center_shift, "judged": describe.JUDGED,
+                "steps": [{"changes": [
+                    {**describe.feature_as_dict(space, number), "step": float(one.moves[number])}
+                    for number in np.flatnonzero(one.moves).tolist()],
+                    "estimated": one.estimated, "gain": describe.difference_as_dict(one.gain)}
+                    for one in self.steps],
+                "estimate": {"before": self.before, "after": self.after,
+                             "gain": self.after - self.before, "error": self.gain_error},
+                "lost": list(self.lost),
+                "by_drops": {"before": self.dropped_before._asdict(),
+                             "after": self.dropped_after._asdict(),
+                             "gain": describe.difference_as_dict(self.gain)},
+                "center_of_mass": self.changed.part.center_of_mass.tolist(),
+                "drops": self.drops, "seed": self.seed, "seconds": self.seconds}
 
 
-def suggest(part: Part, wanted: Sequence[int], within: float, *, drops: int | None = None,
+def suggest(part: Part, wanted: Sequence[int], within: float, *, drops: int = GAIN_DROPS,
             seed: int | None = None, restitution: float = scenes.DEFAULT_RESTITUTION,
             drop_height: float | None = None,
             cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
             round_sides: int = scenes.DEFAULT_ROUND_SIDES, workers: int | None = None,
-            on_progress: Callable[[float], object] | None = None,
-            should_stop: Callable[[], bool] | None = None) -> Suggestion:
-    """Combine changes of a part, within bounds, so that it comes to rest as wanted more often.
+            on_progress: Callable[[float], object] = lambda share: None,
+            should_stop: Callable[[], bool] = lambda: False) -> Suggestion:
+    """Find up to three changes of a part, within bounds, so that it rests as wanted more often.
 
     Parameters
     ----------
@@ -70,14 +109,14 @@ def suggest(part: Part, wanted: Sequence[int], within: float, *, drops: int | No
     within : float
         How far the outline, and the centre of mass, may move, metres. A symmetric part stays as
         symmetric as it is.
-    drops : int, optional
-        Of the part before and after. Default: 4 000, and no more are begun after five seconds.
+    drops : int
+        Of the part as it is and after each step, from the same starts.
     seed, restitution, drop_height, cluster_tolerance, round_sides, workers
         As for `simulate`.
-    on_progress : callable, optional
+    on_progress : callable
         Takes the share done, 0 to 1.
-    should_stop : callable, optional
-        After True the best change by then is returned.
+    should_stop : callable
+        After True the steps found by then are returned.
 
     Raises
     ------
@@ -86,32 +125,89 @@ def suggest(part: Part, wanted: Sequence[int], within: float, *, drops: int | No
     """
     begin = time.perf_counter()
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
-    asked = drop_request(GAIN_DROPS if drops is None else drops, seed, 0.0, workers, None)
+    asked = drop_request(drops, seed, 0.0, workers)
     space = changes.DesignSpace(part, cluster_tolerance, round_sides)
-    model = WantedShare(space, wanted, scene)
+    model = shares.WantedShare(space, wanted, scene)
     check_within(within, space.body.radius)
-    stop = should_stop or (lambda: False)
-    progress = on_progress or (lambda done: None)
-    climb = Climb(space, model, within)
-    climb.climb(lambda taken: progress(0.5 * taken / MOST_STEPS), stop)
-    after = space.change(climb.steps)
-    parts = [space.change_one(0, 0.0), after]
-    done = effects.drop_changed(parts, model, asked, GAIN_SECONDS if drops is None else None,
-                                lambda share: progress(0.5 + 0.5 * share), stop)
-    pairs = done.pairs
-    shares = [_share(pairs.is_in(place, np.flatnonzero(
-        model.accepted(resting, one.origin)).tolist()))
-        for place, (resting, one) in enumerate(zip(pairs.resting, parts, strict=True))]
-    gained = climb.share - climb.base
+    moves, estimates = _climb(space, model, within,
+                              lambda taken: on_progress(0.5 * taken / MOST_STEPS), should_stop)
+    parts = [space.change(sum(moves[:taken], np.zeros(len(space.features))))
+             for taken in range(len(moves) + 1)]
+    dropped = model.drop(parts, asked.drops, asked.seed, asked.workers, lambda done: on_progress(
+        0.5 + 0.5 * done / (asked.drops * len(parts))), should_stop)
+    steps = tuple(Step(move, estimates[k + 1] - estimates[k],
+                       paired_counts.paired_difference(dropped[k], dropped[k + 1]))
+                  for k, move in enumerate(moves))
     return Suggestion(
-        space, tuple(np.flatnonzero(model.kept).tolist()), model.scene, within, climb.steps,
-        climb.taken, after, outline_move(space, after), center_move(space, after),
-        climb.base, climb.share, effects.effect_error(gained, 0.0), model.lost(after),
-        done.differences[0], shares[0], shares[1], pairs.drops, asked.seed, asked.drops,
-        done.out_of_time, time.perf_counter() - begin)
+        space, model.wanted, model.scene, within, steps, parts[-1],
+        outline_move(space, parts[-1]), center_move(space, parts[-1]), estimates[0],
+        estimates[-1], model.lost(parts[-1]),
+        paired_counts.paired_difference(dropped[0], dropped[-1]), _share(dropped[0]),
+        _share(dropped[-1]), dropped.shape[1], asked.seed, time.perf_counter() - begin)
 
 
-def _share(is_in: Mask) -> feeding.Bounded:
-    count, total = int(is_in.sum()), is_in.size
+def check_within(within: float, radius: float) -> None:
+    """Refuse a bound that is none.
+
+    Raises RequestError if it is not above 0 and at most half the radius.
+    """
+    if not 0.0 < within <= 0.5 * radius:
+        raise RequestError(f"a bound above 0 and at most {500.0 * radius:.3g} mm, half the "
+                           "part's radius", f"{1e3 * within:.3g} mm",
+                           "give how far the outline may move, for instance 1mm")
+
+
+def _climb(space: changes.DesignSpace, model: shares.WantedShare, within: float,
+           on_progress: Callable[[int], object], should_stop: Callable[[], bool]
+           ) -> tuple[list[Array], list[float]]:
+    """Steps, each the one that gains most after those before, and the shares without and with."""
+    ways = [(tied, stride * step) for tied, step in enumerate(alike.symmetric_steps(space, within))
+            for stride in STRIDES]
+    taken: list[Array] = []
+    estimates = [model.estimate(space.change_one(0, 0.0))]
+    while ways and len(taken) < MOST_STEPS:
+        begun = sum(taken, np.zeros(len(space.features)))
+        gains = [-np.inf if should_stop() else
+                 _share_within(space, model, within, begun + move) - estimates[-1]
+                 for _, move in ways]
+        best = int(np.argmax(gains))
+        if gains[best] < LEAST_GAIN:
+            break
+        taken.append(ways[best][1])
+        estimates.append(estimates[-1] + gains[best])
+        ways = [ways[k] for k in np.argsort(gains, kind="stable")[::-1][:LOOKED_AT].tolist()
+                if ways[k][0] != ways[best][0]]
+        on_progress(len(taken))
+    return taken, estimates
+
+
+def _share_within(space: changes.DesignSpace, model: shares.WantedShare, within: float,
+                  moves: Array) -> float:
+    """Estimated share; minus infinity beyond the bounds."""
+    try:
+        changed = space.change(moves)
+        moved = max(outline_move(space, changed), center_move(space, changed))
+        return model.estimate(changed) if moved <= within * (1.0 + SLACK) else -np.inf
+    except MeshError:
+        return -np.inf
+
+
+def outline_move(space: changes.DesignSpace, changed: changes.ChangedPart) -> float:
+    """How far the outline has moved, metres, measured across the faces before and after."""
+    before, after = space.body, convex_body(changed.part, space.round_sides)
+    shift = changed.part.center_of_mass - space.part.center_of_mass
+    old, new = before.points * before.radius, after.points * after.radius + shift
+    beyond = (new @ before.arrays.normal.T - before.arrays.distance * before.radius).max()
+    left = ((old - shift) @ after.arrays.normal.T - after.arrays.distance * after.radius).max()
+    return float(max(beyond, left, 0.0))
+
+
+def center_move(space: changes.DesignSpace, changed: changes.ChangedPart) -> float:
+    """How far the centre of mass has moved, metres, be it by itself or with the outline."""
+    return float(np.linalg.norm(changed.part.center_of_mass - space.part.center_of_mass))
+
+
+def _share(wanted: Mask) -> feeding.Bounded:
+    count, total = int(wanted.sum()), wanted.size
     low, high = errors.jeffreys_interval(count, total)
     return feeding.Bounded(count / total if total else float("nan"), float(low), float(high))

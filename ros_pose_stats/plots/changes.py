@@ -8,7 +8,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from ..design.describe import name_step
-from ..design.effects import Effect, Sensitivity
+from ..design.sensitivity import Effect, Sensitivity
 from ..mesh.decimation import visible_triangles
 from ..resting.convex_body import ConvexBody
 from ..text import name_poses
@@ -61,9 +61,8 @@ def changes_figure(found: Sensitivity) -> Figure:
                            Patch(color=tuple(TAKE), label="take away here")],
                   loc="lower left", bbox_to_anchor=(0.02, 0.02), frameon=False, fontsize=10)
     figure.text(0.26, 0.025, SHADES, fontsize=8, color=style.REFERENCE)
-    best = sorted((one for one in found.effects if one.helps), key=lambda one: -one.change)
-    figure.text(0.26, 0.165, "\n".join(_line(found, one) for one in best[:LISTED]), fontsize=9,
-                color=style.INK, va="top")
+    figure.text(0.26, 0.165, "\n".join(_line(found, one) for one in found.best[:LISTED]),
+                fontsize=9, color=style.INK, va="top")
     return figure
 
 
@@ -73,25 +72,14 @@ def _line(found: Sensitivity, one: Effect) -> str:
         f"{text} (drops: {100.0 * one.check.low:+.1f} to {100.0 * one.check.high:+.1f})")
 
 
-def _is_clear(one: Effect) -> bool:
-    return one.helps and abs(one.slope) > one.error
-
-
-def _strength(found: Sensitivity, one: Effect) -> float:
-    """Of the colour of an effect, by its share of the largest one of a face."""
-    largest = max(other.change for other in found.effects if other.feature.kind == "face")
-    return FAINTEST + (1.0 - FAINTEST) * one.change / largest
-
-
 def _face_colors(found: Sensitivity) -> Array:
     """Colours (F + 1, 3) of the faces of the hull; the last is that of what lies on none."""
     space = found.space
     colors = np.tile(PLAIN, (space.body.faces + 1, 1))
-    for one in found.effects:
-        if one.feature.kind != "face" or not _is_clear(one):
-            continue
+    faces = [one for one in found.best if one.feature.kind == "face"]
+    for one in faces:
         color = ADD if one.step > 0.0 else TAKE
-        strength = _strength(found, one)
+        strength = FAINTEST + (1.0 - FAINTEST) * one.change / faces[0].change
         for number in one.alike:
             colors[space.features[number].planes] = strength * color + (1.0 - strength) * PLAIN
     return colors
@@ -116,8 +104,8 @@ def _faces_of(triangles: Array, body: ConvexBody) -> NDArray[np.int64]:
 def _gradient(found: Sensitivity) -> Array:
     """Direction (3,) in which the centre of mass is better moved; zero where none is clear."""
     slope = np.zeros(3)
-    for one in found.effects:
-        if one.feature.kind == "centre" and abs(one.slope) > one.error:
+    for one in found.best:
+        if one.feature.kind == "centre":
             slope[one.feature.axis] = one.slope
     length = float(np.linalg.norm(slope))
     return slope / length if length else slope

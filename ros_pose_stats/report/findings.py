@@ -2,11 +2,10 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
-from ..design.effects import Sensitivity
-from ..design.sensitivity import CHECK_DROPS, sensitivity
+from ..design.sensitivity import Sensitivity, sensitivity
 from ..errors import RequestError
 from ..estimators import best_method, estimate_all
 from ..kernels.compilation import prepare_kernels
@@ -17,7 +16,7 @@ from ..resting.pose_sphere import PoseSphere, pose_sphere
 from ..resting.poses import resting_poses
 from ..resting.splitting_graph import SplittingNode, splitting_graph, with_shares
 from ..simulation import flips, simulate
-from ..simulation.request import Watch, drop_request
+from ..simulation.request import drop_request
 from ..statistics import feeding, pose_groups, pose_shares
 from .words import said_once
 
@@ -107,53 +106,46 @@ def investigate(part: Part, *, drops: int | None = None, seed: int | None = None
                 cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
                 round_sides: int = scenes.DEFAULT_ROUND_SIDES,
                 workers: int | None = None, feeder: Feeder | None = None,
-                should_stop: Callable[[], bool] | None = None) -> Findings:
+                on_progress: Callable[[float, str], object] = lambda share, what: None
+                ) -> Findings:
     """Compute the numbers of a report.
 
     `drops`: default: as many as bring the error over the poses within a point, at most 10 000. The
     same request gives the same counts on every machine; `feeder`: one with a kick costs flips from
-    several heights; `should_stop`: asked now and then; after True the simulation ends with the
-    drops done by then.
+    several heights; `on_progress`: takes the share done, 0 to 1, and what is done.
     """
     resting = resting_poses(part, cluster_tolerance, round_sides)
     asked = Feeder(()) if feeder is None else feeder
     asked.check(len(resting.poses))
     prepare_kernels()
-    target = TARGET_ERROR if drops is None else 0.0
-    simulated = simulate.simulate(part, MOST_DROPS if drops is None else drops, restitution, seed,
-                                  drop_height, target, workers, should_stop=should_stop,
-                                  cluster_tolerance=cluster_tolerance, round_sides=round_sides)
-    kicks = _kicks(part, simulated, asked, workers, should_stop)
-    afresh = None
-    if asked.wanted and simulated.drops > simulated.unsettled:
-        afresh = feeding.drop_afresh(pose_shares.pose_shares(simulated), asked.wanted,
-                                     math.nan if asked.rate is None else asked.rate)
-    estimates = estimate_all(part, restitution=restitution, drop_height=drop_height,
-                             cluster_tolerance=cluster_tolerance, round_sides=round_sides)
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
+    keywords: dict[str, Any] = {
+        "restitution": restitution, "drop_height": drop_height,
+        "cluster_tolerance": cluster_tolerance, "round_sides": round_sides}
+    target = TARGET_ERROR if drops is None else 0.0
+    bound = MOST_DROPS if drops is None else drops
+    simulated = simulate.simulate(
+        part, bound, seed=seed, target_error=target, workers=workers, **keywords,
+        on_progress=lambda one: on_progress(one.drops / bound, "drops"))
+    kicks: tuple[KickFeeding, ...] = ()
+    afresh = changes = None
+    if asked.wanted and simulated.drops > simulated.unsettled:
+        shares = pose_shares.pose_shares(simulated)
+        afresh = feeding.drop_afresh(shares, asked.wanted,
+                                     math.nan if asked.rate is None else asked.rate)
+        if asked.kick_height is not None and asked.rate is not None:
+            kicks = tuple(KickFeeding(counted, feeding.flip_wrong_ones(
+                shares, counted.counts, asked.wanted, asked.rate, asked.cycle_time))
+                for counted in flips.flips_by_kick(
+                    part, replace(scene, drop_height=None),
+                    [asked.kick_height, *flips.usual_kicks(simulated.radius)],
+                    drop_request(FLIPS, simulated.seed, 0.0, workers),
+                    on_kick=lambda place, count: on_progress(place / count, "flips")))
+    estimates = estimate_all(part, **keywords)
     combined = hybrid_statistics(simulated, confidence.pose_prior(resting, scene))
     graph = with_shares(splitting_graph(resting), simulated.poses)
-    changes = None
-    if asked.changes and not (should_stop is not None and should_stop()):
-        changes = sensitivity(part, asked.wanted, drops=CHECK_DROPS, seed=simulated.seed,
-                              restitution=restitution, drop_height=drop_height,
-                              cluster_tolerance=cluster_tolerance, round_sides=round_sides,
-                              workers=workers, should_stop=should_stop)
+    if asked.changes:
+        changes = sensitivity(part, asked.wanted, seed=simulated.seed, workers=workers,
+                              on_progress=lambda share: on_progress(share, "changes"), **keywords)
     return Findings(part, simulated, combined, tuple(estimates), graph, pose_sphere(resting),
                     asked, afresh, kicks, target, changes)
-
-
-def _kicks(part: Part, simulated: PoseStatistics, feeder: Feeder, workers: int | None,
-           should_stop: Callable[[], bool] | None) -> tuple[KickFeeding, ...]:
-    """The feeder's own kick and those of several other heights; empty where it has none."""
-    if feeder.kick_height is None or feeder.rate is None or (
-            simulated.drops == simulated.unsettled or (should_stop is not None and should_stop())):
-        return ()
-    shares = pose_shares.pose_shares(simulated)
-    scene = DropScene(simulated.restitution, None, simulated.cluster_tolerance,
-                      simulated.round_sides)
-    return tuple(KickFeeding(counted, feeding.flip_wrong_ones(
-        shares, counted.counts, feeder.wanted, feeder.rate, feeder.cycle_time))
-        for counted in flips.flips_by_kick(
-            part, scene, [feeder.kick_height, *flips.usual_kicks(simulated.radius)],
-            drop_request(FLIPS, simulated.seed, 0.0, workers), Watch.of(None, should_stop)))

@@ -71,7 +71,7 @@ MOST_FEEDERS, MOST_NAMED = 12, 24
 """Most rows about the feeder, and characters that name the poses of a group."""
 
 MOST_EFFECTS = 12
-"""Changes of the part that are listed, those beyond their error."""
+"""Changes of the part that are listed."""
 
 ROUNDING = 1e-9
 
@@ -182,17 +182,11 @@ def _changes(findings: Findings) -> dict[str, Any] | None:
     found = findings.sensitivity
     if found is None:
         return None
-    clear = [one for one in found.effects if abs(one.slope) > one.error][:MOST_EFFECTS]
     return {"picture": files.address("png", files.figure_png(changes.changes_figure(found))),
-            "found": found,
-            "rows": [(describe.name_feature(found.space, effect.number), effect,
-                      0.1 if effect.feature.is_length else 1.0) for effect in clear],
-            "checks": [(describe.name_step(found.space, effect.number, effect.step), effect)
-                       for effect in sorted((effect for effect in found.effects
-                                             if effect.check is not None),
-                                            key=lambda effect: -effect.change)],
-            "judged": describe.JUDGED, "order": describe.describe_order(found),
-            "contradicted": describe.CONTRADICTED}
+            "found": found, "gain": describe.describe_gain(found),
+            "rows": [(describe.name_step(found.space, one.number, one.step), one)
+                     for one in found.best[:MOST_EFFECTS]],
+            "judged": describe.JUDGED, "contradicted": describe.CONTRADICTED}
 
 
 def _named(group: pose_groups.PoseGroup) -> str:
@@ -267,11 +261,9 @@ def _comparison_template() -> Template:
 
 def _verdict(pose: comparison.PoseComparison) -> str:
     """What is to be read of a pose at a glance."""
-    if pose.share.on_plate == comparison.SHOWN:
-        return comparison.SHOWN
-    if pose.share.in_model == comparison.SHOWN:
+    if pose.share.is_in_model and not pose.share.is_on_plate:
         return "shown in the model only"
-    return comparison.NONE_SHOWN
+    return pose.share.in_model
 
 
 def _points(fraction: float) -> str:

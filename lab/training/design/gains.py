@@ -7,9 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ros_pose_stats.design.effects import compare_with_first
-from ros_pose_stats.design.paired_drops import begin_pairs, drop_more
 from ros_pose_stats.design.suggest import suggest
+from ros_pose_stats.statistics.paired_counts import paired_difference
 
 from .bodies import Case
 
@@ -50,23 +49,20 @@ def measure_gain(case: Case, workers: int) -> Gain:
                     restitution=case.restitution, workers=workers,
                     cluster_tolerance=space.cluster_tolerance, round_sides=space.round_sides)
     seconds = time.process_time() - begin
-    pair = [space.change_one(0, 0.0), space.change(found.steps)]
-    parts = [one.part for one in pair]
+    pair = [space.change_one(0, 0.0), found.changed]
     begin = time.process_time()
-    drop_more(begin_pairs(parts, model.scene, 0), parts, 50, workers=workers)
+    model.drop(pair, 50, 0, workers)
     each = (time.process_time() - begin) / 50
     drops = int(min(TRUE_DROPS, max(FEWEST_DROPS, 0.6 * SECONDS / each)))
-    dropped = drop_more(begin_pairs(parts, model.scene, 2), parts, drops, workers=workers)
-    truth = compare_with_first(dropped, pair, model)[0]
+    truth = paired_difference(*model.drop(pair, drops, 2, workers))
     held = 0
     told_drops = int(min(TOLD_DROPS, max(100, 0.4 * SECONDS / (TOLDS * each))))
     for seed in range(3, 3 + TOLDS):
-        one = compare_with_first(drop_more(begin_pairs(parts, model.scene, seed), parts,
-                                           told_drops, workers=workers), pair, model)[0]
+        one = paired_difference(*model.drop(pair, told_drops, seed, workers))
         # The truth was dropped, too: the interval is as much wider as both errors together are.
         wider = np.hypot(one.standard_error, truth.standard_error) / max(one.standard_error, 1e-9)
         middle = 0.5 * (one.low + one.high)
         held += bool(abs(truth.value - middle) <= wider * 0.5 * (one.high - one.low))
     return Gain(case.family, case.number, found.before, found.after - found.before,
                 found.gain_error, truth.value, truth.standard_error, held, TOLDS,
-                len(found.taken), seconds)
+                len(found.steps), seconds)

@@ -8,15 +8,13 @@ from typing import NamedTuple
 import numpy as np
 
 from ros_pose_stats.design.changes import ChangedPart
-from ros_pose_stats.design.effects import compare_with_first, effect_error
-from ros_pose_stats.design.features import CENTRE, FACE, STRETCH
-from ros_pose_stats.design.paired_drops import begin_pairs, drop_more
-from ros_pose_stats.design.sensitivity import STEP
+from ros_pose_stats.design.sensitivity import STEP, effect_error
 from ros_pose_stats.errors import MeshError
+from ros_pose_stats.statistics.paired_counts import paired_difference
 
 from .bodies import Case
 
-CHOSEN = ((CENTRE, 1), (STRETCH, 1), (FACE, 2))
+CHOSEN = (("centre", 1), ("stretch", 1), ("face", 2))
 """Features of each kind that are drawn from those of a part."""
 
 MOST_DROPS, FEWEST_DROPS = 3000, 200
@@ -46,7 +44,7 @@ def measure_slopes(case: Case, workers: int) -> list[Slope]:
     space, model = case.space, case.model
     drawn = []
     for kind, count in CHOSEN:
-        mine = np.flatnonzero(space.kinds == kind)
+        mine = np.flatnonzero([one.kind == kind for one in space.features])
         drawn += case.draw.choice(mine, min(count, len(mine)), replace=False).tolist()
     base = space.change_one(0, 0.0)
     share, drops = model.estimate(base), _affordable(case, base, 2 * len(drawn), workers)
@@ -60,10 +58,7 @@ def measure_slopes(case: Case, workers: int) -> list[Slope]:
             continue
         other, change = (model.estimate(one) - share for one in pair)
         slope = 0.5 * (change - other)
-        parts = [one.part for one in pair]
-        dropped = drop_more(begin_pairs(parts, model.scene, case.number), parts, drops,
-                            workers=workers)
-        measured = compare_with_first(dropped, pair, model)[0]
+        measured = paired_difference(*model.drop(pair, drops, case.number, workers))
         found.append(Slope(case.family, case.number, feature.kind, slope,
                            effect_error(slope, 0.5 * abs(change + other)), 0.5 * measured.value,
                            0.5 * max(measured.standard_error, 1.0 / measured.trials),
@@ -75,6 +70,6 @@ def _affordable(case: Case, base: ChangedPart, variants: int, workers: int) -> i
     """Drops of each variant that fit in the time; rolling parts are slow."""
     trial = 50
     begin = time.process_time()
-    drop_more(begin_pairs([base.part], case.model.scene, 0), [base.part], trial, workers=workers)
+    case.model.drop([base], trial, 0, workers)
     seconds = (time.process_time() - begin) / trial
     return int(min(MOST_DROPS, max(FEWEST_DROPS, SECONDS / (variants * seconds))))

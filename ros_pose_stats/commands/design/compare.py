@@ -27,10 +27,10 @@ def register(commands: given.Commands) -> None:
     """Add the command."""
     command = commands.add_parser(
         "compare", help="set variants of a part side by side and say whether they differ",
-        description="Drop variants of a part from the same starts, and say which of their poses "
-        "correspond, how their shares differ from those of the first one, and whether the "
-        "drops show a difference in the model, and one to expect on a plate. It ends where the "
-        "verdict is settled or all differences are known to a point.",
+        description="Drop variants of a part from the same starts, and say which feeds better, "
+        "which of their poses correspond, and whether the drops show a difference in the model, "
+        "and one to expect on a plate. Drops end where the verdict is settled or all differences "
+        "are known to a point; as many afresh then tell shares and differences.",
         examples=("ros_pose_stats compare demo/clamp.stl demo/clamp.stl --unit mm "
                   "--com 17mm 17mm 0 --com 17mm 17mm 2mm --wanted 0,1 -o clamps.html",
                   "ros_pose_stats compare demo/prism.stl demo/cylinder.stl --unit mm --json"))
@@ -48,7 +48,8 @@ def register(commands: given.Commands) -> None:
                          help="error of a share on the real plate, as a fraction "
                          "(default: %(default)s; a plate fitted to counts has its own)")
     command.add_argument("--drops", type=given.read_count, default=MOST_DROPS, metavar="N",
-                         help="the most drops of each variant (default: %(default)s)")
+                         help="the most drops of each variant for the verdict (default: "
+                         "%(default)s); as many are made afresh")
     given.add_seed_option(command, "the same seed gives the same answer (default: a fresh one, "
                           "which is printed)")
     given.add_workers_option(command)
@@ -146,16 +147,18 @@ MOST_ROWS = 40
 
 
 def comparison_table(found: Comparison) -> str:
-    """All variants beside the first one, as text."""
+    """The verdicts, then all variants beside the first one, as text."""
     from ...design import describe
 
-    lines = [f"{describe.letter(place)} {one.part_id}: {several(len(one.poses), 'stable pose')}, "
-             f"radius {1e3 * one.radius:.4g} mm" for place, one in enumerate(found.found)]
-    lines += [found.found[0].scene,
+    lines = [describe.describe_verdict(found, one) for one in found.variants]
+    lines += ["", *(f"{describe.letter(place)} {one.part_id}: "
+                    f"{several(len(one.poses), 'stable pose')}, radius {1e3 * one.radius:.4g} mm"
+                    for place, one in enumerate(found.found)),
+              found.found[0].scene,
               f"{found.drops} drops of each from the same starts, {found.found[0].unsettled} "
-              f"unsettled, seed {found.seed}"]
+              f"unsettled, seed {found.seed}; as many before gave the verdicts"]
     for one in found.variants:
-        lines += ["", *_variant(found, one)]
+        lines += ["", *_variant(one)]
     said = [[": ".join(one) for one in describe.name_remarks(found, kind)]
             for kind in ("warnings", "notes")]
     return "\n".join([*lines, *remarks(*said), "",
@@ -164,7 +167,7 @@ def comparison_table(found: Comparison) -> str:
                       f"computed in {found.seconds:.1f} s"])
 
 
-def _variant(found: Comparison, one: VariantComparison) -> list[str]:
+def _variant(one: VariantComparison) -> list[str]:
     from ...design import describe
 
     other = describe.letter(one.second)
@@ -180,30 +183,22 @@ def _variant(found: Comparison, one: VariantComparison) -> list[str]:
              pose.share.in_model.removeprefix("difference "),
              pose.share.on_plate.removeprefix("difference ")]
             for pose in one.poses[:MOST_ROWS]]
-    lines = [describe.describe_verdict(found, one), *describe.describe_matching(one), "",
-             *columns(heads, rows)]
+    lines = [*describe.describe_matching(one), *columns(heads, rows)]
     hidden = one.poses[MOST_ROWS:]
     if hidden:
         lines.append(f"... and {several(len(hidden), 'more row')}; --json lists all")
-    return [*lines, *_feeder(one, other)]
-
-
-def _feeder(one: VariantComparison, other: str) -> list[str]:
-    feeder = one.feeder
-    if feeder is None:
-        return []
+    if one.feeder is None:
+        return lines
     heads = [Column("a feeder that accepts", left=True), Column("gets, %"),
              Column("passes a part")]
     rows = [[f"{name} {_numbers(poses)}",
              f"{percent(way.accepted.value)} ({interval(way.accepted.low, way.accepted.high)})",
-             _bounded(way.passes)]
-            for name, poses, way in zip(("A", other), feeder.poses, feeder.feeding,
+             "{:.4g} ({:.4g} - {:.4g})".format(*way.passes)]
+            for name, poses, way in zip(("A", other), one.feeder.poses, one.feeder.feeding,
                                         strict=True)]
-    lines = ["", *columns(heads, rows)]
-    if feeder.lost:
-        lines.append(f"wanted poses of A without a partner in {other}: "
-                     f"{ranges(feeder.lost)}")
-    return lines
+    lost = one.feeder.lost
+    return [*lines, "", *columns(heads, rows), *(
+        [f"wanted poses of A without a partner in {other}: {ranges(lost)}"] if lost else [])]
 
 
 def _points(fraction: float) -> str:
@@ -221,7 +216,3 @@ def _share(share: Bounded, poses: Sequence[int]) -> tuple[str, str]:
     if not poses:
         return "-", "-"
     return percent(share.value), interval(share.low, share.high)
-
-
-def _bounded(number: Bounded) -> str:
-    return f"{number.value:.4g} ({number.low:.4g} - {number.high:.4g})"

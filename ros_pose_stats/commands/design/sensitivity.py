@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import argparse
-import math
 import sys
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ...errors import RequestError
 from ...text import Column, columns, name_poses, several
 from .. import arguments as given, running
 
 if TYPE_CHECKING:
-    from ...design.effects import Effect, Sensitivity
+    from ...design.sensitivity import Sensitivity
     from ...design.suggest import Suggestion
-    from ...records import Part
     from ...statistics.feeding import Bounded
+    from ...statistics.paired_counts import PairedDifference
 
 
 def register(commands: given.Commands) -> None:
@@ -25,34 +25,34 @@ def register(commands: given.Commands) -> None:
         description="Estimate how the share of the wanted poses changes with the centre of mass, "
         "with stretching, and with each resting face moved in or out, and check the best changes "
         "by drops of the part before and after from the same starts. With --suggest it combines "
-        "changes within a bound.",
+        "up to three changes within a bound.",
         examples=("ros_pose_stats sensitivity demo/clamp.stl --unit mm --wanted 0 "
                   "--png sensitivity.png",
                   "ros_pose_stats sensitivity demo/clamp.stl --unit mm --wanted 0 --suggest "
-                  "--within 1 --stl changed.stl"))
+                  "--within 1mm --stl changed.stl"))
     given.add_part_options(command)
     given.add_wanted_option(command, "I", "indices of the poses that are accepted, for "
                             "instance 0 1 or 0-3", required=True)
-    command.add_argument("--step", type=float, metavar="MM",
-                         help="the change that is meant, in millimetres whatever the unit of the "
-                         "file (default: a twentieth of the part's radius)")
+    command.add_argument("--step", type=given.read_length, metavar="L",
+                         help="the change that is meant, as 0.001 (metres) or 1mm (default: a "
+                         "twentieth of the part's radius)")
     command.add_argument("--checks", type=given.read_count, default=5, metavar="N",
                          help="changes that are checked by drops, those that raise the share most "
                          "(default: %(default)s)")
     command.add_argument("--suggest", action="store_true",
-                         help="combine changes within a bound so that the share rises; a "
-                         "symmetric part stays symmetric")
-    command.add_argument("--within", type=float, metavar="MM",
+                         help="combine up to three changes within a bound so that the share "
+                         "rises; a symmetric part stays symmetric")
+    command.add_argument("--within", type=given.read_length, metavar="L",
                          help="with --suggest: how far the outline and the centre of mass may "
-                         "move, in millimetres")
+                         "move, as 0.001 (metres) or 1mm")
     command.add_argument("--stl", metavar="FILE",
                          help="with --suggest: write the changed hull as FILE.stl, in millimetres")
     command.add_argument("--png", metavar="FILE",
                          help="draw where to add to the part and where to take away, as FILE.png")
     given.add_scene_options(command)
     command.add_argument("--drops", type=given.read_count, metavar="N",
-                         help="drops of each part, and no bound of time (default: 2000 for a "
-                         "check and 4000 for a suggestion, fewer where they take long)")
+                         help="drops of each part (default: 2000"
+                         "suggestion)")
     given.add_seed_option(command, "the same seed and number of drops give the same counts "
                           "(default: a fresh one, which is printed)")
     given.add_workers_option(command)
@@ -66,76 +66,64 @@ def run(options: argparse.Namespace) -> int:
         raise RequestError("--suggest with --within and --stl", "none of it", "add --suggest")
     if options.suggest and options.within is None:
         raise RequestError("--within with --suggest", "no bound",
-                           "give how far the outline may move, for instance --within 1")
-    files = {kind: None if name is None else running.output_file(name, (f".{kind}",))
-             for kind, name in (("png", options.png), ("stl", options.stl))}
+                           "give how far the outline may move, for instance --within 1mm")
+    picture, hull = (None if name is None else running.output_file(name, (kind,))
+                     for kind, name in ((".png", options.png), (".stl", options.stl)))
     with running.announce_slow_start(), running.end_on_interrupt():
-        from ...design import sensitivity, suggest  # noqa: F401 - imported for their kernels
-        from ...design.climb import check_within
+        from ...design import sensitivity, suggest
+        from ...resting.poses import resting_poses
 
         part = running.load_part_and_kernels(options)
         if options.suggest:
-            from ...resting.poses import resting_poses
-
-            check_within(1e-3 * options.within, resting_poses(
+            suggest.check_within(options.within, resting_poses(
                 part, options.cluster_tolerance, options.round_sides).body.radius)
+    keywords = {**given.scene_keywords(options), "workers": options.workers}
+    if options.drops is not None:
+        keywords["drops"] = options.drops
+    proposed = None
     with running.stop_on_interrupt() as interrupted, running.ProgressBar(sys.stderr) as bar:
-        found, proposed = _compute(part, options, bar, interrupted)
+        found = sensitivity.sensitivity(
+            part, options.wanted, step=options.step, checks=options.checks, seed=options.seed,
+            on_progress=lambda share: bar.draw(share, f"{100.0 * share:.0f} %, changes"),
+            should_stop=interrupted, **keywords)
+        if options.suggest and not interrupted():
+            proposed = suggest.suggest(
+                part, options.wanted, options.within, seed=found.seed,
+                on_progress=lambda share: bar.draw(share, f"{100.0 * share:.0f} %, suggestion"),
+                should_stop=interrupted, **keywords)
         stopped = interrupted()
     with running.end_on_interrupt():
-        written = _write_files(files, found, proposed)
+        written = _write_files(picture, hull, found, proposed)
     if options.json:
-        from ...design.describe import sensitivity_as_dict, suggestion_as_dict
-
-        extra = {} if proposed is None else {"suggestion": suggestion_as_dict(proposed)}
-        running.print_json({**sensitivity_as_dict(found), **extra}, interrupted=stopped)
+        extra = {} if proposed is None else {"suggestion": proposed.as_dict()}
+        running.print_json({**found.as_dict(), **extra}, interrupted=stopped)
     else:
-
         lines = sensitivity_table(found)
         if proposed is not None:
-            lines += ["", *suggestion_table(proposed)]
-        lines += [*(f"wrote {file}" for file in written),
-                  *(["interrupted"] if stopped else [])]
-        print("\n".join(lines))
+            lines[1:1] = suggestion_table(proposed)
+        print("\n".join([*lines, *(f"wrote {file}" for file in written),
+                         *(["interrupted"] if stopped else [])]))
     return running.INTERRUPTED if stopped else 0
 
 
-def _compute(part: Part, options: argparse.Namespace, bar: running.ProgressBar, interrupted: Any
-             ) -> tuple[Sensitivity, Suggestion | None]:
-    from ...design.sensitivity import sensitivity
-    from ...design.suggest import suggest
-
-    scene = {**given.scene_keywords(options), "workers": options.workers, "drops": options.drops,
-             "should_stop": interrupted}
-    found = sensitivity(
-        part, options.wanted, step=None if options.step is None else 1e-3 * options.step,
-        checks=options.checks, seed=options.seed,
-        on_progress=lambda share: bar.draw(share, f"{100.0 * share:.0f} %, changes"), **scene)
-    if not options.suggest or interrupted():
-        return found, None
-    return found, suggest(
-        part, options.wanted, 1e-3 * options.within, seed=found.seed,
-        on_progress=lambda share: bar.draw(share, f"{100.0 * share:.0f} %, suggestion"), **scene)
-
-
-def _write_files(files: dict[str, Any], found: Sensitivity, proposed: Suggestion | None
-                 ) -> list[Any]:
+def _write_files(picture: Path | None, hull: Path | None, found: Sensitivity,
+                 proposed: Suggestion | None) -> list[Path]:
     """Write what was asked for and is there; returns the files written."""
     from ...files import write_file
 
     written = []
-    if files["png"] is not None:
+    if picture is not None:
         from ...plots.changes import changes_figure
         from ...plots.files import figure_png
 
-        write_file(files["png"], figure_png(changes_figure(found)))
-        written.append(files["png"])
-    if files["stl"] is not None and proposed is not None:
+        write_file(picture, figure_png(changes_figure(found)))
+        written.append(picture)
+    if hull is not None and proposed is not None:
         from ...mesh.files import stl_bytes
 
         part = proposed.changed.part
-        write_file(files["stl"], stl_bytes(1e3 * part.vertices, part.triangles))
-        written.append(files["stl"])
+        write_file(hull, stl_bytes(1e3 * part.vertices, part.triangles))
+        written.append(hull)
     return written
 
 
@@ -143,84 +131,66 @@ MOST_ROWS = 30
 
 
 def sensitivity_table(found: Sensitivity) -> list[str]:
-    """Lines: the share as it is, the effects, the greatest first, and the checks."""
+    """Lines: what gains most, the share as it is, and the steps that gain, with their checks."""
     from ...design import describe
 
-    space, shown = found.space, found.effects[:MOST_ROWS]
-    joined = any(len(effect.alike) > 1 for effect in shown)
-    heads = [Column("change", left=True), *([Column("alike")] if joined else []),
-             Column("effect"), Column("error"), Column("", left=True)]
+    space, best = found.space, found.best
+    heads = [Column("step", left=True), Column("alike"), Column("gain", "points"),
+             Column("error", "points"), Column("by drops", "points"), Column("90 %", "points"),
+             Column("slope"), Column("", left=True)]
     rows = []
-    for one in shown:
-        scale = 0.1 if one.feature.is_length else 1.0
-        rows.append([describe.name_feature(space, one.number),
-                     *([str(len(one.alike))] if joined else []),
-                     f"{scale * one.slope:+.2f}", f"{scale * one.error:.2f}",
-                     f"points per {'mm' if one.feature.is_length else '%'}"])
-    hidden = len(found.effects) - len(shown)
-    lines = [f"{space.part.part_id}: wanted {name_poses(found.wanted)}: "
+    for one in best[:MOST_ROWS]:
+        per, unit = (0.1, "mm") if one.feature.is_length else (1.0, "%")
+        remarks = [f"points per {unit}", *([describe.CONTRADICTED] if one.contradicted else []),
+                   *([f"gone: {name_poses(one.lost)}"] if one.lost else [])]
+        rows.append([describe.name_step(space, one.number, one.step), str(len(one.alike)),
+                     _points(one.change), f"{100.0 * one.error * abs(one.step):.1f}",
+                     *(("-", "-") if one.check is None else
+                       (_points(one.check.value), _interval(one.check))),
+                     f"{per * one.slope:+.2f}", ", ".join(remarks)])
+    lines = [describe.describe_gain(found),
+             f"{space.part.part_id}: wanted {name_poses(found.wanted)}: "
              f"{_bounded(found.accepted)} by {found.method}, in brackets 90 % intervals",
              f"released {found.scene.drop_height:.3g} m above a frictionless plate, restitution "
-             f"{found.scene.restitution:g}", "", describe.describe_order(found),
-             *columns(heads, rows)]
-    if hidden:
-        lines.append(f"... and {several(hidden, 'smaller effect')}; --json lists all")
-    return [*lines, *_checks(found), "", *found.warnings, f"computed in {found.seconds:.1f} s",
-            describe.JUDGED]
-
-
-def _checks(found: Sensitivity) -> list[str]:
-    """The changes that were dropped, and those that lose a wanted pose."""
-    from ...design import describe
-
-    checked = sorted((one for one in found.effects if one.check is not None),
-                     key=lambda one: -one.change)
-    if not checked:
-        return ["", "no change was checked by drops"]
-    heads = [Column("step", left=True), Column("by estimate", "points"),
-             Column("by drops", "points"), Column("90 % interval", "points"),
-             Column("", left=True)]
-    rows = [[describe.name_step(found.space, one.number, one.step), f"{100.0 * one.change:+.1f}",
-             *_by_drops(one), _remark(one, describe.CONTRADICTED)]
-            for one in checked]
-    ended = describe.describe_time(found)
-    return ["", f"the best of these, {found.drops} drops before and after from the same starts, "
-            f"seed {found.seed}", *columns(heads, rows), *([ended] if ended else [])]
-
-
-def _by_drops(one: Effect) -> tuple[str, str]:
-    check = one.check
-    if check is None or math.isnan(check.value):
-        return "-", "-"
-    return f"{100.0 * check.value:+.1f}", f"{100.0 * check.low:+.1f} to {100.0 * check.high:+.1f}"
-
-
-def _remark(one: Effect, contradicted: str) -> str:
-    told = [contradicted] if one.contradicted else []
-    if one.lost:
-        told.append(f"{name_poses(one.lost)} {'is' if len(one.lost) == 1 else 'are'} gone")
-    return ", ".join(told)
+             f"{found.scene.restitution:g}"]
+    if rows:
+        lines += ["", "what a step gains, where that is more than its own error, the most first",
+                  *columns(heads, rows)]
+        if len(best) > len(rows):
+            lines.append(f"... and {several(len(best) - len(rows), 'smaller gain')}")
+        lines.append(f"checks: {found.drops} drops of the part before and after from the same "
+                     f"starts, others for each, seed {found.seed}" if found.checked else
+                     "no step was checked by drops")
+    return [*lines, "", *found.warnings, f"computed in {found.seconds:.1f} s; --json lists all "
+            "effects with their errors", describe.JUDGED]
 
 
 def suggestion_table(found: Suggestion) -> list[str]:
     """Lines: the steps, and what they gain by estimate and by drops."""
     from ...design import describe
 
-    steps = describe.suggested_steps(found)
-    if not steps:
+    if not found.steps:
         return [f"suggestion: no change within {1e3 * found.within:g} mm raises the estimate"]
-    gain = found.gain
-    return [f"suggestion within {1e3 * found.within:g} mm; the outline moves by "
-            f"{1e3 * found.outline:.2g} mm, the centre of mass by {1e3 * found.center_shift:.2g}:",
-            *(f"  {line}" for line in steps),
+    heads = [Column("step", left=True), Column("gain", "points"), Column("by drops", "points"),
+             Column("90 %", "points")]
+    rows = [[describe.name_moves(found.space, one.moves), _points(one.estimated),
+             _points(one.gain.value), _interval(one.gain)] for one in found.steps]
+    return [f"suggestion within {1e3 * found.within:g} mm: {_bounded(found.dropped_before)} -> "
+            f"{_bounded(found.dropped_after)}, {_points(found.gain.value)} points "
+            f"({_interval(found.gain)})", *columns(heads, rows),
             *([f"  gone: wanted {name_poses(found.lost)}"] if found.lost else []),
-            f"by estimate: {100.0 * found.before:.1f} -> {100.0 * found.after:.1f} %; it chose "
-            "these steps and so flatters them",
-            f"by drops: {_bounded(found.dropped_before)} -> {_bounded(found.dropped_after)}; gain "
-            f"{100.0 * gain.value:+.1f} points, 90 % interval {100.0 * gain.low:+.1f} to "
-            f"{100.0 * gain.high:+.1f} ({found.drops} drops of both from the same starts, seed "
-            f"{found.seed}, that had no say in the choice)",
-            *([ended] if (ended := describe.describe_time(found)) else []), describe.JUDGED]
+            f"by {found.drops} drops of the part as it is and after each step, seed {found.seed}, "
+            "that had no say in the choice; the estimate chose and so flatters it",
+            f"the outline moves by {1e3 * found.outline:.2g} mm, the centre of mass by "
+            f"{1e3 * found.center_shift:.2g} mm", ""]
+
+
+def _points(share: float) -> str:
+    return f"{100.0 * share:+.1f}"
+
+
+def _interval(known: PairedDifference) -> str:
+    return f"{_points(known.low)} to {_points(known.high)}"
 
 
 def _bounded(share: Bounded) -> str:
