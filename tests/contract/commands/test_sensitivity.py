@@ -15,14 +15,14 @@ ASKED = "--wanted", "2,3", "--drops", 200, "--seed", 5
 def suggested(box, tmp_path_factory):
     """The object with a suggestion, and the folder of its files."""
     folder = tmp_path_factory.mktemp("suggested")
-    values = answer_json("sensitivity", *box, *ASKED, "--suggest", "--within", 1, "--stl",
+    values = answer_json("sensitivity", *box, *ASKED, "--suggest", "--within", "1mm", "--stl",
                          folder / "hull.stl", "--png", folder / "changes.png")
     return values, folder
 
 
 @pytest.fixture(scope="module")
 def table(box):
-    return answer("sensitivity", *box, *ASKED, "--suggest", "--within", 1)
+    return answer("sensitivity", *box, *ASKED, "--suggest", "--within", 0.001)
 
 
 def test_effects_are_the_librarys(box, suggested):
@@ -56,24 +56,28 @@ def test_the_changed_hull_and_the_picture_are_written(suggested):
 
 
 class TestTable:
-    def test_like_faces_share_rows(self, table):
-        """Three kinds of them, and three axes twice."""
-        lines = table.splitlines()
-        assert lines[0].startswith("box: wanted poses 2, 3: ")
-        assert sum("  points per " in line for line in lines) == 9
-        assert any(line.startswith("in the order of what a step changes") for line in lines)
+    def test_it_says_first_what_gains_most_and_lists_what_is_beyond_its_error(
+            self, table, suggested):
+        first, *lines = table.splitlines()
+        assert first.startswith("gains most: ") and " points by drops (" in first
+        clear = [one for one in suggested[0]["effects"]
+                 if one["change"] > one["error"] * abs(one["step"])]
+        assert sum("  points per " in line for line in lines) == len(clear) < 9
 
-    def test_steps_are_in_millimetres(self, table):
-        for step in ("by 1.35 mm", "by 5 % along x (1 mm)", "along z (2 mm)"):
-            assert step in table
+    def test_the_suggestion_is_in_words_with_the_gain_of_each_step(self, table, suggested):
+        assert "suggestion within 1 mm: " in table and "the outline moves by" in table
+        suggestion = suggested[0]["suggestion"]
+        gains = [one["estimated"] for one in suggestion["steps"]]
+        assert 0 < len(gains) <= 3 and gains == sorted(gains, reverse=True)
+        assert sum(gains) == pytest.approx(suggestion["estimate"]["gain"])
 
-    def test_the_suggestion_is_in_words(self, table):
-        assert "suggestion within 1 mm; the outline moves by" in table
-        assert "stretched by" in table and "by drops: " in table
+    def test_nothing_to_gain_is_said(self, box):
+        text = answer("sensitivity", *box, "--wanted", "0-5", "--drops", 50)
+        assert text.startswith("nothing to gain: no step of 1.35 mm or 5 % raises the share by")
 
     def test_a_single_wanted_pose_is_warned_about_as_an_estimate_does(self, box):
         text = answer("sensitivity", box[0], "--wanted", 2, "--checks", 0)
-        assert text.startswith("box: wanted pose 2: ")
+        assert "\nbox: wanted pose 2: " in text
         codes = [line.partition(": ")[0] for line in text.splitlines()
                  if line.partition(": ")[0].isupper()]
         assert codes == ["UNIT_GUESSED", "WANTED_ALIKE"]
@@ -87,10 +91,10 @@ def test_warnings_are_in_the_object(box):
 @pytest.mark.parametrize(("options", "words"), [
     (("--wanted", 9), "wanted poses out of 0 to 5"),
     (("--wanted", 0, "--suggest"), "--within with --suggest"),
-    (("--wanted", 0, "--within", 1), "--suggest with --within"),
+    (("--wanted", 0, "--within", "1mm"), "--suggest with --within"),
     (("--wanted", 0, "--suggest", "--within", 0), "a bound above 0"),
-    (("--wanted", 0, "--suggest", "--within", 1, "--stl", "hull.obj"), "ends in .stl"),
-    (("--wanted", 0, "--step", 100), "half the part's radius"),
+    (("--wanted", 0, "--suggest", "--within", "1mm", "--stl", "hull.obj"), "ends in .stl"),
+    (("--wanted", 0, "--step", "100mm"), "half the part's radius"),
     (("--wanted", 0, "--png", "none/"), "ends in .png"),
 ])
 def test_refused_in_one_line(box, options, words):

@@ -120,7 +120,7 @@ class TestStops:
         found = compare(dice, drops=4000, seed=1, workers=1,
                         on_progress=lambda done, most: calls.append((done, most)),
                         should_stop=lambda: bool(calls) and calls[-1][0] > 3200)
-        assert 0 < found.drops < 4000 and calls[-1][1] == 8000
+        assert 0 < found.drops < 4000 and calls[-1][1] == 16_000
         assert [done for done, _ in calls] == sorted(done for done, _ in calls)
 
     def test_before_the_first_drop(self, dice):
