@@ -142,9 +142,8 @@ def compare(parts: Sequence[Part], wanted: Sequence[int] = (), drops: int = MOST
                 one.difference.high - one.difference.low <= 2.0 * ONE_POINT for one in shares):
             break
     afresh = PairedDrops(parts, scene, asked.seed, turns)
-    if not should_stop():
-        afresh.drop_until(judged.drops, asked.workers, lambda done: on_progress(
-            judged.outcome.size + done, most), should_stop)
+    afresh.drop_until(judged.drops, asked.workers, lambda done: on_progress(
+        judged.outcome.size + done, most), should_stop)
     pairs = afresh if afresh.drops else judged
     found = [_statistics(part, pairs, place) for place, part in enumerate(parts)]
     found = [replace(one, warnings=(*one.warnings, *pose_groups.warn_of_alike(one, some)))

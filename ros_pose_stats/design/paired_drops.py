@@ -61,6 +61,8 @@ class PairedDrops:
         `on_progress`: takes the drops made, those of all variants together; `should_stop`: after
         True the starts count that all variants have been dropped from.
         """
+        if should_stop():
+            return
         done, rows = self.outcome.size, []
         for place in range(len(self.parts)):
             poses, touched = [], []

@@ -68,7 +68,7 @@ class TestTable:
         assert "suggestion within 1 mm: " in table and "the outline moves by" in table
         suggestion = suggested[0]["suggestion"]
         gains = [one["estimated"] for one in suggestion["steps"]]
-        assert 0 < len(gains) <= 3 and gains == sorted(gains, reverse=True)
+        assert 0 < len(gains) <= 3 and min(gains) >= 0.003
         assert sum(gains) == pytest.approx(suggestion["estimate"]["gain"])
 
     def test_nothing_to_gain_is_said(self, box):
