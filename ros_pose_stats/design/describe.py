@@ -113,11 +113,11 @@ def describe_verdict(found: "comparison.Comparison", one: "comparison.VariantCom
                 f"differs by more than {100.0 * bound:.1f} points")
     if one.feeder is None:
         poses = next(pose.poses for pose in one.poses if pose.share is share)
-        sides = [f"{name_poses(some)} of {name}" if some else f"nothing of {name}"
-                 for name, some in zip((other, "A"), poses[::-1], strict=True)]
-        return (f"{other} differs from A, most in {sides[0]}: {_percent(share.second.value)}, "
-                f"{sides[1]} {_percent(share.first.value)} ({_points(share, 1.0)}); "
-                f"{ON_PLATE[share.is_on_plate]}")
+        sides = [f"{name} {_percent(side.value)} in {name_poses(some)}" if some
+                 else f"{name} has no such pose" for name, side, some in zip(
+                     (other, "A"), (share.second, share.first), poses[::-1], strict=True)]
+        return (f"{other} differs from A, most here: {', '.join(sides)} "
+                f"({_points(share, 1.0)}); {ON_PLATE[share.is_on_plate]}")
     values = (share.second.value, share.first.value)
     better, sign = (other, 1.0) if share.difference.value >= 0.0 else ("A", -1.0)
     rest = "A" if sign > 0.0 else other

@@ -98,7 +98,8 @@ def test_feeding_is_in_rates_passes_and_kicks(report, counted):
 
 def test_changes_are_in_a_table_and_on_the_part(report):
     page, _ = report
-    assert "Which change of the part feeds better" in page.text and "What a step gains" in page.text
+    assert "Which change of the part feeds better" in page.text
+    assert "What a step gains" in page.text
     assert page.named("The part from two sides, coloured where to add and where to take away")
 
 
