@@ -147,9 +147,9 @@ def largest_of(errors: Array, group: Index, fit: fitted.ErrorFit,
     if noise is not None:  # each pose has its own
         return largest_error(np.sqrt(np.square(factor[:, None] * errors) + noise), DEFAULT_LEVEL,
                              weight=weight)
-    _, unit, size = np.unique(group, return_inverse=True, return_counts=True)
+    size = np.bincount(group)
     whole = np.zeros(size.shape[0])
-    whole[unit] = errors
+    whole[group] = errors
     return largest_error(factor[:, None] * whole * size, DEFAULT_LEVEL, weight=weight, size=size)
 
 
@@ -160,6 +160,7 @@ def single_reach(width: float) -> float:
     return largest_error(SMALL * factor[:, None], DEFAULT_LEVEL, weight=weight) / SMALL
 
 
+@cache
 def scatter(width: float) -> tuple[Array, Array]:
     """Weights and errors over the expected one (13,) of parts of which the same is expected.
 

@@ -5,7 +5,7 @@ import numpy as np
 
 from ..kernels.body.equilibria import settle_on_stable
 from ..records import Array, Index
-from ..resting import convex_body, equilibria, poses
+from ..resting import convex_body, poses
 
 
 def normalized(weights: Array) -> Array:
@@ -60,7 +60,8 @@ def qse(resting: poses.RestingPoses) -> Array:
     hands its probability to the neighbour there (half to each of two where the segment
     leaves through a corner).
     """
-    return normalized(resting.gather(_toppled_shares(resting.equilibria)))
+    found = resting.equilibria
+    return normalized(resting.gather(found.arrays.toppled[found.faces]))
 
 
 def nqse(resting: poses.RestingPoses) -> Array:
@@ -87,15 +88,9 @@ def pqse(resting: poses.RestingPoses) -> Array:
     The faces of one pose count as one surface with the sum of their areas: a finer tessellation
     of the same curve changes nothing.
     """
-    return perturbed_quasi_static(resting, PQSE_SHARE)
-
-
-def perturbed_quasi_static(resting: poses.RestingPoses, share: float) -> Array:
-    """The estimate of `pqse` for any redistributed share, `share` >= 0, without unit."""
     found = resting.equilibria
-    start = _redistribute(found.body, _surfaces(resting), share)
-    arrays = found.arrays
-    settled = settle_on_stable(start, arrays.target, arrays.share)
+    start = _redistribute(found.body, _surfaces(resting))
+    settled = settle_on_stable(start, found.arrays.target, found.arrays.share)
     return normalized(resting.gather(settled[found.faces]))
 
 
@@ -106,11 +101,6 @@ def nonlinear(share: Array) -> Array:
     return np.maximum(share + share * (1.0 - share) * bend, 0.0)
 
 
-def _toppled_shares(found: equilibria.Equilibria) -> Array:
-    """Share (S,) of each stable face after all toppling, by rising height."""
-    return found.arrays.toppled[found.faces]
-
-
 def _surfaces(resting: poses.RestingPoses) -> Index:
     """Number (F,) of the surface that each face belongs to: those of one pose share theirs."""
     faces, clusters = resting.equilibria.faces, resting.clusters
@@ -119,13 +109,14 @@ def _surfaces(resting: poses.RestingPoses) -> Index:
     return np.asarray(np.unique(surface, return_inverse=True)[1])
 
 
-def _redistribute(body: convex_body.ConvexBody, surface: Index, share: float) -> Array:
+def _redistribute(body: convex_body.ConvexBody, surface: Index) -> Array:
     arrays = body.arrays
     start = arrays.angle / arrays.angle.sum()
     areas = np.bincount(surface, arrays.area)
     larger = ((areas / areas.mean())[surface])[arrays.face]
     giver = arrays.face[arrays.twin]
-    flow = share * _arcs(body) / (4.0 * np.pi) * (larger - larger[arrays.twin])
+    arcs = _arctangents(arrays.start / arrays.reach) + _arctangents(arrays.stop / arrays.reach)
+    flow = PQSE_SHARE * arcs / (4.0 * np.pi) * (larger - larger[arrays.twin])
     flow = np.maximum(flow, 0.0)
     outflow = np.bincount(giver, flow, body.faces)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -133,12 +124,6 @@ def _redistribute(body: convex_body.ConvexBody, surface: Index, share: float) ->
     flow *= limit[giver]
     change = np.bincount(arrays.face, flow, body.faces) - np.bincount(giver, flow, body.faces)
     return np.asarray(np.maximum(start + change, 0.0))
-
-
-def _arcs(body: convex_body.ConvexBody) -> Array:
-    """Angle (N,) that each polygon side spans seen from the centre of mass."""
-    arrays = body.arrays
-    return _arctangents(arrays.start / arrays.reach) + _arctangents(arrays.stop / arrays.reach)
 
 
 def _arctangents(values: Array) -> Array:

@@ -6,7 +6,7 @@ Sentences about it are here, too; those of commands, library and node are the sa
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -68,8 +68,17 @@ def pose_prior(resting: RestingPoses, scene: DropScene,
     return _prior(resting, scene, estimate, expected)
 
 
-def prior_of(found: Any, resting: RestingPoses, scene: DropScene) -> PosePrior:
-    """The same from `PoseStatistics` of an estimate that was made before, or from its message."""
+class _Estimated(Protocol):  # `PoseStatistics`, or their message
+    @property
+    def poses(self) -> Sequence[StablePose]: ...
+    @property
+    def method(self) -> str: ...
+    @property
+    def expected_error(self) -> float: ...
+
+
+def prior_of(found: _Estimated, resting: RestingPoses, scene: DropScene) -> PosePrior:
+    """The same from an estimate that was made before."""
     poses = sorted(found.poses, key=lambda pose: pose.index)
     expected = found.expected_error if knows(found.method, resting, scene) else math.nan
     return _prior(resting, scene, [pose.probability for pose in poses], expected)

@@ -62,12 +62,10 @@ def rolling_axes(body: convex_body.ConvexBody, downs: Array, heights: Array, tol
     """
     rolls = np.zeros(len(downs), dtype=np.bool_)
     axis = np.zeros((len(downs), 3))
-    candidates: list[Array] = []
-    for run in body.runs:
-        if all(float(np.linalg.norm(np.cross(run.axis, other))) > SAME_AXIS
-               for other in candidates):
-            candidates.append(run.axis)
-    for candidate in candidates:
+    others = np.array([run.axis for run in body.runs])
+    while len(others):
+        candidate = others[0]
+        others = others[lengths(np.cross(others, candidate)) > SAME_AXIS]
         for pose in np.flatnonzero(np.abs(_along(downs, candidate)) < UPRIGHT).tolist():
             if _turn_without_rise(body, downs[pose], candidate,
                                   (1.0 + tolerance) * heights[pose]) >= ROLL:

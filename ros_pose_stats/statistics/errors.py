@@ -49,21 +49,13 @@ def error_variances(counts: ArrayLike, settled: ArrayLike, poses: ArrayLike) -> 
     return np.asarray(q * (1.0 - q) / total)
 
 
-def expected_error(errors: ArrayLike) -> float:
-    """Root mean square over the poses of their standard errors (K,), as a fraction.
+def root_mean_square(errors: ArrayLike) -> float:
+    """Root mean square over the poses (K,), as of two sets of probabilities in the paper (Eq. 1).
 
-    NaN where one of them is, or without poses.
+    Of standard errors it is the expected error. NaN where one of them is, or without poses.
     """
     values = np.asarray(errors, dtype=float)
     return math.sqrt(float(np.mean(values * values))) if values.size else math.nan
-
-
-def root_mean_square(differences: ArrayLike) -> float:
-    """Root mean square over the poses: the paper's measure of two sets of probabilities (Eq. 1).
-
-    NaN where one of them is, or without poses.
-    """
-    return expected_error(differences)
 
 
 DEFAULT_LEVEL = 0.9
@@ -104,6 +96,9 @@ be infinite."""
 NODES = np.geomspace(0.01, 12.0, 64)
 """Where a bound is looked for, in the largest standard deviation; between them it is straight."""
 
+STRIDE = 9
+"""Of these nodes every so many are looked at first, then those between two of them."""
+
 
 def largest_error(deviation: ArrayLike, level: float, *, weight: ArrayLike = (1.0,),
                   away: ArrayLike = 0.0, size: ArrayLike = 1) -> float:
@@ -132,10 +127,16 @@ def largest_error(deviation: ArrayLike, level: float, *, weight: ArrayLike = (1.
     free = (units - 1.0) / units if units > 1 else 1.0
     scale = np.maximum(spread, np.finfo(float).tiny)
     bounds = NODES * float((middle + spread).max())
-    inside = (ndtr((bounds[:, None, None] - middle) / scale)
-              - ndtr((-bounds[:, None, None] - middle) / scale))
-    kept = inside.prod(axis=2) ** free @ np.asarray(weight, dtype=np.float64)
-    return min(float(np.interp(level, kept, bounds)), 1.0)
+
+    def kept(some: NDArray[np.floating]) -> Array:
+        """Chance that all errors are within each of some bounds."""
+        inside = (ndtr((some[:, None, None] - middle) / scale)
+                  - ndtr((-some[:, None, None] - middle) / scale))
+        return np.asarray(inside.prod(axis=2) ** free @ np.asarray(weight, dtype=np.float64))
+
+    passed = int(np.searchsorted(kept(bounds[::STRIDE]), level, "right"))
+    near = bounds[STRIDE * max(passed - 1, 0):][:STRIDE + 1]
+    return min(float(np.interp(level, kept(near), near)), 1.0)
 
 
 Index = NDArray[np.int64]
@@ -157,7 +158,7 @@ class Judged(NamedTuple):
 
 def judge_counts(counts: Index) -> Judged:
     """Judge counts (K,) of independent drops by themselves."""
-    return Judged(expected_error(standard_errors(counts, int(counts.sum()))),
+    return Judged(root_mean_square(standard_errors(counts, int(counts.sum()))),
                   counted_bound(counts))
 
 

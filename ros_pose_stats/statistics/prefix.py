@@ -174,5 +174,5 @@ class Prefix:
         low, high = ((np.ones(1), np.ones(1)) if counts.size == 1 and settled
                      else errors.jeffreys_interval(counts, settled))
         share = counts / settled if settled else np.full(deviations.shape, math.nan)
-        return Shares(share, low, high, deviations, counts, errors.expected_error(deviations),
+        return Shares(share, low, high, deviations, counts, errors.root_mean_square(deviations),
                       errors.largest_error(deviations, errors.DEFAULT_LEVEL))

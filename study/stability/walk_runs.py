@@ -17,11 +17,7 @@ from ros_pose_stats.planning.hybrid import hybrid
 from ros_pose_stats.records import DropScene, PoseStatistics
 from ros_pose_stats.resting.poses import resting_poses
 from ros_pose_stats.simulation.simulate import simulate
-from ros_pose_stats.statistics.errors import (
-    expected_error as error_of_drops,
-    jeffreys_interval,
-    standard_errors,
-)
+from ros_pose_stats.statistics.errors import jeffreys_interval, root_mean_square, standard_errors
 
 from ..dataset import Dataset, shipped_dataset, shipped_datasets
 from ..estimates import restings, scene_estimates, square_errors
@@ -239,7 +235,7 @@ def _judged(dataset: Dataset) -> Iterator[tuple[str, list[float], Array]]:
             yield name, told, square_errors(values, dataset.simulated(restitution))
     for restitution in dataset.spec.restitutions:
         few = dataset.simulated(restitution, FEW_DROPS)
-        told = [error_of_drops(standard_errors(some, int(some.sum())))
+        told = [root_mean_square(standard_errors(some, int(some.sum())))
                 for some in np.split(few.count, ends)]
         others = dataset.rest(restitution, FEW_DROPS)
         yield SIMULATION, told, square_errors(few.probability, others)
