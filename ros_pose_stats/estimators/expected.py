@@ -11,7 +11,6 @@ fitted too, and gives the intervals of poses and the bound that all of them keep
 """
 
 import math
-from collections.abc import Mapping
 from functools import cache
 from typing import NamedTuple
 
@@ -95,7 +94,7 @@ class ExpectedError(NamedTuple):
 
 
 def expected_error(name: str, resting: RestingPoses, probability: Array, scene: DropScene,
-                   fits: Mapping[str, fitted.ErrorFit] = fitted.ERROR_FITS) -> ExpectedError:
+                   fits: dict[str, fitted.ErrorFit] = fitted.ERROR_FITS) -> ExpectedError:
     """Expected error of one estimate.
 
     `probability` (P,): its estimate, in the order of `index`; `fits`: by method; default: the
