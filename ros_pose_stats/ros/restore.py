@@ -27,6 +27,8 @@ from .state.tables import MESSAGES
 
 INTERRUPTED = "the node ended before the simulation did"
 
+TAKEN = {POSE_COUNTS: "PoseCounts", JOB_EVENTS: "JobEvent", ANSWERS: "PoseStatistics"}
+
 _decoders = Decoders()
 
 
@@ -90,25 +92,18 @@ def tail_of(state: State, warn: Callable[[str], object]) -> Tail:
             files = files_of_bag(path) if path.is_dir() else []
         for file in files:
             for message in raw_messages(file, begin=offset if file == path else 0):
-                _take(tail, message)
+                kind = TAKEN.get(message.topic, "")
+                data = as_of_today(kind, message.definition, message.data) if kind else None
+                read = None if data is None else deserialize_message(data, getattr(msg, kind))
+                if message.topic == POSE_COUNTS and read is not None:
+                    tail.counts.append(read)
+                elif message.topic == JOB_EVENTS and read is not None and read.job_id:
+                    tail.events.append(read)
+                elif read is not None and data is not None and read.job_id:
+                    tail.answers[read.job_id] = data
     except Exception as error:  # of the disk, or of bindings about what was cut
         warn(f"not all of the end of the last bag could be read: {type(error).__name__}: {error}")
     return tail
-
-
-def _take(tail: Tail, message: RawMessage) -> None:
-    kinds = {POSE_COUNTS: "PoseCounts", JOB_EVENTS: "JobEvent", ANSWERS: "PoseStatistics"}
-    kind = kinds.get(message.topic, "")
-    data = as_of_today(kind, message.definition, message.data) if kind else None
-    if data is None:
-        return
-    read = deserialize_message(data, getattr(msg, kind))
-    if message.topic == POSE_COUNTS:
-        tail.counts.append(read)
-    elif message.topic == JOB_EVENTS and read.job_id:
-        tail.events.append(read)
-    elif message.topic == ANSWERS and read.job_id:
-        tail.answers[read.job_id] = data
 
 
 def restore_jobs(state: State, tail: Tail, settings: Settings) -> tuple[list[Job], list[Change]]:

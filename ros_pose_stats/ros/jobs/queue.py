@@ -151,7 +151,14 @@ class Jobs:
         return not self._thread.is_alive()
 
     def _work(self) -> None:
-        while (job := self._next()) is not None:
+        while True:
+            with self._changed:
+                self.running = None
+                self._changed.wait_for(lambda: self._asked or self._refinements or self._closing)
+                if self._closing:
+                    return
+                job = self.running = (self._asked or self._refinements).popleft()
+                job.state = State.RUNNING
             try:
                 self._run(job)
             except PoseStatsError as refusal:
@@ -159,18 +166,6 @@ class Jobs:
             except Exception as error:  # must not end the thread
                 self._on_failure(f"{job.job_id}: {type(error).__name__}: {error}")
                 self._end(job, State.FAILED, f"internal failure: {type(error).__name__}: {error}")
-            with self._changed:
-                self.running = None
-
-    def _next(self) -> Job | None:
-        with self._changed:
-            self._changed.wait_for(lambda: self._asked or self._refinements or self._closing)
-            if self._closing:
-                return None
-            job = (self._asked or self._refinements).popleft()
-            job.state = State.RUNNING
-            self.running = job
-            return job
 
     def _run(self, job: Job) -> None:
         while not (job.part.done() or job.cancel_reason):

@@ -61,6 +61,10 @@ def farewell_message(last: msg.PoseStatistics, stamp: int, revision: int, reason
     return message
 
 
+_DRAWN: "WeakKeyDictionary[records.RestingShape, tuple[array[float], array[float]]]" = (
+    WeakKeyDictionary())
+
+
 def _pose(part_id: str, pose: records.StablePose) -> msg.StablePose:
     message = msg.StablePose()
     message.pose_id = f"{part_id}/{pose.index}"
@@ -72,20 +76,12 @@ def _pose(part_id: str, pose: records.StablePose) -> msg.StablePose:
     down.x, down.y, down.z = pose.down.tolist()
     axis = message.roll_axis
     axis.x, axis.y, axis.z = pose.roll_axis.tolist()
-    message.support_polygon, message.outline = _drawn(pose)
-    return message
-
-
-_DRAWN: "WeakKeyDictionary[records.RestingShape, tuple[array[float], array[float]]]" = (
-    WeakKeyDictionary())
-
-
-def _drawn(pose: records.StablePose) -> "tuple[array[float], array[float]]":
-    """Support polygon and outline; all messages of a pose share them, as nobody writes to them."""
+    # all messages of a pose share these, as nobody writes to them
     drawn = _DRAWN.get(pose.shape)
     if drawn is None:
         drawn = _DRAWN[pose.shape] = flat(pose.support_polygon), flat(pose.outline)
-    return drawn
+    message.support_polygon, message.outline = drawn
+    return message
 
 
 @dataclass(frozen=True, eq=False)

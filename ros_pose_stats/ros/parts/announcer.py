@@ -6,7 +6,6 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +15,7 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
-from ros_pose_stats_msgs.msg import PoseStatistics, StablePose
+from ros_pose_stats_msgs.msg import PoseStatistics
 from visualization_msgs.msg import MarkerArray
 
 from ...mesh.decimation import visible_triangles
@@ -64,22 +63,18 @@ def _row(result: PoseStatistics, triangles: Array, y: float, most: int) -> list[
     markers = [_label(result, 0, result.part_id, corner)]
     step = (2.0 + GAP) * result.radius
     for place, pose in enumerate(result.poses[:most]):
-        x = place * step
-        markers.append(_body(result, pose, triangles, x, y))
-        share = "-" if math.isnan(pose.probability) else f"{100.0 * pose.probability:.1f} %"
-        text = f"{pose.index}: {share}"
-        markers.append(_label(result, pose.index + 1, text,
+        x, where, turn = place * step, pose.pose.position, pose.pose.orientation
+        unknown = math.isnan(pose.probability)
+        depth = 0.0 if unknown else float(min(max(pose.probability, 0.0), 1.0)) ** 0.5  # of blue
+        markers.append(drawing.Marker(
+            result.header.frame_id, f"{result.part_id}/poses", drawing.TRIANGLE_LIST,
+            (where.x + x, where.y + y, where.z, turn.x, turn.y, turn.z, turn.w),
+            color=(0.85 - 0.75 * depth, 0.88 - 0.5 * depth, 0.92 - 0.2 * depth, 1.0),
+            corners=triangles, number=pose.index))
+        share = "-" if unknown else f"{100.0 * pose.probability:.1f} %"
+        markers.append(_label(result, pose.index + 1, f"{pose.index}: {share}",
                               (x, y, pose.top + 0.5 * LETTER * result.radius)))
     return markers
-
-
-def _body(result: PoseStatistics, pose: StablePose, triangles: Array, x: float,
-          y: float) -> drawing.Marker:
-    where, turn = pose.pose.position, pose.pose.orientation
-    return drawing.Marker(
-        result.header.frame_id, f"{result.part_id}/poses", drawing.TRIANGLE_LIST,
-        (where.x + x, where.y + y, where.z, turn.x, turn.y, turn.z, turn.w),
-        color=_color(pose.probability), corners=triangles, number=pose.index)
 
 
 def _label(result: PoseStatistics, number: int, text: str,
@@ -88,12 +83,6 @@ def _label(result: PoseStatistics, number: int, text: str,
         result.header.frame_id, f"{result.part_id}/labels", drawing.TEXT_VIEW_FACING,
         (*where, 0.0, 0.0, 0.0, 1.0), (0.0, 0.0, LETTER * result.radius), (0.1, 0.1, 0.1, 1.0),
         text=text, number=number)
-
-
-def _color(probability: Any) -> tuple[float, ...]:
-    """From pale to deep blue with the probability."""
-    share = 0.0 if math.isnan(probability) else float(min(max(probability, 0.0), 1.0)) ** 0.5
-    return (0.85 - 0.75 * share, 0.88 - 0.5 * share, 0.92 - 0.2 * share, 1.0)
 
 
 LATCHED = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE,
@@ -212,9 +201,17 @@ class Announcer:
                         or publisher.wait_for_all_acked(Duration(seconds=0))):
                     del self._leaving[part_id]
                     self._node.destroy_publisher(publisher)
-        if self._changed.is_set():
-            self._changed.clear()
-            self._draw_markers()
+        if not self._changed.is_set():
+            return
+        self._changed.clear()
+        with self._lock:
+            shown = [self._shown[part_id] for part_id in sorted(self._shown)
+                     if self._shown[part_id].known.source.is_built]
+        each = poses_each(len(shown))
+        drawn = sum(min(len(row.message.poses), each) for row in shown)
+        most = next((fine for fine in FINENESS if fine * drawn <= MOST_TRIANGLES), FINENESS[-1])
+        self._markers.publish(marker_array(
+            [(row.message, visible_triangles(row.known.part, most)) for row in shown]))
 
     def close(self) -> None:
         """Wait for nobody any more."""
@@ -238,13 +235,3 @@ class Announcer:
     def not_recorded(self) -> str:
         """The warning of an answer that is not in the bag, or not in the state."""
         return NOT_RECORDED.format(self._state.problem or self._recorder.last_problem)
-
-    def _draw_markers(self) -> None:
-        with self._lock:
-            shown = [self._shown[part_id] for part_id in sorted(self._shown)
-                     if self._shown[part_id].known.source.is_built]
-        each = poses_each(len(shown))
-        drawn = sum(min(len(row.message.poses), each) for row in shown)
-        most = next((fine for fine in FINENESS if fine * drawn <= MOST_TRIANGLES), FINENESS[-1])
-        self._markers.publish(marker_array(
-            [(row.message, visible_triangles(row.known.part, most)) for row in shown]))

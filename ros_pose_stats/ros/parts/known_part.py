@@ -8,11 +8,9 @@ from concurrent.futures import Future
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from geometry_msgs.msg import Vector3
 from ros_pose_stats_msgs.msg import PoseStatistics
 
 from ...records import DropScene, Part
-from ...text import listed, millimetres
 
 if TYPE_CHECKING:
     from .count_store import CellCounts
@@ -142,11 +140,3 @@ BUILT_BYTES = 64 * 2**20  # of parts that are kept because they may come again
 def memory_of_parts() -> Memory[Any, Part]:
     """Parts by any key, as far as they take `BUILT_BYTES` with what is prepared of them."""
     return Memory(BUILT_BYTES, lambda part: 2 * part.vertices.nbytes + 3 * part.triangles.nbytes)
-
-
-def shift_warning(offset: Vector3) -> str:
-    """What the answer for a shifted centre of mass says of it."""
-    return (f"COM_SHIFTED: the centre of mass is shifted by "
-            f"{listed([millimetres(x) for x in (offset.x, offset.y, offset.z)])} mm along the "
-            f"part's axes, the inertia about it is kept; what is latched is of the part as it "
-            f"was sent.")

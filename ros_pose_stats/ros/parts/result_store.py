@@ -209,27 +209,18 @@ class ResultStore:
     def offer_results(self, known: KnownPart, scene: records.DropScene,
                       candidates: Iterable[PoseStatistics]) -> None:
         """Latch, one after the other, the results that are better than what is latched."""
+        shown = known.shown
         for message in candidates:
             with known.numbers.lock:
-                better = self._is_better(known, message, scene)
-                if better:
-                    self._latch(known, message, scene)
-            if better:
-                self._results.put(self._key(BEST, known, scene), message)
-
-    def _is_better(self, known: KnownPart, message: PoseStatistics,
-                   scene: records.DropScene) -> bool:
-        """Whether a result is to take the place of what a part shows of its present scene."""
-        shown = known.shown
-        if self._parts.current(known.part_id) is not known or (
-                message is shown.latched or message is shown.model):
-            return False
-        if self._settings().scene(known.scene_override) != scene:
-            return False
-        if (shown.scene == scene and shown.model is not None
-                and not messages.replaces(message, shown.model)):
-            return False
-        return message.final or self.is_due(known, scene)
+                is_new = message is not shown.latched and message is not shown.model
+                better = (is_new and self._parts.current(known.part_id) is known
+                          and self._settings().scene(known.scene_override) == scene
+                          and (shown.scene != scene or shown.model is None
+                               or messages.replaces(message, shown.model)))
+                if not (better and (message.final or self.is_due(known, scene))):
+                    continue
+                self._latch(known, message, scene)
+            self._results.put(self._key(BEST, known, scene), message)
 
     def _latch(self, known: KnownPart, model: PoseStatistics, scene: records.DropScene) -> None:
         """Show a result under a number above that of the one before, record and keep it."""

@@ -14,6 +14,7 @@ from ... import errors, methods
 from ...mesh import mass_properties, parts as meshes
 from ...planning.confidence import not_enough
 from ...records import DropScene, Part
+from ...text import listed, millimetres
 from ..jobs import Job, Jobs, State, job_reports, refinement as refining
 from ..messages import part_messages, part_requests
 from ..messages.statistics_messages import with_warning
@@ -158,7 +159,10 @@ class Services:
             message = self._named(known, request, scene,
                                   BY_DROPS if known is received else AS_ITSELF)
         if known is not received:
-            message = with_warning(message, known_part.shift_warning(request.com_offset))
+            message = with_warning(message, "COM_SHIFTED: the centre of mass is shifted by "
+                                   f"{listed([millimetres(x) for x in offset.tolist()])} mm along "
+                                   "the part's axes, the inertia about it is kept; what is "
+                                   "latched is of the part as it was sent.")
         if not self._parts.is_kept(received):
             message = self._announcer.warn_unrecorded(message)
         response.statistics = self._announcer.record(ANSWERS, received, message)

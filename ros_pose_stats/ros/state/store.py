@@ -145,6 +145,7 @@ class State:
             self._lock = None
 
     def _run(self) -> None:
+        """Write all that waits, whenever somebody waits for it, and within a second."""
         while True:
             with self._changed:
                 self._changed.wait_for(lambda: self._pending or self._urgent or self._closed)
@@ -152,32 +153,26 @@ class State:
                     self._changed.wait_for(lambda: self._urgent or self._closed, SECONDS)
                 if self._closed:
                     return
-                self._urgent = False
-            self._try()
-
-    def _try(self) -> None:
-        """Write all that waits, and tell whoever waits for it."""
-        with self._changed:
-            taken, number = dict(self._pending), self._number
-            self._begun += 1
-        problem = ""
-        try:
-            with self._using:
-                self._write([Change(table, key, row) for (table, key), (row,) in taken.items()])
-        except Exception as error:  # must not end the thread; whoever waits is told
-            problem = tables.problem_of(self.file, error)
-        with self._changed:
-            if not problem:
-                self._committed = number
-                for key, held in taken.items():
-                    if self._pending.get(key) is held:
-                        del self._pending[key]
-            self._ended = self._begun
-            changed, self.problem = bool(problem) != bool(self.problem), problem
-            self._changed.notify_all()
-        if changed:
-            self._say(f"NOT_RECORDED: {problem}" if problem
-                      else f"the state file {self.file} is written again")
+                self._urgent, problem = False, ""
+                taken, number = dict(self._pending), self._number
+                self._begun += 1
+            try:
+                with self._using:
+                    self._write([Change(*key, row) for key, (row,) in taken.items()])
+            except Exception as error:  # must not end the thread; whoever waits hears of it
+                problem = tables.problem_of(self.file, error)
+            with self._changed:
+                if not problem:
+                    self._committed = number
+                    for key, held in taken.items():
+                        if self._pending.get(key) is held:
+                            del self._pending[key]
+                self._ended = self._begun
+                changed, self.problem = bool(problem) != bool(self.problem), problem
+                self._changed.notify_all()
+            if changed:
+                self._say(f"NOT_RECORDED: {problem}" if problem
+                          else f"the state file {self.file} is written again")
 
     def _write(self, changes: list[Change]) -> None:
         if self._link is None:
