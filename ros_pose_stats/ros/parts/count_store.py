@@ -40,6 +40,14 @@ class Ground(NamedTuple):
     numbering: Numbering
     plate: str
 
+    def goes_on_as(self, other: "Ground", part: records.Part) -> bool:
+        """Whether only `round_sides` is new, as of a plate, and poses keep their numbers."""
+        tolerance, sides = self.numbering
+        new = other.numbering.round_sides
+        return (other == Ground(Numbering(tolerance, new), self.plate)
+                and resting_poses(part, tolerance, sides).is_numbered_like(
+                    resting_poses(part, tolerance, new)))
+
 
 class CellCounts:
     """Counts of a part's poses, and whether the last ones differ from those before."""
@@ -80,17 +88,21 @@ class CellCounts:
         """How the last parts differ from those before beyond chance; empty if they do not."""
         with self._lock:
             if self._drift is None:
-                self._drift = ""
                 recent = np.sum(self._recent, axis=0) if self._recent else 0 * self._total
-                before = self._total - recent
-                if min(recent.sum(), before.sum()) >= RECENT and (
-                        homogeneity(before, recent).p_value < CHANCE):
-                    now, then = recent / recent.sum(), before / before.sum()
-                    most = int(np.abs(now - then).argmax())
-                    self._drift = (
-                        f"of the last {recent.sum()} parts {percent(now[most])} % lie in pose "
-                        f"{most}, of the {before.sum()} before {percent(then[most])} % did")
+                self._drift = _describe_drift(recent, self._total - recent)
             return self._drift
+
+
+def _describe_drift(recent: Index, before: Index) -> str:
+    if min(recent.sum(), before.sum()) < RECENT:
+        return ""
+    test = homogeneity(before, recent)
+    if not test.p_value < CHANCE:
+        return ""
+    now, then = recent / recent.sum(), before / before.sum()
+    most = int(np.abs(now - then).argmax())
+    return (f"of the last {recent.sum()} parts {percent(now[most])} % lie in pose {most}, of the "
+            f"{before.sum()} before {percent(then[most])} % did")
 
 
 def count_health(parts: Mapping[str, CellCounts | None]) -> Health:
@@ -185,12 +197,9 @@ class CountStore:
         if counts is None:
             return None
         ground = self._ground(message)
-        if counts.ground != ground:  # only `round_sides` may be new, as of a plate
-            (tolerance, sides), new = counts.ground.numbering, ground.numbering.round_sides
-            if ground != Ground(Numbering(tolerance, new), counts.ground.plate) or not (
-                    resting_poses(known.part, tolerance, sides).is_numbered_like(
-                        resting_poses(known.part, tolerance, new))):
-                return None
+        if counts.ground != ground and counts.ground.goes_on_as(ground, known.part):
             counts.ground = ground
+        if counts.ground != ground:
+            return None
         combined = observe_counts(statistics_messages.statistics_of_message(message), counts.total)
         return combined if combined.method == OBSERVED else None
