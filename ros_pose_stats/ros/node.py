@@ -9,7 +9,7 @@ from . import camera_counts, restore
 from .jobs import Jobs, job_reports, queue, refinement, run
 from .messages.times import follow_clock, steady_timer
 from .parameters import Parameters
-from .parts import announcer, checks, count_store, intake, part_builder, part_store, result_store
+from .parts import announcer, count_store, intake, part_builder, part_store, result_store
 from .parts.lanes import Lanes
 from .recorder import Recorder
 from .refusals import Diagnostics, Refusals
@@ -60,7 +60,7 @@ class PoseStatsNode(AnsweringNode):
         self.flip_jobs = (Jobs(f"{prefix}_flips", flips, log.error, run.run_flips),
                           Jobs(f"{prefix}_feeding", fed, log.error, run.run_flips))
         refiner = refinement.Refinement(settings, results, jobs, board)
-        checker = checks.Checks(settings, parts, results, lanes, refiner.refine, log.error)
+        checker = intake.Checks(settings, parts, results, lanes, refiner.refine, log.error)
         self.intake = intake.Intake(settings, parts, results, board, lanes, self.builder, refusals,
                                     checker.follow, log)
         # The way in. What the bag has is learnt before cameras are heard.

@@ -18,7 +18,7 @@ from ...text import listed, millimetres
 from ..jobs import Job, Jobs, State, job_reports, refinement as refining
 from ..messages import part_messages, part_requests
 from ..messages.statistics_messages import with_warning
-from ..parts import announcer, checks, intake, known_part, part_builder, part_store, result_store
+from ..parts import announcer, intake, known_part, part_builder, part_store, result_store
 from ..recorder import ANSWERS
 from ..settings import Settings
 from ..transport.answering_node import AnsweringNode
@@ -103,7 +103,7 @@ class Services:
     def __init__(self, node: AnsweringNode, settings: Callable[[], Settings],
                  parts: part_store.PartStore, results: result_store.ResultStore,
                  announcer: announcer.Announcer, requests: Requests, intake: intake.Intake,
-                 checks: checks.Checks, refinement: refining.Refinement, jobs: Jobs,
+                 checks: intake.Checks, refinement: refining.Refinement, jobs: Jobs,
                  reports: job_reports.JobReports, outlines: part_builder.Outlines) -> None:
         self._settings, self._parts, self._results = settings, parts, results
         self._announcer, self._requests, self._intake = announcer, requests, intake
