@@ -1,0 +1,184 @@
+"""A second simulator, with friction and moving releases: it stands for real plates.
+
+Nothing is shared with the drops of the product. The part flies with constant angular momentum, by
+midpoint steps that are short against its distance from the plate. At a touching corner the impulse
+is integrated along its normal part with Coulomb friction, and the restitution is that of energy
+(Stronge, Impact Mechanics, 2000). A drop ends once its energy is too small to leave the face that
+it is about to lie on.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from ros_pose_stats.mesh.vectors import rotation_matrices
+from ros_pose_stats.records import Part
+from ros_pose_stats.records.scene import GRAVITY
+from ros_pose_stats.resting.poses import resting_poses
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+SHORTEST = 8e-3
+"""Of a step, in the time in which a part falls by its radius."""
+
+TURN = 0.05
+"""Most that a step turns the part, radians."""
+
+SLOWEST = 0.03
+"""Approach below which nothing rebounds, over the speed of a fall by the radius."""
+
+SLICES, FEW_SLICES = 24, 3
+"""Of the normal impulse up to greatest compression; fewer where nothing rebounds."""
+
+MOST_STEPS = 400_000
+NEAR = 0.2
+"""Share of its barrier to which a part's energy falls before it counts as at rest."""
+
+
+class RealPlate(NamedTuple):
+    """A plate and how parts are released over it."""
+
+    restitution: float
+    friction: float
+    drop_height: float  # metres
+    speed: float  # along the plate, m/s
+    spin: float  # about a random axis, rad/s
+
+
+def count_poses(part: Part, plate: RealPlate, drops: int, seed: tuple[int, ...]) -> Index:
+    """How many of some drops (P,) end in each pose, by `index`."""
+    resting = resting_poses(part)
+    body, radius = resting.body, resting.body.radius
+    random = np.random.default_rng(seed)
+    turns = rotation_matrices(_unit(random.standard_normal((drops, 4))))
+    spin = plate.spin * _unit(random.standard_normal((drops, 3)))
+    faces, pose = resting.equilibria, resting.clusters.pose
+    barrier = np.array([each.barrier for each in resting.poses])[pose]
+    least = radius * faces.heights + np.minimum(NEAR * barrier, radius)
+    ends = _drop_all(body.points * radius, np.linalg.inv(resting.inertia * radius * radius),
+                     faces.downs, least, turns, spin, np.array(plate[:4]), radius)
+    if (ends < 0).any():
+        raise RuntimeError(f"a drop was still going on after {MOST_STEPS} steps")
+    return np.bincount(pose[ends], minlength=len(resting.poses)).astype(np.int64)
+
+
+def _unit(vectors: Array) -> Array:
+    return np.asarray(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
+
+
+@numba.njit(cache=True)
+def _drop_all(corners, inverse, downs, least, turns, spins, plate, radius):  # type: ignore[no-untyped-def]
+    ends = np.empty(len(turns), np.int64)
+    for drop in range(len(turns)):
+        ends[drop] = _drop(corners, inverse, downs, least, turns[drop].copy(), spins[drop], plate,
+                           radius)
+    return ends
+
+
+@numba.njit(cache=True)
+def _drop(corners, inverse, downs, least, turn, spin, plate, radius):  # type: ignore[no-untyped-def]
+    """The face, by its number among the stable ones, that a drop ends on; -1 for none."""
+    restitution, friction, height, speed = plate
+    shortest = SHORTEST * math.sqrt(radius / GRAVITY)
+    slowest = SLOWEST * math.sqrt(GRAVITY * radius)
+    arms = corners @ turn.T
+    z = max(height, -arms[:, 2].min())
+    velocity = np.array([speed, 0.0, 0.0])
+    momentum = turn @ np.linalg.solve(inverse, turn.T @ spin)
+    for _ in range(MOST_STEPS):
+        arms = corners @ turn.T
+        world = turn @ inverse @ turn.T
+        lowest = z + arms[:, 2].min()
+        rate = world @ momentum
+        spinning = math.sqrt(rate @ rate)
+        falling = math.sqrt(velocity[2] * velocity[2] + 2.0 * GRAVITY * max(lowest, 0.0))
+        fastest = falling + spinning * radius + slowest
+        step = max(shortest, min(lowest / fastest, TURN / max(spinning, 1e-9)))
+        velocity[2] -= GRAVITY * step
+        if lowest > 0.0:
+            z += 0.5 * GRAVITY * step * step  # of a flight; a touching part is held at each step
+        else:
+            _touch(arms, z, velocity, momentum, world, restitution, friction, slowest)
+            rate = world @ momentum
+            energy = z + 0.5 * (velocity @ velocity + rate @ momentum) / GRAVITY
+            face = np.argmax(downs @ -turn[2])
+            if energy < least[face]:
+                return face
+        z += velocity[2] * step
+        half = _turned(turn, rate, 0.5 * step)
+        turn = _turned(turn, half @ inverse @ half.T @ momentum, step)
+    return -1
+
+
+@numba.njit(cache=True)
+def _turned(turn, rate, seconds):  # type: ignore[no-untyped-def]
+    """An orientation turned about a rate for some time, by Rodrigues' formula."""
+    angle = math.sqrt(rate @ rate) * seconds
+    if angle == 0.0:
+        return turn.copy()
+    x, y, z = rate * (seconds / angle)
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    by = np.eye(3) + math.sin(angle) * cross + (1.0 - math.cos(angle)) * (cross @ cross)
+    return by @ turn
+
+
+@numba.njit(cache=True)
+def _touch(arms, z, velocity, momentum, world, restitution, friction, slowest):  # type: ignore[no-untyped-def]
+    """Impacts of all corners that touch and approach, the fastest first, in place."""
+    for _ in range(50):
+        fastest, found = -0.03 * slowest, -1
+        rate = world @ momentum
+        for number in range(len(arms)):
+            if z + arms[number, 2] <= 0.0:
+                rise = velocity[2] + rate[0] * arms[number, 1] - rate[1] * arms[number, 0]
+                if rise < fastest:
+                    fastest, found = rise, number
+        if found < 0:
+            return
+        bounce = restitution if fastest < -slowest else 0.0
+        _strike(arms[found], velocity, momentum, world, bounce, friction)
+
+
+@numba.njit(cache=True)
+def _strike(arm, velocity, momentum, world, restitution, friction):  # type: ignore[no-untyped-def]
+    """One impact at an arm, for a mass of 1; velocity and momentum change in place."""
+    x, y, z = arm
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    yielding = np.eye(3) - cross @ world @ cross
+    tangent = np.linalg.solve(yielding[:2, :2], -yielding[:2, 2].copy())
+    slip = velocity - cross @ (world @ momentum)
+    slices = SLICES if restitution > 0.0 else FEW_SLICES
+    small = -slip[2] / yielding[2, 2] / slices
+    impulse, work, wanted, direction = np.zeros(3), 0.0, math.inf, np.zeros(3)
+    for _ in range(1000 * SLICES):
+        sliding = math.hypot(slip[0], slip[1])
+        direction[2] = 1.0
+        if sliding > 2.0 * small * friction * yielding[0, 0] + 1e-12:
+            direction[:2] = -friction * slip[:2] / sliding
+        else:
+            hold = math.hypot(tangent[0], tangent[1])
+            direction[:2] = tangent * min(1.0, friction / max(hold, 1e-12))
+        change = yielding @ direction * small
+        if wanted == math.inf and slip[2] + change[2] >= 0.0 and change[2] > 0.0:
+            part = -slip[2] / change[2]  # up to the greatest compression exactly
+            work += 0.5 * slip[2] * small * part
+            impulse += direction * small * part
+            slip += change * part
+            wanted = -work * restitution * restitution
+            work = 0.0
+            if wanted == 0.0:
+                break
+            continue
+        work += (slip[2] + 0.5 * change[2]) * small
+        impulse += direction * small
+        slip += change
+        if work >= wanted:
+            break
+    velocity += impulse
+    momentum += cross @ impulse
