@@ -188,16 +188,19 @@ ON_PLATES = PriorFit(center=0.0, spread=0.5, overrated=0.0, rare_below=0.0,
 factor of 1.6 about what the plate's error implies, and rare poses are believed no more."""
 
 
-def observe_counts(model: PoseStatistics, counts: ArrayLike) -> PoseStatistics:
+def observe_counts(model: PoseStatistics, counts: ArrayLike,
+                   left_out: Sequence[float] = ()) -> PoseStatistics:
     """Combine a result with what cameras counted of the part.
 
     The model is believed as far as its own error and that of the plate allow; how well the counts
     agree with it weighs in. Poses that symmetry makes equal share their counts.
 
     `model`: an estimate or of drops, with `plate_error`; `counts` (P,) int: parts seen in each
-    pose, by `index`. Returns with the method `observed`: probabilities are posterior means,
-    intervals the shortest ones of 90 %, `count` what was counted, and `expected_error` and
-    `plate_error` both the error against the plate. Where the counts refute the model beyond both
+    pose, by `index`; `left_out` (P,): probabilities that the plate's fit says without these
+    counts, where it rests on them; they and the plate's error take the place of the model.
+    Returns with the method `observed`: probabilities are posterior means, intervals the shortest
+    ones of 90 %, `count` what was counted, and `expected_error` and `plate_error` both the error
+    against the plate. Where the counts refute the model beyond both
     errors, the answer is theirs alone, with the warning `CONFLICT`. Without any count, the model
     itself. Raises RequestError if there are not P counts from 0 up.
     """
@@ -209,12 +212,17 @@ def observe_counts(model: PoseStatistics, counts: ArrayLike) -> PoseStatistics:
     total = int(counted.sum())
     if not total:
         return model
-    prior = plate_prior(model)
+    if left_out:
+        poses = [replace(pose, probability=told)
+                 for pose, told in zip(poses, left_out, strict=True)]
+    known = replace(model, poses=tuple(poses),
+                    expected_error=0.0 if left_out else model.expected_error)
+    prior = plate_prior(known)
     refuted = np.flatnonzero(prior.contradicted(counted))
     warnings = model.warnings
     if refuted.size:
         warnings = (*warnings, _describe_conflict(prior, counted, refuted))
-        prior = plate_prior(replace(model, expected_error=math.nan))
+        prior = plate_prior(replace(known, expected_error=math.nan))
     shares = prior.updated(counted).shares(counted)
     return statistics.with_shares(model, OBSERVED, shares, plate_error=shares.expected_error,
                                   drops=0, unsettled=0, seed=0, observed=total, warnings=warnings)

@@ -1,174 +1,314 @@
-"""The restitution and the drop height that explain what was counted on a plate."""
+"""The restitution and the drop height that explain what was counted on a plate.
+
+The estimator `split` says how often each part lies in each way at every scene of a grid, and that
+how likely each scene makes the counts. A real plate differs from the model, and the model from
+its estimate, by more than chance: the shares of a part scatter around those of the best scene. The
+likelihood averages over how widely (`SCATTERS`), so that counts which no scene explains say
+little. Half of the weight beforehand is on the default scene.
+"""
 
 import math
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
+from scipy.special import chdtrc, gammaln
 
 from .. import errors, text
-from . import counts, evidence, likelihood, plate_fit, round_parts, scenes
-from .response import Response
-
-Array = NDArray[np.float64]
+from ..estimators.expected import expected_error
+from ..estimators.split import split
+from ..records import Array, DropScene, Index, scene as scenes
+from ..statistics.chi_square import goodness_of_fit
+from .counts import CountedPart, merge_counts
 
 FEWEST_COUNTS = 50
 """Parts of all kinds together."""
 
-FIRST_POINTS, FIRST_DROPS = 192, 120
-"""Scenes all over the range, and drops of each part at each."""
+MOST_PARTS = 16
+"""Kinds; those counted most. More of them hardly change a fit, and each takes its time."""
 
-ROUNDS, POINTS = 3, 64
-"""Times that drops follow at likely scenes, and how many scenes."""
+RESTITUTIONS, HEIGHTS = np.arange(19) / 20.0, 24
+LOWEST_RADII, HIGHEST_RADII = 0.75, 100.0
+"""Of the smallest part and of the largest: below, all parts touch the plate at release, and above
+they forget the height."""
 
-FEWEST_DROPS, MOST_DROPS = 150, 1000
-"""At each of these; between them a twelfth of what was counted, so that counts decide."""
+SIDES = (scenes.DEFAULT_ROUND_SIDES, 96, 384, 48)
+"""Sides a turn that are looked at; of those as likely the first is taken."""
 
-FLATTENED = 0.3
-"""Power of the likelihood that these scenes are drawn from: the unlikely are looked at too."""
+UNTOLD_SIDES = scenes.DEFAULT_ROUND_SIDES, min(SIDES), max(SIDES)
+"""What counts without round parts say: nothing is excluded."""
 
-GRID, FINER, FALL = 40, 24, 6.0
-"""Values of each coordinate all over, and where the likelihood is within exp(-FALL)."""
+DEFAULT_WEIGHT = 0.5
+"""Of the default scene beforehand."""
+
+SCATTERS = np.array([0.03, 0.04, 0.05, 0.06, 0.08, 0.16])
+"""By how much an estimated share of one half may be off on a real plate; one of p by
+sqrt(4 p (1 - p)) of that. `split` alone errs by the least."""
+
+SCATTER_WEIGHTS = np.array([0.5, 0.25, 0.125, 0.0625, 0.03125, 0.03125])
+"""Each is as likely beforehand as all that exceed it."""
+
+REACH = 2.7055
+"""Twice the fall of the logarithm of the likelihood at the bounds of a 90 % interval (Wilks)."""
+
+UNTESTED = 0.5
+"""Parts that the error of an unknown plate counts as, beside those that a fit was tested on."""
+
+LEAST_SHARE = 1e-12
+"""A share that was never met may still occur."""
+
+AS_DEFAULT = -1.0
+"""Drop height of the default scene: 20 radii of each part."""
+
+Triple = tuple[float, float, float]
 
 
-def fit_plate(counted: Sequence[counts.CountedPart], *, seed: int = 0, workers: int | None = None,
-              on_progress: Callable[[float], object] | None = None,
-              should_stop: Callable[[], bool] | None = None,
-              background: bool = False) -> plate_fit.PlateFit | None:
-    """Fit restitution, drop height and what rolling loses to counts by maximum likelihood.
+@dataclass(frozen=True, eq=False)
+class PartEvidence:
+    """What one part says about a plate."""
 
-    Every part is dropped at many scenes, first all over the range of `SceneRange`, then where the
-    counts make scenes likely. From that a smooth response follows (`response`), whose own error
-    is part of the likelihood. Round parts are dropped with each number of sides of `round_parts`
-    anew. Where no scene explains the counts, the intervals are wider by that (`likelihood`).
+    part_id: str
+    part_digest: str
+    counted: int
+    # indices of the poses of each group, whose poses look alike
+    poses: tuple[tuple[int, ...], ...]
+    observed: Array  # (G,); shares of the groups as counted, and in the fitted scene
+    expected: Array
+    error: float  # root mean square of their difference, the noise of the counts taken off; 0 to 1
+    # numbers its poses; (P,): their probabilities in the scene that the other parts ask for, in
+    # the default one where there are none; and the error there
+    numbering: scenes.Numbering
+    left_out: Array
+    left_out_error: float
+
+
+@dataclass(frozen=True, eq=False)
+class PlateFit:
+    """The scene that stands for a plate."""
+
+    # effective value, and the bounds of its 90 % interval; the height in metres, or AS_DEFAULT
+    restitution: Triple
+    drop_height: Triple
+    # effective sides a turn of round parts, and the least and most of those looked at that the
+    # counts do not exclude
+    round_sides: tuple[int, int, int]
+    default_weight: float  # probability that the default scene explains the counts best
+    # expected root mean square error, over groups of poses, on a part that was not counted
+    plate_error: float
+    p_value: float  # of the counts in the fitted scene; NaN where nothing is left to test it
+    counted: int  # parts of all kinds
+    parts: tuple[PartEvidence, ...]  # by digest
+    seconds: float = math.nan
+
+    @property
+    def verdict(self) -> str:
+        """In words, whether the default scene does as well."""
+        how = "as well" if self.default_weight >= DEFAULT_WEIGHT else "less well"
+        return (f"the default scene explains the counts {how} (probability "
+                f"{self.default_weight:.2f})")
+
+
+class SceneGrid:
+    """Scenes that a plate may stand for: the default one, then for each of some sides a grid."""
+
+    def __init__(self, radii: Iterable[float], sides: Sequence[int]) -> None:
+        known = list(radii)
+        ends = LOWEST_RADII * min(known), HIGHEST_RADII * max(known)
+        self.height: Array = np.geomspace(*ends, HEIGHTS, dtype=np.float64)
+        self.sides = sides
+        count = len(sides) * RESTITUTIONS.size * HEIGHTS
+        self.prior = np.append(DEFAULT_WEIGHT, np.full(count, (1.0 - DEFAULT_WEIGHT) / count))
+
+    def scene(self, place: int) -> DropScene:
+        """The scene at a place."""
+        if place == 0:
+            return DropScene()
+        sides, row, column = np.unravel_index(
+            place - 1, (len(self.sides), RESTITUTIONS.size, HEIGHTS))
+        return DropScene(float(RESTITUTIONS[row]), float(self.height[column]),
+                         round_sides=self.sides[int(sides)])
+
+    def table(self, logarithm: Array) -> Array:
+        """Values (n,) by sides, restitution and height, without that of the default scene."""
+        return logarithm[1:].reshape(len(self.sides), RESTITUTIONS.size, HEIGHTS)
+
+
+class ExplainedPart:
+    """A counted part with its expected shares and its likelihood at all scenes."""
+
+    def __init__(self, counted: CountedPart, grid: SceneGrid) -> None:
+        self.counted, self.count, self.rolls = counted, counted.by_group, rolls_about(counted)
+        places = [DropScene(restitution, height) for restitution in RESTITUTIONS.tolist()
+                  for height in grid.height.tolist()]
+        ways = {stands.round_sides: _shares(stands, places)
+                for stands in map(self.standing, grid.sides)}
+        self.share = np.concatenate((_shares(counted, [DropScene()]), *(
+            ways[self.standing(sides).round_sides] for sides in grid.sides)))  # (n, G)
+        # (S, n); logarithm
+        self.likelihood = log_likelihood(self.count, self.share)
+
+    def standing(self, sides: int) -> CountedPart:
+        """The part with so many sides a turn, where that matters."""
+        return replace(self.counted, round_sides=sides) if self.rolls else self.counted
+
+    def square_error(self, place: int) -> float:
+        """Mean square error over the groups at a scene, free of the noise of the counts.
+
+        It has no bias, so it may be below 0.
+        """
+        observed = self.count / self.count.sum()
+        noise = (observed * (1.0 - observed)).mean() / max(self.count.sum() - 1, 1)
+        return float(np.square(observed - self.share[place]).mean() - noise)
+
+
+def fit_plate(counted: Sequence[CountedPart]) -> PlateFit:
+    """Fit restitution, drop height and what rolling loses to counts.
+
+    The fitted scene is the one, default or of the grid, whose shares are nearest to those averaged
+    over all scenes by their probability. The same counts give the same fit to the last bit, in any
+    order.
 
     `counted`: of one part or several; counts of one part are added up. Poses that look alike count
-    together; `seed`: of the drops, at least 0; the same one gives the same fit; `on_progress`:
-    told what share of the drops is done; `should_stop`: once it returns True the fit is given up;
-    `background`: whether the drops give way to other threads. Returns none where it was given up.
-    Raises RequestError if the counts cannot tell restitution and drop height, with what is
-    missing.
+    together. Raises RequestError if the counts are too few, with what is missing.
     """
     begin = time.perf_counter()
-    told = [one for one in counts.merge_counts(counted) if one.counted and one.free_shares]
-    refuse_too_little(counted, told)
-    within = scenes.SceneRange.of_radii([one.resting.body.radius for one in told])
-    standing = round_parts.stand_on_sides(told)
-    ways = {(number, one.round_sides): one
-            for parts in standing.values() for number, one in enumerate(parts)}
-    responses = {way: Response(one, within, (seed, way[0])) for way, one in ways.items()}
-
-    def explain_all() -> evidence.Alternatives:
-        explained = {way: explain(one, responses[way], grid) for way, one in ways.items()}
-        return {sides: [explained[number, one.round_sides] for number, one in enumerate(parts)]
-                for sides, parts in standing.items()}
-
-    grid = scenes.SceneGrid.over(within.bounds, GRID)
-    points = within.spread_points(FIRST_POINTS)
-    random = np.random.default_rng(seed)
-    for stage in range(ROUNDS + 1):
-        for number, (way, response) in enumerate(responses.items(), start=1):
-            drops = FIRST_DROPS if stage == 0 else drops_for(ways[way].counted)
-            response.add_drops(points, drops, workers, should_stop, background=background)
-            if should_stop is not None and should_stop():
-                return None
-            if on_progress is not None:
-                on_progress((stage + number / len(responses)) / (ROUNDS + 1))
-        if stage < ROUNDS:
-            points = likely_points(grid, explain_all(), random, POINTS)
-    weights = evidence.weigh_scenes(explain_all()).max(axis=0)
-    grid = grid.refined(likelihood.plausible_bounds(grid, weights, FALL), FINER)
-    explained = explain_all()
-    refuse_undecided(grid, within, explained)
-    return replace(evidence.conclude(grid, explained),
-                   drops=sum(one.drops for one in responses.values()),
-                   seconds=time.perf_counter() - begin)
+    told = choose_parts(counted)
+    sides = SIDES if any(map(rolls_about, told)) else SIDES[:1]
+    grid = SceneGrid([one.resting.body.radius for one in told], sides)
+    parts = [ExplainedPart(one, grid) for one in told]
+    logarithm, weight = weigh_scenes(parts, grid)
+    place = nearest_scene(parts, weight)
+    evidence, squares = [], []
+    for one in parts:
+        others = [other for other in parts if other is not one]
+        left = nearest_scene(others, weigh_scenes(others, grid)[1])
+        squares.append(one.square_error(left))
+        evidence.append(_evidence(one, place, left))
+    tested = squares if len(parts) > 1 else []
+    error = math.sqrt(max(sum(tested) + UNTESTED * scenes.DEFAULT_PLATE_ERROR ** 2, 0.0)
+                      / (len(tested) + UNTESTED))
+    found, table = grid.scene(place), grid.table(logarithm)
+    return PlateFit(
+        _interval(RESTITUTIONS, table.max(axis=(0, 2)), found.restitution),
+        _interval(grid.height, table.max(axis=(0, 1)), found.drop_height or AS_DEFAULT),
+        _sides_interval(sides, table.max(axis=(1, 2)), found.round_sides), float(weight[0]), error,
+        _p_value(parts, place, grid), sum(one.counted for one in told),
+        tuple(evidence), time.perf_counter() - begin)
 
 
-def drops_for(counted: int) -> int:
-    """Drops at each likely scene of a part of which so many were counted."""
-    return min(max(counted // 12, FEWEST_DROPS), MOST_DROPS)
-
-
-def likely_points(grid: scenes.SceneGrid, alternatives: evidence.Alternatives,
-                  random: np.random.Generator,
-                  count: int) -> Array:
-    """Scenes (count, 2) drawn from flattened likelihoods, anywhere in the cells of the grid.
-
-    Half of them are likely by all parts together, half if one of them is left out: what the others
-    predict of it is asked for too.
-    """
-    steps = [np.gradient(values) for values in (grid.restitution, grid.log_height)]
-    area = np.outer(*steps).ravel()
-    weight = _flattened(evidence.weigh_scenes(alternatives).max(axis=0), area)
-    parts = len(next(iter(alternatives.values())))
-    if parts > 1:
-        weight = 0.5 * weight + 0.5 * np.mean(
-            [_flattened(evidence.weigh_scenes(alternatives, left_out).max(axis=0), area)
-             for left_out in range(parts)], axis=0)
-    chosen = random.choice(weight.size, count, p=weight / weight.sum())
-    row, column = np.divmod(chosen, grid.shape[1])
-    jitter = random.uniform(-0.5, 0.5, (count, 2))
-    jitter *= np.stack((steps[0][row], steps[1][column]), axis=1)
-    low, high = grid.points[[0, -1]]
-    return np.asarray(np.clip(grid.points[chosen] + jitter, low, high))
-
-
-def _flattened(logarithm: Array, area: Array) -> Array:
-    """Weight (n,) of each cell, of sum 1."""
-    weight = np.exp(FLATTENED * (logarithm - logarithm.max())) * area
-    return np.asarray(weight / weight.sum())
-
-
-def explain(counted: counts.CountedPart, response: Response,
-            grid: scenes.SceneGrid) -> evidence.ExplainedPart:
-    """Expected shares of a part at all scenes of a grid, and how likely they make its counts."""
-    shares = response.shares_at(grid.points)
-    return evidence.ExplainedPart(counted, shares,
-                                  likelihood.scene_likelihood(counted.by_group.astype(np.float64),
-                                                              shares))
-
-
-def refuse_too_little(counted: Sequence[counts.CountedPart],
-                      told: Sequence[counts.CountedPart]) -> None:
-    """Refuse counts from which two numbers cannot follow, whatever they are.
+def choose_parts(counted: Iterable[CountedPart]) -> list[CountedPart]:
+    """Parts that a fit can use, by digest.
 
     Raises RequestError.
     """
-    free = sum(one.free_shares for one in told)
-    if free < 2:
-        mute = [one.part.part_id for one in counted if not one.free_shares]
-        said = f" ({', '.join(mute)} can lie in one way only, which says nothing)" if mute else ""
-        raise errors.RequestError(
-            "counts that tell two numbers, of a part that can lie in three ways or of two parts",
-            f"{text.several(free, 'number')} from {text.several(len(told), 'part')}{said}",
-            "count another part on this plate")
+    merged = sorted(merge_counts(counted), key=lambda one: (
+        one.part.digest, one.cluster_tolerance, one.round_sides))
+    told = sorted((one for one in merged if one.counted and one.free_shares),
+                  key=lambda one: -one.counted)[:MOST_PARTS]
+    if not told:
+        raise errors.RequestError("counts of a part that can lie in two ways", text.listed(
+            [one.part.part_id for one in merged]) or "none", "count another part on this plate")
     total = sum(one.counted for one in told)
     if total < FEWEST_COUNTS:
         raise errors.RequestError(f"at least {FEWEST_COUNTS} counted parts", f"{total}",
                                   f"count {FEWEST_COUNTS - total} more")
+    return [one for one in merged if one in told]
 
 
-def refuse_undecided(grid: scenes.SceneGrid, within: scenes.SceneRange,
-                     alternatives: evidence.Alternatives) -> None:
-    """Refuse counts that leave restitution and drop height anywhere in their range.
+def rolls_about(one: CountedPart) -> bool:
+    """Whether a part rolls on a full round surface, its poses numbered alike for all sides.
 
-    Raises RequestError.
+    The counts are by these numbers, so a part whose poses change with the sides cannot tell them.
     """
-    logarithm = evidence.weigh_scenes(alternatives).max(axis=0)
-    found = likelihood.most_likely(grid, logarithm)
-    (slow, low), (fast, high) = within.bounds
-    open_restitution = found.restitution[1] <= slow and found.restitution[2] >= fast
-    open_height = (found.drop_height[1] <= math.exp(low) * 1.001
-                   and found.drop_height[2] >= math.exp(high) * 0.999)
-    if open_restitution and open_height:
-        explained = next(iter(alternatives.values()))
-        total = sum(one.counted.counted for one in explained)
-        fall = float(logarithm.max() - logarithm.min())
-        needed = math.ceil(total * max(4.0 / max(fall, 0.1), 2.0) / 10.0) * 10
-        raise errors.RequestError(
-            "counts that tell some restitutions and drop heights from others",
-            f"{total} of {text.several(len(explained), 'part')} that fit all of them alike",
-            f"count about {needed}, or parts of other shapes")
+    own = one.resting
+    return any(pose.rolls for pose in own.poses) and any(
+        run.full and run.kind == "round" for run in own.body.runs) and all(
+            own.is_numbered_like(replace(one, round_sides=sides).resting) for sides in SIDES)
+
+
+def _shares(counted: CountedPart, wanted: Sequence[DropScene]) -> Array:
+    """Shares (n, G) of the groups by `split`."""
+    resting = counted.resting
+    return np.array([np.bincount(resting.group, split(resting, scene)) for scene in wanted])
+
+
+def weigh_scenes(parts: Sequence[ExplainedPart], grid: SceneGrid) -> tuple[Array, Array]:
+    """Logarithm (n,) of the likelihood of all parts together, and the scenes' probabilities."""
+    together = sum((one.likelihood for one in parts), np.zeros(grid.prior.size))
+    weighed = together + np.log(SCATTER_WEIGHTS)[:, None]
+    top = weighed.max(axis=0)
+    logarithm = np.asarray(top + np.log(np.exp(weighed - top).sum(axis=0)))
+    weight = grid.prior * np.exp(logarithm - logarithm.max())
+    return logarithm, weight / weight.sum()
+
+
+def nearest_scene(parts: Sequence[ExplainedPart], weight: Array) -> int:
+    """Place whose shares are nearest to the average over all scenes; without parts the first."""
+    away = sum((np.square(one.share - weight @ one.share).mean(axis=1) for one in parts),
+               np.zeros(weight.size))
+    return int(away.argmin())
+
+
+def _evidence(one: ExplainedPart, place: int, left_out: int) -> PartEvidence:
+    group, part = one.counted.resting.group, one.counted.part
+    return PartEvidence(
+        part.part_id, part.digest, one.counted.counted,
+        tuple(tuple(np.flatnonzero(group == each).tolist()) for each in range(one.count.size)),
+        one.count / one.count.sum(), one.share[place],
+        math.sqrt(max(one.square_error(place), 0.0)),
+        scenes.Numbering(one.counted.cluster_tolerance, one.counted.round_sides),
+        (one.share[left_out] / np.bincount(group))[group],
+        math.sqrt(max(one.square_error(left_out), 0.0)))
+
+
+def _interval(values: Array, profile: Array, found: float) -> Triple:
+    """A value with the outermost ones at which a profile crosses its level, linear between."""
+    level = profile.max() - 0.5 * REACH
+    inside = np.flatnonzero(profile >= level)
+    ends = []
+    for edge, beyond in ((inside[0], inside[0] - 1), (inside[-1], inside[-1] + 1)):
+        end = values[edge]
+        if 0 <= beyond < values.size:
+            share = (profile[edge] - level) / (profile[edge] - profile[beyond])
+            end = end + share * (values[beyond] - end)
+        ends.append(float(end))
+    return (found, ends[0], ends[1]) if found == AS_DEFAULT else (
+        found, min(ends[0], found), max(ends[1], found))
+
+
+def _sides_interval(sides: Sequence[int], profile: Array, found: int) -> tuple[int, int, int]:
+    if len(sides) == 1:
+        return UNTOLD_SIDES
+    likely = profile >= profile.max() - 0.5 * REACH
+    left = [found, *(each for each, is_left in zip(sides, likely, strict=True) if is_left)]
+    return found, min(left), max(left)
+
+
+def _p_value(parts: Sequence[ExplainedPart], place: int, grid: SceneGrid) -> float:
+    """Chance of counts this far from the scene, to which two or three numbers were fitted."""
+    statistic, free, scene = 0.0, -2 - (len(grid.sides) > 1), grid.scene(place)
+    for one in parts:
+        resting = (one.standing(scene.round_sides) if place else one.counted).resting
+        probability = split(resting, scene)
+        expected = expected_error("split", resting, probability, scene)
+        test = goodness_of_fit(one.count, one.share[place],
+                               np.bincount(resting.group, expected.each))
+        if not test.too_few:
+            statistic += test.statistic
+            free += test.degrees_of_freedom
+    return float(chdtrc(free, statistic)) if free > 0 else math.nan
+
+
+def log_likelihood(counts: Index, shares: Array) -> Array:
+    """Logarithm (S, n) of the probability of counts (G,) where shares (n, G) are expected.
+
+    The true ones scatter around them as by a Dirichlet distribution; up to what depends on the
+    counts alone.
+    """
+    met = counts > 0
+    of, expected = counts[met].astype(np.float64), np.maximum(shares[:, met], LEAST_SHARE)
+    total = 0.25 / np.square(SCATTERS)[:, None, None] - 1.0
+    alpha = expected * total
+    constant = gammaln(total + of.sum()) - gammaln(total)
+    return np.asarray((gammaln(alpha + of) - gammaln(alpha)).sum(axis=-1) - constant[..., 0])

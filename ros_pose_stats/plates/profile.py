@@ -4,18 +4,19 @@ import errno
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, field
 from datetime import datetime, timezone
 from itertools import chain
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import yaml
 
 from .. import errors, files
 from ..records import DropScene
+from ..records.scene import Numbering
 from ..version import VERSION
-from . import plate_fit, round_parts
+from . import fit as fits
 
 HEAD = "plates"
 MOST_PLATES = 256
@@ -30,6 +31,13 @@ SIDES_FIELDS = "round_sides", "round_sides_low", "round_sides_high"
 """Files of earlier versions do not have them."""
 
 
+class LeftOut(NamedTuple):
+    """What a plate says of a part without that part's own counts."""
+
+    numbering: Numbering
+    probability: tuple[float, ...]  # of its poses, by `index`
+
+
 @dataclass(frozen=True)
 class PlateProfile:
     """The scene that stands for a plate, and how far to trust it.
@@ -41,7 +49,8 @@ class PlateProfile:
     restitution: float  # effective coefficient of restitution, and bounds of its 90 % interval
     restitution_low: float
     restitution_high: float
-    drop_height: float  # effective height of the centre of mass at release, likewise, metres
+    # effective height of the centre of mass at release, likewise, metres; negative: 20 part radii
+    drop_height: float
     drop_height_low: float
     drop_height_high: float
     # expected root mean square error on a part that was not counted, as a fraction
@@ -51,16 +60,20 @@ class PlateProfile:
     counted: int  # parts of all kinds together
     date: str  # when it was fitted, ISO 8601, UTC
     version: str  # of this package
-    # sides a turn that round parts stand as, and the ends of the range that the counts do not
+    # effective sides a turn of round parts, and the ends of the range that the counts do not
     # exclude
-    round_sides: int = round_parts.UNTOLD_SIDES[0]
-    round_sides_low: int = round_parts.UNTOLD_SIDES[1]
-    round_sides_high: int = round_parts.UNTOLD_SIDES[2]
+    round_sides: int = fits.UNTOLD_SIDES[0]
+    round_sides_low: int = fits.UNTOLD_SIDES[1]
+    round_sides_high: int = fits.UNTOLD_SIDES[2]
+    default_weight: float = math.nan  # probability that the default scene explains the counts best
+    # by digest of a counted part: what the others predict of it, so that its counts count once
+    left_out: Mapping[str, "LeftOut"] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         refuse_name(self.name)
         for sides in (self.round_sides, self.round_sides_low, self.round_sides_high):
-            DropScene(self.restitution, self.drop_height, round_sides=sides)
+            DropScene(self.restitution, None if self.drop_height < 0.0 else self.drop_height,
+                      round_sides=sides)
         if not 0.0 <= self.plate_error <= 1.0:
             raise errors.RequestError("a plate_error from 0 to 1", f"{self.plate_error}",
                                       "0.05 is 5 points")
@@ -68,14 +81,16 @@ class PlateProfile:
     @property
     def tells_round_sides(self) -> bool:
         """Whether round parts were counted and left some numbers of sides out."""
-        return (self.round_sides_low, self.round_sides_high) != round_parts.UNTOLD_SIDES[1:]
+        return (self.round_sides_low, self.round_sides_high) != fits.UNTOLD_SIDES[1:]
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values that JSON and YAML can hold, without the name."""
-        values = {**asdict(self), "parts": list(self.parts),
-                  "p_value": self.p_value if math.isfinite(self.p_value) else None}
-        del values["name"]
-        return values
+        values = {key: getattr(self, key) for key in self.__dataclass_fields__ if key != "name"}
+        for key in ("p_value", "default_weight"):
+            values[key] = values[key] if math.isfinite(values[key]) else None
+        left_out = {digest: {**one.numbering._asdict(), "probability": list(one.probability)}
+                    for digest, one in self.left_out.items()}
+        return {**values, "parts": list(self.parts), "left_out": left_out}
 
 
 def refuse_name(name: str) -> None:
@@ -88,13 +103,15 @@ def refuse_name(name: str) -> None:
                                   f"{name!r}", "for instance glass")
 
 
-def profile_of(name: str, fit: plate_fit.PlateFit) -> PlateProfile:
+def profile_of(name: str, fit: fits.PlateFit) -> PlateProfile:
     """The profile of a plate as it was fitted, with today's date."""
     return PlateProfile(
         name, *fit.restitution, *fit.drop_height, fit.plate_error, fit.p_value,
         tuple(dict.fromkeys(part.part_id for part in fit.parts)), fit.counted,
         datetime.now(timezone.utc).isoformat(timespec="seconds"), VERSION,
-        *fit.round_sides)
+        *fit.round_sides, fit.default_weight,
+        {part.part_digest: LeftOut(part.numbering, tuple(part.left_out.tolist()))
+         for part in fit.parts})
 
 
 def read_profiles(file: Path) -> dict[str, PlateProfile]:
@@ -116,7 +133,8 @@ def write_profile(file: Path, profile: PlateProfile) -> None:
     if file.exists():
         plates = {name: value for name, value in _read(file).items() if name != profile.name}
     plates[profile.name] = profile.as_dict()
-    text = yaml.safe_dump({HEAD: plates}, sort_keys=False, allow_unicode=True)
+    text = yaml.safe_dump({HEAD: plates}, sort_keys=False, allow_unicode=True,
+                          default_flow_style=None)
     # A link to the file stays a link.
     files.make_directories(file.resolve().parent)
     files.replace_file(file.resolve(), text.encode())
@@ -186,22 +204,33 @@ def _profile(file: Path, name: str, values: Any) -> PlateProfile:
         numbers = {key: float(values[key]) for key in (
             "restitution", "restitution_low", "restitution_high", "drop_height",
             "drop_height_low", "drop_height_high", "plate_error")}
-        p_value = math.nan if fields["p_value"] is None else float(fields["p_value"])
+        p_value, weight = (math.nan if (told := fields[key]) is None else float(told)
+                           for key in ("p_value", "default_weight"))
         sides = [default if (told := fields[key]) is None else int(told)
-                 for key, default in zip(SIDES_FIELDS, round_parts.UNTOLD_SIDES, strict=True)]
+                 for key, default in zip(SIDES_FIELDS, fits.UNTOLD_SIDES, strict=True)]
+        left_out = {str(digest): _left_out(**one)
+                    for digest, one in (fields["left_out"] or {}).items()}
         parts = fields["parts"] if isinstance(fields["parts"], list) else []
         return PlateProfile(
             name=name, **numbers, p_value=p_value, parts=tuple(map(str, parts)),
             counted=int(fields["counted"] or 0), date=str(fields["date"] or ""),
             version=str(fields["version"] or ""),
-            round_sides=sides[0], round_sides_low=sides[1], round_sides_high=sides[2])
+            round_sides=sides[0], round_sides_low=sides[1], round_sides_high=sides[2],
+            default_weight=weight, left_out=left_out)
     except KeyError as error:
         raise errors.RequestError(f"{error.args[0]} of each plate", f"none for {name} in {file}",
                                   "fit the plate again") from error
     except errors.RequestError as error:
         raise errors.RequestError(error.expected, f"{error.found} for {name} in {file}",
                                   "fit the plate again") from error
-    except (TypeError, ValueError, OverflowError) as error:
+    except (TypeError, ValueError, OverflowError, AttributeError) as error:
         raise errors.RequestError("numbers for each plate",
                                   f"{re.sub(r'^.*: ', '', str(error))} for {name} in {file}",
                                   "fit the plate again") from error
+
+
+def _left_out(cluster_tolerance: float, round_sides: int, probability: list[float]) -> LeftOut:
+    told = tuple(map(float, probability))
+    if not all(each >= 0.0 for each in told) or not abs(sum(told) - 1.0) < 1e-6:
+        raise ValueError(f"probabilities {probability} of sum {sum(told):g}")
+    return LeftOut(Numbering(float(cluster_tolerance), int(round_sides)), told)

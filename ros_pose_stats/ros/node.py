@@ -20,7 +20,6 @@ from .transport.answering_node import AnsweringNode
 
 PARTING_SECONDS = 0.1  # nobody has been answered for so long when the node stops answering
 LAST_SECONDS = 0.6  # requests that wait for their turn when the node ends are refused in that time
-FIT_SECONDS = 0.8  # a fit may be ended for so long when the node ends
 MENDING_SECONDS = 1.0  # a start waits for the bags of earlier runs to be mended for so long
 
 
@@ -85,8 +84,7 @@ class PoseStatsNode(AnsweringNode):
         services.Services(self, settings, parts, results, board, self.requests, self.intake,
                           checker, refiner, jobs, reports, self.outlines)
         feeding.FeedingService(self, settings, parts, self.flip_jobs[1], fed, flips)
-        self.fits = plate_fits.PlateFits(self, settings, parts, counts, board,
-                                         self.table.use_plate)
+        plate_fits.PlateFits(self, settings, parts, counts, board, self.table.use_plate)
         self.actions = [goals.SimulateDropsServer(self, self.requests, jobs, reports),
                         goals.SimulateFlipsServer(self, settings, parts, self.flip_jobs[0], flips)]
         # Once a second.
@@ -137,7 +135,6 @@ class PoseStatsNode(AnsweringNode):
         self.builder.close()
         self.outlines.close()
         ends = [self.lanes.close, partial(self.answers.close, LAST_SECONDS),
-                partial(self.fits.close, FIT_SECONDS),
                 *(partial(jobs.close, "the node ended") for jobs in (self.jobs, *self.flip_jobs))]
         with ThreadPoolExecutor(len(ends)) as closing:  # each may take its time
             list(closing.map(lambda end: end(), ends))

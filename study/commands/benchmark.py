@@ -70,17 +70,14 @@ def register(kinds: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
                            help="directory into which measured/stability.md, its numbers and "
                            "its figures are written")
     stability.add_argument("--quick", action="store_true", help="measure fewer values and drops")
-    plates = _kind(kinds, "plates", run_plates, "fitted plates against dice and known truths",
-                   "Fit restitution and drop height to five of Budden's dice and predict the "
-                   "others, and fit simulated plates and see how often the intervals hold the "
-                   "truth.",
-                   "plates --splits 20 --simulated 2")
-    plates.add_argument("--splits", type=read_count, default=100, metavar="N",
-                        help="random splits of the dice; 0 leaves them out (default: %(default)s)")
-    plates.add_argument("--simulated", type=read_count, default=40, metavar="N",
-                        help="simulated plates; 0 leaves them out (default: %(default)s)")
+    plates = _kind(kinds, "plates", run_plates, "fitted plates, judged by other parts",
+                   "Fit restitution and drop height to five of Budden's dice, and to five parts "
+                   "on plates simulated with friction, and predict the others.",
+                   "plates --splits 4")
+    plates.add_argument("--splits", type=read_count, default=20, metavar="N",
+                        help="random choices of the five (default: %(default)s)")
     plates.add_argument("--seed", type=read_count, default=1, metavar="S",
-                        help="seed of splits, plates and drops (default: %(default)s)")
+                        help="seed of the choices (default: %(default)s)")
     plates.add_argument("-o", "--output", metavar="DIR",
                         help="directory into which measured/plates.md and its numbers are "
                         "written")
@@ -181,7 +178,7 @@ def run_figures(options: argparse.Namespace) -> int:
 
 
 def run_plates(options: argparse.Namespace) -> int:
-    """Fitted plates against dice and known truths."""
+    """Fitted plates, judged by other parts."""
     with announce_slow_start(), end_on_interrupt():
         from ros_pose_stats.files import refuse_unwritable
 
@@ -192,7 +189,7 @@ def run_plates(options: argparse.Namespace) -> int:
         if folder is not None:
             refuse_unwritable(folder)
     with end_on_interrupt():
-        found = plates(options.splits, options.simulated, options.seed, say=_say)
+        found = plates(options.splits, options.seed, say=_say)
     if folder is not None:
         _say_files(write_plates(found, folder))
     _print(options, plain(found), plates_text(found))

@@ -1,7 +1,6 @@
-"""How well plates are fitted: Budden's dice, and plates of which the truth is known."""
+"""How well plates are fitted: Budden's dice, and plates simulated with friction."""
 
 from .results import plates_text, write_plates
-from .runs import PlateResults, PrismSplits, SimulatedPlates, plates
+from .runs import PlateErrors, PlateResults, plates
 
-__all__ = ["PlateResults", "PrismSplits", "SimulatedPlates", "plates", "plates_text",
-           "write_plates"]
+__all__ = ["PlateErrors", "PlateResults", "plates", "plates_text", "write_plates"]

@@ -9,20 +9,27 @@ it is about to lie on.
 
 from __future__ import annotations
 
+import json
 import math
+from pathlib import Path
 from typing import NamedTuple
 
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from ros_pose_stats.mesh.parts import part_from_mesh
 from ros_pose_stats.mesh.vectors import rotation_matrices
 from ros_pose_stats.records import Part
 from ros_pose_stats.records.scene import GRAVITY
 from ros_pose_stats.resting.poses import resting_poses
+from ros_pose_stats.shapes import box, ellipsoid_points, hull_mesh, prism
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+
+FILE = Path(__file__).with_name("counts.json")
+PLATES, DROPS = 10, 500
 
 SHORTEST = 8e-3
 """Of a step, in the time in which a part falls by its radius."""
@@ -49,6 +56,41 @@ class RealPlate(NamedTuple):
     drop_height: float  # metres
     speed: float  # along the plate, m/s
     spin: float  # about a random axis, rad/s
+
+    def in_words(self) -> str:
+        """For a table."""
+        how = "moving" if self.speed else "at rest"
+        return (f"restitution {self.restitution:.2f}, friction {self.friction:.2f}, "
+                f"{1e3 * self.drop_height:.0f} mm, {how}")
+
+
+def plate_of(number: int) -> RealPlate:
+    """One of the plates of the study; every other one is fed by parts that move."""
+    random, moving = np.random.default_rng((1, number)), number % 2
+    restitution, friction = float(random.uniform(0.1, 0.5)), float(random.uniform(0.1, 0.3))
+    height = float(np.exp(random.uniform(math.log(0.025), math.log(0.3))))
+    return RealPlate(restitution, friction, height, 0.5 * moving, 15.0 * moving)
+
+
+def study_parts() -> list[Part]:
+    """Boxes, prisms, irregular ones, a wedge and a box without a corner, of 7 to 50 mm."""
+    sizes = ((0.02, 0.03, 0.012), (0.01, 0.01, 0.0075), (0.016, 0.022, 0.02), (0.03, 0.05, 0.012),
+             (0.014, 0.025, 0.018))
+    wedge = np.array([(x, y, z) for x in (0.0, 0.03)
+                      for y, z in ((0.0, 0.0), (0.02, 0.0), (0.0, 0.015))])
+    cut = np.vstack((box(0.02, 0.024, 0.016)[0][:-1],
+                     [(0.01, 0.012, 0.0), (0.01, 0.0, 0.008), (-0.002, 0.012, 0.008)]))
+    return [part_from_mesh(*surface) for surface in (
+        *(box(*size) for size in sizes), prism(6, 0.01, 0.024), prism(3, 0.012, 0.015),
+        prism(5, 0.012, 0.014), hull_mesh(ellipsoid_points(8, 1, (0.012, 0.015, 0.009))),
+        hull_mesh(ellipsoid_points(12, 2, (0.02, 0.014, 0.012))), hull_mesh(wedge),
+        hull_mesh(cut))]
+
+
+def read_counts() -> list[list[list[int]]]:
+    """Counts by plate, part and pose, as `python -m study.plates.friction` writes them."""
+    found: list[list[list[int]]] = json.loads(FILE.read_text(encoding="utf-8"))
+    return found
 
 
 def count_poses(part: Part, plate: RealPlate, drops: int, seed: tuple[int, ...]) -> Index:
@@ -182,3 +224,9 @@ def _strike(arm, velocity, momentum, world, restitution, friction):  # type: ign
             break
     velocity += impulse
     momentum += cross @ impulse
+
+
+if __name__ == "__main__":  # for ten minutes
+    FILE.write_text(json.dumps([[count_poses(part, plate_of(k), DROPS, (7, k, number)).tolist()
+                                 for number, part in enumerate(study_parts())]
+                                for k in range(PLATES)]) + "\n", encoding="utf-8")

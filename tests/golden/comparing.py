@@ -14,9 +14,6 @@ import re
 ROUNDING = 1e-9
 """Relative and absolute: a thousand times what estimates differed by between processors."""
 
-SEARCHED = {"fit": 1e-6}
-"""Answers of a numeric search, which ends within its own tolerance."""
-
 BITS = "bits"
 """Key of what is equal to the last bit on one machine alone; not kept."""
 
@@ -59,10 +56,9 @@ def differences(answers, kept):
         if here["exact"] != expected["exact"] or len(here["numbers"]) != len(expected["numbers"]):
             lines.append(f"{name}: what is exact differs")
             continue
-        rounding = SEARCHED.get(name, ROUNDING)
         pairs = zip(map(number, here["numbers"]), map(number, expected["numbers"]), strict=True)
         apart = [(value, other) for (value, unit), (other, _) in pairs
-                 if abs(value - other) > max(1.001 * unit, rounding * (1.0 + abs(other)))]
+                 if abs(value - other) > max(1.001 * unit, ROUNDING * (1.0 + abs(other)))]
         if apart:
             value, other = max(apart, key=lambda pair: abs(pair[0] - pair[1]))
             lines.append(f"{name}: {len(apart)} numbers differ, most {value!r} from {other!r}")

@@ -64,9 +64,7 @@ def test_answers_for_a_part(name, in_folder_of):
 
 
 @pytest.mark.filterwarnings("ignore")
-@pytest.mark.parametrize("name", [
-    pytest.param(name, marks=[pytest.mark.long] if name == "fit" else [])
-    for name in ALL if ": " not in name])
+@pytest.mark.parametrize("name", [name for name in ALL if ": " not in name])
 def test_answers_about_several_parts(name, in_folder_of, tmp_path):
     made = sorted(file for file in in_folder_of.iterdir() if file.is_file())
     found = answers.answers_of_commands(made, tmp_path, {name}.__contains__)

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...errors import PoseStatsError, RequestError
-from ...records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES
-from ...text import Column, columns, interval, length_in_words, listed, percent, several
+from ...records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_DROP_RADII, DEFAULT_ROUND_SIDES
+from ...text import Column, columns, length_in_words, listed, percent, several
 from .. import arguments as given, running
 
 if TYPE_CHECKING:
@@ -49,8 +49,6 @@ def register(commands: given.Commands) -> None:
                          "(default: %(default)s)")
     command.add_argument("--round-sides", type=given.read_count, default=DEFAULT_ROUND_SIDES,
                          metavar="N", help="likewise (default: %(default)s)")
-    given.add_seed_option(command, "seed of the drops (default: %(default)s)", 0)
-    given.add_workers_option(command)
     given.add_json_option(command)
     command.set_defaults(run=run)
 
@@ -62,30 +60,22 @@ def run(options: argparse.Namespace) -> int:
         from ...kernels.compilation import prepare_kernels
         from ...plates import fit_plate, profile_of, refuse_name, write_profile
         from ...plates.profile import refuse_foreign
-        from ...simulation.request import drop_request
 
         file = Path(options.plates)
         refuse_name(options.plate)
         refuse_unwritable(file.parent)
         refuse_foreign(file)
-        drop_request(None, options.seed, 0.0, options.workers, None)
         counted, notes = _read_counts(options)
         prepare_kernels()
+        found = fit_plate(counted)
     for note in notes:
         print(f"ros_pose_stats: {note}", file=sys.stderr)
-    with running.stop_on_interrupt() as interrupted, running.ProgressBar(sys.stderr) as bar:
-        found = fit_plate(counted, seed=options.seed, workers=options.workers,
-                          on_progress=lambda share: bar.draw(share, f"{100.0 * share:.0f} %"),
-                          should_stop=interrupted)
-    if found is None:
-        print("ros_pose_stats: interrupted; no plate was written", file=sys.stderr)
-        return running.INTERRUPTED
     profile = profile_of(options.plate, found)
     write_profile(file, profile)
     if options.json:
         running.print_json({
             "plate": profile.name, **profile.as_dict(), "file": str(file),
-            "seconds": found.seconds, "drops": found.drops,
+            "seconds": found.seconds,
             "evidence": [_evidence(part) for part in found.parts], "notes": notes})
     else:
         print("\n".join([*_lines(profile, found), "", f"wrote {file}"]))
@@ -111,33 +101,23 @@ def _read_counts(options: argparse.Namespace) -> tuple[list[CountedPart], list[s
 
 def _lines(profile: PlateProfile, found: PlateFit) -> list[str]:
     heads = [Column("part", left=True), Column("counted"), Column("error", "points"),
-             Column("if left out", "points"), Column("alone: restitution", "%"),
-             Column("drop height", "mm")]
-    rows = [[part.part_id, str(part.counted), percent(part.error), percent(part.left_out_error),
-             interval(*part.alone.restitution[1:]),
-             f"{1e3 * part.alone.drop_height[1]:.3g} - {1e3 * part.alone.drop_height[2]:.3g}"]
+             Column("if left out", "points")]
+    rows = [[part.part_id, str(part.counted), percent(part.error), percent(part.left_out_error)]
             for part in found.parts]
-    height = [length_in_words(metres) for metres in found.drop_height]
+    height = [length_in_words(metres) if metres > 0.0 else f"{DEFAULT_DROP_RADII:g} part radii"
+              for metres in found.drop_height]
     fits = ("nothing is left to test it" if math.isnan(found.p_value)
             else f"p-value {found.p_value:.2g}")
+    rolling = ["round parts roll as on {} sides a turn ({} to {} are not excluded)".format(
+        *found.round_sides)] if profile.tells_round_sides else []
     return [f"plate {profile.name}, from {several(found.counted, 'count')} of "
             f"{several(len(found.parts), 'part')}",
-            "restitution {:.2f} ({:.2f} to {:.2f}), ".format(*found.restitution)
-            + "drop height {} ({} to {}); 90 % intervals".format(*height),
-            *_rolling_lines(found),
+            "effective restitution {:.2f} ({:.2f} to {:.2f}), ".format(*found.restitution)
+            + "effective drop height {} ({} to {}); 90 % intervals".format(*height),
+            *rolling, found.verdict,
             f"expected error on another part: {percent(found.plate_error)} points; {fits}", "",
             *columns(heads, rows),
             "error: of the part's shares in this scene, and in the one that the others ask for"]
-
-
-def _rolling_lines(found: PlateFit) -> list[str]:
-    """What round parts told; nothing where none were counted."""
-    from ...plates.round_parts import UNTOLD_SIDES
-
-    if found.round_sides == UNTOLD_SIDES:
-        return []
-    return ["round parts roll as on {} sides a turn ({} to {} are not excluded)".format(
-        *found.round_sides)]
 
 
 def _evidence(part: PartEvidence) -> dict[str, Any]:
@@ -146,10 +126,7 @@ def _evidence(part: PartEvidence) -> dict[str, Any]:
                        for poses, observed, expected in zip(
                            part.poses, part.observed.tolist(), part.expected.tolist(),
                            strict=True)],
-            "error": part.error,
-            "left_out_error": None if math.isnan(part.left_out_error) else part.left_out_error,
-            "restitution": list(part.alone.restitution),
-            "drop_height": list(part.alone.drop_height)}
+            "error": part.error, "left_out_error": part.left_out_error}
 
 
 def counts_on_plate(paths: Sequence[Path], plate: str,

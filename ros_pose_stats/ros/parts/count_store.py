@@ -201,5 +201,9 @@ class CountStore:
             counts.ground = ground
         if counts.ground != ground:
             return None
-        combined = observe_counts(statistics_messages.statistics_of_message(message), counts.total)
+        profile = self._settings().profile
+        left_out = profile.left_out.get(known.digest) if profile else None
+        told = left_out.probability if left_out and left_out.numbering == ground.numbering else ()
+        combined = observe_counts(statistics_messages.statistics_of_message(message), counts.total,
+                                  told)
         return combined if combined.method == OBSERVED else None

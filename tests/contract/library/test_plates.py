@@ -5,11 +5,11 @@ from __future__ import annotations
 import pytest
 import yaml
 
-from ros_pose_stats import load_part, shapes, simulate
+from ros_pose_stats import estimate, load_part, shapes
 from tests.bodies import write_stl
 from tests.running import answer_json, refusal
 
-RESTITUTION, HEIGHT = 0.3, 0.05
+RESTITUTION, HEIGHT = 0.2, 0.02
 SIZES = {"a": (20.0, 30.0, 12.0), "b": (10.0, 10.0, 7.5), "c": (16.0, 22.0, 20.0)}
 
 
@@ -21,11 +21,11 @@ def folder(tmp_path_factory):
     return folder
 
 
-def table_of(folder, names, drops, restitution, height, **options):
-    """A table of what a simulated plate counts."""
-    rows = [f"{name}.stl,{pose.index},{pose.count}" for seed, name in enumerate(names)
-            for pose in simulate(load_part(folder / f"{name}.stl", unit="mm"), drops, restitution,
-                                 11 + seed, height, **options).poses]
+def table_of(folder, names, parts, restitution, height, **options):
+    """A table of what is counted on a plate as the estimate has it."""
+    rows = [f"{name}.stl,{pose.index},{round(parts * pose.probability)}" for name in names
+            for pose in estimate(load_part(folder / f"{name}.stl", unit="mm"), "split",
+                                 restitution=restitution, drop_height=height, **options).poses]
     file = folder / f"{'-'.join(names)}-{restitution}.csv"
     file.write_text("\n".join(rows))
     return file
@@ -33,12 +33,12 @@ def table_of(folder, names, drops, restitution, height, **options):
 
 def fit(table, *options):
     return answer_json("fit", table, "--unit", "mm", "--plate", "glass", "--plates",
-                       table.with_suffix(".yaml"), "--seed", 5, *options)
+                       table.with_suffix(".yaml"), *options)
 
 
 @pytest.fixture(scope="module")
 def fitted(folder):
-    """What is printed for a simulated plate, and the file, which was there before, as a link."""
+    """What is printed for a plate, and the file, which was there before, as a link."""
     table = table_of(folder, "ac", 600, RESTITUTION, HEIGHT)
     real, link = folder / "real.yaml", table.with_suffix(".yaml")
     real.write_text("plates:\n  steel: {restitution: 0.2, note: by hand}\n")
@@ -46,12 +46,21 @@ def fitted(folder):
     return fit(table), link
 
 
-def test_the_scene_of_a_simulated_plate_is_within_the_intervals(fitted):
+def test_the_scene_of_a_plate_is_found(fitted):
     found, _ = fitted
     assert found["restitution_low"] <= RESTITUTION <= found["restitution_high"]
     assert found["drop_height_low"] <= HEIGHT <= found["drop_height_high"]
-    assert found["p_value"] > 0.01 and 0.0 < found["plate_error"] < 0.08
-    assert found["counted"] == 1200 and found["parts"] == ["a", "c"]
+    assert found["p_value"] > 0.5 and 0.0 < found["plate_error"] < 0.05
+    assert abs(found["counted"] - 1200) < 4 and sorted(found["parts"]) == ["a", "c"]
+    assert found["default_weight"] < 0.5
+
+
+def test_the_order_of_counts_says_nothing(folder, fitted):
+    table = folder / "turned.csv"
+    table.write_text("\n".join((folder / "a-c-0.2.csv").read_text().splitlines()[::-1]))
+    again, found = fit(table), fitted[0]
+    for name in {*found} - {"date", "file", "seconds"}:
+        assert again[name] == found[name]
 
 
 def test_the_file_stays_where_it_is_with_what_else_it_holds(fitted):
@@ -65,11 +74,10 @@ def test_the_file_stays_where_it_is_with_what_else_it_holds(fitted):
                                                                              ".yaml")]
 
 
-@pytest.mark.long
 def test_a_plate_unlike_the_model_is_said_to_be_so(folder, fitted):
     """A fifth of each part is moved from the most frequent pose to the rarest."""
     moved = folder / "moved.csv"
-    rows = [line.split(",") for line in (folder / "a-c-0.3.csv").read_text().splitlines()]
+    rows = [line.split(",") for line in (folder / "a-c-0.2.csv").read_text().splitlines()]
     for name in "ac":
         own = [row for row in rows if row[0] == f"{name}.stl"]
         most, least = max(own, key=lambda row: int(row[2])), min(own, key=lambda row: int(row[2]))
@@ -111,13 +119,11 @@ def test_names_that_no_plate_has(folder, name):
     assert "plate's name" in line
 
 
-@pytest.mark.long
-@pytest.mark.timeout(900)
 def test_round_parts_tell_what_rolling_loses(folder):
     """A cylinder as high as wide and a box, dropped with 48 sides a turn."""
     write_stl(folder / "round.stl", shapes.prism(64, 10.0, 20.0))
-    found = fit(table_of(folder, ("round", "a"), 2000, 0.4, 0.12, round_sides=48))
+    found = fit(table_of(folder, ("round", "a"), 2000, 0.5, 0.4, round_sides=48))
     assert found["round_sides_low"] == found["round_sides"] == 48
     assert found["round_sides_high"] < 384
-    assert found["restitution_low"] <= 0.4 <= found["restitution_high"]
-    assert found["drop_height_low"] <= 0.12 <= found["drop_height_high"]
+    assert found["restitution_low"] <= 0.5 <= found["restitution_high"]
+    assert found["drop_height_low"] <= 0.4 <= found["drop_height_high"]
