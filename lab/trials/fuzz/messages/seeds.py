@@ -73,7 +73,7 @@ class Seeds:
         if name == "sec":
             return self.chance.choice(SECONDS)
         if kind.startswith(("uint", "int")):
-            bits = int(kind.lstrip("uint"))
+            bits = int(kind.lstrip("uint")) - kind.startswith("int")
             return self.chance.choice(HOSTILE_COUNTS) % 2**bits if self._odd() else GOOD.get(
                 name, 3)
         package, _, short = kind.partition("/")
