@@ -24,7 +24,7 @@ METHODS = ("", "combined", "csae", "simulation", "nothing", *HOSTILE_NAMES)
 
 GOOD = {"restitution": -1.0, "drop_height": -1.0, "unit": 1.0, "target_error": 0.0,
         "max_seconds": 0.0, "cluster_tolerance": 0.0025, "w": 0.8, "m": 0.1, "ixx": 1e-5,
-        "iyy": 1e-5, "izz": 1e-5, "drops": 20, "round_sides": 192, "index": 0}
+        "iyy": 1e-5, "izz": 1e-5, "drops": 20, "round_sides": 192, "index": 0, "from_pose": -1}
 """Values that the node takes, by the name of the field."""
 
 CORNERS = np.array([(0.0, 0.0, 0.0), (0.04, 0.0, 0.0), (0.0, 0.03, 0.0), (0.01, 0.01, 0.02)])
