@@ -166,11 +166,23 @@ NEAR_TIE = 1e-3
 EXACT_TIE = 1e-5
 """Saddles closer than this tie by symmetry; float32 files round at some 1e-7."""
 
-COARSE_FACETS = 0.1
-"""Angle between facets, radians, above which a curve is coarse; 64 sides a turn have 0.098."""
+CURVED = 0.27
+"""Angle between facets, radians, below which they may be those of a curve; a 24-gon has 0.262."""
+
+BENT = 0.6
+"""Angle between faces, radians, above which an edge is one that was designed."""
+
+NARROW = 3.0
+"""Most turns, seen from the centre of mass, that a facet of a curve is wide on either side."""
+
+ON_RUN = 1e-3
+"""A corner this close to a circle of the body is one of its run."""
 
 FEWEST_FACETS = 8
-"""Stable facets, parted by low barriers only, that are taken for a curve."""
+"""Facets that are taken for a curve."""
+
+EXPORTS_DIFFER = 10
+"""Points by which a share changes with each halving of the facets of a curve that is no circle."""
 
 SAME_SHARE = 1e-10
 """Probabilities this close are a tie: on a symmetric part only rounding parts them."""

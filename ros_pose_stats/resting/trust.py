@@ -6,11 +6,11 @@ from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from .. import text, tolerances
-from ..records import Array, StablePose
-from . import clusters, convex_body, poses
+from ..mesh.vectors import lengths
+from ..records import StablePose
+from . import convex_body, poses
 
 MOST_NAMED = 3
 """Most poses that a warning names; it counts the others."""
@@ -47,13 +47,41 @@ def _rounded(body: convex_body.ConvexBody) -> str:
 
 def _coarse(resting: poses.RestingPoses) -> str:
     """A polygon that rolls loses energy at every facet, and the more the fewer there are."""
-    angles = [angle for angle in _facet_angles(resting) if angle > tolerances.COARSE_FACETS]
-    if not angles:
+    angle = curve_angle(resting)
+    if not angle:
         return ""
-    most = math.degrees(tolerances.COARSE_FACETS)
-    return (f"COARSE_CURVE: facets of {math.degrees(max(angles)):.2g} degrees stand in for a "
-            f"curve and are taken as they are; how often the part stops on the curve hangs on "
-            f"them; export it with facets of at most {most:.2g} degrees.")
+    return (f"COARSE_CURVE: poses lie on a curve that is taken as the file has it, in facets that "
+            f"turn by {math.degrees(angle):.2g} degrees each; with half as large ones shares "
+            f"change by up to {tolerances.EXPORTS_DIFFER} points, and no size is the right one.")
+
+
+def curve_angle(resting: poses.RestingPoses) -> float:
+    """Usual angle (radians) between facets, off all runs, of curves that poses lie on; else 0.
+
+    A facet of a curve turns little to two neighbours at least, and far to others. That on which
+    the part lies is narrow.
+    """
+    found, body, arrays = resting.equilibria, resting.body, resting.body.arrays
+    on_run = np.zeros(len(body.points), dtype=np.bool_)
+    for run in body.runs:
+        away = body.points - run.center
+        above = (away * run.axis).sum(axis=1)
+        off = lengths(away - above[:, None] * run.axis) - run.radius
+        on_run |= above * above + off * off < tolerances.ON_RUN * tolerances.ON_RUN
+    as_given = ~np.logical_or.reduceat(on_run[arrays.corner], arrays.face_start[:-1])
+    there = arrays.face[arrays.twin]
+    turn = 2.0 * np.arcsin(0.5 * lengths(arrays.normal[arrays.face] - arrays.normal[there]))
+    small = (turn < tolerances.CURVED) & as_given[arrays.face] & as_given[there]
+    narrow = arrays.inset < tolerances.NARROW * turn * arrays.distance[arrays.face]
+    curved = np.bincount(arrays.face[small], minlength=body.faces) > 1
+    curved[arrays.face[(turn >= tolerances.CURVED) & (turn < tolerances.BENT)]] = False
+    pose = resting.clusters.pose[found.rank][found.arrays.basin]
+    lies = np.bincount(arrays.face[small & narrow], minlength=body.faces) > 1
+    lies = (lies & curved)[found.faces[resting.clusters.lowest]]
+    curved &= (lies & np.array([not one.rolls for one in resting.poses]))[pose]
+    if curved.sum() < tolerances.FEWEST_FACETS:
+        return 0.0
+    return float(np.median(turn[small & curved[arrays.face]]))
 
 
 def _clustered(resting: poses.RestingPoses) -> str:
@@ -105,25 +133,6 @@ def _smallest_gap(resting: poses.RestingPoses) -> float:
     # Exact ties come from symmetry and have no consequence.
     open_gaps = gaps[(below >= 0) & wanted[split] & (gaps > tolerances.EXACT_TIE)]
     return float(open_gaps.min(initial=math.inf))
-
-
-def _facet_angles(resting: poses.RestingPoses) -> list[float]:
-    """Typical angle between the facets of each curve that is no circle, radians.
-
-    Facets of one curve are hardly parted, whether they are poses of their own or not.
-    """
-    found = resting.equilibria
-    if len(found.order) < tolerances.FEWEST_FACETS:
-        return []
-    curve = clusters.clusters(found, max(resting.clusters.tolerance, clusters.RUN_TOLERANCE)).pose
-    as_given = found.body.run_of_face[found.faces] < 0
-    many = np.flatnonzero(np.bincount(curve[as_given]) >= tolerances.FEWEST_FACETS)
-    return [_spacing(found.downs[(curve == number) & as_given]) for number in many.tolist()]
-
-
-def _spacing(downs: Array) -> float:
-    """Median distance to the nearest other direction."""
-    return float(np.median(cKDTree(downs).query(downs, 2)[0][:, 1]))
 
 
 def _named(poses: Sequence[StablePose]) -> str:
