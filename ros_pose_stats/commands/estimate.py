@@ -58,10 +58,12 @@ def run(options: argparse.Namespace) -> int:
         plain = [statistics.as_dict() for statistics in answers]
         running.print_json(plain if options.method == ALL else plain[0])
     else:
-        from .tables import comparison, report
+        from ..records.tables import comparison, report
+        from ..statistics.pose_groups import listed_poses
 
-        print(comparison(part, answers, each=options.each) if options.method == ALL
-              else report(part, answers[0], each=options.each))
+        rows = [listed_poses(one, options.each) for one in answers]
+        print(comparison(answers, rows, part) if options.method == ALL
+              else report(answers[0], rows[0], part))
     return 0
 
 

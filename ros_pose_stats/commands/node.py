@@ -148,8 +148,8 @@ def run_show(options: argparse.Namespace) -> int:
     """Print what is latched."""
     arguments = ros_arguments("pose_stats_show", options.ros_arguments)
     prepare_ros()
+    from ..records.tables import parts_table
     from ..ros.client import latched_results
-    from .tables import parts_table
 
     for results in latched_results(options.node, options.part_id, options.watch, arguments):
         if options.part_id:
@@ -164,11 +164,12 @@ def run_show(options: argparse.Namespace) -> int:
 
 
 def _print_result(found: Any, part: Any, options: argparse.Namespace) -> None:
-    from .tables import report
+    from ..records.tables import report
+    from ..statistics.pose_groups import listed_poses
 
     if options.json:
         running.print_json(found.as_dict())
     elif found.poses:
-        print(report(part, found, each=options.each))
+        print(report(found, listed_poses(found, options.each), part))
     else:
         print(*found.warnings, sep="\n")

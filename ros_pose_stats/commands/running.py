@@ -244,9 +244,11 @@ def run_and_report(part: Part, simulate: Callable[..., PoseStatistics], bound: i
     if options.json:
         print_json(answer.as_dict(), interrupted=stopped)
     else:
-        from .tables import report
+        from ..records.tables import report
+        from ..statistics.pose_groups import listed_poses
 
-        print(report(part, answer, each=options.each, explain=bool(options.target_error)))
+        print(report(answer, listed_poses(answer, options.each), part,
+                     explain=bool(options.target_error)))
         if stopped:
             print(f"interrupted after {answer.drops} of {bound} drops")
     return INTERRUPTED if stopped else 0

@@ -127,14 +127,10 @@ def in_standard_order(triangles: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def coordinate_rounding(vertices: ArrayLike, triangles: NDArray[np.uint32]) -> float:
-    """Largest rounding error that storing may have made in the coordinates.
+    """Largest rounding error of the coordinates (V, 3), in their unit.
 
-    Coordinates that are all float32 numbers are taken to come from a file that stores no
-    more (STL, mostly); the rounding then is 6e-8 of the largest, however far the part lies
-    from its origin.
-
-    `vertices` (V, 3): finite, in the mesh's unit; `triangles` (T, 3): vertices of no triangle do
-    not count. Returns in the mesh's unit.
+    Those that are all float32 numbers come from a file that stores no more (STL, mostly); the
+    rounding is 6e-8 of the largest then, however far the part lies from its origin.
     """
     points = real_array(vertices)
     used = np.zeros(len(points), dtype=bool)

@@ -236,12 +236,10 @@ def open_edges(triangles: NDArray[np.int64]) -> OpenEdges | None:
 
 
 def join_loops(edges: OpenEdges) -> list[NDArray[np.int64]]:
-    """Join open edges to loops.
+    """Join open edges to loops, each of which meets no vertex twice.
 
     Where two holes touch at a vertex, a loop goes on along the hole, not along the fan of
     triangles by which it came.
-
-    Returns the edges of each loop, which meets no vertex twice.
     """
     leaving: dict[int, list[int]] = {}
     for edge, vertex in enumerate(edges.begin.tolist()):

@@ -17,12 +17,10 @@ more of the shape: twice as large ones displace the thread of a screw by half as
 
 
 def visible_triangles(part: Part, most: int = FINEST) -> Array:
-    """Triangles to draw a part by: its surface, decimated where that has too many.
+    """Triangles (t, 3, 3) to draw a part by, metres: its surface, decimated to at most `most`.
 
-    `most`: triangles, at least 100; with fewer no shape is left. Returns (t, 3, 3): corners in the
-    part frame, metres, each one of the part's own vertices; t <= most. Counter-clockwise seen from
-    outside; an open mesh is drawn as received, not as the hull that stands in for it, with each of
-    its triangles wound both ways.
+    An open mesh is drawn as received, not as the hull that stands in for it, with each of its
+    triangles wound both ways.
     """
     vertices, triangles = _drawn_surface(part)
     is_open = _is_open(part)
@@ -53,11 +51,9 @@ def _fewer_triangles(part: Part, most: int) -> tuple[Array, Index]:
 
 
 def decimate(vertices: Array, triangles: Index, most: int) -> tuple[Array, Index]:
-    """Collapse edges of a mesh within growing tolerances, until it has few enough triangles.
+    """Collapse edges of any mesh within growing tolerances, until it has few enough triangles.
 
-    `vertices` (V, 3); `triangles` (T, 3): of any mesh, also open, of many bodies, or with edges of
-    more than two triangles. Returns what is left of both, at most `most` triangles. Where edges
-    cannot be collapsed so far, as those of loose triangles, the largest triangles stay.
+    Where edges cannot be collapsed so far, as those of loose triangles, the largest ones stay.
     """
     from manifold3d import Manifold, Mesh64  # loaded for pictures alone
 

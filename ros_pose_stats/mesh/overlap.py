@@ -74,11 +74,10 @@ class _Passages(NamedTuple):
 def reach_into_each_other(
     points: NDArray[np.float64], triangles: NDArray[np.int64], body: NDArray[np.int64]
 ) -> bool:
-    """Whether bodies reach into each other by more than `OVERLAP`.
+    """Whether bodies reach into each other by more than `OVERLAP`; within a body nothing counts.
 
-    `points` (V, 3): scaled to a largest extent of one; `triangles` (T, 3): closed surfaces,
-    normals out of the material; `body` (T,): body of each triangle; intersections within a body do
-    not count.
+    `points` (V, 3): scaled to a largest extent of one; `triangles` (T, 3): normals out of the
+    material; `body` (T,).
     """
     if (body == body[0]).all():
         return False

@@ -2,11 +2,12 @@
 
 import os
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import MassPropertiesError, RequestError
+from ..errors import MassPropertiesError, MeshError, RequestError
 from ..kernels.mesh.measures import bounds
 from ..kernels.principal_axes import principal_axes
 from ..records.part import Part
@@ -62,17 +63,15 @@ def part_of_file(mesh: files.FileMesh, given: mass_properties.GivenProperties,
                  part_id: str) -> Part:
     """Make a part from the mesh of a file.
 
-    Returns with a warning `UNIT_GUESSED` where its unit was guessed, and `UNIT_OVERRIDDEN` where
-    its file declares another one than was given; see also `part_from_mesh`. Raises MeshError,
-    MassPropertiesError as `part_from_mesh`.
+    Raises MeshError, MassPropertiesError as `part_from_mesh`.
     """
     return _part(mesh.vertices, mesh.triangles, mesh.unit, given, part_id, mesh.unit_source,
                  mesh.declared)
 
 
 def part_from_mesh(
-    vertices: ArrayLike,
-    triangles: ArrayLike,
+    vertices: ArrayLike | Any,
+    triangles: ArrayLike | None = None,
     center_of_mass: ArrayLike | None = None,
     mass: float | None = None,
     inertia: ArrayLike | None = None,
@@ -85,10 +84,10 @@ def part_from_mesh(
 
     Parameters
     ----------
-    vertices : (V, 3) array
+    vertices : (V, 3) array or trimesh.Trimesh
         In `unit`, part frame.
     triangles : (T, 3) array of int
-        Vertex numbers; either winding, repaired where it is inconsistent.
+        Vertex numbers; either winding, repaired where it is inconsistent. None beside a Trimesh.
     center_of_mass : (3,) array, optional
         Metres, part frame, strictly inside the convex hull; default: uniform density. Given
         alone, the uniform body's inertia about its own centroid is kept.
@@ -122,6 +121,12 @@ def part_from_mesh(
     """
     if not isinstance(part_id, str):
         raise RequestError("text for part_id", f"{part_id!r}", "leave it out for a name by digest")
+    if triangles is None:
+        mesh: Any = vertices
+        if not hasattr(mesh, "faces"):
+            raise MeshError("vertices and triangles, or a trimesh.Trimesh",
+                            f"{type(mesh).__name__} alone", "give the triangles too")
+        vertices, triangles = mesh.vertices, mesh.faces
     given = mass_properties.check_given(center_of_mass, mass, inertia, density)
     return _part(vertices, triangles, units.metres_per_unit(unit), given, part_id, "given")
 

@@ -125,9 +125,8 @@ def unit_that_counts(
 ) -> tuple[float, UnitSource]:
     """Metres a unit of a file, and where that comes from.
 
-    `vertices`, `triangles`: its mesh, for a guess; `unless_declared`: whether `asked` is for
-    files that declare no unit only. Raises RequestError where a guess is asked for and no unit
-    makes it a part for a feeder.
+    `unless_declared`: whether `asked` is for files that declare no unit only. Raises RequestError
+    where no unit that is guessed makes the mesh a part for a feeder.
     """
     if declared is not None and (unless_declared or asked in (None, AUTO)):
         return declared, "declared"

@@ -10,15 +10,10 @@ from ..tolerances import WELD
 def weld(
     vertices: NDArray[np.float64], triangles: NDArray[np.int64]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Merge coincident vertices and drop the triangles that collapse.
+    """Merge vertices within `WELD` of the largest extent and drop triangles that collapse.
 
-    Takes `vertices` (V, 3), `triangles` (T, 3). Returns `vertices` (W, 3): those in use, each the
-    first of its coincident ones, in the order given; the very array given when nothing changes;
-    `triangles` (U, 3).
-
-    Notes
-    -----
-    Vertices within `WELD` of the largest extent are merged, transitively.
+    Returns the vertices in use, each the first of its coincident ones, in the order given; the
+    very array given when nothing changes.
     """
     vertices, triangles = without_unused(vertices, triangles)
     if len(triangles) == 0:
@@ -55,11 +50,10 @@ def _without_collapsed(triangles: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def without_repeated(triangles: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Remove triangles that occupy the same three vertices.
+    """Remove triangles that occupy the same three vertices; one of each orientation stays.
 
-    Takes `triangles` (T, 3). Returns (U, 3): one of each orientation is kept. Opposite pairs are
-    internal walls, where two bodies were joined, and vanish; unless every triangle has its
-    opposite: then the mesh was exported double-sided and the first of each pair stays.
+    Opposite pairs are internal walls, where two bodies were joined, and vanish; unless every
+    triangle has its opposite: then the mesh was exported double-sided and the first stays.
     """
     corners = np.sort(triangles, axis=1)
     a, b, c = triangles.T

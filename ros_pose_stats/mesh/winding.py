@@ -197,12 +197,7 @@ def _edge_number(edges: Edges) -> NDArray[np.int64]:
 def crossings(
     vertices: NDArray[np.float64], triangles: NDArray[np.int64], x: float, y: float
 ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.int64]]:
-    """Crossings of the line at (x, y) with triangles.
-
-    Takes `vertices` (V, 3), `triangles` (T, 3). Returns `which` (k,): numbers of the triangles
-    crossed; `height` (k,): z of each crossing; `sign` (k,): +1 where the triangle's normal points
-    up, -1 where down.
-    """
+    """Triangles crossed by the line at (x, y), at which height, and +1 upward or -1 downward."""
     across, along = vertices[:, 0], vertices[:, 1]
     begin, end = triangles, triangles[:, [1, 2, 0]]
     winding = np.zeros(len(triangles), dtype=np.int64)

@@ -20,10 +20,8 @@ def part_digest(
 ) -> str:
     """SHA-256 (hex) that identifies a part.
 
-    `vertices` (V, 3): in metres, as received; `triangles` (T, 3): as received; `center_of_mass`
-    (3,): metres, part frame, as used; `inertia` (3, 3): about the centre of mass in part axes, kg
-    m², as used. Returns 64 hexadecimal digits over little-endian float64 vertices, uint32
-    triangles and float64 mass, centre of mass and inertia (row by row).
+    Over little-endian float64 vertices as received, in metres, uint32 triangles, and float64 mass,
+    centre of mass and inertia (row by row) as used.
     """
     digest = hashlib.sha256(np.ascontiguousarray(vertices, dtype="<f8").data)
     digest.update(np.ascontiguousarray(triangles, dtype="<u4").data)

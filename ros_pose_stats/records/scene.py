@@ -123,9 +123,8 @@ def describe_scene(restitution: float | Sequence[float], drop_height: float | No
                    radius: float = math.nan) -> str:
     """The scene in one sentence: how high, onto what, how bouncy.
 
-    `restitution`: 0 <= restitution < 1; several where each was dropped with; `drop_height`:
-    metres; None for the default number of part radii; NaN where the method ignores both height and
-    restitution; `radius`: of the part, metres; NaN where the sentence is about many parts.
+    `restitution`: several where each was dropped with; `drop_height`: None for the default; NaN
+    where the method ignores both; `radius`: NaN where it is about many parts.
     """
     if drop_height is not None and math.isnan(drop_height):
         return "released at any height above a frictionless plate, at any restitution"

@@ -4,16 +4,20 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from html import escape
+from importlib import import_module
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from ..errors import RequestError
 from ..tolerances import SAME_SHARE, number_equal
 from ..version import VERSION
 from . import scene as scenes
 from .arrays import Array, Index
 from .part import Part
 from .scene import DropScene
+from .tables import report, single_poses
 
 FORGOTTEN = "FORGOTTEN: "
 """Begins the warning of statistics without poses: their part is not known any more."""
@@ -25,7 +29,15 @@ POSE_FIELDS = (
     "count", "group_probability")
 """Single values of a pose; JSON and messages have them under the same names."""
 
-POSE_VECTORS = ("down", "roll_axis", "orientation")
+POSE_VECTORS = ("down", "roll_axis", "orientation", "position")
+
+UNITS = {
+    "radius": "m", "drop_height": "m", "seconds": "s", "height": "m", "top": "m", "barrier": "m",
+    "position": "m", "margin": "rad", "spread": "rad"}
+"""Of what is no plain number, share or unit vector."""
+
+NOTHING = 1e-14
+"""Components of a vector this much smaller than its largest are rounding; JSON has 0 for them."""
 
 STATISTICS_FIELDS = (
     "part_id", "part_digest", "radius", "method", "restitution", "drop_height",
@@ -145,7 +157,7 @@ class StablePose:
     def as_dict(self) -> dict[str, Any]:
         """The pose as plain values under the keys of the JSON contract."""
         return {**{name: plain_number(getattr(self, name)) for name in POSE_FIELDS},
-                **{name: getattr(self, name).tolist() for name in POSE_VECTORS},
+                **{name: _without_rounding(getattr(self, name)) for name in POSE_VECTORS},
                 "members": list(self.members)}
 
 
@@ -224,8 +236,36 @@ class PoseStatistics:
         """The statistics as plain values under the keys of the JSON contract."""
         return {**{name: plain_number(getattr(self, name))
                    for name in (*STATISTICS_FIELDS, "seconds", "choice", "scene")},
-                "warnings": list(self.warnings), "notes": list(self.notes),
+                "warnings": list(self.warnings), "notes": list(self.notes), "units": UNITS,
                 "poses": [pose.as_dict() for pose in self.poses]}
+
+    @property
+    def by_index(self) -> dict[int, StablePose]:
+        """The poses by their `index`."""
+        return {pose.index: pose for pose in sorted(self.poses, key=lambda pose: pose.index)}
+
+    def to_frame(self) -> Any:
+        """The poses as a pandas DataFrame with the keys of JSON as columns, by `index`.
+
+        Raises
+        ------
+        RequestError
+            If pandas is not installed.
+        """
+        try:
+            pandas = import_module("pandas")
+        except ImportError as error:
+            raise RequestError("pandas for a DataFrame", "none installed",
+                               "install it, or take as_dict()") from error
+        return pandas.DataFrame([pose.as_dict() for pose in self.poses]).set_index("index")
+
+    def __str__(self) -> str:
+        """The table that commands print, each pose by itself."""
+        return report(self, single_poses(self))
+
+    def _repr_html_(self) -> str:
+        """The same table in a notebook."""
+        return f"<pre>{escape(str(self))}</pre>"
 
 
 class Shares(NamedTuple):
@@ -266,8 +306,7 @@ def pose_statistics(part: Part, radius: float, poses: Iterable[StablePose], shar
 def with_shares(model: PoseStatistics, method: str, shares: Shares,
                 **changes: Any) -> PoseStatistics:
     """The same part and scene by another method; `changes`: other fields that differ."""
-    poses = sorted(model.poses, key=lambda pose: pose.index)
-    return replace(model, method=method, poses=ranked(poses, shares),
+    return replace(model, method=method, poses=ranked(model.by_index.values(), shares),
                    expected_error=shares.expected_error, largest_error=shares.largest_error,
                    **changes)
 
@@ -290,7 +329,12 @@ def ranked(poses: Iterable[StablePose], shares: Shares) -> tuple[StablePose, ...
 
 
 def plain_number(value: Any) -> Any:
-    """Replace NaN and infinity, which JSON does not have, by null."""
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
+    """Replace NaN and infinity, which JSON does not have, by null, and -0 by 0."""
+    if isinstance(value, float):
+        return value + 0.0 if math.isfinite(value) else None
     return value
+
+
+def _without_rounding(vector: Array) -> list[float]:
+    least = NOTHING * float(np.abs(vector).max())
+    return [x if abs(x) > least else 0.0 for x in vector.tolist()]

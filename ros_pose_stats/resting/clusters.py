@@ -90,9 +90,8 @@ def _rank(found: Equilibria) -> Index:
 def tilt_margins(found: Equilibria, grouped: Clusters) -> Array:
     """Smallest tilt (P,) that takes the part out of each pose, radians.
 
-    A single face is left over the side that is nearest to the foot of the centre of mass. From a
-    pose of several faces the part rolls or slips within the pose first: such a pose is left
-    where its basin ends, and the tilt is that from the nearest face that the part rests on.
+    A single face is left over its nearest side. From a pose of several faces the part rolls or
+    slips within the pose first: it is left where its basin ends.
     """
     arrays = found.body.arrays
     pose_of_face = np.full(found.body.faces, -1, dtype=np.int64)

@@ -71,9 +71,7 @@ class ConvexBody:
     def angles_below_R(self, level: float) -> Array:  # noqa: N802 - the paper's name
         """Centroid solid angle (F,) of {R < level} counted with each face, steradians.
 
-        The sum over the faces of a connected component is the component's solid angle at the
-        energy m g level (Eq. 7), the sum over all faces that of the whole reachable set; how
-        it is shared among the faces of one component has no meaning of its own.
+        Only its sum over the faces of a component, or of all, has a meaning (Eq. 7).
         """
         return areas_below(self.arrays, level, True)
 

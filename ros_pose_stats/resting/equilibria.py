@@ -83,14 +83,11 @@ def pose_order(heights: Array, downs: Array) -> Index:
 
 
 def ties(*keys: tuple[Array, float], within: Index | None = None) -> Index:
-    """Number ties by rising value of the first key, then of the next, and so on.
+    """Number ties (S,) by rising value of the first key, then of the next, and so on.
 
-    A tie begins at its smallest value and holds all values within the tolerance of that one.
-    So rounding decides nothing between separate values, and a dense sequence of values is not one
-    long tie.
-
-    `*keys`: values and their tolerance, the most important first; `within` (S,) int: groups by
-    which the values are ordered before all keys. Returns (S,) int.
+    Keys are values with their tolerance. A tie begins at its smallest value and holds all within
+    the tolerance of that one, so that a dense sequence is not one long tie. `within`: groups by
+    which the values are ordered before all keys.
     """
     size = keys[0][0].shape[0]
     group = np.zeros(size, dtype=np.int64) if within is None else within

@@ -45,8 +45,7 @@ def pose_sphere(resting: poses.RestingPoses, pixels: int | None = None) -> PoseS
     """Map r, R and the basins of a part (section 2.C, Figs. 1C and 3D-F).
 
     `pixels`: across a hemisphere, at least 2; default: up to 200, as many as are quickly computed.
-    Returns the basin of a direction is that of the face which the direction meets: the pose in
-    which a part ends that topples from face to face without inertia.
+    A basin is that of the face that the direction meets.
     """
     body, found = resting.body, resting.equilibria
     directions = _directions(pixels or _fine_enough(body.faces + len(body.points)))

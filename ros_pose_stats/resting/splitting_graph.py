@@ -99,9 +99,6 @@ def with_shares(root: SplittingNode, poses: Sequence[StablePose]) -> SplittingNo
 
     Each pose is at one end: a shelf that parts from its pose before is left out, since nothing
     that has come to rest tells which of the two it went through.
-
-    `poses`: all of the part; their probabilities are taken, an unknown one as 0. Returns
-    components have the sum over their poses, transitions are its shares (0 of nothing).
     """
     share = {pose.index: pose.probability for pose in poses if pose.probability > 0.0}
     held = {id(root): root.poses}

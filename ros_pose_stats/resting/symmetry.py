@@ -37,11 +37,10 @@ without symmetry few faces are alike, by chance only, and none of the pairs fits
 
 def symmetry_groups(part: Part, found: Equilibria, pose: Index,
                     surface: "Callable[[], SurfaceTrial]") -> Index:
-    """Group number of each pose.
+    """Group number of each pose (P,), by their first pose.
 
-    `pose` (S,): pose of each stable face, -1 for one that no pose rests on; `surface`: gives the
-    part's surface, for rotations to be tried on. Returns (P,) int: groups numbered by their first
-    pose.
+    `pose` (S,): pose of each stable face, -1 for one that no pose rests on; `surface`: on which
+    rotations are tried.
     """
     poses = int(pose.max()) + 1
     alone = np.arange(poses)

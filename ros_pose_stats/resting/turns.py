@@ -53,12 +53,10 @@ def axis_offsets(body: convex_body.ConvexBody, pose_of_face: Index, poses: int) 
 
 def rolling_axes(body: convex_body.ConvexBody, downs: Array, heights: Array, tolerance: float
                  ) -> tuple[Mask, Array]:
-    """Which poses roll, and about what.
+    """Which poses (P,) roll: can be turned by 90 degrees about a run's axis and stay that low.
 
-    `downs` (P, 3); `heights` (P,): in radii; `tolerance`: rise over the height that does not stop
-    a roll. Returns `rolls` (P,) bool: whether the part can be turned by 90 degrees about the axis
-    of a run and stays that low; `axis` (P, 3): that axis in the part frame, of either sign; zero
-    where there is none, or several.
+    `tolerance`: rise over the height that does not stop a roll. Returns that axis too (P, 3), in
+    the part frame, of either sign; zero where there is none, or several.
     """
     rolls = np.zeros(len(downs), dtype=np.bool_)
     axis = np.zeros((len(downs), 3))
@@ -104,11 +102,9 @@ def _turned(vector: Array, axis: Array, angles: Array) -> Array:
 
 def yaw_symmetries(part: Part, found: equilibria.Equilibria, lowest: Index,
                    trial: Callable[[], symmetry.SurfaceTrial]) -> Index:
-    """Turns about the vertical that leave the part in a pose as it is.
+    """Turns about the vertical (P,) that leave the part in a pose as it is.
 
-    `lowest` (P,) int: stable face of each pose; `trial`: gives the part's surface, for rotations
-    to be tried on. Returns (P,) int: n-fold; 1 for no symmetry, and in doubt; 0 for any angle,
-    where all that is turned about the axis is round.
+    n-fold; 1 for no symmetry, and in doubt; 0 for any angle, where all that is turned is round.
     """
     number = np.ones(len(lowest), dtype=np.int64)
     for pose, face in enumerate(lowest.tolist()):

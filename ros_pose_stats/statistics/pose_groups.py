@@ -2,48 +2,11 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from .. import methods, text, tolerances
 from ..records import PoseStatistics, StablePose
+from ..records.tables import PoseGroup as PoseGroup, single_poses as single_poses
 from .errors import jeffreys_interval
-
-
-@dataclass(frozen=True, eq=False)
-class PoseGroup:
-    """Poses that a proper rotation of the part carries into each other, or a single pose."""
-
-    # at least one, by rising `index`. All are as high; what ties decide may differ a little
-    poses: tuple[StablePose, ...]
-    probability: float  # of all of them together
-    probability_low: float  # bounds of its 90 % interval; NaN where none is known
-    probability_high: float
-    count: int  # drops that came to rest in any of them
-
-    @property
-    def first(self) -> StablePose:
-        """The pose of the smallest index."""
-        return self.poses[0]
-
-    @property
-    def size(self) -> int:
-        """Number of its poses."""
-        return len(self.poses)
-
-    @property
-    def margin(self) -> float:
-        """The smallest of its poses, radians."""
-        return min(pose.margin for pose in self.poses)
-
-    @property
-    def barrier(self) -> float:
-        """The smallest of its poses, metres."""
-        return min(pose.barrier for pose in self.poses)
-
-    @property
-    def indices(self) -> tuple[int, ...]:
-        """Of its poses, rising."""
-        return tuple(pose.index for pose in self.poses)
 
 
 def pose_groups(found: PoseStatistics) -> tuple[PoseGroup, ...]:
@@ -65,9 +28,9 @@ def pose_groups(found: PoseStatistics) -> tuple[PoseGroup, ...]:
         rank[k], joined[k].first.index)))
 
 
-def single_poses(found: PoseStatistics) -> tuple[PoseGroup, ...]:
-    """Each pose by itself, in the order of the statistics."""
-    return tuple(_joined([pose], None) for pose in found.poses)
+def listed_poses(found: PoseStatistics, each: bool) -> tuple[PoseGroup, ...]:
+    """Each pose by itself, or those that are alike together."""
+    return single_poses(found) if each else pose_groups(found)
 
 
 def _joined(poses: list[StablePose], settled: int | None) -> PoseGroup:

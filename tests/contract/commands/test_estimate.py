@@ -15,7 +15,7 @@ from tests.running import answer, answer_json, refusal
 from .tables import share, table_head, table_rows
 
 STATISTICS_KEYS = {
-    "choice", "observed", "part_id", "part_digest", "radius", "method", "restitution",
+    "choice", "observed", "units", "part_id", "part_digest", "radius", "method", "restitution",
     "drop_height", "cluster_tolerance", "round_sides", "drops", "unsettled", "seed",
     "expected_error", "largest_error", "scene", "plate_error", "seconds", "version", "warnings",
     "notes", "poses",
@@ -23,7 +23,7 @@ STATISTICS_KEYS = {
 POSE_KEYS = {
     "index", "group", "down", "height", "top", "margin", "barrier", "spread", "probability",
     "probability_low", "probability_high", "standard_error", "count", "orientation", "members",
-    "group_size", "group_probability", "rolls", "roll_axis", "yaw_symmetry",
+    "group_size", "group_probability", "rolls", "roll_axis", "yaw_symmetry", "position",
 }
 
 
@@ -141,6 +141,13 @@ class TestJson:
         values = answer_json("estimate", *box, "--method", "all")
         assert [each["method"] for each in values] == list(METHODS)
         assert all(each.keys() == STATISTICS_KEYS for each in values)
+
+    def test_lengths_have_their_unit_and_what_is_rounding_is_0(self, box):
+        values = answer_json("estimate", *box, "--method", "split")
+        assert values["units"].keys() <= {*values, *values["poses"][0]}
+        numbers = [x for pose in values["poses"] for name in ("down", "orientation", "position")
+                   for x in pose[name]]
+        assert not any(0.0 < abs(x) < 1e-12 or repr(x) == "-0.0" for x in numbers)
 
     def test_an_infinite_barrier_is_null(self, tmp_path):
         ball = write_stl(tmp_path / "ball.stl",

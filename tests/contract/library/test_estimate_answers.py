@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import re
+import sys
 
 import numpy as np
 import pytest
@@ -47,6 +49,21 @@ class TestMethods:
         found, same = estimate(polyhedron), estimate(polyhedron, "auto")
         assert found.method == same.method == auto(polyhedron).method == "hybrid"
         assert found.choice == same.choice and "no target error" in found.choice
+
+    def test_they_show_the_table_of_the_command(self, polyhedron):
+        found = estimate(polyhedron, "split")
+        lines = str(found).splitlines()
+        assert lines[0] == f"{polyhedron.part_id}: {found.scene}"
+        assert [int(line.split()[0]) for line in lines if re.match(r"\s+\d", line)] == [
+            pose.index for pose in found.poses]
+        assert found._repr_html_() == f"<pre>{found}</pre>"
+
+    def test_poses_by_index_and_no_frame_without_pandas(self, polyhedron, monkeypatch):
+        found = estimate(polyhedron, "split")
+        assert found.by_index == {pose.index: pose for pose in found.poses}
+        monkeypatch.setitem(sys.modules, "pandas", None)
+        with pytest.raises(PoseStatsError, match="expected pandas"):
+            found.to_frame()
 
     def test_those_that_ignore_the_drop_height_have_none(self, polyhedron):
         height = 30.0 * estimate(polyhedron).radius

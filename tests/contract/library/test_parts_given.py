@@ -39,6 +39,8 @@ def test_a_mesh_of_lists_of_whole_floats_and_of_masked_arrays_without_a_mask_is_
     for vertices, triangles in ((VERTICES.tolist(), TRIANGLES.tolist()),
                                 (np.ma.masked_invalid(VERTICES), TRIANGLES.astype(float))):
         assert part_from_mesh(vertices, triangles).digest == whole.digest
+    assert part_from_mesh(trimesh.Trimesh(*BOX, process=False)).digest == whole.digest
+    assert "list alone" in refused(VERTICES.tolist())
     assert part_from_mesh(*BOX, unit="cm").vertices == pytest.approx(VERTICES * 0.01, rel=1e-15)
 
 

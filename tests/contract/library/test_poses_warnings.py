@@ -5,7 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from lab.benchmarks.exports import parts as exports
+from lab.benchmarks.exports.curves import cut_ball
 from ros_pose_stats import estimate, part_from_mesh, resting_poses, shapes, simulate
+from tests.bodies import random_polyhedron
 
 
 def warnings_of(part, tolerance=0.0, round_sides=0):
@@ -54,20 +57,24 @@ def test_saddles_nearly_as_high_as_each_other_are_a_near_tie(side, warned):
 
 
 @pytest.mark.parametrize("tolerance", [0.0, 0.0025])
-@pytest.mark.parametrize(("sides", "warned"), [(48, True), (60, True), (100, False)])
-def test_coarse_facets_as_the_file_has_them(sides, warned, tolerance):
+@pytest.mark.parametrize("sides", [48, 60, 400])
+def test_facets_as_the_file_has_them(sides, tolerance):
     told = warnings_of(cylinder(sides), tolerance)
-    assert ("COARSE_CURVE" in told) == warned
-    if warned:
-        assert f"facets of {360.0 / sides:g} degrees" in told["COARSE_CURVE"]
+    assert f"facets that turn by {360.0 / sides:.2g} degrees" in told["COARSE_CURVE"]
 
 
-def test_drops_of_coarse_cylinders_do_end_on_the_curve():
-    """What that warning says, by 600 drops each: four binomial errors are 0.08."""
-    ends = [sum(pose.probability for pose in simulate(
-        cylinder(sides), 600, seed=1, round_sides=0).poses if abs(pose.down[2]) > 0.9)
-        for sides in (32, 400)]
-    assert ends[1] - ends[0] > 0.08
+@pytest.mark.parametrize("body", [exports.cylinder(48, 1.0), exports.gear(24), exports.screw(48),
+                                  exports.filleted_box(64), random_polyhedron(220, 5)])
+def test_circles_teeth_and_rough_bodies_are_no_such_curve(body):
+    assert "COARSE_CURVE" not in warnings_of(part_from_mesh(*body), 0.0025, 192)
+
+
+@pytest.mark.parametrize(("body", "turn"), [
+    (exports.ellipse(48), "6.6"), (exports.ellipse(192), "1.7"),
+    (cut_ball(2), "10"), (cut_ball(4), "2.7")])
+def test_ovals_and_balls_are(body, turn):
+    told = warnings_of(part_from_mesh(*body), 0.0025, 192)["COARSE_CURVE"]
+    assert f"facets that turn by {turn} degrees" in told and "by up to 10 points" in told
 
 
 @pytest.mark.parametrize(("sides", "codes"), [

@@ -1,15 +1,19 @@
-"""Tables of statistics that commands print."""
+"""Tables of statistics."""
 
 import math
 import sys
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .. import text as words
-from ..records import Part, PoseStatistics, StablePose
-from ..statistics.pose_groups import PoseGroup, pose_groups, single_poses
 from ..text import Column, columns, degrees, interval, millimetres, percent, several
+
+if TYPE_CHECKING:
+    from .part import Part
+    from .statistics import PoseStatistics, StablePose
 
 Filled = tuple[Column, list[str]]
 
@@ -26,14 +30,55 @@ UNKNOWN = "-"
 """How columns write a value that is not known."""
 
 
-def report(part: Part | None, found: PoseStatistics, *, each: bool = False,
+@dataclass(frozen=True, eq=False)
+class PoseGroup:
+    """Poses that a proper rotation of the part carries into each other, or a single pose."""
+
+    # at least one, by rising `index`. All are as high; what ties decide may differ a little
+    poses: "tuple[StablePose, ...]"
+    probability: float  # of all of them together
+    probability_low: float  # bounds of its 90 % interval; NaN where none is known
+    probability_high: float
+    count: int  # drops that came to rest in any of them
+
+    @property
+    def first(self) -> "StablePose":
+        """The pose of the smallest index."""
+        return self.poses[0]
+
+    @property
+    def size(self) -> int:
+        """Number of its poses."""
+        return len(self.poses)
+
+    @property
+    def margin(self) -> float:
+        """The smallest of its poses, radians."""
+        return min(pose.margin for pose in self.poses)
+
+    @property
+    def barrier(self) -> float:
+        """The smallest of its poses, metres."""
+        return min(pose.barrier for pose in self.poses)
+
+    @property
+    def indices(self) -> tuple[int, ...]:
+        """Of its poses, rising."""
+        return tuple(pose.index for pose in self.poses)
+
+
+def single_poses(found: "PoseStatistics") -> tuple[PoseGroup, ...]:
+    """Each pose by itself, in the order of the statistics."""
+    return tuple(PoseGroup((pose,), pose.probability, pose.probability_low, pose.probability_high,
+                           pose.count) for pose in found.poses)
+
+
+def report(found: "PoseStatistics", rows: Sequence[PoseGroup], part: "Part | None" = None, *,
            explain: bool = False) -> str:
     """Report of one method's answer, most probable first; columns without values are left out.
 
-    `each`: whether every pose has a row; else those that symmetry makes alike share one;
     `explain`: whether to say why the method was chosen.
     """
-    rows = _rows(found, each)
     shown = rows[:MOST_ROWS]
     shares = [
         (Column("probability", left=True), [
@@ -41,29 +86,28 @@ def report(part: Part | None, found: PoseStatistics, *, each: bool = False,
         (Column("90 % interval", "%"), [
             interval(row.probability_low, row.probability_high) for row in shown]),
         (Column("drops"), [str(row.count) if found.drops else UNKNOWN for row in shown])]
-    return "\n".join([_heading(part, found), "", _method(found), "", *_pose_table(rows, shares),
+    return "\n".join([_heading(found, part), "", _method(found), "", *_pose_table(rows, shares),
                       *(["", found.choice] if explain and found.choice else []),
                       *_remarks([found])])
 
 
-def comparison(part: Part, found: Sequence[PoseStatistics], *, each: bool = False) -> str:
-    """Table of all methods' answers side by side; rows are in the order of the last method."""
-    leading = found[-1]
-    asked = next((one for one in found if math.isfinite(one.drop_height)), leading)
-    rows = _rows(leading, each)
+def comparison(found: Sequence["PoseStatistics"], rows: Sequence[Sequence[PoseGroup]],
+               part: "Part") -> str:
+    """All methods' answers side by side, in the order of the last method's rows."""
+    asked = next((one for one in found if math.isfinite(one.drop_height)), found[-1])
     shares = []
-    for one in found:
-        there = {row.first.index: row.probability for row in _rows(one, each)}
+    for one, own in zip(found, rows, strict=True):
+        there = {row.first.index: row.probability for row in own}
         shares.append((Column(one.method), [
-            percent(there[row.first.index]) for row in rows[:MOST_ROWS]]))
+            percent(there[row.first.index]) for row in rows[-1][:MOST_ROWS]]))
     return "\n".join([
-        _heading(part, asked), "",
-        f"probability in %, ordered by {leading.method}, "
-        f"cluster tolerance {leading.cluster_tolerance:g}", "",
-        *_pose_table(rows, shares), *_remarks(found)])
+        _heading(asked, part), "",
+        f"probability in %, ordered by {found[-1].method}, "
+        f"cluster tolerance {found[-1].cluster_tolerance:g}", "",
+        *_pose_table(rows[-1], shares), *_remarks(found)])
 
 
-def parts_table(found: Sequence[PoseStatistics]) -> str:
+def parts_table(found: Sequence["PoseStatistics"]) -> str:
     """A row for each part: its most probable poses, by which method, and the error."""
     if not found:
         return "no parts; send one: ros_pose_stats publish PART"
@@ -75,11 +119,7 @@ def parts_table(found: Sequence[PoseStatistics]) -> str:
          for one in found]))
 
 
-def _rows(found: PoseStatistics, each: bool) -> tuple[PoseGroup, ...]:
-    return single_poses(found) if each else pose_groups(found)
-
-
-def _method(found: PoseStatistics) -> str:
+def _method(found: "PoseStatistics") -> str:
     """Lines about the method and its settings."""
     named = f"method {found.method}, cluster tolerance {found.cluster_tolerance:g}, "
     if not found.drops:
@@ -121,7 +161,7 @@ def _named(row: PoseGroup) -> str:
     return text if len(text) <= MOST_NAMED else f"{text[:MOST_NAMED].rpartition(',')[0]}, ..."
 
 
-def _heading(part: Part | None, found: PoseStatistics) -> str:
+def _heading(found: "PoseStatistics", part: "Part | None") -> str:
     groups = len({pose.group for pose in found.poses})
     alike = f" in {several(groups, 'group')}" if groups < len(found.poses) else ""
     poses = f"{several(len(found.poses), 'stable pose')}{alike}"
@@ -150,7 +190,7 @@ def _bar(probability: float) -> str:
     return (full * (filled // steps) + tail).ljust(BAR)
 
 
-def _direction(pose: StablePose) -> str:
+def _direction(pose: "StablePose") -> str:
     return "(" + ", ".join(f"{x + 0.0:+.3f}" for x in np.round(pose.down, 3)) + ")"
 
 
@@ -164,7 +204,7 @@ def _rest(rows: Sequence[PoseGroup]) -> list[str]:
             "--json lists all"]
 
 
-def _remarks(found: Sequence[PoseStatistics]) -> list[str]:
+def _remarks(found: Sequence["PoseStatistics"]) -> list[str]:
     warnings = list(dict.fromkeys(line for each in found for line in each.warnings))
     seconds = sum(each.seconds for each in found)
     duration = f"{seconds * 1e3:.3g} ms" if seconds < 1.0 else f"{seconds:.1f} s"
