@@ -57,13 +57,13 @@ def run(options: argparse.Namespace) -> int:
     if options.json:
         plain = [statistics.as_dict() for statistics in answers]
         running.print_json(plain if options.method == ALL else plain[0])
-    else:
-        from ..records.tables import comparison, report
+    elif options.method == ALL:
+        from ..records.tables import comparison
         from ..statistics.pose_groups import listed_poses
 
-        rows = [listed_poses(one, options.each) for one in answers]
-        print(comparison(answers, rows, part) if options.method == ALL
-              else report(answers[0], rows[0], part))
+        print(comparison(answers, [listed_poses(one, options.each) for one in answers], part))
+    else:
+        running.print_report(answers[0], part, options.each)
     return 0
 
 

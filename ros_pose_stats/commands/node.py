@@ -164,12 +164,9 @@ def run_show(options: argparse.Namespace) -> int:
 
 
 def _print_result(found: Any, part: Any, options: argparse.Namespace) -> None:
-    from ..records.tables import report
-    from ..statistics.pose_groups import listed_poses
-
     if options.json:
         running.print_json(found.as_dict())
     elif found.poses:
-        print(report(found, listed_poses(found, options.each), part))
+        running.print_report(found, part, options.each)
     else:
         print(*found.warnings, sep="\n")

@@ -244,11 +244,16 @@ def run_and_report(part: Part, simulate: Callable[..., PoseStatistics], bound: i
     if options.json:
         print_json(answer.as_dict(), interrupted=stopped)
     else:
-        from ..records.tables import report
-        from ..statistics.pose_groups import listed_poses
-
-        print(report(answer, listed_poses(answer, options.each), part,
-                     explain=bool(options.target_error)))
+        print_report(answer, part, options.each, bool(options.target_error))
         if stopped:
             print(f"interrupted after {answer.drops} of {bound} drops")
     return INTERRUPTED if stopped else 0
+
+
+def print_report(found: PoseStatistics, part: Part | None, each: bool,
+                 explain: bool = False) -> None:
+    """Print a method's answer, each pose by itself or those that are alike together."""
+    from ..records.tables import report
+    from ..statistics.pose_groups import listed_poses
+
+    print(report(found, listed_poses(found, each), part, explain=explain))

@@ -119,6 +119,9 @@ class TestJson:
         assert values["radius"] == pytest.approx(np.linalg.norm((10, 15, 20)) * 1e-3, rel=1e-6)
         assert values["drop_height"] == pytest.approx(20.0 * values["radius"])
         assert 0.0 < values["expected_error"] < 0.2 and values["plate_error"] == 0.05
+        assert values["units"].keys() <= {*values, *values["poses"][0]}
+        assert not any(0.0 < abs(x) < 1e-12 or repr(x) == "-0.0" for pose in values["poses"]
+                       for name in ("down", "orientation", "position") for x in pose[name])
 
     @pytest.mark.parametrize(("words", "function", "options"), [
         (("--method", "eae", "--restitution", 0.3, "--cluster-tolerance", 0.01), estimate,
@@ -141,13 +144,6 @@ class TestJson:
         values = answer_json("estimate", *box, "--method", "all")
         assert [each["method"] for each in values] == list(METHODS)
         assert all(each.keys() == STATISTICS_KEYS for each in values)
-
-    def test_lengths_have_their_unit_and_what_is_rounding_is_0(self, box):
-        values = answer_json("estimate", *box, "--method", "split")
-        assert values["units"].keys() <= {*values, *values["poses"][0]}
-        numbers = [x for pose in values["poses"] for name in ("down", "orientation", "position")
-                   for x in pose[name]]
-        assert not any(0.0 < abs(x) < 1e-12 or repr(x) == "-0.0" for x in numbers)
 
     def test_an_infinite_barrier_is_null(self, tmp_path):
         ball = write_stl(tmp_path / "ball.stl",

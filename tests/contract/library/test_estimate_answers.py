@@ -50,16 +50,11 @@ class TestMethods:
         assert found.method == same.method == auto(polyhedron).method == "hybrid"
         assert found.choice == same.choice and "no target error" in found.choice
 
-    def test_they_show_the_table_of_the_command(self, polyhedron):
+    def test_they_show_themselves_as_a_table(self, polyhedron, monkeypatch):
         found = estimate(polyhedron, "split")
-        lines = str(found).splitlines()
-        assert lines[0] == f"{polyhedron.part_id}: {found.scene}"
-        assert [int(line.split()[0]) for line in lines if re.match(r"\s+\d", line)] == [
+        assert [int(index) for index in re.findall(r"(?m)^ +(\d+) ", str(found))] == [
             pose.index for pose in found.poses]
         assert found._repr_html_() == f"<pre>{found}</pre>"
-
-    def test_poses_by_index_and_no_frame_without_pandas(self, polyhedron, monkeypatch):
-        found = estimate(polyhedron, "split")
         assert found.by_index == {pose.index: pose for pose in found.poses}
         monkeypatch.setitem(sys.modules, "pandas", None)
         with pytest.raises(PoseStatsError, match="expected pandas"):

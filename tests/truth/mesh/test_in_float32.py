@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ros_pose_stats import estimate_all, part_from_mesh, resting_poses, shapes
+from ros_pose_stats import estimate_all, part_from_mesh, shapes
 from ros_pose_stats.shapes import demo_parts
 from tests.bodies import REGULAR_SOLIDS, in_float32, moved, random_polyhedron, rotation, size
 from tests.matching import values
@@ -37,10 +37,3 @@ def test_every_method_gives_the_same_poses(name, sizes_away, seed):
         for field in ("height", "top", "barrier"):
             assert np.sort(values(other.poses, field)) == pytest.approx(
                 np.sort(values(one.poses, field)), abs=1e-5 * one.radius)
-
-
-@pytest.mark.parametrize("name", BODIES)
-@pytest.mark.parametrize(("sizes_away", "seed"), [(0.0, 0), (1.0, 2)])
-def test_without_clusters_they_have_the_same_stable_faces(name, sizes_away, seed):
-    faces = len(resting_poses(part_from_mesh(*BODIES[name]), 0.0).poses)
-    assert len(resting_poses(rounded(BODIES[name], sizes_away, seed), 0.0).poses) == faces
