@@ -11,7 +11,6 @@ import numpy as np
 
 from ..errors import MeshError
 from ..kernels.body.convex_body import BodyArrays, build_body
-from ..kernels.levels.splits import areas_below
 from ..kernels.principal_axes import principal_axes
 from ..mesh.hull import Facets, hull_of_corners, hull_of_part
 from ..mesh.vectors import lengths, scatter
@@ -63,17 +62,6 @@ class ConvexBody:
         `directions` (..., 3): unit vectors in part axes. Returns (...): in radii.
         """
         return np.asarray((np.asarray(directions, dtype=np.float64) @ self.points.T).max(axis=-1))
-
-    def angles_below_r(self, level: float) -> Array:
-        """Centroid solid angle (F,) of {r < level} on each face, steradians; level in radii."""
-        return areas_below(self.arrays, level, False)
-
-    def angles_below_R(self, level: float) -> Array:  # noqa: N802 - the paper's name
-        """Centroid solid angle (F,) of {R < level} counted with each face, steradians.
-
-        Only its sum over the faces of a component, or of all, has a meaning (Eq. 7).
-        """
-        return areas_below(self.arrays, level, True)
 
 
 def foot_directions(body: ConvexBody, sides: Index) -> Array:
