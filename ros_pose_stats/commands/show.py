@@ -66,7 +66,8 @@ def run(options: argparse.Namespace) -> int:
     figure = None if options.png is None else running.output_file(options.png, (".png",))
     with running.announce_slow_start(), running.end_on_interrupt():
         from ..files import write_file
-        from ..report import Feeder, investigate, report_page
+        from ..report.findings import Feeder, investigate
+        from ..report.page import report_page
         from ..text import several
 
         part = given.load_named_part(options)

@@ -18,7 +18,7 @@ from ..resting.splitting_graph import SplittingNode, splitting_graph, with_share
 from ..simulation import flips, simulate
 from ..simulation.request import drop_request
 from ..statistics import feeding, pose_groups, pose_shares
-from .words import said_once
+from ..text import code_of
 
 TARGET_ERROR = 0.01
 MOST_DROPS = 10_000
@@ -95,10 +95,17 @@ class Findings:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings of all methods, each once, and of the wanted poses."""
+        """What asks a person to act: of the drops, and of the wanted poses."""
         return (*pose_groups.warn_of_alike(self.simulated, self.feeder.wanted),
-                *said_once((found.method, found.warnings)
-                           for found in (self.simulated, *self.estimates)))
+                *self.simulated.warnings)
+
+    @property
+    def cautions(self) -> list[str]:
+        """What else the estimates say of themselves, each code once."""
+        known = {code_of(one) for one in self.simulated.warnings}
+        said = {code_of(one): one for found in (self.best_estimate, *self.estimates)[::-1]
+                for one in found.warnings}
+        return [one for code, one in said.items() if code not in known]
 
 
 def investigate(part: Part, *, drops: int | None = None, seed: int | None = None,

@@ -3,24 +3,20 @@
 import base64
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
-from functools import cache
-from pathlib import Path
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 
 from ..design import comparison, describe
 from ..mesh.decimation import visible_triangles
 from ..plots import changes, files, poses, shares, sphere, splitting
 from ..records import Array, Part, PoseStatistics, StablePose
 from ..statistics import feeding, pose_groups, pose_shares
-from ..text import listed, ranges, several
+from ..text import ranges
 from . import words
 from .findings import Findings
-
-ASSETS = Path(__file__).parent / "assets"
+from .frame import ASSETS, template
 
 SCRIPTS = ("part_mesh", "view_direction", "view_webgl", "view_canvas", "viewer")
 """Each file uses functions of those before it."""
@@ -88,14 +84,16 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
     first = [group.first for group in shown]
     pictures = poses.pose_pictures(part, first, found.radius)
     size = part.surface_vertices.max(axis=0) - part.surface_vertices.min(axis=0)
-    return _template().render(
-        part=part, found=found, target=findings.target_error,
+    return template(
+        "page.html", named=_named, numbered=_numbered, direction=_direction).render(
+        **LIMITS, single_poses=pose_groups.single_poses, part=part, found=found, target=findings.target_error,
         estimate=findings.best_estimate, feeder=findings.feeder, afresh=findings.afresh,
         kicked=findings.kicked, groups=groups, shown=shown,
         size=size.tolist(), commands=commands,
         center=[_coordinate(x, found.radius) for x in part.center_of_mass.tolist()],
         missed=any(one.startswith("TARGET_MISSED") for one in found.warnings),
-        warnings=[words.in_words(one) for one in findings.warnings],
+        **{kind: [words.in_words(one) for one in getattr(findings, kind)]
+           for kind in ("warnings", "cautions")},
         notes=[words.in_words(one) for one in found.notes],
         cards=[(group, files.address("png", files.png_bytes(picture)))
                for group, picture in zip(shown, pictures, strict=True)],
@@ -106,33 +104,7 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
         spheres={name: files.svg_address(sphere.sphere_figure(findings.sphere, name,
                                                               findings.graph))
                  for name in ("R", "r")},
-        view=viewer_data(part, first, found.radius), script=viewer_script(),
-        style=(ASSETS / "page.css").read_text(encoding="utf-8"))
-
-
-def template(name: str, values: Mapping[str, object],
-             filters: Mapping[str, Callable[..., str]]) -> Template:
-    """A page with places for what is known; all that is put in is escaped.
-
-    `values` and `filters`: of this page, beside those that all have.
-    """
-    known = Environment(loader=FileSystemLoader(ASSETS), autoescape=True, trim_blocks=True,
-                        lstrip_blocks=True, undefined=StrictUndefined, keep_trailing_newline=True)
-    known.globals.update(values, between=words.between, several=several)
-    known.filters.update(
-        filters, percent=words.percent, millimetres=words.millimetres, units=words.units,
-        listed=listed, is_finite=math.isfinite, begin=words.begin,
-        times=lambda passes: words.three_digits(passes) if math.isfinite(passes) else "no bound")
-    return known.get_template(name)
-
-
-@cache
-def _template() -> Template:
-    return template("page.html", {**LIMITS, "single_poses": pose_groups.single_poses}, {
-        "degrees": words.degrees, "in_millimetres": words.in_millimetres,
-        "three_digits": words.three_digits, "named": _named, "numbered": _numbered,
-        "direction": _direction,
-        "share_of_bar": lambda share: f"{0.0 if math.isnan(share) else 100.0 * share:.2f}"})
+        view=viewer_data(part, first, found.radius), script=viewer_script())
 
 
 def _kicks(findings: Findings) -> str | None:
@@ -218,8 +190,8 @@ def comparison_page(found: comparison.Comparison, commands: tuple[str, ...] = ()
     """
     named = [f"{describe.letter(place)} {one.part_id}" for place, one in enumerate(found.found)]
     sizes = [1e3 * np.ptp(part.surface_vertices, axis=0) for part in found.parts]
-    return _comparison_template().render(
-        found=found, named=named, first=found.found[0],
+    return template("comparison.html", points=_points, numbered=_pose_numbers).render(
+        MOST_ROWS=LIMITS["MOST_ROWS"], verdict=_verdict, found=found, named=named, first=found.found[0],
         sizes=[" × ".join(f"{x:.4g}" for x in size) for size in sizes],
         centers=[" ".join(f"{x + 0.0:.4g}" for x in np.round(1e3 * part.center_of_mass, 4))
                  for part in found.parts],
@@ -227,9 +199,7 @@ def comparison_page(found: comparison.Comparison, commands: tuple[str, ...] = ()
         **{kind: [(whose, *words.in_words(line))
                   for whose, line in describe.name_remarks(found, kind)]
            for kind in ("warnings", "notes")},
-        commands=commands,
-        style=(ASSETS / "page.css").read_text(encoding="utf-8")
-        + (ASSETS / "comparison.css").read_text(encoding="utf-8"))
+        commands=commands)
 
 
 def _section(found: comparison.Comparison, one: comparison.VariantComparison) -> dict[str, Any]:
@@ -250,13 +220,6 @@ def _section(found: comparison.Comparison, one: comparison.VariantComparison) ->
 
 def _first(found: PoseStatistics, poses: tuple[int, ...]) -> StablePose | None:
     return next((pose for pose in found.poses if poses and pose.index == poses[0]), None)
-
-
-@cache
-def _comparison_template() -> Template:
-    return template("comparison.html", {"MOST_ROWS": LIMITS["MOST_ROWS"], "verdict": _verdict}, {
-        "points": _points, "numbered": _pose_numbers,
-        "of_bar": lambda share: f"{100.0 * share:.2f}"})
 
 
 def _verdict(pose: comparison.PoseComparison) -> str:

@@ -2,9 +2,6 @@
 
 import math
 import re
-from collections.abc import Iterable, Sequence
-
-from ..text import listed
 
 SPACE = "\N{NO-BREAK SPACE}"
 RANGE = "\N{EN DASH}"
@@ -79,29 +76,6 @@ def in_words(warning: str) -> tuple[str, str, str]:
 def begin(sentence: str) -> str:
     """A sentence with a capital at its beginning."""
     return sentence[:1].upper() + sentence[1:]
-
-
-def said_once(by_method: Iterable[tuple[str, Sequence[str]]]) -> tuple[str, ...]:
-    """Join warnings of several methods that differ in the method's name only.
-
-    Returns `CODE: sentence`, in the order of the methods.
-    """
-    told: dict[str, list[str]] = {}
-    for method, warnings in by_method:
-        for warning in warnings:
-            told.setdefault(warning, []).append(method)
-    alike: dict[str, list[str]] = {}
-    for warning, methods in told.items():
-        # A warning that several methods share word for word names none of them.
-        bare = warning if len(methods) > 1 else warning.replace(f" {methods[0]} ", " {} ")
-        alike.setdefault(bare, []).extend(methods)
-    return tuple(bare if bare in told else bare.replace("{}", _methods(methods))
-                 for bare, methods in alike.items())
-
-
-def _methods(methods: Sequence[str]) -> str:
-    first, *others = methods
-    return f"{first} (likewise {listed(others)})" if others else first
 
 
 def units(text: str) -> str:

@@ -2,7 +2,7 @@
 const canvas = document.getElementById("view");
 const WIDTH = 3.1, HEIGHT = 2.35;  // of the view at least, in radii
 const LIGHT = unit([-0.25, -0.5, 0.8]), PART = [0.42, 0.64, 0.92];
-const state = { pose: 0, azimuth: -62, elevation: 22 };
+const state = { pose: 0, azimuth: -62, elevation: 22, zoom: 1 };
 
 function turning(pose) {
   const [x, y, z, w] = pose.turn;
@@ -20,6 +20,6 @@ function looking() {
 const middle = () => Math.max(0.55, data.poses[state.pose].height * 0.8);
 const scales = () => {
   const ratio = canvas.height / canvas.width;
-  const span = Math.max(WIDTH, HEIGHT / ratio);
+  const span = Math.max(WIDTH, HEIGHT / ratio) / state.zoom;
   return [2 / span, 2 / (span * ratio)];
 };

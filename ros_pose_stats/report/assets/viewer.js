@@ -28,6 +28,10 @@ function turn(across, up) {
   state.elevation = Math.max(2, Math.min(89, state.elevation + 0.5 * up));
   redraw();
 }
+function zoom(factor) {
+  state.zoom = Math.max(0.5, Math.min(12, state.zoom * factor));
+  redraw();
+}
 function choose(place) {
   state.pose = place;
   buttons.forEach((one, k) => one.setAttribute("aria-pressed", String(k === place)));
@@ -53,10 +57,18 @@ canvas.addEventListener("keydown", event => {
   const step = { ArrowLeft: [-20, 0], ArrowRight: [20, 0], ArrowUp: [0, 20],
     ArrowDown: [0, -20] }[event.key];
   if (step) { event.preventDefault(); turn(step[0], step[1]); }
+  if ("+-=".includes(event.key)) zoom(event.key === "-" ? 0.8 : 1.25);
 });
+// A wheel over a view that nobody has touched scrolls the page.
+canvas.addEventListener("wheel", event => {
+  if (document.activeElement !== canvas) return;
+  event.preventDefault();
+  zoom(Math.exp(-0.002 * event.deltaY));
+}, { passive: false });
 canvas.addEventListener("dblclick", () => {
   state.azimuth = -62;
   state.elevation = 22;
+  state.zoom = 1;
   redraw();
 });
 window.addEventListener("resize", redraw);

@@ -1,0 +1,43 @@
+"""What all pages share: their head and style, escaping, and how numbers are written."""
+
+import math
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
+from markupsafe import Markup
+
+from ..text import listed, several
+from . import words
+
+ASSETS = Path(__file__).parent / "assets"
+
+FILTERS: dict[str, Callable[..., str]] = {
+    "percent": words.percent, "millimetres": words.millimetres, "units": words.units,
+    "in_millimetres": words.in_millimetres, "degrees": words.degrees,
+    "three_digits": words.three_digits, "listed": listed, "begin": words.begin,
+    "several": several,
+    "times": lambda drops: words.three_digits(drops) if math.isfinite(drops) else "no bound",
+    "of_bar": lambda share: f"{0.0 if math.isnan(share) else 100.0 * share:.2f}"}
+
+
+@cache
+def template(name: str, folder: Path = ASSETS, **filters: Callable[..., str]) -> Template:
+    """A page with places for what is known; all that is put in is escaped.
+
+    `folder`: of the page and of what it alone includes; `filters`: of this page, beside those that
+    all have.
+    """
+    known = Environment(loader=FileSystemLoader([ASSETS, folder]), autoescape=True,
+                        trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined,
+                        keep_trailing_newline=True)
+
+    def asset(file: str) -> Markup:
+        """Style or script of a file, as it is."""
+        home = next(place for place in (ASSETS, folder) if (place / file).exists())
+        return Markup((home / file).read_text(encoding="utf-8"))
+
+    known.globals.update(asset=asset, between=words.between, several=several)
+    known.filters.update(FILTERS, is_finite=math.isfinite, **filters)
+    return known.get_template(name)
