@@ -9,16 +9,14 @@ import json
 import math
 import re
 from collections.abc import Iterator, Sequence
-from functools import cache
 from itertools import groupby, islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
-
 from .. import errors, files, version
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES, describe_scene
-from ..text import percent, ranges, several
+from ..report.frame import template
+from ..text import ranges
 from . import rows, store
 from .request import CatalogueRequest
 
@@ -62,14 +60,13 @@ def write_page(folder: Path, request: CatalogueRequest, state: PageState,
         ours = {one for one in (folder / CHUNKS).glob("*.js") if one.stem.isdecimal()}
         for old in ours - {folder / name for name in chunks}:
             old.unlink()
-        files.write_file(folder / PAGE, _template().render(
+        files.write_file(folder / PAGE, template(
+            "catalogue.html", ASSETS, unbroken=_unbroken).render(
             state=state, tally=state.tally, one_way=f"{100.0 * store.ONE_WAY:g}", request=request,
             version=version.VERSION, rows=own, chunks=chunks,
             scene=describe_scene(request.scene.restitution, request.scene.drop_height),
-            target=percent(request.target_error),
-            settings=_script_json(_settings(folder, request)),
-            style=(ASSETS / "catalogue.css").read_text(encoding="utf-8"),
-            script=(ASSETS / "catalogue.js").read_text(encoding="utf-8")).encode())
+            target=f"{100.0 * request.target_error:.2f}",
+            settings=_script_json(_settings(folder, request))).encode())
     except OSError as error:
         raise errors.BatchError("a disk that takes the page", f"{folder} ({errors.reason(error)})",
                                 "make room; the same command then goes on from here") from error
@@ -157,15 +154,11 @@ def _short(value: float | None) -> float | None:
     return None if value is None else float(f"{value:.4g}")
 
 
+def _unbroken(text: str) -> str:
+    """Words that keep to the number behind them."""
+    return re.sub(r" (?=\d)", "\N{NO-BREAK SPACE}", text)
+
+
 def _script_json(values: Any) -> str:
     """JSON that may stand in a script of a page."""
     return json.dumps(values, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
-
-
-@cache
-def _template() -> Template:
-    known = Environment(loader=FileSystemLoader(ASSETS), autoescape=True, trim_blocks=True,
-                        lstrip_blocks=True, undefined=StrictUndefined, keep_trailing_newline=True)
-    known.filters["several"] = several
-    known.filters["unbroken"] = lambda text: re.sub(r" (?=\d)", "\N{NO-BREAK SPACE}", text)
-    return known.get_template("catalogue.html")

@@ -6,7 +6,6 @@ from functools import cache
 from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
-from markupsafe import Markup
 
 from ..text import listed, several
 from . import words
@@ -29,15 +28,11 @@ def template(name: str, folder: Path = ASSETS, **filters: Callable[..., str]) ->
     `folder`: of the page and of what it alone includes; `filters`: of this page, beside those that
     all have.
     """
-    known = Environment(loader=FileSystemLoader([ASSETS, folder]), autoescape=True,
-                        trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined,
-                        keep_trailing_newline=True)
-
-    def asset(file: str) -> Markup:
-        """Style or script of a file, as it is."""
-        home = next(place for place in (ASSETS, folder) if (place / file).exists())
-        return Markup((home / file).read_text(encoding="utf-8"))
-
-    known.globals.update(asset=asset, between=words.between, several=several)
+    loader = FileSystemLoader([ASSETS, folder])
+    known = Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True,
+                        undefined=StrictUndefined, keep_trailing_newline=True)
+    # Style or script of a file, as it is.
+    known.globals.update(asset=lambda file: loader.get_source(known, file)[0],
+                         between=words.between, several=several)
     known.filters.update(FILTERS, is_finite=math.isfinite, **filters)
     return known.get_template(name)

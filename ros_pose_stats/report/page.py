@@ -86,7 +86,8 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
     size = part.surface_vertices.max(axis=0) - part.surface_vertices.min(axis=0)
     return template(
         "page.html", named=_named, numbered=_numbered, direction=_direction).render(
-        **LIMITS, single_poses=pose_groups.single_poses, part=part, found=found, target=findings.target_error,
+        **LIMITS, single_poses=pose_groups.single_poses, part=part, found=found,
+        target=findings.target_error,
         estimate=findings.best_estimate, feeder=findings.feeder, afresh=findings.afresh,
         kicked=findings.kicked, groups=groups, shown=shown,
         size=size.tolist(), commands=commands,
@@ -191,7 +192,8 @@ def comparison_page(found: comparison.Comparison, commands: tuple[str, ...] = ()
     named = [f"{describe.letter(place)} {one.part_id}" for place, one in enumerate(found.found)]
     sizes = [1e3 * np.ptp(part.surface_vertices, axis=0) for part in found.parts]
     return template("comparison.html", points=_points, numbered=_pose_numbers).render(
-        MOST_ROWS=LIMITS["MOST_ROWS"], verdict=_verdict, found=found, named=named, first=found.found[0],
+        MOST_ROWS=LIMITS["MOST_ROWS"], verdict=_verdict, found=found, named=named,
+        first=found.found[0],
         sizes=[" × ".join(f"{x:.4g}" for x in size) for size in sizes],
         centers=[" ".join(f"{x + 0.0:.4g}" for x in np.round(1e3 * part.center_of_mass, 4))
                  for part in found.parts],

@@ -26,7 +26,8 @@ FLOORS = (
     {"design"},
     {"recording"},
     {"batch", "plots"},
-    {"catalogue", "report"},
+    {"report"},
+    {"catalogue"},
     {"ros", "commands", "cli", "__main__"},
 )
 FLOOR = {room: number for number, rooms in enumerate(FLOORS) for room in rooms}
@@ -62,7 +63,7 @@ ROOMS_OF = {
     "zstandard": {"recording"},
     "matplotlib": {"plots"},
     "PIL": {"plots"},
-    "jinja2": {"catalogue", "report"},
+    "jinja2": {"report"},
     "shtab": {"commands"},
     "rclpy": {"ros"},
     "distributed": {"batch"},
