@@ -17,9 +17,14 @@ from ..plots.poses import pose_thumbnail
 from ..records import Array, Part, PoseStatistics, statistics
 from ..resting.poses import poses_in
 from ..statistics import feeding, pose_groups, pose_shares
+from ..text import code_of
 from .request import CatalogueRequest
 
 Row = dict[str, Any]
+
+TARGET_OUTSIDE = 0.02
+"""Error to which parts are dropped that the estimate was not measured on, without another target:
+by such an estimate none is ranked."""
 
 UNKNOWN = feeding.Bounded(math.nan, math.nan, math.nan)
 
@@ -41,7 +46,7 @@ def describe_part(name: str, content: bytes | errors.PoseStatsError | None,
     """Look at one part. The answer depends on file and request alone, wherever it is made.
 
     `content`: what the file holds, or why it cannot be read; None where it is to be read here;
-    `drop`: whether to keep the target error, if need be by drops; else the estimate answers.
+    `drop`: whether to keep the target error, if need be by drops.
     Returns of a part that is refused, the row with the reason.
     """
     begin = time.perf_counter()
@@ -78,10 +83,12 @@ def _described(name: str, content: bytes | errors.PoseStatsError | None, request
     mesh = files.parse_mesh(path, held, request.unit, unless_declared=True)
     given = mass_properties.check_given(None, None, None, request.density)
     part = parts.part_of_file(mesh, given, path.stem)
-    if request.target_error and not drop:
-        found = estimate_in(part, scene)  # which may be sure enough
-    else:  # drops from a seed of the part's own: equal parts have equal rows, in whatever order
-        found = auto(part, request.target_error, None, scene.restitution, part.seed,
+    found = estimate_in(part, scene)  # which may be sure enough
+    outside = any(code_of(one) == "OUTSIDE_FIT" for one in found.warnings)
+    target = request.target_error or (TARGET_OUTSIDE if outside else 0.0)
+    if drop or not target:
+        # From a seed of the part's own: equal parts have equal rows, in whatever order.
+        found = auto(part, target, None, scene.restitution, part.seed,
                      scene.drop_height, workers=threads,
                      cluster_tolerance=scene.cluster_tolerance, round_sides=scene.round_sides)
     groups = pose_groups.pose_groups(found)
@@ -89,15 +96,8 @@ def _described(name: str, content: bytes | errors.PoseStatsError | None, request
            **_row(part, found, groups), "refusal": "",
            "poses": [_pose_row(group, pose) for group in groups for pose in group.poses]}
     return (_finite(row), pose_thumbnail(part, groups[0].first, found.radius),
-            not drop and _too_unsure(part, found, request))
-
-
-def _too_unsure(part: Part, found: PoseStatistics, request: CatalogueRequest) -> bool:
-    scene = request.scene
-    if not request.target_error:
-        return False
-    resting = poses_in(part, scene)
-    return estimate_bound(prior_of(found, resting, scene)) > request.target_error
+            bool(target) and not drop and estimate_bound(prior_of(
+                found, poses_in(part, scene), scene)) > target)
 
 
 def _row(part: Part, found: PoseStatistics, groups: Sequence[pose_groups.PoseGroup]) -> Row:

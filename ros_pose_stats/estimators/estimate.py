@@ -54,10 +54,10 @@ def _warnings(resting: poses.RestingPoses, chosen: Estimator, scene: DropScene,
         warnings.append(
             f"OUTSIDE_FIT: part or scene lie outside of those that {chosen.name} was measured on; "
             f"its error may well be larger than the {100.0 * expected.here:.2g} points expected, "
-            f"so drop the part.")
+            f"so simulate it.")
     if expected.unusual:
         warnings.append(
             f"METHODS_DISAGREE: eae, meae and qse differ by up to {100.0 * expected.apart:.2g} "
             f"points on this part; expect an error of {100.0 * expected.here:.2g} points where "
-            f"{chosen.name} usually has {100.0 * expected.usual:.2g}, or drop it.")
+            f"{chosen.name} usually has {100.0 * expected.usual:.2g}, or simulate it.")
     return warnings

@@ -190,7 +190,7 @@ def _variant(one: VariantComparison) -> list[str]:
     if one.feeder is None:
         return lines
     heads = [Column("a feeder that accepts", left=True), Column("gets, %"),
-             Column("passes a part")]
+             Column("drops for each accepted")]
     rows = [[f"{name} {_numbers(poses)}",
              f"{percent(way.accepted.value)} ({interval(way.accepted.low, way.accepted.high)})",
              "{:.4g} ({:.4g} - {:.4g})".format(*way.passes)]

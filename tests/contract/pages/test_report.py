@@ -90,7 +90,7 @@ def test_feeding_is_in_rates_passes_and_kicks(report, counted):
     page, _ = report
     share = sum(pose["probability"] for pose in counted["poses"] if pose["index"] < 2)
     assert f"{60.0 * share:.3g} accepted parts a minute" in page.text
-    assert f"{1.0 / share:.3g} passes per accepted part" in page.text
+    assert f"{1.0 / share:.3g} drops for each accepted part" in page.text
     assert "Feeding: dropped again or flipped" in page.text
     assert page.named("Accepted parts a minute over the kick height")
     assert "A wanted pose has others" not in page.text
@@ -120,7 +120,7 @@ def test_warnings_come_in_plain_words(parts, tmp_path):
     answer("report", parts / "cylinder.stl", "--unit", "mm", "--drops", 50, "--wanted", 1,
            "--drop-height", 0.03, "-o", tmp_path / "a.html")
     text = Page(tmp_path / "a.html").text
-    for words in ("A wanted pose has others that look the same", "margin across its axis",
+    for words in ("A wanted pose has others that look the same", "tilt to topple across its axis",
                   "at any yaw"):
         assert words in text
     assert text.count("* The part rolls in this pose") == 1
