@@ -17,7 +17,7 @@ from ros_pose_stats import DropScene, compare, part_from_mesh, shapes, shift_cen
 from ros_pose_stats.design.paired_drops import PairedDrops
 from ros_pose_stats.statistics.paired_counts import paired_difference
 
-TRUE_DROPS, TRUE_SEED = 50_000, 10 ** 6
+TRUE_DROPS, TRUE_SEED = 100_000, 10 ** 6
 
 
 def pairs():
@@ -25,9 +25,9 @@ def pairs():
     side = 0.016
     die = part_from_mesh(*shapes.box(side, side, side))
     box = part_from_mesh(*shapes.box(0.02, 0.03, 0.012))
-    yield "die, 3 % shorter", [die, part_from_mesh(*shapes.box(side, side, 0.97 * side))], [0, 1]
-    yield "box, centre of mass 0.2 mm lower", [box, shift_center(box, (0.0, 0.0, -2e-4))], [0]
-    yield "box, 4 % longer", [box, part_from_mesh(*shapes.box(0.0208, 0.03, 0.012))], [2, 3]
+    yield "die, 8 % shorter", [die, part_from_mesh(*shapes.box(side, side, 0.92 * side))], [0, 1]
+    yield "box, centre of mass 0.6 mm lower", [box, shift_center(box, (0.0, 0.0, -6e-4))], [0]
+    yield "box, 12 % longer", [box, part_from_mesh(*shapes.box(0.0224, 0.03, 0.012))], [2, 3]
 
 
 def main() -> None:

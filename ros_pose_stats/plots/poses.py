@@ -1,7 +1,6 @@
 """Pictures of a part in its stable poses: side by side, beside another part, and small."""
 
 import io
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -11,6 +10,8 @@ from PIL import Image
 
 from ..mesh import decimation, vectors
 from ..records import Part, PoseStatistics, StablePose
+from ..statistics.pose_groups import pose_groups
+from ..text import name_poses, shortened
 from .rendering import View, rendered, view_axes
 from .style import INK, REFERENCE, in_digits, new_figure
 
@@ -34,30 +35,34 @@ WIDTH, PLATE = 3.0, 1.05
 
 
 def poses_figure(part: Part, found: PoseStatistics) -> Figure:
-    """Draw the most probable poses of a part.
+    """Draw the most probable poses of a part; those that its symmetry makes alike as one.
 
-    Returns all poses at one scale, most probable first, at most eight.
+    Returns all at one scale, most probable first, at most eight.
     """
-    shown = found.poses[:MOST]
+    groups = pose_groups(found)
+    shown = groups[:MOST]
     columns = min(COLUMNS, len(shown))
     rows = -(-len(shown) // columns)
-    pictures = pose_pictures(part, shown, found.radius)
+    pictures = pose_pictures(part, [group.first for group in shown], found.radius)
     shape = pictures[0].shape[0] / pictures[0].shape[1]
     width, high = 2.9, 2.9 * shape + HEAD
     figure = new_figure(max(width * columns, 6.2), high * rows + TITLE)
     across, up = figure.get_size_inches()
     spare = 0.5 * (across - width * columns)
-    for place, (pose, picture) in enumerate(zip(shown, pictures, strict=True)):
+    for place, (group, picture) in enumerate(zip(shown, pictures, strict=True)):
         row, column = divmod(place, columns)
         left, bottom = spare + width * column, up - TITLE - high * (row + 1) + 0.3
         axes = figure.add_axes((left / across, bottom / up, width / across,
                                 (high - HEAD) / up))
         axes.imshow(picture, interpolation="antialiased")
         axes.set_axis_off()
-        axes.set_title(pose_title(pose), fontsize=10.5, color=INK, pad=3.0)
-        axes.annotate(f"centre of mass {in_digits(1e3 * pose.height, 3)} mm up", (0.5, 0.0),
-                      xycoords="axes fraction", ha="center", va="top", fontsize=9, color=REFERENCE)
-    figure.suptitle(_heading(found, len(shown)), fontsize=12, color=INK, y=1.0 - 0.1 / up)
+        axes.set_title(f"{shortened(name_poses(group.indices), 30)}: "
+                       f"{100.0 * group.probability:.1f} %", fontsize=10.5, color=INK, pad=3.0)
+        axes.annotate(f"centre of mass {in_digits(1e3 * group.first.height, 3)} mm up",
+                      (0.5, 0.0), xycoords="axes fraction", ha="center", va="top", fontsize=9,
+                      color=REFERENCE)
+    figure.suptitle(_heading(found, sum(group.size for group in groups[MOST:])), fontsize=12,
+                    color=INK, y=1.0 - 0.1 / up)
     return figure
 
 
@@ -92,18 +97,8 @@ def placed(triangles: Array, pose: StablePose) -> Array:
     return np.asarray(triangles @ rotation.T + np.array([0.0, 0.0, pose.height]))
 
 
-def pose_title(pose: StablePose) -> str:
-    """Number and probability, with its standard error where one is known."""
-    text = f"pose {pose.index}: {100.0 * pose.probability:.1f} %"
-    if math.isfinite(pose.standard_error):
-        text += f" ± {100.0 * pose.standard_error:.1f}"
-    return text
-
-
-def _heading(found: PoseStatistics, shown: int) -> str:
-    how = (f"{found.drops} drops, ± standard error" if found.drops
-           else f"estimated ({found.method})")
-    rest = len(found.poses) - shown
+def _heading(found: PoseStatistics, rest: int) -> str:
+    how = f"{found.drops} drops" if found.drops else f"estimated ({found.method})"
     more = f"; {rest} less probable poses not shown" if rest else ""
     return f"{found.part_id}: {found.scene}\nresting probabilities, {how}{more}"
 

@@ -12,7 +12,8 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from ..records import Part, PoseStatistics
 from ..resting.splitting_graph import SplittingNode, with_shares
 from ..statistics.feeding import Bounded
-from ..text import shortened
+from ..statistics.pose_groups import pose_groups
+from ..text import name_poses, shortened
 from . import files, poses, splitting
 from .style import BLUE, INK, REFERENCE, in_digits, new_figure, open_axes
 
@@ -31,17 +32,18 @@ STYLES = (("#0072B2", ""), ("#c9dfee", "////"))
 
 def shares_figure(found: Sequence[PoseStatistics], size: tuple[float, float] = (5.2, 4.6)
                   ) -> Figure:
-    """Draw the probability of each pose by one or two methods.
+    """Draw the probability of each pose, or group of like poses, by one or two methods.
 
     `found`: one or two of the same part; the poses are in the order of the first. Returns bars in
-    percent with 90 % intervals, the most probable pose at the top.
+    percent with 90 % intervals, the most probable at the top.
     """
     figure = new_figure(*size, layout="constrained")
     axes = figure.add_subplot()
-    shown = [pose.index for pose in found[0].poses[:MOST]]
+    shown = [group.indices for group in pose_groups(found[0])[:MOST]]
     for place, (one, style) in enumerate(zip(found, STYLES, strict=False)):
         _draw_bars(axes, one, shown, (place - 0.5 * (len(found) - 1)) * BAR, style)
-    axes.set_yticks(range(len(shown)), [f"pose {index}" for index in shown], fontsize=9.5)
+    axes.set_yticks(range(len(shown)), [shortened(name_poses(some), 16) for some in shown],
+                    fontsize=9.5)
     axes.set_ylim(len(shown) - 0.4, -0.6)
     axes.set_xlim(0.0, (1.0 + ASIDE) * axes.get_xlim()[1])
     axes.set_xlabel("probability, %; the lines are 90 % intervals", fontsize=9.5)
@@ -56,21 +58,22 @@ def name_method(found: PoseStatistics) -> str:
     return f"{found.drops} drops" if found.drops else f"estimate ({found.method})"
 
 
-def _draw_bars(axes: Axes, found: PoseStatistics, shown: Sequence[int], aside: float,
+def _draw_bars(axes: Axes, found: PoseStatistics, shown: Sequence[tuple[int, ...]], aside: float,
                style: tuple[str, str]) -> None:
     color, hatch = style
-    poses = {pose.index: pose for pose in found.poses}
+    groups = {group.indices: group for group in pose_groups(found)}
     places = [place + aside for place in range(len(shown))]
-    axes.barh(places, [100.0 * poses[index].probability for index in shown], height=0.9 * BAR,
+    axes.barh(places, [100.0 * groups[indices].probability for indices in shown], height=0.9 * BAR,
               color=color, hatch=hatch, edgecolor="#4f7f9f" if hatch else color, linewidth=0.5,
               label=name_method(found))
-    for place, index in zip(places, shown, strict=True):
-        low, high = poses[index].probability_low, poses[index].probability_high
+    for place, indices in zip(places, shown, strict=True):
+        group = groups[indices]
+        low, high = group.probability_low, group.probability_high
         if math.isfinite(low) and math.isfinite(high):
             axes.errorbar(50.0 * (low + high), place, xerr=50.0 * (high - low), color="#111111",
                           elinewidth=1.1, capsize=2.2, zorder=3)
-        end = max(poses[index].probability, high if math.isfinite(high) else 0.0)
-        axes.annotate(f"{100.0 * poses[index].probability:.1f} %", (100.0 * end, place),
+        end = max(group.probability, high if math.isfinite(high) else 0.0)
+        axes.annotate(f"{100.0 * group.probability:.1f} %", (100.0 * end, place),
                       xytext=(4.0, 0.0), textcoords="offset points", va="center", fontsize=7.5,
                       color=INK if not hatch else REFERENCE)
 
