@@ -27,7 +27,7 @@ from ..resting.poses import resting_poses
 from ..resting.trust import pose_remarks
 from ..simulation.request import SEEDS, drop_request
 from ..simulation.simulate import touching_warnings
-from ..statistics import errors, feeding, paired_counts, pose_groups, pose_shares, prefix
+from ..statistics import errors, feeding, paired_counts, pose_groups, prefix
 from . import comparison, describe
 from .correspondence import Correspondence, MatchedPoses, find_correspondence
 from .paired_drops import UNSETTLED, PairedDrops
@@ -152,13 +152,20 @@ def compare(parts: Sequence[Part], wanted: Sequence[int] = (), drops: int = MOST
     shares = [share._replace(chance=chance, chance_on_plate=on_plate)
               for share, (chance, on_plate) in zip(
                   _differences(pairs, tests, plate_error), chances, strict=True)]
-    return comparison.Comparison(
-        tuple(parts), tuple(found), tuple(
-            _variant(place, match, found, accepted, [
-                comparison.PoseComparison(test.poses, share)
-                for test, share in zip(tests, shares, strict=True) if test.second == place])
-            for place, match in enumerate(matches, start=1)),
-        pairs.scene, asked.seed, accepted, plate_error, time.perf_counter() - begin)
+    variants = []
+    for place, match in enumerate(matches, start=1):
+        mine = [(test, share) for test, share in zip(tests, shares, strict=True)
+                if test.second == place]
+        poses = [comparison.PoseComparison(test.poses, share) for test, share in mine
+                 if not test.is_accepted]
+        poses.sort(key=lambda one: (not one.poses.is_pair, -max(one.share.first.value,
+                                                                one.share.second.value)))
+        lost = tuple(one for one in accepted if match.partner[one] < 0)
+        feeder = next((comparison.FeederComparison(test.poses, share, lost)
+                       for test, share in mine if test.is_accepted), None)
+        variants.append(comparison.VariantComparison(place, match, tuple(poses), feeder))
+    return comparison.Comparison(tuple(parts), tuple(found), tuple(variants), pairs.scene,
+                                 asked.seed, accepted, plate_error, time.perf_counter() - begin)
 
 
 def _check_sizes(radii: Sequence[float]) -> None:
@@ -288,27 +295,3 @@ def _statistics(part: Part, pairs: PairedDrops, variant: int) -> PoseStatistics:
         part, resting.body.radius, resting.poses, counted.shares(), SIMULATION, pairs.scene,
         drops=drops, unsettled=unsettled, seed=pairs.seed,
         warnings=(*remarks.warnings, *warnings), notes=remarks.notes)
-
-
-def _variant(second: int, match: Correspondence, found: Sequence[PoseStatistics],
-             accepted: tuple[int, ...], tested: list[comparison.PoseComparison]
-             ) -> comparison.VariantComparison:
-    """A variant beside the first one, from its tests, that of what is accepted last."""
-    feeder = None
-    if accepted:
-        poses, share = tested.pop()
-        if found[0].drops > found[0].unsettled:
-            feeder = comparison.FeederComparison(
-                poses, share, tuple(one for one in accepted if match.partner[one] < 0),
-                (_feeding(found[0], poses.first), _feeding(found[second], poses.second)))
-    tested.sort(key=lambda one: (not one.poses.is_pair, -max(one.share.first.value,
-                                                             one.share.second.value)))
-    return comparison.VariantComparison(second, match, tuple(tested), feeder)
-
-
-def _feeding(found: PoseStatistics, wanted: tuple[int, ...]) -> feeding.Feeding:
-    """What a feeder gets; nothing where none of the wanted poses is left."""
-    if wanted:
-        return feeding.drop_afresh(pose_shares.pose_shares(found), wanted)
-    nothing, never = feeding.Bounded(0.0, 0.0, 0.0), feeding.Bounded(math.inf, math.inf, math.inf)
-    return feeding.Feeding(nothing, never, nothing, nothing)

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from ..records import DropScene, Part, PoseStatistics
 from ..records.statistics import plain_number
-from ..statistics.feeding import Bounded, Feeding
+from ..statistics.feeding import Bounded
 from ..statistics.paired_counts import PairedDifference
 from ..version import VERSION
 from .correspondence import Correspondence, MatchedPoses
@@ -82,7 +82,13 @@ class FeederComparison(NamedTuple):
     poses: MatchedPoses  # those accepted in each
     share: ShareDifference  # of the accepted parts
     lost: tuple[int, ...]  # wanted poses of the first variant that have no partner in the second
-    feeding: tuple[Feeding, Feeding]  # parts that lie wrong are dropped again
+
+    @property
+    def passes(self) -> tuple[Bounded, Bounded]:
+        """Drops for each accepted part, where those that lie wrong are dropped again."""
+        first, second = (Bounded(*(1.0 / one if one else math.inf for one in (
+            share.value, share.high, share.low))) for share in self.share[:2])
+        return first, second
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,8 +138,7 @@ class VariantComparison:
             entry["feeder"] = {
                 **_side_by_side(self.feeder.poses), "without_partner": list(self.feeder.lost),
                 **self.feeder.share.as_dict(), **{
-                    f"passes{end}": [plain_number(way.passes[place])
-                                     for way in self.feeder.feeding]
+                    f"passes{end}": [plain_number(one[place]) for one in self.feeder.passes]
                     for place, end in enumerate(("", "_low", "_high"))}}
         return entry
 

@@ -11,149 +11,34 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..mesh.vectors import lengths
+from ..records import Array, Index, Mask
 from ..resting.poses import RestingPoses
 from ..simulation.drops import random_starts
-
-Array = NDArray[np.float64]
 
 FOOTPRINT = slice(0, 3)
 """What of a pose's sizes does not hang on the centre of mass."""
 
-SAME_SIZE = math.log(1.05)
-"""Largest logarithm of the ratio of sizes that are nearly the same."""
+SAME_SIZE, SCALED = math.log(1.05), math.log(1.4)
+"""Largest logarithm of the ratio of sizes that are nearly the same, and of corresponding poses."""
 
-NEARLY = math.radians(5.0)
+NEARLY, WIDEST = math.cos(math.radians(5.0)), math.radians(20.0)
+"""Of directions down that are nearly the same the least cosine; of corresponding poses the largest
+angle."""
+
 MOSTLY, LEAST_ALIKE = 0.75, 3
 """Share of the poses, and number of them, that a changed part must have nearly as before for it to
 be found turned in its file; as it lies there, no more than half as many."""
 
-SAME_BODY = 0.003
-"""Distance between the surfaces of two exports of one body, in radii: a circle of 48 sides."""
-
-SAME_INERTIA = 0.02
-"""Difference between their inertias, as a share of it."""
+SAME_BODY, SAME_INERTIA = 0.003, 0.02
+"""Distance between the surfaces of two exports of one body, in radii: a circle of 48 sides; and
+difference between their inertias, as a share of it."""
 
 DIRECTIONS = 256
 """In which surfaces are compared."""
 
 MOST_TURNS = 200
 """Ways to turn one body into another that are tried."""
-
-
-def size_ratios(first: RestingPoses, second: RestingPoses,
-                which: slice = slice(None)) -> Array:
-    """Largest logarithm (P, Q) of the ratio of two poses' sizes; see `_sizes`."""
-    one, other = (np.log(_sizes(resting)[:, which]) for resting in (first, second))
-    return np.asarray(np.abs(one[:, None] - other[None]).max(axis=2))
-
-
-def _sizes(resting: RestingPoses) -> Array:
-    """Area and girth of the outline and highest point, and the height, all as lengths, (P, 4)."""
-    rows = []
-    for pose in resting.poses:
-        x, y = pose.outline.T
-        onward = np.roll(x, -1), np.roll(y, -1)
-        area = 0.5 * abs(float((x * onward[1] - y * onward[0]).sum()))
-        girth = float(np.hypot(onward[0] - x, onward[1] - y).sum())
-        rows.append((math.sqrt(area), girth, pose.top, pose.height))
-    return np.array(rows)
-
-
-def find_turn(first: RestingPoses, second: RestingPoses) -> tuple[Array | None, bool]:
-    """Rotation from the first frame to the second, and whether both are one and the same body.
-
-    None where the frames are equal, as far as the outer shape tells: a centre of mass that was
-    moved to the other side of a symmetric part is a change of the part, not a turn.
-    """
-    directions = random_starts(1, 0, DIRECTIONS)
-    unturned = np.eye(3)
-    if _misfit(first, second, unturned, directions, about_center=False) <= SAME_BODY:
-        return None, False
-    footprint = size_ratios(first, second, FOOTPRINT) <= SAME_SIZE
-    ways = [(-_misfit(first, second, turn, directions, about_center=True),
-             _count_alike(first, second, footprint, turn), turn) for turn in _turns(first, second)]
-    if not ways:
-        return None, False
-    nearest = max(ways, key=lambda way: way[0])
-    if -nearest[0] <= SAME_BODY and _same_inertia(first, second, nearest[2]):
-        return nearest[2], True
-    _, alike, turn = max(ways, key=lambda way: (way[1], way[0]))
-    enough = max(LEAST_ALIKE, MOSTLY * min(len(first.poses), len(second.poses)))
-    if alike >= enough and 2 * _count_alike(first, second, footprint, unturned) <= alike:
-        return turn, False
-    return None, False
-
-
-def _count_alike(first: RestingPoses, second: RestingPoses, footprint: NDArray[np.bool_],
-                 turn: Array) -> int:
-    """Poses of the first variant that, turned, are nearly one of the second."""
-    downs, others = (np.array([pose.down for pose in one.poses]) for one in (first, second))
-    near = (downs @ turn.T) @ others.T >= math.cos(NEARLY)
-    return int((near & footprint).any(axis=1).sum())
-
-
-def _misfit(first: RestingPoses, second: RestingPoses, turn: Array, directions: Array,
-            about_center: bool) -> float:
-    """Largest distance between the outer shapes once the first is turned, in radii.
-
-    `about_center`: whether the centres of mass are laid on each other; else the shapes as well as
-    they fit.
-    """
-    one, other = first.body, second.body
-    away = one.R(directions) * one.radius - other.R(directions @ turn.T) * other.radius
-    if not about_center:
-        away = away - directions @ np.linalg.lstsq(directions, away, rcond=None)[0]
-    return float(np.abs(away).max()) / one.radius
-
-
-def _same_inertia(first: RestingPoses, second: RestingPoses, turn: Array) -> bool:
-    one = first.body.radius ** 2 * (turn @ first.inertia @ turn.T)
-    other = second.body.radius ** 2 * second.inertia
-    return bool(np.abs(one - other).max() <= SAME_INERTIA * np.abs(one).max())
-
-
-def _turns(first: RestingPoses, second: RestingPoses) -> Iterator[Array]:
-    """Rotations that lay two poses of the first variant on two of the second.
-
-    Of the poses with the fewest equals in the second variant, so that there are few ways.
-    """
-    same = size_ratios(first, second) <= SAME_SIZE
-    equals = same.sum(axis=1)
-    downs, others = (np.array([pose.down for pose in one.poses]) for one in (first, second))
-    order = np.argsort(np.where(equals > 0, equals, len(others) + 1), kind="stable")
-    lead = int(order[0])
-    across = lengths(np.cross(downs[lead], downs[order]))
-    aside = order[across > 0.1]
-    if not aside.size:
-        return
-    along, tried = int(aside[0]), 0
-    for one in np.flatnonzero(same[lead]).tolist():
-        for other in np.flatnonzero(same[along]).tolist():
-            if abs(downs[lead] @ downs[along] - others[one] @ others[other]) > 0.05:
-                continue
-            yield _frame(others[one], others[other]) @ _frame(downs[lead], downs[along]).T
-            tried += 1
-            if tried == MOST_TURNS:
-                return
-
-
-def _frame(first: Array, second: Array) -> Array:
-    """Orthonormal columns, the first along one vector, the second in its plane with another."""
-    across = np.cross(first, second)
-    across = across / np.linalg.norm(across)
-    return np.stack((first, np.cross(across, first), across), axis=1)
-
-
-Index = NDArray[np.int64]
-
-WIDEST = math.radians(20.0)
-"""Largest angle between the directions down of poses that correspond."""
-
-SCALED = math.log(1.4)
-"""Largest logarithm of the ratio of their footprints."""
 
 
 class MatchedPoses(NamedTuple):
@@ -173,23 +58,20 @@ class MatchedPoses(NamedTuple):
 class Correspondence:
     """How the poses of two variants correspond."""
 
-    partner: Index  # (P,) int; pose of the second variant that each of the first is; -1 for none
+    partner: Index  # (P,); pose of the second variant that each of the first is; -1 for none
     # each pose of both is in one of them; pairs first, by the index in the first variant
     matches: tuple[MatchedPoses, ...]
-    # (3, 3); takes directions of the first variant's frame to the second's; None where they are
-    # equal
+    # (3, 3); takes directions of the first frame to the second's; None where they are equal
     turn: Array | None
     # whether the second variant is the first one, turned in its file, and nothing else
     same_body: bool
-    # whether sides of the part were told apart; else only footprints and heights were
-    by_orientation: bool
+    by_orientation: bool  # whether sides were told apart; else footprints and heights alone were
 
     @property
     def angle(self) -> float:
         """By how much the second variant is turned in its file, radians."""
-        if self.turn is None:
-            return 0.0
-        return math.acos(min(1.0, max(-1.0, 0.5 * (float(np.trace(self.turn)) - 1.0))))
+        return 0.0 if self.turn is None else math.acos(
+            min(1.0, max(-1.0, 0.5 * (float(np.trace(self.turn)) - 1.0))))
 
     def partners(self, poses: Sequence[int]) -> tuple[int, ...]:
         """Poses of the second variant that some of the first are, rising."""
@@ -197,36 +79,122 @@ class Correspondence:
 
 
 def find_correspondence(first: RestingPoses, second: RestingPoses) -> Correspondence:
-    """Find which poses of two variants correspond.
-
-    `first, second`: at the same cluster tolerance and round sides.
-    """
+    """Find which poses of two variants correspond, at one cluster tolerance and round sides."""
     turn, same_body = find_turn(first, second)
-    apart, footprint = _angles(first, second, turn), size_ratios(first, second, FOOTPRINT)
+    apart, footprint = _angles(first, second, turn), _size_ratios(first, second, FOOTPRINT)
     near = (apart <= WIDEST) & (footprint <= SCALED)
     partner = _match(np.where(near, apart / WIDEST + footprint / SCALED, np.inf))
     by_orientation = 2 * np.count_nonzero(partner >= 0) >= min(near.shape)
     if not by_orientation:
-        ratio = size_ratios(first, second)
+        ratio = _size_ratios(first, second)
         partner = _match(np.where(ratio <= SAME_SIZE, ratio, np.inf))
     return Correspondence(partner, _join_alike(first, second, partner), turn, same_body,
                           bool(by_orientation))
+
+
+def find_turn(first: RestingPoses, second: RestingPoses) -> tuple[Array | None, bool]:
+    """Rotation from the first frame to the second, and whether both are one and the same body.
+
+    None where the frames are equal, as far as the outer shape tells: a centre of mass that was
+    moved to the other side of a symmetric part is a change of the part, not a turn.
+    """
+    directions = random_starts(1, 0, DIRECTIONS)
+
+    def apart(turn: Array) -> Array:
+        """Distance between the surfaces once the first is turned, in radii."""
+        return np.asarray(first.body.R(directions) - second.body.R(directions @ turn.T)
+                          * (second.body.radius / first.body.radius))
+
+    away = apart(np.eye(3))
+    shifted = directions @ np.linalg.lstsq(directions, away, rcond=None)[0]
+    if np.abs(away - shifted).max() <= SAME_BODY:
+        return None, False
+    footprint = _size_ratios(first, second, FOOTPRINT) <= SAME_SIZE
+    ways = [(float(np.abs(apart(turn)).max()), _count_alike(first, second, footprint, turn), turn)
+            for turn in _turns(first, second)]
+    if not ways:
+        return None, False
+    misfit, _, turn = min(ways, key=lambda way: way[0])
+    if misfit <= SAME_BODY and _same_inertia(first, second, turn):
+        return turn, True
+    _, alike, turn = max(ways, key=lambda way: (way[1], -way[0]))
+    enough = max(LEAST_ALIKE, MOSTLY * min(len(first.poses), len(second.poses)),
+                 2 * _count_alike(first, second, footprint, np.eye(3)))
+    return (turn, False) if alike >= enough else (None, False)
+
+
+def _count_alike(first: RestingPoses, second: RestingPoses, footprint: Mask, turn: Array) -> int:
+    """Poses of the first variant that, turned, are nearly one of the second."""
+    near = (_downs(first) @ turn.T) @ _downs(second).T >= NEARLY
+    return int((near & footprint).any(axis=1).sum())
+
+
+def _downs(resting: RestingPoses) -> Array:
+    return np.array([pose.down for pose in resting.poses])
+
+
+def _same_inertia(first: RestingPoses, second: RestingPoses, turn: Array) -> bool:
+    one = first.body.radius ** 2 * (turn @ first.inertia @ turn.T)
+    other = second.body.radius ** 2 * second.inertia
+    return bool(np.abs(one - other).max() <= SAME_INERTIA * np.abs(one).max())
+
+
+def _turns(first: RestingPoses, second: RestingPoses) -> Iterator[Array]:
+    """Rotations that lay two poses of the first variant on two of the second.
+
+    Of the poses with the fewest equals in the second variant, so that there are few ways.
+    """
+    same = _size_ratios(first, second) <= SAME_SIZE
+    equals, downs, others = same.sum(axis=1), _downs(first), _downs(second)
+    order = np.argsort(np.where(equals > 0, equals, len(others) + 1), kind="stable")
+    lead = int(order[0])
+    aside = order[np.linalg.norm(np.cross(downs[lead], downs[order]), axis=1) > 0.1]
+    if not aside.size:
+        return
+    along = int(aside[0])
+    alike = np.abs(downs[lead] @ downs[along] - others @ others.T) <= 0.05
+    pairs = np.argwhere(alike & same[lead][:, None] & same[along][None])
+    for one, other in pairs[:MOST_TURNS].tolist():
+        yield _frame(others[one], others[other]) @ _frame(downs[lead], downs[along]).T
+
+
+def _frame(first: Array, second: Array) -> Array:
+    """Orthonormal columns, the first along one vector, the second in its plane with another."""
+    across = np.cross(first, second)
+    across = across / np.linalg.norm(across)
+    return np.stack((first, np.cross(across, first), across), axis=1)
+
+
+def _size_ratios(first: RestingPoses, second: RestingPoses, which: slice = slice(None)) -> Array:
+    """Largest logarithm (P, Q) of the ratio of two poses' sizes."""
+    one, other = (np.log(_sizes(resting)[:, which]) for resting in (first, second))
+    return np.asarray(np.abs(one[:, None] - other[None]).max(axis=2))
+
+
+def _sizes(resting: RestingPoses) -> Array:
+    """Area and girth of the outline and highest point, and the height, all as lengths, (P, 4)."""
+    rows = []
+    for pose in resting.poses:
+        x, y = pose.outline.T
+        onward = np.roll(x, -1), np.roll(y, -1)
+        area = 0.5 * abs(float((x * onward[1] - y * onward[0]).sum()))
+        girth = float(np.hypot(onward[0] - x, onward[1] - y).sum())
+        rows.append((math.sqrt(area), girth, pose.top, pose.height))
+    return np.array(rows)
 
 
 def _join_alike(first: RestingPoses, second: RestingPoses, partner: Index
                 ) -> tuple[MatchedPoses, ...]:
     """Join pairs whose poses are alike in both variants, and poses without a partner likewise."""
     joined: dict[tuple[int, int], tuple[list[int], list[int]]] = {}
-    for one, other in enumerate(partner.tolist()):
-        key = (int(first.group[one]), int(second.group[other]) if other >= 0 else -1)
-        entry = joined.setdefault(key, ([], []))
-        entry[0].append(one)
-        if other >= 0:
-            entry[1].append(other)
-    for other in sorted(set(range(len(second.poses))) - set(partner.tolist())):
-        joined.setdefault((-1, int(second.group[other])), ([], []))[1].append(other)
-    found = [MatchedPoses(tuple(sorted(one)), tuple(sorted(other)))
-             for one, other in joined.values()]
+    for one, other in [*enumerate(partner.tolist()), *(
+            (-1, other) for other in np.setdiff1d(range(len(second.poses)), partner).tolist())]:
+        entry = joined.setdefault((int(first.group[one]) if one >= 0 else -1,
+                                   int(second.group[other]) if other >= 0 else -1), ([], []))
+        for side, index in zip(entry, (one, other), strict=True):
+            if index >= 0:
+                side.append(index)
+    found = [MatchedPoses(tuple(one), tuple(sorted(other))) for one, other in joined.values()]
     return tuple(sorted(found, key=lambda match: (
         not match.is_pair, not match.first, match.first or match.second)))
 
@@ -234,13 +202,12 @@ def _join_alike(first: RestingPoses, second: RestingPoses, partner: Index
 def _match(cost: Array) -> Index:
     """Partner (P,) in the second variant of each pose, the cheapest first; -1 for none."""
     partner = np.full(cost.shape[0], -1, dtype=np.int64)
-    taken = np.zeros(cost.shape[1], dtype=np.bool_)
     for place in np.argsort(cost, axis=None, kind="stable").tolist():
         one, other = divmod(place, cost.shape[1])
         if not math.isfinite(cost[one, other]):
             break
-        if partner[one] < 0 and not taken[other]:
-            partner[one], taken[other] = other, True
+        if partner[one] < 0 and other not in partner:
+            partner[one] = other
     return partner
 
 

@@ -102,6 +102,8 @@ def describe_verdict(found: "comparison.Comparison", one: "comparison.VariantCom
     """Which variant feeds better, and by how much; where no feeder is asked for, what differs."""
     other = letter(one.second)
     share = one.deciding
+    if not found.drops:
+        return f"A and {other}: not dropped yet"
     if not share.is_in_model:
         if one.feeder is not None:
             share = one.feeder.share

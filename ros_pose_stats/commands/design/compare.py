@@ -192,10 +192,11 @@ def _variant(one: VariantComparison) -> list[str]:
     heads = [Column("a feeder that accepts", left=True), Column("gets, %"),
              Column("drops for each accepted")]
     rows = [[f"{name} {_numbers(poses)}",
-             f"{percent(way.accepted.value)} ({interval(way.accepted.low, way.accepted.high)})",
-             "{:.4g} ({:.4g} - {:.4g})".format(*way.passes)]
-            for name, poses, way in zip(("A", other), one.feeder.poses, one.feeder.feeding,
-                                        strict=True)]
+             f"{percent(share.value)} ({interval(share.low, share.high)})",
+             "{:.4g} ({:.4g} - {:.4g})".format(*passes)]
+            for name, poses, share, passes in zip(
+                ("A", other), one.feeder.poses, one.feeder.share[:2], one.feeder.passes,
+                strict=True)]
     lost = one.feeder.lost
     return [*lines, "", *columns(heads, rows), *(
         [f"wanted poses of A without a partner in {other}: {ranges(lost)}"] if lost else [])]

@@ -89,8 +89,8 @@ def test_a_wanted_pose_without_a_partner_is_never_accepted(pair):
     stone = part_from_mesh(*moved(random_polyhedron(8, 2), scale=0.02))
     feeder = compare([pair[0], stone], wanted=[1], drops=200, seed=1).variants[0].feeder
     assert feeder.lost == (1,) and feeder.poses.second == ()
-    assert feeder.feeding[1].accepted.value == 0.0
-    assert feeder.feeding[1].passes.value == math.inf
+    assert feeder.share.second.value == 0.0
+    assert feeder.passes[1].value == math.inf
 
 
 @pytest.mark.parametrize("factor", [0.001, 1.0 / 25.4, 0.1, 10.0, 60.0])

@@ -49,11 +49,12 @@ def test_a_bad_plate_hides_what_the_model_shows(dice):
 
 def test_the_feeder_gets_what_the_shares_say(near_cube):
     feeder = near_cube.variants[0].feeder
-    for found, feeding, wanted in zip(near_cube.found, feeder.feeding, feeder.poses, strict=True):
+    for found, share, passes, wanted in zip(near_cube.found, feeder.share[:2], feeder.passes,
+                                            feeder.poses, strict=True):
         count = sum(pose.count for pose in found.poses if pose.index in wanted)
         settled = found.drops - found.unsettled
-        assert feeding.accepted.value == pytest.approx(count / settled)
-        assert feeding.passes.value == pytest.approx(settled / count)
+        assert share.value == pytest.approx(count / settled)
+        assert passes.value == pytest.approx(settled / count)
 
 
 def test_a_centre_of_mass_nearer_to_the_wanted_face_feeds_better():
