@@ -205,6 +205,10 @@ def test_counts_stay_in_another_scene_and_begin_anew_on_another_plate(tuned, mod
     assert tuned.set(restitution=0.2) == {}
     until(lambda: latched(tuned, model.part_id).restitution == 0.2)
     assert learnt(tuned, model.part_id, 100).method == "observed"
+    tuned.good("estimate", part=flat(WEDGE, model.part_id, restitution=0.4))  # its own from now on
+    assert learnt(tuned, model.part_id, 100).restitution == 0.4
+    counting(tuned).publish(counted(model, [1, 0]))
+    learnt(tuned, model.part_id, 101)
     assert tuned.set(plate="steel") == {}
     assert learnt(tuned, model.part_id, 0).method != "observed"
 
