@@ -4,7 +4,7 @@ Sentences about it are here, too; those of commands, library and node are the sa
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Protocol
 
@@ -182,6 +182,12 @@ def not_enough(what: str, bound: float, target_error: float) -> str:
 
 Index = NDArray[np.int64]
 
+PLATE_ERRORS = scenes.DEFAULT_PLATE_ERROR * 2.0 ** np.linspace(-2.5, 2.5, 11)
+"""Errors that a plate nobody has calibrated may have."""
+
+PLATE_ERROR_SPREAD = 0.7
+"""Standard deviation of their logarithm before anything was counted."""
+
 ON_PLATES = PriorFit(center=0.0, spread=0.5, overrated=0.0, rare_below=0.0,
                      unsure_share=0.5)
 """A plate contradicts the model of one part more than that of another: strengths scatter by a
@@ -200,9 +206,9 @@ def observe_counts(model: PoseStatistics, counts: ArrayLike,
     counts, where it rests on them; they and the plate's error take the place of the model.
     Returns with the method `observed`: probabilities are posterior means, intervals the shortest
     ones of 90 %, `count` what was counted, and `expected_error` and `plate_error` both the error
-    against the plate. Where the counts refute the model beyond both
-    errors, the answer is theirs alone, with the warning `CONFLICT`. Without any count, the model
-    itself. Raises RequestError if there are not P counts from 0 up.
+    against the plate. Where the counts refute the model beyond both errors, the answer is theirs
+    alone, with the warning `CONFLICT`. Without any count, the model itself. Raises RequestError if
+    there are not P counts from 0 up.
     """
     poses = sorted(model.poses, key=lambda pose: pose.index)
     counted = np.asarray(counts)
@@ -226,6 +232,23 @@ def observe_counts(model: PoseStatistics, counts: ArrayLike,
     shares = prior.updated(counted).shares(counted)
     return statistics.with_shares(model, OBSERVED, shares, plate_error=shares.expected_error,
                                   drops=0, unsettled=0, seed=0, observed=total, warnings=warnings)
+
+
+def plate_evidence(model: PoseStatistics, counts: ArrayLike) -> NDArray[np.float64]:
+    """Logarithm of the probability of counts (P,) of a part at each of `PLATE_ERRORS`."""
+    return np.array([plate_prior(replace(model, plate_error=error)).log_evidence(counts)
+                     for error in PLATE_ERRORS.tolist()])
+
+
+def learnt_plate_error(evidence: Iterable[NDArray[np.float64]]) -> float:
+    """The plate's error that the counts of some parts ask for; without any, the default.
+
+    It is the geometric mean, since what it sets is the logarithm of a strength.
+    """
+    far = np.log(PLATE_ERRORS / scenes.DEFAULT_PLATE_ERROR)
+    logarithm = sum(evidence, -0.5 * np.square(far / PLATE_ERROR_SPREAD))
+    weight = np.exp(logarithm - logarithm.max())
+    return float(scenes.DEFAULT_PLATE_ERROR * np.exp(weight @ far / weight.sum()))
 
 
 def plate_prior(model: PoseStatistics) -> PosePrior:

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..output import markdown_table, plain, points, write_page
 from ..prisms.dice import SOURCE
+from .observed import WAYS
 from .runs import COUNTED, FITTED, METHODS, PlateResults
 
 PAGE = "plates.md"
@@ -39,7 +40,20 @@ def plates_text(found: PlateResults) -> str:
         "and b fitted; split × tilt: the default shares times that.", "",
         markdown_table(("plate", *METHODS, "told", "told / true", "default's probability"), rows),
         "", f"Told over true is {TRUE[0]} to {TRUE[1]} on {near} of {len(simulated)} simulated "
-        f"plates; the fit is at most {points(worse, 2)} points worse than the default on any."])
+        f"plates; the fit is at most {points(worse, 2)} points worse than the default on any.", "",
+        *_observed_lines(found)])
+
+
+def _observed_lines(found: PlateResults) -> list[str]:
+    """What counts of a part are worth beside its estimate, without a fit."""
+    rows = [[str(counted), *(points(errors[way], 2) for way in WAYS),
+             f"{errors['observed'] / min(errors['estimate'], errors['counts']):.2f}"]
+            for counted, errors in found.observed.items()]
+    return ["`observed` on the simulated plates without a fit, so many counts of each of the "
+            "twelve: errors in points over groups, parts and plates, and that of `observed` over "
+            "the smaller one of estimate and counts. The plate's error is learnt from the other "
+            "eleven.", "",
+            markdown_table(("counts of a part", *WAYS, "over the better"), rows)]
 
 
 def _together(errors: Sequence[float]) -> float:

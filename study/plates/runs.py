@@ -17,12 +17,16 @@ from ros_pose_stats.records import DropScene
 from ..prisms.dice import DICE, Die
 from ..prisms.prism_runs import on_squares, square_prism
 from .friction import plate_of, read_counts, study_parts
+from .observed import observed_errors
 
 Array = NDArray[np.float64]
 Say = Callable[[str], object]
 
 FITTED, COUNTED = 5, 200
 """Kinds that a plate is fitted to, and counts of each on a simulated plate."""
+
+OBSERVED_REPEATS = 2
+"""Draws of counts of all parts on each plate."""
 
 STEEPNESSES = np.linspace(-4.0, 12.0, 321)
 """Factors of the height over the root of the volume that are looked at."""
@@ -53,9 +57,10 @@ class PlateErrors:
 
 @dataclass(frozen=True)
 class PlateResults:
-    """All plates, the dice first."""
+    """All plates, the dice first, and what counts of a part are worth beside its estimate."""
 
     plates: tuple[PlateErrors, ...]
+    observed: dict[int, dict[str, float]]  # by counts of a part and way; errors
     splits: int
     seed: int
 
@@ -88,7 +93,7 @@ def plates(splits: int = 20, seed: int = 1, *, say: Say = lambda _: None) -> Pla
                  for part, count in zip(study_parts(), counts, strict=True)]
         found.append(judge_plate(plate_of(number).in_words(), parts, COUNTED, splits,
                                  (seed, 1 + number), say))
-    return PlateResults(tuple(found), splits, seed)
+    return PlateResults(tuple(found), observed_errors(OBSERVED_REPEATS, seed), splits, seed)
 
 
 def judge_plate(name: str, parts: Sequence[Candidate], most: int, splits: int,

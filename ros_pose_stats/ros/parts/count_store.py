@@ -4,7 +4,8 @@ import hashlib
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +14,7 @@ from ros_pose_stats_msgs.msg import PoseCounts, PoseStatistics
 
 from ... import records
 from ...methods import OBSERVED
-from ...planning.confidence import observe_counts
+from ...planning.confidence import learnt_plate_error, observe_counts, plate_evidence
 from ...recording.analysis.decoding import numbering_of
 from ...records.scene import Numbering
 from ...resting.poses import resting_poses
@@ -25,6 +26,7 @@ from ..settings import Settings
 from ..state import Change, State
 from . import known_part, part_store
 
+Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 RECENT = 400  # parts that are compared with all those before
@@ -55,6 +57,7 @@ class CellCounts:
     def __init__(self, ground: Ground, total: Index, series: int) -> None:
         self.ground, self.series = ground, series
         self.change: int | None = None  # of the state, that has all of it; None: all so far
+        self.evidence: Array | None = None  # what they say of the plate's error, by `PLATE_ERRORS`
         self._total = total.copy()
         self._recent: deque[Index] = deque()
         self._seen = 0
@@ -77,7 +80,7 @@ class CellCounts:
             return 0
         with self._lock:
             self._total += new
-            self._drift = None
+            self._drift = self.evidence = None
             self._recent.append(new)
             self._seen += seen
             while self._seen - int(self._recent[0].sum()) >= RECENT:
@@ -204,6 +207,22 @@ class CountStore:
         profile = self._settings().profile
         left_out = profile.left_out.get(known.digest) if profile else None
         told = left_out.probability if left_out and left_out.numbering == ground.numbering else ()
-        combined = observe_counts(statistics_messages.statistics_of_message(message), counts.total,
-                                  told)
+        model = statistics_messages.statistics_of_message(message)
+        if profile is None:
+            counts.evidence = plate_evidence(model, counts.total)
+            model = replace(model, plate_error=learnt_plate_error(self._evidence_beside(known)))
+        combined = observe_counts(model, counts.total, told)
         return combined if combined.method == OBSERVED else None
+
+    def _evidence_beside(self, known: known_part.KnownPart) -> Iterator[Array]:
+        """What the other parts counted on this part's plate say of its error."""
+        for other in self._parts.all():
+            counts, model = other.counts, other.shown.model
+            if other is known or counts is None or model is None or (
+                    known.counts is None or counts.ground.plate != known.counts.ground.plate):
+                continue
+            if counts.evidence is None and counts.ground == self._ground(model):
+                counts.evidence = plate_evidence(statistics_messages.statistics_of_message(model),
+                                                 counts.total)
+            if counts.evidence is not None:
+                yield counts.evidence

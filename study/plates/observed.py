@@ -1,0 +1,60 @@
+"""Counts of a part combined with its estimate, against either alone, on the simulated plates."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ros_pose_stats.estimators.estimate import estimate_in
+from ros_pose_stats.planning.confidence import (
+    learnt_plate_error,
+    observe_counts,
+    plate_evidence,
+)
+from ros_pose_stats.records import DropScene, PoseStatistics, StablePose
+
+from .friction import read_counts, study_parts
+
+COUNTS = (30, 100, 300, 1000)
+"""Of each of all parts, drawn from the shares that the plate's counts have."""
+
+WAYS = ("estimate", "counts", "observed", "observed, 5 points assumed")
+
+
+def observed_errors(repeats: int, seed: int) -> dict[int, dict[str, float]]:
+    """Root mean square errors over groups, parts and plates, by counts of a part and way."""
+    models = [estimate_in(part, DropScene(), "split") for part in study_parts()]
+    found: dict[int, dict[str, float]] = {}
+    for counted in COUNTS:
+        squares: dict[str, list[float]] = {way: [] for way in WAYS}
+        for plate, counts in enumerate(read_counts()):
+            for repeat in range(repeats):
+                random = np.random.default_rng((seed, counted, plate, repeat))
+                true = [np.array(count) / sum(count) for count in counts]
+                seen = [random.multinomial(counted, shares) for shares in true]
+                told = [plate_evidence(model, count)
+                        for model, count in zip(models, seen, strict=True)]
+                for place, (model, count) in enumerate(zip(models, seen, strict=True)):
+                    learnt = learnt_plate_error(told[:place] + told[place + 1:])
+                    answers = (shares_of(model), count / counted, shares_of(observe_counts(
+                        replace(model, plate_error=learnt), count)),
+                        shares_of(observe_counts(model, count)))
+                    group = np.array([pose.group for pose in by_index(model)])
+                    for way, answer in zip(WAYS, answers, strict=True):
+                        error = np.bincount(group, answer - true[place])
+                        squares[way].append(float(np.square(error).mean()))
+        found[counted] = {way: math.sqrt(float(np.mean(each))) for way, each in squares.items()}
+    return found
+
+
+def by_index(model: PoseStatistics) -> list[StablePose]:
+    """Its poses."""
+    return sorted(model.poses, key=lambda pose: pose.index)
+
+
+def shares_of(model: PoseStatistics) -> NDArray[np.float64]:
+    """Probabilities (P,) by index."""
+    return np.array([pose.probability for pose in by_index(model)])
