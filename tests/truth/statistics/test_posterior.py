@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, strategies as st
 from scipy.stats import beta, binom, dirichlet, norm
 
-from ros_pose_stats import estimate, part_from_mesh, shapes
+from ros_pose_stats import estimate as estimated, part_from_mesh, shapes
 from ros_pose_stats.planning.confidence import learnt_plate_error, plate_evidence
 from ros_pose_stats.statistics.errors import largest_error
 from ros_pose_stats.statistics.posterior import shortest_interval
@@ -180,8 +180,9 @@ class TestStrangeKinds:
 
 def test_what_a_plate_errs_by_is_learnt_from_other_parts():
     """Counts as the estimate has them say little error, turned round they say much; none, none."""
-    model = estimate(part_from_mesh(*shapes.box(0.02, 0.03, 0.012)), "split")
-    told = [round(1000 * pose.probability) for pose in sorted(model.poses, key=attrgetter("index"))]
+    model = estimated(part_from_mesh(*shapes.box(0.02, 0.03, 0.012)), "split")
+    poses = sorted(model.poses, key=attrgetter("index"))
+    told = [round(1000 * pose.probability) for pose in poses]
     like, unlike = plate_evidence(model, told), plate_evidence(model, told[::-1])
     assert learnt_plate_error([]) == pytest.approx(0.05)
     assert learnt_plate_error([like] * 5) < 0.02 < 0.1 < learnt_plate_error([unlike] * 5)
