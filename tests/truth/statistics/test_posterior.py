@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from itertools import product
-from operator import attrgetter
 
 import numpy as np
 import pytest
@@ -181,8 +180,7 @@ class TestStrangeKinds:
 def test_what_a_plate_errs_by_is_learnt_from_other_parts():
     """Counts as the estimate has them say little error, turned round they say much; none, none."""
     model = estimated(part_from_mesh(*shapes.box(0.02, 0.03, 0.012)), "split")
-    poses = sorted(model.poses, key=attrgetter("index"))
-    told = [round(1000 * pose.probability) for pose in poses]
+    told = [round(1000 * p) for _, p in sorted((it.index, it.probability) for it in model.poses)]
     like, unlike = plate_evidence(model, told), plate_evidence(model, told[::-1])
     assert learnt_plate_error([]) == pytest.approx(0.05)
     assert learnt_plate_error([like] * 5) < 0.02 < 0.1 < learnt_plate_error([unlike] * 5)
