@@ -48,11 +48,7 @@ def real_number(value: Any) -> float:
 def checked_mesh(
     vertices: ArrayLike, triangles: ArrayLike, unit: float
 ) -> tuple[NDArray[np.float64], NDArray[np.uint32]]:
-    """Copy a mesh into arrays of its own, in metres.
-
-    `vertices` (V, 3): in `unit`; `triangles` (T, 3) int. Returns `vertices` (V, 3): metres;
-    `triangles` (T, 3) uint32.
-    """
+    """Copy a mesh into arrays of its own: vertices (V, 3) in metres, triangles (T, 3) uint32."""
     with np.errstate(over="ignore", invalid="ignore"):  # refused below
         places = np.ascontiguousarray(_numbers(vertices, "vertices") * unit)
     if places.ndim != 2 or places.shape[1] != 3:
@@ -118,8 +114,7 @@ def _check_integers(given: NDArray[np.float64]) -> None:
 def in_standard_order(triangles: NDArray[np.int64]) -> NDArray[np.int64]:
     """Triangles (T, 3), each begun at its smallest corner, in the order of their corners.
 
-    The order in which a modeller or a hull emits triangles then leaves no trace in a digest or
-    in the rounding of a sum.
+    So the order in which a modeller or a hull emits them leaves no trace.
     """
     first = triangles.argmin(axis=1)[:, None]
     turned = np.take_along_axis(triangles, (first + np.arange(3)) % 3, axis=1)

@@ -88,8 +88,7 @@ def _wall_lost(points: NDArray[np.float64], edges: "OpenEdges", rims: Sequence[N
                ) -> bool:
     """Whether two rims, each within a flat face of its own, have the same shape.
 
-    They may be the ends of a bore whose wall is lost as well as two places where flat faces lack
-    triangles, and the caps of the one would be wrong for the other.
+    They may be ends of a bore whose wall is lost, for which the caps of other holes are wrong.
     """
     shapes: list[tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]] = []
     for rim in rims:
@@ -207,11 +206,7 @@ class OpenEdges(NamedTuple):
 
 
 def open_edges(triangles: NDArray[np.int64]) -> OpenEdges | None:
-    """Find the edges that lack a triangle.
-
-    `triangles` (T, 3): linked ones wound alike. Returns none where an edge lacks several
-    triangles, or has too many that run one way.
-    """
+    """Edges that lack a triangle, of triangles (T, 3) wound alike; none where some lack more."""
     begin, end = triangles.ravel(), triangles[:, [1, 2, 0]].ravel()
     after = np.arange(len(begin)).reshape(-1, 3)[:, [1, 2, 0]].ravel()
     low, high = np.minimum(begin, end), np.maximum(begin, end)

@@ -82,8 +82,7 @@ def decimate(vertices: Array, triangles: Index, most: int) -> tuple[Array, Index
 def _cone(triangles: Index, apex: int) -> Index:
     """Triangles (r, 3) from all rims of a mesh to an apex, a vertex by its number.
 
-    With them every edge is passed as often one way as the other, as the modeller demands of
-    solids, and rims are sharp edges, which it keeps.
+    They close it, as the modeller demands, and make rims sharp edges, which it keeps.
     """
     ends = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     ends = ends.astype(np.int64)

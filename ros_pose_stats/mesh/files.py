@@ -57,12 +57,9 @@ def read_mesh(file: str | os.PathLike[str], unit: str | float | None = None, *,
               unless_declared: bool = False) -> FileMesh:
     """Vertices and triangles of a mesh file.
 
-    `file`: `.stl` (ascii or binary), `.obj`, `.ply`, `.off`, `.3mf`, `.step` or `.stp`, in any
-    case; `unit`: as for `metres_per_unit`; default: what the file declares (3MF, STEP), else
-    metres. `auto`: what the file declares, else a guess; `unless_declared`: whether
-    `unit` is for a file that declares none only; else it wins. Raises MeshFileError if the file is
-    missing, of an unknown format, damaged, or holds no triangles. Raises RequestError if `unit` is
-    not a unit, or asked to be guessed and no unit gives a usual size.
+    `unit`: as for `metres_per_unit`; default: what the file declares (3MF, STEP), else metres;
+    `auto`: what the file declares, else a guess; `unless_declared`: whether it is for a file that
+    declares none only. Raises MeshFileError, RequestError.
     """
     if not isinstance(file, (str, os.PathLike)):
         raise MeshFileError("the path of a mesh file", f"{type(file).__name__}",
@@ -73,11 +70,7 @@ def read_mesh(file: str | os.PathLike[str], unit: str | float | None = None, *,
 
 def parse_mesh(path: Path, content: bytes, unit: str | float | None = None, *,
                unless_declared: bool = False) -> FileMesh:
-    """Vertices and triangles of what a mesh file holds.
-
-    `path`: for the format, and for messages. Raises MeshFileError if it is damaged, or holds no
-    triangles. Raises RequestError as `read_mesh`.
-    """
+    """The same of what a file holds; `path`: for the format, and for messages."""
     asked = units.asked_unit(unit)
     suffix = path.suffix.lower()
     data = _plain(path, suffix, content)
@@ -223,11 +216,7 @@ def _is_binary_stl(data: bytes) -> bool:
 
 
 def read_bytes(path: Path) -> bytes:
-    """Read a whole mesh file.
-
-    Raises MeshFileError if it is missing, empty, of an unknown format, or no regular file: reading
-    a pipe or a device may never end.
-    """
+    """Read a whole mesh file, none that is a pipe or a device: that may never end."""
     if path.is_dir():
         raise MeshFileError("a mesh file", f"the directory {path}", "name a file in it")
     if path.suffix.lower() not in SUFFIXES:

@@ -95,10 +95,8 @@ def _copy_facets(points: Array, qhull: ConvexHull) -> Facets:
 def hull_of_corners(points: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Triangles (M, 3) of the hull of points (N, 3) that are all its corners, and neighbours.
 
-    Round ends are faces with hundreds of corners, so the points are moved at once: by less than
-    any tolerance at which triangles are merged to faces, and only to find the triangles.
-
-    `points` (N, 3): of size about one.
+    Round ends are faces with hundreds of corners, so the points are moved at once, by less than
+    triangles are merged within, and only to find these.
     """
     moves = np.random.default_rng(0).uniform(-CORNERS_SHAKEN, CORNERS_SHAKEN, points.shape)
     try:

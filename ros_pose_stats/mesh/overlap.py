@@ -217,8 +217,7 @@ def _meets_inside(
 ) -> bool:
     """Whether passage `k` leads to a point inside both bodies; `other` is the pierced one.
 
-    The point is a little way along the edge, then from the edge onto a triangle at it, then
-    through that triangle into the material.
+    From the edge the point is a little way onto a triangle at it, and into the material.
     """
     begin, end, far = points[passages.edge[k]]
     along = (end - begin) / np.linalg.norm(end - begin)

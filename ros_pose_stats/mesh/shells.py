@@ -133,8 +133,7 @@ def _smallest_around(
 ) -> int:
     """Find the last of the candidates (rising) that encloses a point, -1 for none.
 
-    The parent tends to be among the smallest candidates: they are asked first, a few, then
-    more and more at once.
+    It tends to be among the smallest: a few of these are asked first, then more at once.
     """
     batch = _FEW
     while len(candidates):
@@ -167,8 +166,7 @@ def _inner_point(
 ) -> NDArray[np.float64] | None:
     """Find a point well inside one shell: the middle of its widest vertical passage there.
 
-    The passage is taken through the triangle that is largest as seen from above. A point
-    on the shell would not do: it may also be on the shell that is asked about.
+    A point on the shell would not do: it may also be on the shell that is asked about.
     """
     a, b, c = (points[triangles[:, k]] for k in range(3))
     u, v = b - a, c - a

@@ -32,11 +32,7 @@ _MEASURE = re.compile(rb"LENGTH_MEASURE\s*\(\s*([-+.\dEe]+)\s*\)\s*,\s*#(\d+)")
 
 
 def tessellate_step(path: Path, data: bytes, most_seconds: float = _MOST_SECONDS) -> bytes:
-    """GLB file in metres of a STEP file, every circle with 96 sides.
-
-    `most_seconds`: after which the tessellation is given up. Returns a GLB file in metres,
-    coordinates in float32; the same bytes for the same data.
-    """
+    """GLB file in metres of a STEP file, every circle with 96 sides."""
     found = importlib.util.find_spec("cascadio")
     if found is None or found.origin is None:
         raise MeshFileError("the package cascadio, which reads STEP files", f"{path} without it",

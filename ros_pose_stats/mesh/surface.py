@@ -31,11 +31,7 @@ class Surface(NamedTuple):
 
 
 def surface_of(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> Surface:
-    """Weld, close, orient and integrate; where that gives no solid, take the convex hull.
-
-    `vertices` (V, 3): metres; `triangles` (T, 3). Returns with warnings `HOLES_CLOSED`,
-    `OPEN_MESH` and `BODIES_OVERLAP` where they apply.
-    """
+    """Weld, close, orient and integrate; where that gives no solid, take the convex hull."""
     vertices, triangles = welding.weld(vertices, triangles)
     _check_spans_volume(vertices, triangles)
     shells = winding.closed_shells(vertices, triangles)

@@ -92,10 +92,9 @@ def _lengths(vertices: NDArray[np.float64], triangles: NDArray[np.integer]
 
 
 def metres_per_unit(unit: str | float) -> float:
-    """Length of one mesh unit in metres.
+    """Length in metres of `m`, `mm`, `cm` or `inch` in any usual spelling, or of a number of them.
 
-    `unit`: `m`, `mm`, `cm` or `inch` in any usual spelling (`MM`, `inches`, `millimetres`), or a
-    positive number of metres. Raises RequestError if it is neither.
+    Raises RequestError if it is neither.
     """
     if isinstance(unit, str) and (name := named_unit(unit)) is not None:
         return METRES_PER_UNIT[name]

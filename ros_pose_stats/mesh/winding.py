@@ -43,11 +43,10 @@ class Shells(NamedTuple):
 def closed_shells(
     vertices: NDArray[np.float64], triangles: NDArray[np.int64]
 ) -> Shells | None:
-    """Remove repeated triangles, split the rest into shells and wind each consistently.
+    """Remove repeated triangles, split the rest into shells and wind each as most of its area was.
 
-    `vertices` (V, 3): welded; `triangles` (T, 3). Returns none when the surface is open, closed
-    but one-sided as a Klein bottle, or made of patches that meet at crowded edges and are wound
-    against each other. An inconsistent shell takes the winding that most of its area had.
+    None when the surface is open, one-sided as a Klein bottle, or made of patches that meet at
+    crowded edges and are wound against each other.
     """
     triangles, edges = _cleared(triangles)
     if len(triangles) == 0 or (edges.uses & 1).any():
@@ -73,11 +72,7 @@ def closed_shells(
 def wound_alike(
     vertices: NDArray[np.float64], triangles: NDArray[np.int64]
 ) -> NDArray[np.int64] | None:
-    """Remove repeated triangles and wind linked ones alike, whether they close or not.
-
-    `vertices` (V, 3): welded; `triangles` (T, 3). Returns (U, 3): none where no winding is
-    consistent.
-    """
+    """Linked triangles (U, 3) wound alike; none where that is impossible."""
     triangles, edges = _cleared(triangles)
     pairs, agree = linked_triangles(*edges)
     if agree.all():

@@ -100,8 +100,7 @@ def _build(part: Part) -> ConvexBody:
 def _reshaped(part: Part, round_sides: int) -> ConvexBody:
     """Body with round surfaces as polygons of so many sides.
 
-    Its radius stays the file's, unless a new corner lies farther out, so that no corner has a
-    distance above 1.
+    Its radius stays the file's, unless a new corner lies farther out.
     """
     plain = convex_body(part, 0)
     scale, points, arrays, tolerance = plain.radius, plain.points, plain.arrays, plain.tolerance

@@ -26,10 +26,9 @@ SAME_ANGLE = 0.1
 
 def reshape(points: Array, arrays: convex_body.BodyArrays, groups: Sequence[Group],
             sides: int) -> Outline:
-    """Refine or thin the round runs of a body.
+    """Refine or thin the round runs of a body (H, 3), and leave out what is no corner.
 
-    `points` (H, 3); `arrays`: the body as the file has it. Returns without the points that are no
-    corners. Numbers of points are those of the body, new ones follow.
+    Numbers of points are those of the body, new ones follow.
     """
     keeps = np.zeros(len(points), dtype=np.bool_)
     keeps[arrays.corner] = True

@@ -6,6 +6,7 @@ found in the hull of the file (`round_surfaces`), and may get other corners (`re
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -28,6 +29,10 @@ ON_AXIS = 1e-5
 
 COAXIAL = 5e-6
 """Corners this close to where a common axis puts them have that axis, in radii."""
+
+
+ON_LATERAL = 1e-4
+"""A corner this close to the cone between two rims, in radii, is on it."""
 
 
 @dataclass(eq=False)
@@ -232,11 +237,7 @@ def _with_frame(points: Array, rims: Sequence[Rim]) -> Group:
 
 def strips(points: Array, arrays: BodyArrays, groups: Sequence[Group], chains: Sequence[Chain]
            ) -> Index:
-    """Number the strips of facets between two runs about one axis, or a run and a tip.
-
-    `points` (H, 3); `chains`: their rims, as they stand in this body. Returns (F,) int: number of
-    the strip of each face, from 0 on; -1 for a face of none.
-    """
+    """Strip (F,) of each face between two runs about one axis, or a run and a tip; -1 for none."""
     found = np.full(len(arrays.area), -1, dtype=np.int64)
     count = 0
     for number, group in enumerate(groups):
@@ -267,9 +268,29 @@ def _number_strips(points: Array, arrays: BodyArrays, group: Group, chains: Sequ
     apart = np.abs(place[corner] - place[following])
     fits &= (rim[corner] != rim[following]) | (apart == 1) | (apart == size[corner] - 1)
     strip = np.logical_and.reduceat(fits, begin) & (low >= 0) & (low < high)
-    if not strip.any():
-        return count
-    pair = low[strip] * (len(chains) + 1) + high[strip]
-    numbers = np.unique(pair, return_inverse=True)[1]
-    found[faces[strip]] = count + numbers
-    return count + int(numbers.max()) + 1
+    if strip.any():
+        pair = low[strip] * (len(chains) + 1) + high[strip]
+        numbers = np.unique(pair, return_inverse=True)[1]
+        found[faces[strip]] = count + numbers
+        count += int(numbers.max()) + 1
+    return _add_divided(points, arrays, group, chains, rim < 0, found, count)
+
+
+def _add_divided(points: Array, arrays: BodyArrays, group: Group, chains: Sequence[Chain],
+                 between: Flags, found: Index, count: int) -> int:
+    """Add facets with corners between their rims, as teeth have that wind about the axis."""
+    begin, along = arrays.face_start[:-1], ((points - group.center) * group.frame[2]).sum(axis=1)
+    off, heights = off_axis(points, group), [along[chain.point].mean() for chain in chains]
+    divided = np.logical_or.reduceat(between[arrays.corner], begin) & (found < 0)
+    for k, j in pairwise(np.argsort(heights, kind="stable").tolist()):
+        if not divided.any() or heights[j] - heights[k] < ON_LATERAL:
+            continue
+        share = (along - heights[k]) / (heights[j] - heights[k])
+        radius = chains[k].rim.radius + share * (chains[j].rim.radius - chains[k].rim.radius)
+        on = (np.abs(off - radius) < ON_LATERAL) & (np.abs(share - 0.5) < 0.5 + ON_LATERAL)
+        inside = np.logical_and.reduceat(on[arrays.corner], begin)
+        if (inside & divided).any():
+            known = int(found[inside].max())
+            found[inside & divided] = count if known < 0 else known
+            count += known < 0
+    return count

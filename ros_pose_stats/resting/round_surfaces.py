@@ -39,10 +39,9 @@ _POWERS = (1e-3, 1e-2, 1e-1, 1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1
 
 def find_groups(part: Part, points: Array, arrays: BodyArrays, scale: float, rounding: float,
                 sides: int) -> list[Group]:
-    """Runs of a part's hull, by their axes.
+    """Runs of a part's hull (H, 3), by their axes.
 
-    `points` (H, 3): its hull points, relative to the centre of mass, in radii; `rounding`: by
-    which coordinates may be off, in radii; `sides`: sides a turn that runs are to have.
+    `rounding`: of the coordinates, in radii; `sides`: sides a turn that runs are to have.
     """
     runs = circular_runs(points, arrays, rounding)
     if len(runs.closed) == 0:

@@ -60,9 +60,8 @@ def _orbits(found: Equilibria, kind: Index, pose: Index, frames: Callable[[int],
             trial: "SurfaceTrial") -> Index:
     """Number (S,) of each stable face's orbit under the rotations that the surface allows.
 
-    A rotation is known by what it does to one face. So those that keep the first face of a kind
-    where it is, or take it to another of its kind, are all that there are; faces that the
-    rotations found so far connect need no other one.
+    A rotation is known by what it does to one face, so all are those that take the first face of
+    a kind to another or to itself; faces that are connected already need no other one.
     """
     orbit = np.arange(pose.shape[0])
     trees = cKDTree(found.downs)

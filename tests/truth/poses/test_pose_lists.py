@@ -194,6 +194,9 @@ LISTS = {
     # Gears: two faces and a rim.
     **{f"gear, {teeth} teeth, {words}": (exports.gear(teeth, tip), (1, 2))
        for teeth in (15, 60) for tip, words in ((0.0, "pointed"), (0.5, "trapezoid"))},
+    **{f"gear, {teeth} winding teeth": (surface_of(Manifold.extrude(CrossSection(
+        [exports.gear(teeth, 0.3)[0][:5 * teeth, :2]]), 0.4, 16, 10.0)), (1, 2))
+       for teeth in (16, 40)},
     "gear, chamfered": (exports.gear(24, 0.5, chamfer=0.03), (1, 2)),
     "thin gear": (exports.gear(40, 0.0, length=0.1), (2,)),
     "star of 12, gaps of 30 degrees": (exports.gear(12, 0.0), (2, 12)),
