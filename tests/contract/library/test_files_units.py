@@ -23,7 +23,6 @@ def length_of(part):
 
 
 def told(part):
-    """Code and sentence of the only warning."""
     (warning,) = part.warnings
     code, _, sentence = warning.partition(": ")
     return code, sentence

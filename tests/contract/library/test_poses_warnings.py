@@ -12,7 +12,6 @@ from tests.bodies import random_polyhedron
 
 
 def warnings_of(part, tolerance=0.0, round_sides=0):
-    """Code -> sentence."""
     answer = estimate(part, "csae", cluster_tolerance=tolerance, round_sides=round_sides)
     return dict(line.split(": ", 1) for line in (*answer.warnings, *answer.notes))
 

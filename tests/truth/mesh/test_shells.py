@@ -31,7 +31,6 @@ def codes(part):
 
 
 def volume_and_overlap(*meshes):
-    """In cubic units of the meshes, and whether it is said that bodies overlap."""
     part = part_of(*meshes)
     assert codes(part) in ([], ["BODIES_OVERLAP"])
     surface = trimesh.Trimesh(part.surface_vertices, part.surface_triangles, process=False)
@@ -54,7 +53,6 @@ def test_turned_triangles_are_turned_back(seed, share):
 @pytest.mark.parametrize("turned", [0, 5])
 def test_of_two_shells_the_inner_one_is_a_void_unless_both_face_outward(
         outer_inward, inner_inward, turned):
-    """Some triangles more are turned, and all are shuffled."""
     outer, inner = box((4, 4, 4), inward=outer_inward), box((2, 2, 2), (0.5, 0, 0), inner_inward)
     both = trimesh.util.concatenate([outer, inner])
     random = np.random.default_rng(turned)
