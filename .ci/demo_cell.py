@@ -42,8 +42,9 @@ def end_with_parent() -> None:
 
 @contextmanager
 def process(module: str, *arguments: str) -> Iterator[subprocess.Popen[bytes]]:
-    """A module of ours run in the background; ended with SIGINT, whatever happens."""
-    child = subprocess.Popen([sys.executable, "-m", module, *arguments], cwd=ROOT,
+    """A module or a script of ours run in the background; ended with SIGINT, in any case."""
+    how = [] if module.endswith(".py") else ["-m"]
+    child = subprocess.Popen([sys.executable, *how, module, *arguments], cwd=ROOT,
                              preexec_fn=end_with_parent)
     try:
         yield child

@@ -14,15 +14,15 @@ PARTS = 1000
 PLATE = {"restitution": 0.1, "drop_height": 0.04}
 """A low chute onto a dull plate; the node supposes 0.5 and 20 radii."""
 
-FEEDER = {"rate": 60.0, "kick_height": 0.01, "cycle_time": 0.8}
+FEEDER = {"rate": 60.0, "wanted": [0, 1], "cycle_time": 0.8}
 TRUE_DROPS = 10_000
 
 
 def learn_plate(listener: Listener, node: subprocess.Popen[bytes]) -> Path:
-    """Run the installed examples beside the node until it has seen enough; the picture of it."""
+    """Run a planner and a camera beside the node until it has seen enough; the picture of it."""
     with process("ros_pose_stats.ros.examples.planner", *parameters(
-            files=f"[{PART}]", unit="mm", **FEEDER)) as planner, \
-            process("ros_pose_stats.ros.examples.camera", *parameters(
+            file=PART, unit="mm", **FEEDER)) as planner, \
+            process(".ci/demo_camera.py", *parameters(
                 file=PART, unit="mm", batch=10, period=0.05, **PLATE)) as camera:
         wait_for("result from what the camera saw", lambda: any(
             one.observed >= PARTS for one in listener.results(PART.stem)), node, planner, camera)

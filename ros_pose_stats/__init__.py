@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from .simulation.flips import simulate_flips
     from .simulation.record_drop import record_drop
     from .simulation.simulate import simulate
+    from .statistics.counted_flips import learn_flips
     from .statistics.feeding_plan import FeederCell, FeedingPlan, plan_feeding
 
 _HOMES = {
@@ -70,6 +71,7 @@ _HOMES = {
     "estimate": "planning.auto",
     "estimate_all": "estimators",
     "hybrid": "planning.hybrid",
+    "learn_flips": "statistics.counted_flips",
     "load_part": "mesh.parts",
     "outline_at": "resting.outlines",
     "part_from_mesh": "mesh.parts",
@@ -87,9 +89,10 @@ _HOMES = {
 __all__ = ["DropEvent", "DropProgress", "DropScene", "FeederCell", "FeedingPlan",
            "FlipStatistics", "Part", "PoseStatistics", "PoseStatsError", "StablePose",
            "Trajectory", "__version__", "analyse_bags", "auto", "classify_orientations",
-           "compare", "estimate", "estimate_all", "hybrid", "load_part", "outline_at",
-           "part_from_mesh", "plan_feeding", "record_drop", "resting_poses", "sensitivity",
-           "shift_center", "simulate", "simulate_flips", "splitting_graph", "suggest"]
+           "compare", "estimate", "estimate_all", "hybrid", "learn_flips", "load_part",
+           "outline_at", "part_from_mesh", "plan_feeding", "record_drop", "resting_poses",
+           "sensitivity", "shift_center", "simulate", "simulate_flips", "splitting_graph",
+           "suggest"]
 
 
 def __getattr__(name: str) -> Any:

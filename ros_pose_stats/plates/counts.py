@@ -79,67 +79,55 @@ def merge_counts(counted: Iterable[CountedPart]) -> tuple[CountedPart, ...]:
     return tuple(found.values())
 
 
-COLUMNS = 3
 MOST = 1 << 48
 """Parts that nobody counts."""
 
 
 def read_count_rows(file: Path) -> dict[Path, Counter[int]]:
-    """Read a CSV file of counts.
+    """Read a CSV file with the columns part, pose and count; see `read_table`.
 
-    Columns part, pose and count, separated by commas, semicolons or tabs; a first row that holds
-    no numbers is taken for a head. Rows of the same pose add up. The files of parts are looked
-    for beside the table, then in the working directory.
+    The files of parts are looked for beside the table, then in the working directory. Returns from
+    the file of each part, in order of appearance, to the counts by pose.
+    """
+    found: dict[Path, Counter[int]] = {}
+    for name, (pose, count) in read_table(file, "part, pose, count", "clamp.stl,0,117"):
+        beside = file.parent / name
+        part = Path(name) if not beside.exists() and Path(name).exists() else beside
+        found.setdefault(part, Counter())[pose] += count
+    return found
 
-    Returns from the file of each part, in order of appearance, to the counts by pose. Raises
-    RequestError if the file cannot be read, or a row is none of counts, with its number.
+
+def read_table(file: Path, columns: str, example: str) -> list[tuple[str, list[int]]]:
+    """Read a CSV file whose rows are a name and whole numbers, at least one.
+
+    Rows are separated by commas, semicolons or tabs; a first one without numbers is a head. Raises
+    RequestError if the file cannot be read, or a row is none of these, with its number.
     """
     try:
         text = read_file(file).decode("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         said = error.strerror if isinstance(error, OSError) else "not UTF-8"
-        raise RequestError("a CSV file with the columns part, pose, count", f"{file} ({said})",
+        raise RequestError(f"a CSV file with the columns {columns}", f"{file} ({said})",
                            "check the path") from error
-    found: dict[Path, Counter[int]] = {}
+    first = next((line for line in text.splitlines() if line.strip()), "")
+    delimiter = max(",;\t", key=first.count)
     try:
-        rows = list(csv.reader(text.splitlines(), delimiter=_delimiter(text), strict=True))
+        rows = list(csv.reader(text.splitlines(), delimiter=delimiter, strict=True))
     except csv.Error as error:
-        raise RequestError("a CSV file with the columns part, pose, count",
+        raise RequestError(f"a CSV file with the columns {columns}",
                            f"{file} ({error})", "quote names that hold a separator") from error
     filled = [(number, [cell.strip() for cell in row]) for number, row in enumerate(rows, 1)
               if any(cell.strip() for cell in row)]
+    found, width = [], columns.count(",") + 1
     for place, (number, row) in enumerate(filled):
-        if place == 0 and len(row) == COLUMNS and not row[1].isdecimal() \
-                and not row[2].isdecimal():
+        if place == 0 and len(row) == width and not any(map(str.isdecimal, row[1:])):
             continue
-        if len(row) != COLUMNS or not row[0]:
-            raise _refusal(file, number, row)
-        part = _beside(file, row[0])
-        found.setdefault(part, Counter())[_whole_number(file, number, row, 1)] += _whole_number(
-            file, number, row, 2)
+        if len(row) != width or not row[0] or not all(
+                cell.isdecimal() and len(cell) <= 15 and int(cell) <= MOST for cell in row[1:]):
+            raise RequestError(f"a row of {columns} with whole numbers from 0 on",
+                               f"{','.join(row)!r} in line {number} of {file}",
+                               f"for instance {example}")
+        found.append((row[0], [int(cell) for cell in row[1:]]))
     if not found:
-        raise RequestError("rows of part, pose, count", f"none in {file}",
-                           "for instance clamp.stl,0,117")
+        raise RequestError(f"rows of {columns}", f"none in {file}", f"for instance {example}")
     return found
-
-
-def _delimiter(text: str) -> str:
-    first = next((line for line in text.splitlines() if line.strip()), "")
-    return max(",;\t", key=first.count)
-
-
-def _beside(file: Path, name: str) -> Path:
-    beside = file.parent / name
-    return Path(name) if not beside.exists() and Path(name).exists() else beside
-
-
-def _whole_number(file: Path, number: int, row: list[str], column: int) -> int:
-    if not row[column].isdecimal() or len(row[column]) > 15 or int(row[column]) > MOST:
-        raise _refusal(file, number, row)
-    return int(row[column])
-
-
-def _refusal(file: Path, number: int, row: list[str]) -> RequestError:
-    return RequestError("a row of part, pose, count with whole numbers from 0 on",
-                        f"{','.join(row)!r} in line {number} of {file}",
-                        "for instance clamp.stl,0,117")

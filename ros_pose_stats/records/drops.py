@@ -176,7 +176,7 @@ class FlipStatistics:
     round_sides : int
     poses : tuple of StablePose
         All K of them by `index`, without probabilities.
-    counts : (K, K) array of int
+    counts : (K, K) array of int, or of float where the model's are among them
         Row i: flips out of pose i, by the pose in which they ended.
     unsettled : (K,) array of int
         Flips out of each pose that were given up.
@@ -189,6 +189,10 @@ class FlipStatistics:
     seconds : float
     warnings, notes : tuple of str
     version : str
+    feeder_speed : str
+        Name of a setting of the cell's feeder whose flips are among them; empty: none.
+    observed : int
+        Flips that were counted at that setting.
     """
 
     part_id: str
@@ -199,7 +203,7 @@ class FlipStatistics:
     cluster_tolerance: float
     round_sides: int
     poses: tuple[StablePose, ...]
-    counts: Index
+    counts: Index | Array
     unsettled: Index
     transition: Array
     standard_error: Array
@@ -208,6 +212,8 @@ class FlipStatistics:
     warnings: tuple[str, ...]
     version: str
     notes: tuple[str, ...] = ()
+    feeder_speed: str = ""
+    observed: int = 0
 
     @property
     def flips(self) -> int:
@@ -219,6 +225,8 @@ class FlipStatistics:
         plain = ("part_id", "part_digest", "radius", "restitution", "kick_height",
                  "cluster_tolerance", "round_sides", "flips", "seed", "seconds", "version")
         entry: dict[str, Any] = {name: getattr(self, name) for name in plain}
+        if self.feeder_speed:
+            entry |= {"feeder_speed": self.feeder_speed, "observed": self.observed}
         entry["warnings"], entry["notes"] = list(self.warnings), list(self.notes)
         entry["counts"], entry["unsettled"] = self.counts.tolist(), self.unsettled.tolist()
         for name in ("transition", "standard_error"):

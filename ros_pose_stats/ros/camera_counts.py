@@ -42,6 +42,7 @@ def observed_of_bytes(data: bytes) -> part_messages.ObservedNumbers:
 COUNTS_TOPIC = "~/pose_counts"
 MOST_PROBLEMS = 60  # counts that cannot be compared, of which each is told, in a minute
 MOST_PARTS = 10**6  # in one count
+MOST_SPEEDS, LONGEST_SPEED = 100, 100  # of a feeder, and characters of a name
 
 
 class CountSubscription:
@@ -102,12 +103,20 @@ def count_problem(counts: PoseCounts, part: known_part.KnownPart | None) -> str:
         return f"{part_requests.shown(counts.part_id)} has another part_digest by now"
     if sum(counts.count) > MOST_PARTS:
         return f"it counts more than {MOST_PARTS} parts"
+    if counts.from_pose >= 0:
+        if not 0 < len(counts.feeder_speed) <= LONGEST_SPEED:
+            return (f"it has a from_pose and {len(counts.feeder_speed)} characters of "
+                    f"feeder_speed; name the feeder's setting in 1 to {LONGEST_SPEED}")
+        speeds = part.counts.flips.keys() if part.counts is not None else set()
+        if counts.feeder_speed not in speeds and len(speeds) >= MOST_SPEEDS:
+            return f"flips at {len(speeds)} feeder_speeds have been counted, the most there are"
     if not math.isfinite(counts.drop_height):
         return f"it has the drop_height {counts.drop_height}; a negative one stands for unknown"
     counted, numbered = numbering_of(counts), numbering_of(latched)
     if not counted.agrees(numbered):
         return f"it has {counted}, the results have {numbered}; copy both from PoseStatistics"
-    unknown = sorted(set(counts.index) - {pose.index for pose in latched.poses})
+    named = {*counts.index, *([counts.from_pose] if counts.from_pose >= 0 else [])}
+    unknown = sorted(named - {pose.index for pose in latched.poses})
     return f"{part_requests.shown(counts.part_id)} has no pose {unknown[0]}" if unknown else ""
 
 
@@ -163,7 +172,8 @@ def count_observed(seen: part_messages.ObservedNumbers, part: known_part.KnownPa
         cluster_tolerance=latched.cluster_tolerance, round_sides=latched.round_sides,
         plate=settings.plate, drop_height=-1.0 if height is None else height,
         index=index.astype(np.uint32), count=count.astype(np.uint64),
-        unclassified=int((~sure).sum()))
+        unclassified=int((~sure).sum()), from_pose=seen.from_pose,
+        feeder_speed=seen.feeder_speed)
     counts.header.stamp = times.time_message(seen.stamp or times.now())
     counts.header.frame_id = settings.plate_frame
     return counts

@@ -83,7 +83,7 @@ class PoseStatsNode(AnsweringNode):
                                                            recorder, refusals)
         services.Services(self, settings, parts, results, board, self.requests, self.intake,
                           checker, refiner, jobs, reports, self.outlines)
-        feeding.FeedingService(self, settings, parts, self.flip_jobs[1], fed, flips)
+        feeding.FeedingService(self, settings, parts, counts, self.flip_jobs[1], fed, flips)
         plate_fits.PlateFits(self, settings, parts, counts, board, self.table.use_plate)
         self.actions = [goals.SimulateDropsServer(self, self.requests, jobs, reports),
                         goals.SimulateFlipsServer(self, settings, parts, self.flip_jobs[0], flips)]

@@ -155,5 +155,6 @@ def record_cancelled(cancelled: list[Change], recorder: Recorder, state: State,
 
 def begin_afresh(state: State) -> None:
     """Have the state forget parts, results and counts: they are not to be there again."""
-    state.put(*(Change(table, row[0], None) for table in ("parts", "meshes", "results", "counts")
+    state.put(*(Change(table, row[0], None) for table in ("parts", "meshes", "results", "counts",
+                                                          "flips")
                 for row in state.rows(table)))

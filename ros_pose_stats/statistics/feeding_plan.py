@@ -76,6 +76,7 @@ class KickPlan(NamedTuple):
     kicks: int  # from one empty plate to the next
     pickable: float  # parts that the first picture shows free in wanted poses
     per_minute: Bounded  # parts picked a minute; the interval has the plate's error in it
+    feeder_speed: str = ""  # of a kick whose flips were counted in the cell
 
 
 @dataclass(frozen=True)
@@ -119,7 +120,8 @@ def plan_feeding(dropped: PoseStatistics, wanted: Sequence[int], cell: FeederCel
         Indices of the poses that the robot picks, at least one.
     cell : FeederCell
     flips : sequence of FlipStatistics
-        Of the same part and scene, one for each kick that the plate can give.
+        Of the same part and scene, one for each kick that the plate can give. Of those that a
+        cell counted (`learn_flips`) the errors are their own, without the plate's.
 
     Returns
     -------
@@ -140,26 +142,15 @@ def plan_feeding(dropped: PoseStatistics, wanted: Sequence[int], cell: FeederCel
     poses = sorted(dropped.poses, key=lambda pose: pose.index)
     plate = Plate(cell, picked, shares, [pose.outline for pose in poses],
                   0.0 if dropped.observed else dropped.plate_error)
-    still = np.zeros((len(poses), len(poses)))
-    options = [plate.plan(0.0, still, np.full(len(poses), np.inf), 0)]
-    options += [plate.plan(found.kick_height, *_checked(found), MOST_KICKS)
-                for found in sorted(flips, key=lambda each: each.kick_height)]
-    best = max(options, key=lambda option: option.per_minute.value)
-    chosen = next((found for found in flips if found.kick_height == best.kick_height), None)
+    kicks = [None, *sorted(flips, key=lambda kick: kick.kick_height)]
+    options = [plate.plan(kick) for kick in kicks]
+    place = max(range(len(options)), key=lambda at: options[at].per_minute.value)
+    best, chosen = options[place], kicks[place]
     actions = np.full(len(poses), LEAVE)
     if chosen is not None and best.kicks:
         actions[plate.worth_flipping(best.parts, chosen.transition)] = FLIP
     actions[picked > 0.0] = PICK
     return FeedingPlan(tuple(actions.tolist()), best, tuple(options))
-
-
-def _checked(found: FlipStatistics) -> tuple[Array, Index]:
-    """The moves of a kick, and the flips counted out of each pose."""
-    settled = found.counts.sum(axis=1)
-    if not settled.all():
-        raise RequestError("flips counted out of every pose", f"none out of pose "
-                           f"{int(np.argmin(settled))}", "simulate more flips")
-    return found.transition, settled
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,12 +167,12 @@ class Plate:
         """Room among parts that lie in these shares."""
         return plate_fill(self.outlines, shares, self.cell.plate, self.cell.clearance)
 
-    def plan(self, kick_height: float, moves: Array, settled: Array | Index,
-             most: int) -> KickPlan:
-        """The best numbers of parts and of kicks, and what they give.
-
-        `moves` (K, K): where a kick leads to; `settled` (K,): flips by which they are known.
-        """
+    def plan(self, kick: FlipStatistics | None) -> KickPlan:
+        """The best numbers of parts and of kicks, and what they give."""
+        moves = np.zeros((0, 0)) if kick is None else kick.transition
+        if kick is not None and not (settled := kick.counts.sum(axis=1)).all():
+            raise RequestError("flips counted out of every pose", f"none out of pose "
+                               f"{int(np.argmin(settled))}", "simulate more flips")
         fresh, shares = self.dropped.probability, self.dropped.probability
         for _ in range(PASSES):
             room = self.fill(shares)
@@ -189,7 +180,7 @@ class Plate:
             parts = np.unique(np.geomspace(1.0, largest, SIZES).astype(int))
             seen = self.picked * room.free(parts)
             lying = [np.tile(fresh, (len(parts), 1))]
-            for _ in range(most):
+            for _ in range(MOST_KICKS if kick is not None else 0):
                 taken = lying[-1] * seen
                 refill = taken.sum(axis=1, keepdims=True) * fresh
                 lying.append((lying[-1] - taken) @ moves + refill)
@@ -199,11 +190,11 @@ class Plate:
             at, kicks = np.unravel_index(int(rates.argmax()), rates.shape)
             shares = pictures[:kicks + 1, at].mean(axis=0)
         chain = pictures[:kicks + 1, at]
-        error = self._picks_error(chain, seen[at], moves, settled)
-        spread = spread_of(error)
+        spread = spread_of(self._picks_error(chain, seen[at], kick))
         around = np.outer((1.0, 1.0 / spread, spread), picks[at])
         rate = Bounded(*self._rates(parts[[at, at, at]], around)[:, kicks].tolist())
-        return KickPlan(kick_height, int(parts[at]), int(kicks), float(picks[at, 0]), rate)
+        return KickPlan(0.0 if kick is None else kick.kick_height, int(parts[at]), int(kicks),
+                        float(picks[at, 0]), rate, "" if kick is None else kick.feeder_speed)
 
     def _rates(self, parts: Index, picks: Array) -> Array:
         """Parts picked a minute (N, R) by the picks (N, R) after 0, 1 ... kicks."""
@@ -214,29 +205,31 @@ class Plate:
                    + 60.0 / cell.rate * refilled + cell.pick_time * total)
         return np.asarray(60.0 * total / seconds)
 
-    def _picks_error(self, lying: Array, seen: Array, moves: Array,
-                     settled: Array | Index) -> float:
+    def _picks_error(self, lying: Array, seen: Array, kick: FlipStatistics | None) -> float:
         """Relative standard error of the parts that a cycle picks.
 
         To first order in the shares of dropped parts and in the rows of the moves, each off by
         its own counts and by the plate's error. `lying` (R + 1, K): how parts lie at each picture.
         """
-        fresh, left = self.dropped.probability, 1.0 - seen
+        fresh, picks = self.dropped.probability, float((lying @ seen).sum())
+        counted = self._drops(self.dropped.shares, self.dropped.drops)
+        if kick is None:
+            return float(np.sqrt(self.dropped.scatter(seen) / counted)) / picks
+        moves, left = kick.transition, 1.0 - seen
         worth = [seen]  # of a part that lies so at a picture: picks until the cycle's end
         for _ in lying[1:]:
             worth.append(seen + left * (moves @ worth[-1]) + seen * (fresh @ worth[-1]))
         after = np.array(worth[-2::-1]).reshape(-1, seen.size)
         gain = worth[-1] + (lying[:-1] @ seen) @ after
-        counted = self._drops(self.dropped.shares, self.dropped.drops)
         variance = self.dropped.scatter(gain) / counted
         row_gain = (lying[:-1] * left).T @ after
-        for row, values, flips in zip(moves, row_gain, np.asarray(settled), strict=True):
-            if not values.any():
-                continue
-            drops = self._drops(self.dropped._replace(probability=row).shares, float(flips))
+        for row, values, flips in zip(moves, row_gain, kick.counts.sum(axis=1).tolist(),
+                                      strict=True):
+            drops = flips if kick.observed else self._drops(
+                self.dropped._replace(probability=row).shares, flips)
             smooth = (drops * row + 0.5) / (drops + 0.5 * row.size)
             variance += float(smooth @ values ** 2 - (smooth @ values) ** 2) / drops
-        return float(np.sqrt(variance)) / float((lying @ seen).sum())
+        return float(np.sqrt(variance)) / picks
 
     def _drops(self, shares: Array, counted: float) -> float:
         """Drops whose counts would be as uncertain as shares counted so and the plate's error."""

@@ -11,14 +11,11 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
-from types import ModuleType, SimpleNamespace
 from unittest import mock
 
 import pytest
 import ros_pose_stats_msgs
 import yaml
-from geometry_msgs.msg import Point, Pose
-from std_msgs.msg import Header
 
 import tests.contract.node.conftest  # noqa: F401  discovery and checks, before ROS is imported
 from tests.contract.node.contract import ACTION, DEFAULTS, FIXED, PUBLICATIONS, SUBSCRIPTIONS
@@ -89,37 +86,12 @@ def test_the_readme_s_bag_shows_the_published_part(client, home, monkeypatch):
     assert "split" in answer(*line_of("bag"))
 
 
-@pytest.mark.parametrize("code", [block for block in CODE if "vision_msgs" not in block])
+@pytest.mark.parametrize("code", CODE)
 def test_the_page_s_planner_runs(client, code):
     said = io.StringIO()
     with contextlib.redirect_stdout(said):
         exec(code, {"__name__": "__main__"})
     assert "clamp/0" in said.getvalue() and "expected error" in said.getvalue()
-
-
-def test_the_page_s_camera_makes_parts_seen_of_detections():
-    """Without vision_msgs, which is no part of what is installed here."""
-    [code] = [block for block in CODE if "vision_msgs" in block]
-    names = {"__name__": "camera"}
-    with mock.patch.dict(sys.modules, {
-            "vision_msgs": ModuleType("vision_msgs"),
-            "vision_msgs.msg": SimpleNamespace(Detection3DArray=None)}):
-        exec(code, names)
-
-    def detection(*results):
-        return SimpleNamespace(results=[SimpleNamespace(
-            hypothesis=SimpleNamespace(class_id=name, score=score),
-            pose=SimpleNamespace(pose=Pose(position=Point(x=score)))) for name, score in results])
-
-    message = SimpleNamespace(header=Header(frame_id="plate"), detections=[
-        detection(("nut", 0.2), ("bolt", 0.7)), detection(), detection(("bolt", 0.9)),
-        detection(("nut", 0.6))])
-    seen = {one.part_id: one for one in names["observed_parts"](message)}
-    assert {name: [pose.position.x for pose in one.poses] for name, one in seen.items()} == {
-        "bolt": [0.7, 0.9], "nut": [0.6]}
-    for one in seen.values():
-        assert list(one.confidence) == [pose.position.x for pose in one.poses]
-        assert one.header.frame_id == "plate"
 
 
 def test_the_page_s_table_is_what_the_node_says_of_its_parameters(client):

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import argparse
 import sys
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...text import Column, columns, listed, millimetres, remarks
 from .. import arguments as given, running
-from .flips import DEFAULT_RATE, show_bounded
+from .flips import DEFAULT_RATE, add_counts_option, read_flips, show_bounded
 
 if TYPE_CHECKING:
     from ...records import PoseStatistics
@@ -51,6 +52,7 @@ def register(commands: given.Commands) -> None:
     command.add_argument("--kicks", type=given.read_length, nargs="*", metavar="H",
                          help="kick heights that the plate can give, as 0.01 or 10mm (default: "
                          "thirteen from a twentieth of the part's radius to five radii)")
+    add_counts_option(command)
     command.add_argument("--flips", type=given.read_count, metavar="N",
                          help=f"kicks out of each pose at each height (default: {FLIPS} shared "
                          "out over the poses)")
@@ -69,6 +71,7 @@ def run(options: argparse.Namespace) -> int:
     from ...planning.auto import estimate
     from ...simulation.flips import flips_by_kick, usual_kicks
     from ...simulation.request import Watch, drop_request
+    from ...statistics.counted_flips import learn_flips
     from ...statistics.feeding_plan import FeederCell, plan_feeding
     from ...statistics.pose_groups import warn_of_alike
 
@@ -76,6 +79,8 @@ def run(options: argparse.Namespace) -> int:
                       options.pick_time, options.camera_time, options.drop_time)
     dropped = estimate(part, **given.scene_keywords(options))
     plan = plan_feeding(dropped, options.wanted, cell)  # what is refused is refused at once
+    counted = {} if options.counts is None else read_flips(Path(options.counts),
+                                                           len(dropped.poses))
     warnings = [*dropped.warnings, *warn_of_alike(dropped, options.wanted)]
     kicks = usual_kicks(dropped.radius) if options.kicks is None else options.kicks
     each = max(1, FLIPS // len(dropped.poses)) if options.flips is None else options.flips
@@ -85,6 +90,8 @@ def run(options: argparse.Namespace) -> int:
             drop_request(each, options.seed, 0.0, options.workers), Watch.of(None, interrupted),
             lambda done, total: bar.draw(done / total, f"kick {done + 1} of {total}"))
     stopped = interrupted()
+    if counted and flips and not stopped:
+        flips = [learn_flips(flips, each, speed) for speed, each in counted.items()]
     plan = plan_feeding(dropped, options.wanted, cell, flips) if flips else plan
     if picture is not None and flips:
         from ...files import write_file
@@ -118,7 +125,8 @@ def _lines(dropped: PoseStatistics, plan: FeedingPlan, cell: FeederCell,
     heads = [Column("kick height", "mm"), Column("parts on the plate"),
              Column("kicks until it is emptied"), Column("picked a minute"), Column("", left=True)]
     rows = [[millimetres(each.kick_height), str(each.parts), str(each.kicks),
-             show_bounded(each.per_minute), "best" if each is best else ""]
+             show_bounded(each.per_minute), f"{each.feeder_speed} best".strip()
+             if each is best else each.feeder_speed]
             for each in plan.options]
     return [f"{dropped.part_id}: {dropped.scene}, method {dropped.method}",
             *(f"{action}: {listed(which)}" for action, which in poses.items() if which),

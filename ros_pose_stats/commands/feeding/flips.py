@@ -6,14 +6,16 @@ import argparse
 import math
 import sys
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ...errors import RequestError
 from ...records.scene import DEFAULT_DROPS
-from ...text import Column, columns, millimetres, percent, remarks
+from ...text import Column, columns, millimetres, percent, remarks, several
 from .. import arguments as given, running
 
 if TYPE_CHECKING:
-    from ...records import FlipStatistics, Part, PoseStatistics
+    from ...records import FlipStatistics, Index, Part, PoseStatistics
     from ...statistics.feeding import Feeding
 
 DEFAULT_RATE = 60.0
@@ -27,14 +29,20 @@ def register(commands: given.Commands) -> None:
         description="Kick a part, lying in each of its poses, from below at a point of its "
         "contact polygon, and count where it comes to rest. With the wanted poses it says what "
         "a feeder gets by kicking parts that lie wrong, and by dropping them again; `feeding` "
-        "finds the kick that feeds fastest.",
-        examples=("ros_pose_stats flips demo/clamp.stl --unit mm --kick 0.02 --wanted 0 1",))
+        "finds the kick that feeds fastest. With flips that a cell has counted it gives the "
+        "matrix of each of the feeder's speeds: what was counted, with the model's kick that "
+        "explains it best where little was.",
+        examples=("ros_pose_stats flips demo/clamp.stl --unit mm --kick 0.02 --wanted 0 1",
+                  "ros_pose_stats flips demo/clamp.stl --unit mm --counts flips.csv"))
     given.add_part_options(command)
-    command.add_argument("--kick", type=given.read_length, metavar="H", required=True,
-                         help="energy of a kick over the part's weight, a height as 0.003 "
-                         "(metres) or 3mm: as high would it throw the part without turning it")
+    kicks = command.add_mutually_exclusive_group(required=True)
+    kicks.add_argument("--kick", type=given.read_length, metavar="H",
+                       help="energy of a kick over the part's weight, a height as 0.003 "
+                       "(metres) or 3mm: as high would it throw the part without turning it")
+    add_counts_option(kicks)
     command.add_argument("--flips", type=given.read_count, metavar="N", default=DEFAULT_FLIPS,
-                         help="kicks out of each pose (default: %(default)s)")
+                         help="kicks out of each pose, with --counts at each of thirteen heights "
+                         "(default: %(default)s)")
     given.add_scene_options(command)
     given.add_wanted_option(command, "I", "indices of the poses that are accepted, for "
                             "instance 0 1 or 0-3")
@@ -51,37 +59,77 @@ def register(commands: given.Commands) -> None:
     command.set_defaults(run=run)
 
 
+def add_counts_option(command: argparse._ActionsContainer) -> None:
+    """Add `--counts`."""
+    command.add_argument("--counts", metavar="FILE", help="CSV file of flips that were counted, "
+                         "with the columns speed (its name), from and to (index of a pose), count")
+
+
+def read_flips(file: Path, poses: int) -> dict[str, Index]:
+    """Flips (K, K) from pose to pose by the feeder's speed.
+
+    Raises RequestError if the file cannot be read, or there is no such pose.
+    """
+    import numpy as np
+
+    from ...plates.counts import read_table
+
+    found: dict[str, Index] = {}
+    for speed, (before, after, count) in read_table(file, "speed, from, to, count",
+                                                    "slow,3,0,41"):
+        if max(before, after) >= poses:
+            raise RequestError(f"poses 0 to {poses - 1}", f"{max(before, after)} in {file}",
+                               "count with the numbers that estimate shows")
+        found.setdefault(speed, np.zeros((poses, poses), np.int64))[before, after] += count
+    return found
+
+
 def run(options: argparse.Namespace) -> int:
     """Kick, drop where poses are wanted, and print."""
     part = running.load_part_and_kernels(options)
+    from ...resting.poses import poses_in
     from ...simulation import flips, simulate
+    from ...simulation.request import Watch, drop_request
+    from ...statistics.counted_flips import learn_flips
+    from ...statistics.pose_groups import warn_of_alike
 
-    scene, fresh = given.scene_keywords(options), None
-    height = scene.pop("drop_height")
+    scene, fresh = given.scene_of(options), None
+    resting = poses_in(part, scene)
+    counted = {} if options.counts is None else read_flips(Path(options.counts),
+                                                           len(resting.poses))
+    request = drop_request(options.flips, options.seed, 0.0, options.workers)
     with running.stop_on_interrupt() as interrupted, running.ProgressBar(sys.stderr) as bar:
-        found = flips.simulate_flips(
-            part, options.kick, options.flips, seed=options.seed, workers=options.workers,
-            on_progress=lambda done, total: bar.draw(
-                done / total, f"{done} of {total} flips"),
-            should_stop=interrupted, **scene)
+        watch = Watch.of(None, interrupted)
+        if counted:
+            kicks = flips.flips_by_kick(
+                part, scene, flips.usual_kicks(resting.body.radius), request, watch,
+                lambda done, total: bar.draw(done / total, f"kick {done + 1} of {total}"))
+            found = [] if interrupted() else [learn_flips(kicks, each, speed)
+                                              for speed, each in counted.items()]
+        else:
+            found = [flips.count_flips(
+                part, scene, options.kick, request, watch,
+                lambda done, total: bar.draw(done / total, f"{done} of {total} flips"))]
         if options.wanted is not None and not interrupted():
-            fresh = simulate.simulate(part, options.drops, seed=found.seed, drop_height=height,
+            fresh = simulate.simulate(part, options.drops, seed=request.seed,
                                       workers=options.workers, on_progress=bar.show,
-                                      should_stop=interrupted, **scene)
-    stopped = interrupted()
-    ways = {} if fresh is None or stopped else _feedings(options, found, fresh)
-    if fresh is not None:
-        from ...statistics.pose_groups import warn_of_alike
-
-        found = replace(found, warnings=(*found.warnings, *warn_of_alike(fresh, options.wanted)))
-    if options.json:
+                                      should_stop=interrupted, **given.scene_keywords(options))
+    stopped, plain = interrupted(), []
+    lines: list[str] = []
+    for each in found:
+        ways = {} if fresh is None or stopped else _feedings(options, each, fresh)
+        if fresh is not None:
+            each = replace(each, warnings=(*each.warnings,
+                                           *warn_of_alike(fresh, options.wanted)))
         feeding = {name: write_feeding(way) for name, way in ways.items()}
-        running.print_json({**found.as_dict(), **({"feeding": feeding} if ways else {})},
-                           interrupted=stopped)
+        plain.append({**each.as_dict(), **({"feeding": feeding} if ways else {})})
+        lines += [*([""] if lines else []), *_table(part, each, ways)]
+    if options.json:
+        running.print_json({"speeds": plain} if options.counts else plain[0], interrupted=stopped)
     else:
-        print("\n".join(_table(part, found, ways)))
+        print("\n".join(lines))
         if stopped:
-            print(f"interrupted after {found.flips} flips")
+            print(f"interrupted after {sum(each.flips for each in found)} flips")
     return running.INTERRUPTED if stopped else 0
 
 
@@ -98,15 +146,18 @@ def _feedings(options: argparse.Namespace, found: FlipStatistics,
 
 
 def _table(part: Part, found: FlipStatistics, ways: dict[str, Feeding]) -> list[str]:
-    settled = found.counts.sum(axis=1)
     heads = [Column("out of"), *(Column(f"{pose.index}") for pose in found.poses), Column("error")]
     rows = [[str(i), *(percent(share) for share in row), percent(float(max(errors)))]
             for i, (row, errors) in enumerate(zip(found.transition.tolist(),
                                                   found.standard_error.tolist(), strict=True))]
-    lines = [f"{part.part_id}: kicked by {millimetres(found.kick_height)} mm on a frictionless "
-             f"plate, restitution {found.restitution:g}",
-             f"{int(settled.sum())} flips, {int(found.unsettled.sum())} unsettled, seed "
-             f"{found.seed}", "",
+    about = (f"kicked by {millimetres(found.kick_height)} mm on a frictionless plate, restitution "
+             f"{found.restitution:g}")
+    lines = [f"{part.part_id}: {about}",
+             f"{int(found.counts.sum())} flips, {int(found.unsettled.sum())} unsettled, seed "
+             f"{found.seed}"] if not found.feeder_speed else [
+        f"{part.part_id}: {several(found.observed, 'flip')} counted at speed "
+        f"{found.feeder_speed}; of the model explains them best:", about]
+    lines += ["",
              "into pose, %; the error is the largest standard error of a row",
              *columns(heads, rows)]
     if ways:

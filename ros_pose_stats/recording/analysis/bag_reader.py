@@ -182,6 +182,7 @@ class _BagReader:
             **self._notes,
             "{} left out, broken or of another definition: message": self._decoders.failed,
             "{} left out, with more poses than numbers or fewer: camera count": counts.refused,
+            "{} left out, of flips and not of landings: camera count": counts.flips,
             "{} in several bags, counted once: camera count": counts.copies.found,
             "{} without a time stamp; copies in other bags were told by the time of recording "
             "(within 1 s): camera count": counts.copies.unstamped,

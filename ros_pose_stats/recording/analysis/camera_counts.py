@@ -63,11 +63,14 @@ class _Sum:
 
 
 class CountCollector:
-    """Adds up PoseCounts messages, each once; refused are those with arrays of two lengths."""
+    """Adds up PoseCounts messages of landings, each once.
+
+    Refused are those with arrays of two lengths.
+    """
 
     def __init__(self) -> None:
         self.copies = Copies()
-        self.refused = 0
+        self.refused = self.flips = 0
         self._sums: dict[tuple[Any, ...], _Sum] = {}
 
     def add(self, message: Any, source: int, stamp: int, log_time: int) -> None:
@@ -75,6 +78,9 @@ class CountCollector:
         index, count = (list(read_field(message, name, ())) for name in ("index", "count"))
         if len(index) != len(count):
             self.refused += 1
+            return
+        if int(read_field(message, "from_pose", -1)) >= 0:
+            self.flips += 1  # no landings
             return
         unclassified = int(read_field(message, "unclassified", 0))
         if max(count, default=0) > MOST or unclassified > MOST:

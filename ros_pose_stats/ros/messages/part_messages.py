@@ -50,6 +50,8 @@ class ObservedNumbers(NamedTuple):
     part_id: str
     poses: NDArray[np.float64]  # (n, 7); position, and orientation x y z w
     confidence: NDArray[np.float64]  # (m,)
+    from_pose: int  # -1: fresh landings
+    feeder_speed: str
 
 
 SCALARS = 13
@@ -129,8 +131,9 @@ def observed_numbers(data: bytes) -> ObservedNumbers:
     stamp, frame_id, part_id = cursor.stamp(), cursor.text(), cursor.text()
     poses = cursor.array(7 * cursor.count(), "<f8").reshape(-1, 7)
     confidence = cursor.array(cursor.count(), "<f8")
+    from_pose, feeder_speed = int(cursor.array(1, "<i4")[0]), cursor.text()
     cursor.end()
-    return ObservedNumbers(stamp, frame_id, part_id, poses, confidence)
+    return ObservedNumbers(stamp, frame_id, part_id, poses, confidence, from_pose, feeder_speed)
 
 
 T = TypeVar("T")

@@ -1,9 +1,10 @@
 """What cameras counted of the parts: each message once, and kept before a result shows it."""
 
 import hashlib
+import json
 import threading
 import time
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from typing import NamedTuple
@@ -13,13 +14,14 @@ from numpy.typing import NDArray
 from ros_pose_stats_msgs.msg import PoseCounts, PoseStatistics
 
 from ... import records
+from ...errors import RequestError
 from ...methods import OBSERVED
 from ...planning.confidence import learnt_plate_error, observe_counts, plate_evidence
 from ...recording.analysis.decoding import numbering_of
 from ...records.scene import Numbering
 from ...resting.poses import resting_poses
 from ...statistics.chi_square import homogeneity
-from ...text import percent
+from ...text import listed, percent
 from ..messages import part_requests, statistics_messages
 from ..refusals import Health
 from ..settings import Settings
@@ -59,6 +61,8 @@ class CellCounts:
         self.change: int | None = None  # of the state, that has all of it; None: all so far
         self.evidence: Array | None = None  # what they say of the plate's error, by `PLATE_ERRORS`
         self._total = total.copy()
+        # by the feeder's speed, and by the pose before and after
+        self.flips: dict[str, Counter[tuple[int, int]]] = {}
         self._recent: deque[Index] = deque()
         self._seen = 0
         self._drift: str | None = None
@@ -78,6 +82,11 @@ class CellCounts:
         seen = int(new.sum())
         if not seen:
             return 0
+        if counts.from_pose >= 0:
+            self.flips.setdefault(counts.feeder_speed, Counter()).update({
+                (counts.from_pose, index): int(new[index])
+                for index in np.flatnonzero(new).tolist()})
+            return seen
         with self._lock:
             self._total += new
             self._drift = self.evidence = None
@@ -135,6 +144,11 @@ class CountStore:
             _, _, tolerance, sides, plate, total, series = counted
             known.counts = CellCounts(Ground(Numbering(tolerance, sides), plate),
                                       np.frombuffer(total, np.int64), series)
+            flipped = self._state.get("flips", known.part_id)
+            if flipped is not None and flipped[1] == series:
+                known.counts.flips = {
+                    speed: Counter({(before, after): count for before, after, count in flips})
+                    for speed, flips in json.loads(flipped[2]).items()}
 
     def take_new(self) -> list[known_part.KnownPart]:
         """Parts of which more was counted since this was last asked."""
@@ -160,11 +174,33 @@ class CountStore:
             if self._state.get("counted", identity) is not None:
                 return False
             if known.counts.add(counts):
+                flipped = [] if counts.from_pose < 0 else [_flips_row(known, known.counts)]
                 known.counts.change = self._state.put(
-                    self._counts_row(known, known.counts),
+                    self._counts_row(known, known.counts), *flipped,
                     Change("counted", identity, (identity,)))
-                self._new[known.part_id] = known
+                if not flipped:
+                    self._new[known.part_id] = known
         return True
+
+    def flips(self, known: known_part.KnownPart, message: PoseStatistics, speed: str) -> Index:
+        """Flips (K, K) that were counted at a feeder's speed on the ground of a result.
+
+        Raises RequestError if there are none.
+        """
+        with known.numbers.lock:
+            counts = known.counts
+            fitting = counts is not None and counts.ground == self._ground(message)
+            flips = counts.flips if counts is not None and fitting else {}
+            if counts is None or speed not in flips:
+                there = listed([part_requests.shown(each) for each in sorted(flips)] or ["none"])
+                raise RequestError("a feeder_speed whose flips were counted",
+                                   f"{part_requests.shown(speed)}; there is {there}",
+                                   "publish ~/pose_counts with from_pose and feeder_speed")
+            found = np.zeros((counts.total.size, counts.total.size), np.int64)
+            for moved, count in flips[speed].items():
+                found[moved] = count
+        self._state.commit(counts.change)
+        return found
 
     def name_plate(self, plate: str) -> bool:
         """Take counts of a nameless plate for counts of this one; whether the disk has that."""
@@ -226,3 +262,9 @@ class CountStore:
                                                  counts.total)
             if counts.evidence is not None:
                 yield counts.evidence
+
+
+def _flips_row(known: known_part.KnownPart, counts: CellCounts) -> Change:
+    return Change("flips", known.part_id, (known.part_id, counts.series, json.dumps(
+        {speed: [(*moved, count) for moved, count in flips.items()]
+         for speed, flips in counts.flips.items()})))

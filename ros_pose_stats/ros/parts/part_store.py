@@ -117,7 +117,7 @@ class PartStore:
             if other is not None:
                 self._announcer.introduce(other)
             gone = [] if other is None or other.digest == known.digest else [
-                Change("counts", known.part_id, None)]
+                Change(table, known.part_id, None) for table in ("counts", "flips")]
             known.change = self._state.put_mesh(
                 known.part_id, message, Change("parts", known.part_id, self._row(known)), *gone)
             self._announcer.introduce(known)
@@ -212,4 +212,5 @@ class PartStore:
             with self._lock:
                 self._parts.pop(part_id, None)
             return self._state.put(*(Change(table, part_id, None)
-                                     for table in ("parts", "meshes", "results", "counts")))
+                                     for table in ("parts", "meshes", "results", "counts",
+                                                   "flips")))

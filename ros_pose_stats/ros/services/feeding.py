@@ -1,21 +1,24 @@
-"""The service `~/feeding`: what a feeder gets out of a part's present result."""
+"""The service `~/feeding`: what a feeder is to do with a part, by its present result."""
 
 import math
 from collections.abc import Callable
-from functools import partial
+from dataclasses import replace
 from typing import Any
 
 from ros_pose_stats_msgs.msg import PoseStatistics
 from ros_pose_stats_msgs.srv import FeedingAnswer
 
 from ...errors import RequestError
-from ...records import DropScene, FlipStatistics
+from ...records import DropScene, FlipStatistics, Index
+from ...simulation.flips import check_kick, usual_kicks
 from ...statistics import feeding
+from ...statistics.counted_flips import learn_flips
+from ...statistics.feeding_plan import FLIP, LEAVE, PICK, FeederCell, plan_feeding
 from ...statistics.pose_shares import pose_shares
-from ..jobs import FlipRequest, Job, Jobs, State
+from ..jobs import FlipRequest, Jobs, State
 from ..jobs.run import FlipReports, flip_key, flips_in_all
 from ..messages import part_messages, part_requests, statistics_messages
-from ..parts import known_part, part_store
+from ..parts import count_store, known_part, part_store
 from ..settings import Settings
 from ..transport.answering_node import AnsweringNode
 from . import requests, services
@@ -26,6 +29,11 @@ FLIP_SECONDS = 10.0
 SEED = 1
 """Of the flips of an answer: the same question has the same answer."""
 
+MOST_KICKS = 100
+
+ACTIONS = {PICK: FeedingAnswer.Response.PICK, FLIP: FeedingAnswer.Response.FLIP,
+           LEAVE: FeedingAnswer.Response.LEAVE}
+
 
 class FeedingService:
     """Answers at once where no flips are needed or they are remembered, else after flipping.
@@ -35,10 +43,10 @@ class FeedingService:
     """
 
     def __init__(self, node: AnsweringNode, settings: Callable[[], Settings],
-                 parts: part_store.PartStore,
+                 parts: part_store.PartStore, learnt: count_store.CountStore,
                  jobs: Jobs, reports: FlipReports, goals: FlipReports) -> None:
         self._settings = settings
-        self._parts = parts
+        self._parts, self._learnt = parts, learnt
         self._jobs = jobs
         self._reports = reports
         self._goals = goals
@@ -46,32 +54,50 @@ class FeedingService:
         node.serve(FeedingAnswer, "~/feeding", self.answer)
 
     @services.refusing
-    def answer(self, request: Any, response: Any) -> services.Later | None:
-        """What a feeder gets, from the result that is latched now."""
-        known = self._parts.known(request.part_id)
+    def answer(self, request: Any, response: Any) -> services.Steps:
+        """What to do and what a feeder gets, from the result that is latched now."""
+        known, settings = self._parts.known(request.part_id), self._settings()
         with known.numbers.lock:  # both of one result
             latched, scene = known.shown.latched, known.shown.scene
         if latched is None or scene is None:
             raise RequestError("a part with a result",
                                f"{part_requests.shown(request.part_id)} without one yet",
                                "ask again in a moment")
-        kick = self._settings().kick(request.kick_height)
+        kick = settings.kick(request.kick_height)
         feeding.check_wanted(request.wanted, len(latched.poses))
         feeding.check_rate(request.rate)
         feeding.check_cycle_time(request.cycle_time)
-        if kick == 0.0:
-            _answer(request, response, latched, None)
-            return None
-        flips = self._remembered(known, scene, kick, len(latched.poses))
-        if flips is not None:
-            _answer(request, response, latched, flips)
-            return None
-        settings = self._settings()
-        seconds = min(FLIP_SECONDS, settings.max_job_seconds)
-        job = self._jobs.submit(
-            FlipRequest(known.part_id, known.content, scene, 0, SEED, 0.0, seconds,
-                        kick_height=kick), known_part.at_hand(known.part), settings)
-        return services.Later(job.finished, partial(self._go_on, request, response, latched, job))
+        cell = counted = None
+        if request.plate_length != 0.0 or request.plate_width != 0.0:
+            cell = FeederCell(request.rate, (request.plate_length, request.plate_width),
+                              request.clearance, request.cycle_time, request.pick_time,
+                              request.look_time, request.drop_time)
+            cell.check()
+        if request.feeder_speed:
+            counted = self._learnt.flips(known, latched, request.feeder_speed)
+        heights = [kick] if kick else []
+        if not kick and (cell is not None or counted is not None):
+            heights = list(request.kick_heights) or list(usual_kicks(latched.radius))
+        if len(heights) > MOST_KICKS:
+            raise RequestError(f"at most {MOST_KICKS} kick_heights", f"{len(heights)}",
+                               "ask for fewer")
+        seconds = min(FLIP_SECONDS / max(1, len(heights)), settings.max_job_seconds)
+        flips: list[FlipStatistics] = []
+        for height in sorted({check_kick(height) for height in heights}):
+            found = self._remembered(known, scene, height, len(latched.poses))
+            if found is None:
+                job = self._jobs.submit(
+                    FlipRequest(known.part_id, known.content, scene, 0, SEED, 0.0, seconds,
+                                kick_height=height), known_part.at_hand(known.part), settings)
+                yield job.finished
+                found = self._reports.of_job(job.job_id)
+                if job.state is State.CANCELLED:  # nobody but the node itself cancels
+                    raise requests.ending()
+                if found is None:
+                    response.success, response.message = False, job.message
+                    return
+            flips.append(found)
+        _answer(request, response, latched, cell, flips, counted)
 
     def _remembered(self, known: known_part.KnownPart, scene: DropScene, kick: float,
                     poses: int) -> FlipStatistics | None:
@@ -81,44 +107,49 @@ class FeedingService:
         enough = flips_in_all(poses, 0, self._settings()) if own is None else own.flips
         return of_goals if of_goals is not None and of_goals.flips >= enough else own
 
-    def _go_on(self, request: Any, response: Any, latched: PoseStatistics, job: Job) -> None:
-        """Answer once the flips are there."""
-        flips = self._reports.of_job(job.job_id)
-        if job.state is State.CANCELLED:  # nobody but the node itself cancels
-            raise requests.ending()
-        if flips is None:
-            response.success, response.message = False, job.message
-            return
-        _answer(request, response, latched, flips)
 
-
-def _answer(request: Any, response: Any, latched: PoseStatistics,
-            flips: FlipStatistics | None) -> None:
-    """Fill in what a feeder gets that kicks wrong parts; without flips, drops them afresh."""
-    dropped = pose_shares(statistics_messages.statistics_of_message(latched))
+def _answer(request: Any, response: Any, latched: PoseStatistics, cell: FeederCell | None,
+            flips: list[FlipStatistics], counted: Index | None) -> None:
+    """Fill in the plan, and what a feeder gets that kicks wrong parts or drops them afresh."""
+    found = statistics_messages.statistics_of_message(latched)
+    dropped = pose_shares(found)
     basis = f"{latched.drops} drops" if latched.drops else "an estimate"
     if latched.observed:
         basis = f"{latched.observed} parts seen"
     basis = f"From {basis} ({latched.method})"
-    if flips is None:
+    if flips:
+        basis += f" and {sum(kick.flips for kick in flips)} flips"
+    if counted is not None:
+        poses = tuple(sorted(found.poses, key=lambda pose: pose.index))
+        flips = [learn_flips([replace(kick, poses=poses) for kick in flips], counted,
+                             request.feeder_speed)]
+        basis += f" and {flips[0].observed} seen"
+    chosen = flips[0] if flips else None
+    if cell is not None:
+        plan = plan_feeding(found, request.wanted, cell, flips)
+        place = plan.options.index(plan.best)
+        chosen = sorted(flips, key=lambda kick: kick.kick_height)[place - 1] if place else None
+        response.action = [ACTIONS[action] for action in plan.actions]
+        response.parts_on_plate, response.kicks = plan.best.parts, plan.best.kicks
+        response.pickable = plan.best.pickable
+        _fill(response, "parts_per_minute", plan.best.per_minute)
+    if chosen is None:
         gain = feeding.drop_afresh(dropped, request.wanted, request.rate)
     else:
-        gain = feeding.flip_wrong_ones(dropped, flips.counts, request.wanted, request.rate,
-                                request.cycle_time)
-        response.transition = part_messages.flat(flips.transition)
-        basis += f" and {flips.flips} flips"
-    fill_response(response, gain)
+        gain = feeding.flip_wrong_ones(dropped, chosen.counts, request.wanted, request.rate,
+                                       request.cycle_time)
+        response.transition = part_messages.flat(chosen.transition)
+        response.kick_height = chosen.kick_height
+    for name, number in (("accepted", gain.accepted), ("passes", gain.passes),
+                         ("flips", gain.flips), ("accepted_per_minute", gain.per_minute)):
+        _fill(response, name, number)
     if math.isnan(dropped.drops):
         basis += (f"; the error of {latched.method} is not known here, so there are no intervals: "
                  f"drop the part")
     response.message = f"{basis}."
 
 
-def fill_response(response: Any, gain: feeding.Feeding) -> None:
-    """Put the numbers and their bounds into a response."""
-    for name, number in (("accepted", gain.accepted), ("passes", gain.passes),
-                         ("flips", gain.flips), ("accepted_per_minute", gain.per_minute)):
-        value, low, high = number
-        setattr(response, name, value)
-        setattr(response, f"{name}_low", low)
-        setattr(response, f"{name}_high", high)
+def _fill(response: Any, name: str, number: feeding.Bounded) -> None:
+    """Put a number and its bounds into a response."""
+    for end, value in zip(("", "_low", "_high"), number, strict=True):
+        setattr(response, name + end, value)

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 from ...errors import PoseStatsError, RequestError, reason
 
-VERSION = 1
+VERSION = 2
 APPLICATION = 0x52505353  # what the file's header says of its kind
 COLUMNS = {
     "parts": "part_id TEXT PRIMARY KEY, digest TEXT, content BLOB, restitution REAL, "
@@ -26,6 +26,8 @@ COLUMNS = {
     "results": "part_id TEXT PRIMARY KEY, latched BLOB, model BLOB, revision INTEGER",
     "counts": "part_id TEXT PRIMARY KEY, digest TEXT, cluster_tolerance REAL, "
     "round_sides INTEGER, plate TEXT, total BLOB, series INTEGER",
+    # counts by speed, of that series of `counts`
+    "flips": "part_id TEXT PRIMARY KEY, series INTEGER, speeds TEXT",
     # of a message of counts: 8 bytes of the series, 16 of a digest
     "counted": "identity BLOB PRIMARY KEY",
     "jobs": "job_id TEXT PRIMARY KEY, state INTEGER, event BLOB, answer BLOB",
@@ -175,10 +177,10 @@ def _check_version(link: sqlite3.Connection, file: Path) -> None:
                            f"version {version}, of a newer ros_pose_stats",
                            "start that version, or name another file (parameter state_file)")
     if version < VERSION:
-        if tables:
-            raise DamagedError(f"tables but version {version}")
+        if tables and not version:
+            raise DamagedError("tables but no version")
         columns = "".join(f"CREATE TABLE {table} ({text}, checksum INTEGER);"
-                          for table, text in COLUMNS.items())
+                          for table, text in COLUMNS.items() if table not in tables)
         link.executescript(f"BEGIN IMMEDIATE; {columns} PRAGMA application_id={APPLICATION}; "
                            f"PRAGMA user_version={VERSION}; COMMIT;")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ros_pose_stats import load_part, simulate_flips
+from ros_pose_stats import learn_flips, load_part, simulate_flips
 from tests.running import answer, answer_json, refusal
 
 KICKED = "--kick", 0.05, "--flips", 200, "--drops", 500, "--seed", 5, "--wanted", "0,1"
@@ -32,12 +32,65 @@ def test_kicks_are_set_beside_dropping_again(box):
     assert any(line.strip().startswith("kicked") for line in lines)
 
 
+@pytest.mark.long
+def test_intervals_are_kept(box):
+    """Nine in ten of 120 trials, but for three standard errors, and 0.01 for the first order."""
+    def fed(flips, drops, seed):
+        found = answer_json("flips", *box, "--kick", 0.02, "--flips", flips, "--drops", drops,
+                            "--seed", seed, "--wanted", 0)["feeding"]
+        return [tuple(found[way]["per_minute"].values()) for way in ("kicked", "dropped_again")]
+
+    truth = [value for value, _, _ in fed(20_000, 60_000, 1)]
+    kept = [[low <= true <= high for true, (_, low, high) in zip(truth, fed(100, 300, seed),
+                                                                 strict=True)]
+            for seed in range(100, 220)]
+    assert np.mean(kept, axis=0) == pytest.approx(0.9, abs=3.0 * (0.09 / 120) ** 0.5 + 0.01)
+
+
+def test_a_kick_that_frees_no_part_has_no_bound(box):
+    feeding = answer_json("flips", *box, *KICKED[2:], "--kick", 0.0)["feeding"]["kicked"]
+    assert feeding["flips"] == {"value": None, "low": None, "high": None}
+
+
 def test_wanted_poses_of_which_symmetry_has_more_are_pointed_out(box):
     asked = ("flips", *box, "--kick", 0.05, "--flips", 20, "--drops", 100, "--seed", 5,
              "--wanted", 0)
     warning = "WANTED_ALIKE: pose 1 looks the same as pose 0"
     assert warning in answer(*asked)
     assert warning in answer_json(*asked)["warnings"][-1]
+
+
+def test_counted_flips_make_the_matrix_of_a_speed(box, tmp_path):
+    """The library's, for each speed; and `feeding` plans with them."""
+    file = tmp_path / "flips.csv"
+    file.write_text("speed,from,to,count\nslow,2,0,30\nslow,2,2,10\nfast,0,4,7\nslow,2,0,5\n")
+    asked = *box, "--counts", file, "--flips", 50, "--seed", 1
+    values = answer_json("flips", *asked)["speeds"]
+    part, slow = load_part(box[0], unit="mm"), np.zeros((6, 6), np.int64)
+    slow[2, [0, 2]] = 35, 10
+    kicks = [simulate_flips(part, kick, 50, seed=1)
+             for kick in part_kicks(values[0]["radius"])]
+    expected = learn_flips(kicks, slow, "slow").as_dict()
+    assert [each["feeder_speed"] for each in values] == ["slow", "fast"]
+    assert all(values[0][name] == expected[name]
+               for name in ("kick_height", "observed", "transition", "standard_error", "counts"))
+    plan = answer_json("feeding", *asked, "--wanted", 0, "--plate", 0.3, 0.2)
+    assert {each["feeder_speed"] for each in plan["options"]} == {"", "slow", "fast"}
+    assert "45 flips counted at speed slow" in answer("flips", *asked)
+
+
+def part_kicks(radius):
+    """Thirteen from a twentieth of the radius to five of them."""
+    return radius * np.geomspace(0.05, 5.0, 13)
+
+
+@pytest.mark.parametrize(("row", "words"), [
+    ("slow,2,6,1", "poses 0 to 5"), ("slow,2,0", "a row of speed, from, to, count"),
+    ("slow,2,0,-1", "'slow,2,0,-1' in line 1")])
+def test_counted_flips_that_are_none_are_refused(box, tmp_path, row, words):
+    file = tmp_path / "flips.csv"
+    file.write_text(row)
+    assert words in refusal("flips", *box, "--counts", file)
 
 
 @pytest.mark.parametrize(("options", "words"), [

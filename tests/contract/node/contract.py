@@ -51,8 +51,8 @@ FIELDS = {
     "cluster_tolerance drops unsettled seed expected_error largest_error plate_error plate "
     "compute_time job_id revision final version poses warnings scene",
     "PoseCounts": "header part_id part_digest cluster_tolerance plate drop_height index count "
-    "unclassified",
-    "ObservedParts": "header part_id poses confidence",
+    "unclassified from_pose feeder_speed",
+    "ObservedParts": "header part_id poses confidence from_pose feeder_speed",
     "DropRecords": "header job_id part_digest first_drop start_down pose_index impacts seconds "
     "energy_left stopped_at_trap",
 }

@@ -50,6 +50,8 @@ def test_counts_that_cannot_be_compared_are_recorded_and_told(node, tuned, model
         "is known": {"part_id": "nobody"},
         "another part_digest": {"part_digest": "cd" * 32},
         f"{model.part_id}' has no pose 99": {"index": [0, 99]},
+        f"{model.part_id}' has no pose 77": {"from_pose": 77, "feeder_speed": "slow"},
+        "a from_pose and 0 characters of feeder_speed": {"from_pose": 1},
         f"cluster_tolerance 0.0025 and round_sides 0, the results have cluster_tolerance {known}":
             {"round_sides": 0},
         f"cluster_tolerance unknown and round_sides 192, the results have cluster_tolerance "
@@ -86,6 +88,15 @@ def test_each_part_seen_is_counted_in_its_pose(node, tuned, model):
         assert getattr(counts, name) == getattr(model, name)
     assert counts.drop_height == -1.0  # the node was told none
     assert learnt(tuned, model.part_id, 8).method == "observed"
+
+
+def test_parts_seen_after_a_flip_are_counted_as_flips(node, tuned, model):
+    first, second = model.poses[:2]
+    seeing(tuned).publish(picture(model.part_id, *[lying(second)] * 3, from_pose=first.index,
+                                  feeder_speed="slow"), picture(model.part_id, lying(first)))
+    flips, _ = counts_of(node, model.part_id, 2)
+    assert (flips.from_pose, flips.feeder_speed, list(flips.count)) == (first.index, "slow", [3])
+    learnt(tuned, model.part_id, 1)
 
 
 def test_the_height_that_the_node_was_told_goes_along(node, tuned, model):

@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 import trimesh
 
-from ros_pose_stats import estimate
+from ros_pose_stats import estimate, learn_flips, simulate_flips
+from tests.running import answer_json
 
+from .harness.camera import counted, counting
 from .harness.cell import latched
-from .harness.client import RUNNING, wait_for
+from .harness.client import RUNNING, until, wait_for
 from .harness.goals import Goals
 from .harness.jobs import LONG, finished, known_part, reached, start
 from .harness.parts import WEDGE, flat, library_part, new_id, probabilities
@@ -143,6 +145,49 @@ class TestFlips:
         assert first.success and not last.success and "max_queued_jobs" in last.message
 
 
+class TestPlan:
+    def test_service_and_command_plan_alike(self, cell, tmp_path):
+        """Equal numbers to the last bit: shares, kicks and their seed are the same."""
+        file = tmp_path / "wedge.obj"
+        file.write_text("".join([f"v {x!r} {y!r} {z!r}\n" for x, y, z in WEDGE[0].tolist()]
+                                + [f"f {a + 1} {b + 1} {c + 1}\n" for a, b, c in WEDGE[1]]))
+        part_id = new_id()
+        shown = cell.good("estimate", part=flat(WEDGE, part_id)).statistics
+        answer = cell.good("feeding", part_id=part_id, plate_length=0.3, plate_width=0.2,
+                           clearance=0.002, kick_heights=[0.03, 0.011], **ASKED)
+        told = answer_json("feeding", file, "--unit", "m", "--plate", 0.3, 0.2, "--clearance",
+                           0.002, "--kicks", 0.011, 0.03, "--rate", RATE, "--cycle-time", CYCLE,
+                           "--wanted", "0,2")
+        assert told["part_digest"] == shown.part_digest
+        names = [{answer.PICK: "pick", answer.FLIP: "flip", answer.LEAVE: "leave"}[action]
+                 for action in answer.action]
+        assert names == told["actions"] and "flip" in names
+        assert (answer.kick_height, answer.parts_on_plate, answer.kicks, answer.pickable) == tuple(
+            told[name] for name in ("kick_height", "parts", "kicks", "pickable"))
+        low, value, high = interval(answer, "parts_per_minute")
+        assert told["per_minute"] == {"value": value, "low": low, "high": high}
+        assert answer.kick_height > 0.0 and answer.flips > 0.0 and low < value < high
+        assert "a kick height of 0 m" in cell.refused("feeding", part_id=part_id, plate_length=0.3,
+                                                      plate_width=0.2, kick_heights=[-1], **ASKED)
+
+    def test_flips_that_were_counted_take_the_place_of_the_model_s(self, cell):
+        part_id = known_part(cell)
+        shown = latched(cell, part_id)
+        asked = {"part_id": part_id, "kick_height": 0.011, "feeder_speed": "slow", **ASKED}
+        assert "got 'slow'; there is none" in cell.refused("feeding", **asked)
+        before = shown.poses[0].index
+        counting(cell).publish(*(counted(shown, [1, 2], from_pose=before, feeder_speed=speed)
+                                 for speed in ("", "slow")))
+        told = until(lambda: (one := cell.call("feeding", **asked)).success and one)
+        counts = np.zeros((POSES, POSES), np.int64)
+        counts[before, [shown.poses[0].index, shown.poses[1].index]] = 1, 2
+        model = simulate_flips(library_part(WEDGE), 0.011, 10_000 // POSES, seed=1)
+        expected = learn_flips([model], counts)
+        np.testing.assert_allclose(told.transition, expected.transition.ravel(), rtol=1e-12)
+        assert "'fast'; there is 'slow'" in cell.refused(
+            "feeding", **{**asked, "feeder_speed": "fast"})
+
+
 @pytest.mark.parametrize("kick", [0.0, KICK])
 @pytest.mark.parametrize(("asked", "said"), [
     ({"part_id": "nobody"}, "'nobody'"),
@@ -153,6 +198,8 @@ class TestFlips:
     ({"cycle_time": -1.0}, "a cycle time of 0 s or more"),
     ({"kick_height": math.nan}, "a kick_height in metres"),
     ({"kick_height": math.inf}, "a kick_height in metres"),
+    ({"plate_width": -1.0}, "a plate with sides above 0 m"),
+    ({"plate_width": 0.2, "plate_length": 0.3, "look_time": -1.0}, "a camera_time of 0 or more"),
 ])
 def test_what_is_no_question_is_refused_in_one_line(cell, asked, said, kick):
     fields = {"part_id": known_part(cell), "kick_height": kick, **ASKED, **asked}

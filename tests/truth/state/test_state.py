@@ -168,6 +168,18 @@ def test_a_living_owner_is_named_and_a_dead_one_is_not_waited_for(file, opened):
     assert opened().commit()
 
 
+def test_an_older_file_gets_the_tables_that_are_new(file, opened):
+    before = opened()
+    before.put(fact("a", "1"))
+    before.close()
+    with sqlite3.connect(file) as link:
+        link.executescript("DROP TABLE flips; PRAGMA user_version=1;")
+    after = opened()
+    assert facts(after) == {"a": "1"} and not after.set_aside
+    assert after.commit(after.put(Change("flips", "clamp", ("clamp", 7, "{}"))))
+    assert after.rows("flips") == [("clamp", 7, "{}")]
+
+
 def test_newer_and_foreign_files_are_left_alone(file, opened):
     opened().close()
     with sqlite3.connect(file) as link:

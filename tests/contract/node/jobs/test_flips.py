@@ -12,9 +12,9 @@ from action_msgs.srv import CancelGoal
 
 from ros_pose_stats import simulate_flips
 
-from ..harness.client import RUNNING, until
+from ..harness.client import until
 from ..harness.goals import Goals
-from ..harness.jobs import LONG, get, known_part, reached, start
+from ..harness.jobs import known_part
 from ..harness.parts import WEDGE, library_part
 
 SUCCEEDED, CANCELED, ABORTED = (
@@ -66,18 +66,6 @@ def test_a_refused_goal_is_aborted_with_the_reason(goals, cell, asked, said):
     assert said in result.message and "\n" not in result.message
 
 
-def test_a_full_queue(goals, cell):
-    asked = {"part_id": known_part(cell), "kick_height": KICK, "drops": MANY}
-    first = goals.send(**asked, seed=1)
-    first.first_feedback()
-    waiting = [goals.send(**asked, seed=seed) for seed in range(2, 18)]
-    status, result = goals.send(**asked, seed=99).result()
-    assert status == ABORTED and "max_queued_jobs" in result.message
-    for goal in (*reversed(waiting), first):
-        goal.cancel()
-        assert goal.result()[0] == CANCELED
-
-
 def test_feedback_rises_and_a_cancelled_goal_has_what_was_done(goals, cell):
     goal = goals.send(part_id=known_part(cell), kick_height=KICK, drops=MANY, seed=5)
     until(lambda: len(goal.feedback) > 2)
@@ -90,15 +78,6 @@ def test_feedback_rises_and_a_cancelled_goal_has_what_was_done(goals, cell):
     assert told[-1].flips_done <= sum(result.flips)
     assert max(result.flips) - min(result.flips) <= 1  # out of all poses in turn
     np.testing.assert_allclose(matrix(result.transition).sum(axis=1), 1.0, rtol=1e-12)
-
-
-def test_drops_go_on_beside_it(goals, cell):
-    part_id = known_part(cell)
-    job_id = start(cell, part_id, LONG)
-    before = reached(cell, job_id, RUNNING).drops_done
-    status, _ = goals.send(part_id=part_id, kick_height=KICK, drops=2000).result()
-    assert status == SUCCEEDED
-    assert until(lambda: get(cell, job_id).drops_done > before)
 
 
 def test_the_node_s_time_is_kept(tuned):

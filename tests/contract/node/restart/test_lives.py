@@ -45,8 +45,16 @@ def first_life(client):
     MeshPublisher(client, "/lives/cad", Mesh).matched().publish(mesh(scaled(1.4)))
     latched(client, "cad")
     seen = client.good("estimate", part=flat(scaled(1.5), "seen")).statistics
-    counting(client).publish(counted(seen, [30, 70])).acknowledged()
+    counting(client).publish(counted(seen, [9, 1], from_pose=seen.poses[1].index,
+                                     feeder_speed="slow"),
+                             counted(seen, [30, 70])).acknowledged()
     learnt(client, "seen", 100)
+
+
+def fed(client):
+    """What a feeder gets at a speed whose flips were counted."""
+    return client.good("feeding", part_id="seen", wanted=[0], rate=60.0, cycle_time=1.0,
+                       kick_height=0.012, feeder_speed="slow")
 
 
 def second_node(folder):
@@ -91,11 +99,12 @@ def lives(begin, domain, folder):
     left = SimpleNamespace()
     with begin() as (_, client):
         first_life(client)
-        left.first = shown(client)
+        left.first, left.fed = shown(client), fed(client)
         left.done = client.call("list_drop_simulations").job_id
         left.answers = {job_id: get(client, job_id) for job_id in left.done}
     with begin() as (node, client):
         assert_restored(client, left.first)  # here, since it is over when the next one begins
+        left.fed_again = fed(client)
         left.again = {job_id: get(client, job_id) for job_id in left.done}
         left.second = second_node(folder)
         left.better = finished(client, start(client, "simulated", 20_000, seed=5)).statistics
@@ -116,6 +125,11 @@ def test_finished_jobs_answer_as_before(lives):
     assert len(lives.done) == 3
     for job_id, before in lives.answers.items():
         assert whole(lives.again[job_id]) == whole(before) and before.statistics.drops > 0
+
+
+def test_counted_flips_are_known_again_and_are_no_landings(lives):
+    assert lives.fed == lives.fed_again and lives.fed.message.endswith("and 10 seen.")
+    assert lives.first["seen"].observed == 100
 
 
 def test_a_second_node_of_the_name_is_refused_with_the_first_one_s_process(lives):

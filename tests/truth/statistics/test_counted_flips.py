@@ -1,0 +1,74 @@
+"""Counted flips beside the model's: closed forms, redrawn rows, poses that look alike."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from ros_pose_stats import learn_flips, part_from_mesh, shapes, simulate_flips
+from ros_pose_stats.statistics import counted_flips
+from tests.bodies import random_polyhedron
+
+KICKS = 0.1, 0.3, 0.9
+
+
+@pytest.fixture(scope="module")
+def kicks():
+    """Of a body of several poses and no symmetry."""
+    part = part_from_mesh(*random_polyhedron(8, 21))
+    return [simulate_flips(part, kick, 2000, seed=3) for kick in KICKS]
+
+
+def drawn(rows, flips, seed):
+    random = np.random.default_rng(seed)
+    return np.array([random.multinomial(flips, row / row.sum()) for row in rows])
+
+
+def test_a_row_is_the_mean_of_a_dirichlet(kicks, monkeypatch):
+    """(s t + c) / (s + n), with t the model's row out of n + K / 2 flips, and half a one each."""
+    monkeypatch.setattr(counted_flips, "STRENGTHS", np.array([50.0]))
+    counts, poses = drawn(kicks[1].transition, 40, 1), len(kicks[1].poses)
+    found = learn_flips(kicks[1:2], counts, "slow")
+    row = (kicks[1].counts + 0.5) / (2000 + 0.5 * poses)
+    np.testing.assert_allclose(found.transition, (50.0 * row + counts) / 90.0, rtol=1e-12)
+    np.testing.assert_allclose(found.counts.sum(axis=1), 90.0, rtol=1e-12)
+    error = np.sqrt(found.transition * (1.0 - found.transition) / 91.0)
+    np.testing.assert_allclose(found.standard_error, error, rtol=1e-9)
+    assert (found.feeder_speed, found.observed) == ("slow", 40 * poses)
+
+
+def test_the_kick_is_the_one_that_was_counted(kicks):
+    for kick in kicks:
+        found = learn_flips(kicks, drawn(kick.transition, 100, 2))
+        assert found.kick_height == kick.kick_height
+
+
+def test_it_is_nearer_than_model_and_counts_where_the_cell_is_off(kicks):
+    """Rows that scatter about the model's as a Dirichlet of 40 flips, of which 40 are counted.
+
+    The posterior's expected square error is half of either alone, less what its strength costs.
+    """
+    random, errors = np.random.default_rng(4), []
+    for _ in range(60):
+        truth = np.array([random.dirichlet(40.0 * row + 1e-9) for row in kicks[1].transition])
+        counts = drawn(truth, 40, random.integers(2**31))
+        found = learn_flips(kicks, counts).transition
+        errors.append([np.mean((each - truth) ** 2)
+                       for each in (found, kicks[1].transition, counts / 40.0)])
+    learned, model, counted = np.mean(errors, axis=0)
+    assert learned < 0.75 * min(model, counted)
+
+
+def test_poses_that_look_alike_share_their_counts():
+    """A camera names either of a box's two equal faces; groups are known by all flips of both."""
+    flips = simulate_flips(part_from_mesh(*shapes.box(1.0, 2.0, 3.0)), 0.9, 2000, seed=3)
+    one, both = np.zeros((2, 6, 6), np.int64)
+    one[0, [0, 2]] = 400, 200
+    both[[0, 0, 1, 1], [0, 2, 1, 3]] = 250, 50, 150, 150
+    first, second = (learn_flips([flips], counts) for counts in (one, both))
+    np.testing.assert_allclose(first.transition, second.transition, rtol=1e-9)
+    between = first.transition.reshape(3, 2, 3, 2).sum(axis=3)
+    np.testing.assert_allclose(between[:, 0], between[:, 1], rtol=1e-9)
+    # 600 flips of both poses together, and at most 300 of the model out of each.
+    assert between[0, 0, 1] == pytest.approx(1.0 / 3.0, abs=0.15)
+    assert 2.0 * first.counts[:2].sum(axis=1) == pytest.approx(first.counts[:2].sum())
