@@ -90,20 +90,13 @@ def test_each_part_seen_is_counted_in_its_pose(node, tuned, model):
     assert learnt(tuned, model.part_id, 8).method == "observed"
 
 
-def test_parts_seen_after_a_flip_are_counted_as_flips(node, tuned, model):
-    first, second = model.poses[:2]
-    seeing(tuned).publish(picture(model.part_id, *[lying(second)] * 3, from_pose=first.index,
-                                  feeder_speed="slow"), picture(model.part_id, lying(first)))
-    flips, _ = counts_of(node, model.part_id, 2)
-    assert (flips.from_pose, flips.feeder_speed, list(flips.count)) == (first.index, "slow", [3])
-    learnt(tuned, model.part_id, 1)
-
-
-def test_the_height_that_the_node_was_told_goes_along(node, tuned, model):
+def test_the_height_that_the_node_was_told_and_the_flip_go_along(node, tuned, model):
     assert tuned.set(drop_height=0.25) == {}
     until(lambda: tuned.good("get_statistics").statistics[0].drop_height == 0.25)
-    seeing(tuned).publish(picture(model.part_id, lying(model.poses[0])))
-    assert counts_of(node, model.part_id)[0].drop_height == 0.25
+    seeing(tuned).publish(picture(model.part_id, lying(model.poses[0]), from_pose=2,
+                                  feeder_speed="slow"))
+    (flips,) = counts_of(node, model.part_id)
+    assert (flips.drop_height, flips.from_pose, flips.feeder_speed) == (0.25, 2, "slow")
 
 
 def test_what_cannot_be_counted_is_refused_and_the_next_one_served(node, tuned, model):

@@ -78,12 +78,3 @@ def test_feedback_rises_and_a_cancelled_goal_has_what_was_done(goals, cell):
     assert told[-1].flips_done <= sum(result.flips)
     assert max(result.flips) - min(result.flips) <= 1  # out of all poses in turn
     np.testing.assert_allclose(matrix(result.transition).sum(axis=1), 1.0, rtol=1e-12)
-
-
-def test_the_node_s_time_is_kept(tuned):
-    tuned.set(max_job_seconds=0.5)
-    goals = Goals(tuned, "simulate_flips")
-    status, result = goals.send(part_id=known_part(tuned), kick_height=KICK, drops=MANY).result()
-    goals.close()
-    assert (status, result.success) == (SUCCEEDED, True)
-    assert result.message.startswith("TIME_LIMIT") and 0 < max(result.flips) < MANY
