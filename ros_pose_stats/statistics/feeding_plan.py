@@ -167,8 +167,8 @@ class Plate:
         """Room among parts that lie in these shares."""
         return plate_fill(self.outlines, shares, self.cell.plate, self.cell.clearance)
 
-    def plan(self, kick: FlipStatistics | None) -> KickPlan:
-        """The best numbers of parts and of kicks, and what they give."""
+    def plan(self, kick: FlipStatistics | None, most: int = MOST_KICKS) -> KickPlan:
+        """The best numbers of parts and of kicks, at most `most`, and what they give."""
         moves = np.zeros((0, 0)) if kick is None else kick.transition
         if kick is not None and not (settled := kick.counts.sum(axis=1)).all():
             raise RequestError("flips counted out of every pose", f"none out of pose "
@@ -180,7 +180,7 @@ class Plate:
             parts = np.unique(np.geomspace(1.0, largest, SIZES).astype(int))
             seen = self.picked * room.free(parts)
             lying = [np.tile(fresh, (len(parts), 1))]
-            for _ in range(MOST_KICKS if kick is not None else 0):
+            for _ in range(most if kick is not None else 0):
                 taken = lying[-1] * seen
                 refill = taken.sum(axis=1, keepdims=True) * fresh
                 lying.append((lying[-1] - taken) @ moves + refill)

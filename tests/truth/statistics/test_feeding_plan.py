@@ -112,9 +112,8 @@ def test_no_other_policy_takes_less_time(dropped, flips):
     np.testing.assert_allclose(seconds(chosen), least, rtol=1e-9)
 
 
-def test_the_interval_is_that_of_redrawn_shares(dropped, flips, monkeypatch):
+def test_the_interval_is_that_of_redrawn_shares(dropped, flips):
     """Shares and rows drawn again as often as their errors say: the scatter of the rate."""
-    monkeypatch.setattr(feeding_plan, "MOST_KICKS", 4)
     alone, kick = replace(dropped, plate_error=0.03), flips[2]
     moves, settled = kick.transition, kick.counts.sum(axis=1)
     shares = feeding_plan.pose_shares(alone)
@@ -123,7 +122,7 @@ def test_the_interval_is_that_of_redrawn_shares(dropped, flips, monkeypatch):
         return feeding_plan.Plate(CELL, PICKED, shares._replace(probability=probability),
                                   by_index(alone, "outline"), 0.03)
 
-    told = plate(shares.probability).plan(kick)
+    told = plate(shares.probability).plan(kick, 4)
     random, drops, rates = np.random.default_rng(8), plate(shares.probability)._drops, []
     number = drops(shares.shares, shares.drops)
     for _ in range(200):
@@ -131,7 +130,7 @@ def test_the_interval_is_that_of_redrawn_shares(dropped, flips, monkeypatch):
         rows = np.array([random.dirichlet(drops(np.bincount(shares.unit, row), count) * row + 1e-9)
                          for row, count in zip(moves, settled, strict=True)])
         again = units[shares.unit] / np.bincount(shares.unit)[shares.unit]
-        rates.append(plate(again).plan(replace(kick, transition=rows)).per_minute.value)
+        rates.append(plate(again).plan(replace(kick, transition=rows), 4).per_minute.value)
     width = np.diff(np.quantile(rates, [0.05, 0.95]))[0]
     # The quantiles of 200 draws are known to some 10 %, and the first order errs by as much.
     assert told.per_minute.high - told.per_minute.low == pytest.approx(width, rel=0.3)
