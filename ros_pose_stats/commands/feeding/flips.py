@@ -32,8 +32,7 @@ def register(commands: given.Commands) -> None:
         "finds the kick that feeds fastest. With flips that a cell has counted it gives the "
         "matrix of each of the feeder's speeds: what was counted, with the model's kick that "
         "explains it best where little was.",
-        examples=("ros_pose_stats flips demo/clamp.stl --unit mm --kick 0.02 --wanted 0 1",
-                  "ros_pose_stats flips demo/clamp.stl --unit mm --counts flips.csv"))
+        examples=("ros_pose_stats flips demo/clamp.stl --unit mm --kick 0.02 --wanted 0 1",))
     given.add_part_options(command)
     kicks = command.add_mutually_exclusive_group(required=True)
     kicks.add_argument("--kick", type=given.read_length, metavar="H",
