@@ -69,7 +69,7 @@ def test_counted_flips_make_the_matrix_of_a_speed(box, tmp_path):
     part, slow = load_part(box[0], unit="mm"), np.zeros((6, 6), np.int64)
     slow[2, [0, 2]] = 35, 10
     kicks = [simulate_flips(part, kick, 50, seed=1)
-             for kick in part_kicks(values[0]["radius"])]
+             for kick in values[0]["radius"] * np.geomspace(0.05, 5.0, 13)]
     expected = learn_flips(kicks, slow, "slow").as_dict()
     assert [each["feeder_speed"] for each in values] == ["slow", "fast"]
     assert all(values[0][name] == expected[name]
@@ -77,11 +77,6 @@ def test_counted_flips_make_the_matrix_of_a_speed(box, tmp_path):
     plan = answer_json("feeding", *asked, "--wanted", 0, "--plate", 0.3, 0.2)
     assert {each["feeder_speed"] for each in plan["options"]} == {"", "slow", "fast"}
     assert "45 flips counted at speed slow" in answer("flips", *asked)
-
-
-def part_kicks(radius):
-    """Thirteen from a twentieth of the radius to five of them."""
-    return radius * np.geomspace(0.05, 5.0, 13)
 
 
 @pytest.mark.parametrize(("row", "words"), [
