@@ -15,7 +15,7 @@ from .harness.camera import counted, counting
 from .harness.cell import latched
 from .harness.client import RUNNING, until, wait_for
 from .harness.goals import Goals
-from .harness.jobs import LONG, finished, known_part, reached, start
+from .harness.jobs import LONG, known_part, reached, start
 from .harness.parts import WEDGE, flat, library_part, new_id, probabilities
 
 KICK = 0.012
@@ -26,10 +26,6 @@ ASKED = {"wanted": WANTED, "rate": RATE, "cycle_time": CYCLE}
 
 def interval(answer, name):
     return getattr(answer, name + "_low"), getattr(answer, name), getattr(answer, name + "_high")
-
-
-def width(answer):
-    return answer.accepted_high - answer.accepted_low
 
 
 def by_index(statistics):
@@ -51,15 +47,6 @@ class TestDropping:
         assert interval(answer, "flips") == (0.0, 0.0, 0.0)
         drops = latched(cell, part_id).drops
         assert answer.message == f"From {drops} drops (hybrid)." and not answer.transition
-
-    def test_drops_make_it_surer_once_they_are_latched(self, cell):
-        part_id = known_part(cell)
-        before = cell.good("feeding", part_id=part_id, **ASKED)
-        drops = finished(cell, start(cell, part_id, 20_000, seed=3)).statistics
-        answer = cell.good("feeding", part_id=part_id, **ASKED)
-        assert answer.message == "From 20000 drops (simulation)."
-        assert answer.accepted == pytest.approx(by_index(drops)[WANTED].sum(), rel=1e-9)
-        assert width(answer) < width(before)
 
     def test_the_estimate_is_the_node_s(self, tuned):
         assert tuned.set(default_method="area") == {}
