@@ -14,6 +14,7 @@ from ros_pose_stats.records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUN
 from ros_pose_stats.resting.poses import RestingPoses, resting_poses
 from study.random_polyhedra import random_polyhedron
 
+from .curved import CURVED
 from .machined import machined
 from .makers import cornered, ellipsoids, fine_ellipsoids, lumps, plates, prisms, weighted
 from .milled import milled
@@ -61,7 +62,7 @@ def family_part(family: str, seed: int, number: int) -> Part:
         draw = np.random.Generator(np.random.Philox(np.random.SeedSequence(
             (seed, number, attempt, *family.encode()))))
         try:
-            part = assembled((MADE | ROCKING)[family](draw))
+            part = assembled((MADE | ROCKING | CURVED)[family](draw))
             found = family_poses(family, part)
         except (MeshError, MassPropertiesError):
             continue
