@@ -47,6 +47,10 @@ MOST_LOPSIDED = 0.12
 RARE = 0.2
 """Share of a pose below which its odds may grow by more, with the root of the ratio."""
 
+ROCKING = 0.56
+"""Error of what rests on curves, over how unlike the poses are in them; fitted
+(docs/measured/rocking.md)."""
+
 SMALL = 1e-3
 """An error far from the ends of what a probability can be off by."""
 
@@ -113,12 +117,23 @@ def expected_error(name: str, resting: RestingPoses, probability: Array, scene: 
     here = math.sqrt(square) * (1.0 + GROWTH * outside)
     each = pose_errors(resting, probability, here)
     by_rolling = rolling_errors(resting, probability)
-    rolled = root_mean_square(by_rolling)
-    if rolled > 0.0:
-        here, each = math.hypot(here, rolled), np.hypot(each, by_rolling)
+    for beside in (rocking_errors(resting, probability), by_rolling):
+        if beside.any():
+            here, each = math.hypot(here, root_mean_square(beside)), np.hypot(each, beside)
     return ExpectedError(here, math.sqrt(_usual_square(name, scene.restitution)),
                          float(np.ptp(known, axis=0).max()), each, single_reach(fit.scatter),
-                         largest_of(each, resting.group, fit), outside, rolled)
+                         largest_of(each, resting.group, fit), outside,
+                         root_mean_square(by_rolling))
+
+
+def rocking_errors(resting: RestingPoses, probability: Array) -> Array:
+    """Error (P,) of parts that rock on curves which are no full turn.
+
+    There a part keeps its energy, and a flat takes it in one blow. No estimator knows how often,
+    so its error grows with the scatter of curves over the poses that the part may come to rest in.
+    """
+    curved = np.square(resting.curved_shares)
+    return np.asarray(ROCKING * np.sqrt(probability) * np.abs(curved - probability @ curved))
 
 
 def rolling_errors(resting: RestingPoses, probability: Array) -> Array:

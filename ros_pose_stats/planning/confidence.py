@@ -16,9 +16,7 @@ from ..estimators.expected import expected_error
 from ..estimators.registry import estimator
 from ..methods import OBSERVED
 from ..records import DropScene, PoseStatistics, StablePose, scene as scenes, statistics
-from ..resting.convex_body import ConvexBody
 from ..resting.poses import RestingPoses
-from ..resting.turns import LEVEL
 from ..simulation.request import LEAST_TARGET
 from ..statistics import errors, fitted_prior
 from ..statistics.prior import PosePrior, PriorFit, prior_fit
@@ -38,16 +36,6 @@ SOON = 1.4
 STRANGE = 0.08
 """How likely a part is of a kind that no fit has seen: a judgement, whose outcome is in
 docs/measured/benchmarks.md."""
-
-ROCKING = 0.8
-"""The same of a part that rocks on a curve: there estimates err by more than twice what they
-expect, and otherwise in each family."""
-
-FACET = 0.01
-"""Solid angle, as a share of the sphere, below which a face is a facet of a curve or a bevel."""
-
-CURVED = 0.03
-"""Share of the sphere that facets take, but for cylinders, where a part rocks on a curve."""
 
 LEAST_POINTS = 0.01
 """What is told of an error that symmetry makes vanish."""
@@ -86,22 +74,8 @@ def prior_of(found: _Estimated, resting: RestingPoses, scene: DropScene) -> Pose
 
 def _prior(resting: RestingPoses, scene: DropScene, estimate: ArrayLike,
            expected: float) -> PosePrior:
-    strange = ROCKING if rocks(resting.body) else STRANGE
     return PosePrior(estimate, resting.group, expected, scene.restitution,
-                     prior_fit(scene.restitution)._replace(strange=strange))
-
-
-def rocks(body: ConvexBody) -> bool:
-    """Whether much of the surface is a curve that the part cannot roll on all the way round.
-
-    There a part keeps its energy while it rocks, and a flat takes it in one blow.
-    """
-    share = body.arrays.angle / (4.0 * math.pi)
-    facet = share < FACET
-    for run in body.runs:
-        if run.full:
-            facet &= np.abs((body.arrays.normal * run.axis).sum(axis=1)) > LEVEL
-    return float(share[facet].sum()) > CURVED
+                     prior_fit(scene.restitution)._replace(strange=STRANGE))
 
 
 def estimated(method: str, resting: RestingPoses, scene: DropScene) -> NDArray[np.float64]:

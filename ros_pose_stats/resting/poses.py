@@ -20,7 +20,7 @@ from ..records import Array, DropScene, Index, Part, StablePose, scene as scenes
 from . import convex_body, symmetry
 from .clusters import Clusters, clusters, spread, tilt_margins
 from .equilibria import Equilibria, equilibria
-from .turns import axis_offsets, rolling_axes, yaw_symmetries
+from .turns import axis_offsets, curved_faces, rolling_axes, yaw_symmetries
 
 CORNER_REACHES = np.array([0.05, 0.3125])
 """Distances, in radii, within which corners count as one: for edges and bevels, and for shapes."""
@@ -92,9 +92,20 @@ class RestingPoses:
     @cached_property
     def axis_offsets(self) -> Array:
         """How far (P,) the centre of mass lies beside the axis of what a pose rolls on, radii."""
+        return axis_offsets(self.body, self._pose_of_face, len(self.poses))
+
+    @cached_property
+    def curved_shares(self) -> Array:
+        """Share (P,) of curves to rock on in the solid angle that leads to each pose."""
+        angle, poses = self.body.arrays.angle, len(self.poses)
+        curved = np.bincount(self._pose_of_face, curved_faces(self.body) * angle, poses)
+        return np.asarray(curved / np.bincount(self._pose_of_face, angle, poses))
+
+    @property
+    def _pose_of_face(self) -> Index:
+        """Pose (F,) to which each face descends."""
         found = self.equilibria
-        return axis_offsets(self.body, self.clusters.pose[found.rank][found.arrays.basin],
-                            len(self.poses))
+        return self.clusters.pose[found.rank][found.arrays.basin]
 
     def is_numbered_like(self, other: "RestingPoses") -> bool:
         """Whether poses of the same part, its round surfaces divided otherwise, have one number.

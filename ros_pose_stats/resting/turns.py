@@ -31,6 +31,12 @@ LEVEL = 1e-4
 NEAR = 0.05
 """Share of its radius within which a facet is one of a round surface."""
 
+LARGEST_FACET = 0.03 * 4.0 * np.pi
+"""Solid angle from which on a face is no facet of a curve."""
+
+LARGEST_BEND = 0.4
+"""Angle to a neighbour, in radians, from which on a face does not curve that way."""
+
 
 def axis_offsets(body: convex_body.ConvexBody, pose_of_face: Index, poses: int) -> Array:
     """How far the centre of mass lies beside the axis of the surface that a pose rests on.
@@ -49,6 +55,26 @@ def axis_offsets(body: convex_body.ConvexBody, pose_of_face: Index, poses: int) 
         beside = lengths(center - _along(center, run.axis)[:, None] * run.axis)
         np.maximum.at(found, pose_of_face[mine], beside)
     return found
+
+
+def curved_faces(body: convex_body.ConvexBody) -> Array:
+    """How far (F,) each face is a facet of a curve to rock on, from 0 to 1.
+
+    Small faces are; not those at rims of a full turn, unless they curve along the axis, too.
+    """
+    arrays = body.arrays
+    step = arrays.normal[arrays.face] - arrays.normal[arrays.face[arrays.twin]]
+    turn = np.maximum.reduceat((step * step).sum(axis=1), arrays.face_start[:-1])
+    rolls = np.zeros(body.faces, dtype=np.bool_)
+    for run in body.runs:
+        if run.full:
+            along = _along(arrays.normal, run.axis)
+            reach = np.sqrt(np.maximum(1.0 - along * along, 0.0)) * run.radius
+            rolls |= np.abs(arrays.distance - _along(arrays.normal, run.center)
+                            - reach) < NEAR * run.radius
+    small = np.maximum(1.0 - np.square(arrays.angle / LARGEST_FACET), 0.0)
+    bent = np.where(rolls, np.maximum(1.0 - turn / LARGEST_BEND**2, 0.0), 1.0)
+    return np.asarray(np.square(small * bent))
 
 
 def rolling_axes(body: convex_body.ConvexBody, downs: Array, heights: Array, tolerance: float

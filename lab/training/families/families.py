@@ -50,7 +50,7 @@ def family_part(family: str, seed: int, number: int) -> Part:
     Parameters
     ----------
     family : str
-        Out of `FAMILIES`, or of `ROCKING`, which no fit sees.
+        Out of `FAMILIES`, or of `ROCKING` and `CURVED`, which no fit of `split` sees.
     seed : int
         Of the series, 0 to 2^63.
     number : int

@@ -1,8 +1,7 @@
 """Parts that rock: curves that are no full turn, beside flats. No estimator was fitted to them.
 
 A part that rocks on a curve keeps its energy, and a flat takes it in one blow; how often it stays
-there is what estimators know least about. How likely such a part is of a strange kind
-(`planning/confidence.py`) was set looking at other bodies of the same families.
+there is what estimators know least about.
 """
 
 import math

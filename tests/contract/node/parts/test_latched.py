@@ -54,10 +54,11 @@ def test_a_larger_error_never_replaces_a_smaller_one(cell):
 
 
 def test_an_estimate_gives_way_to_its_check_whatever_its_error(cell):
-    """A half cylinder rocks; drops beside its estimate tell a larger error."""
-    angle, part_id = np.linspace(0.0, np.pi, 25), known_part(cell)
-    half = 0.02 * np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1)
-    hull = trimesh.convex.convex_hull(np.concatenate([half, half + np.array((0.0, 0.0, 0.03))]))
+    """Drops beside the estimate of a leaning stump tell a larger error."""
+    angle, part_id = np.arange(3) * 2.0 * np.pi / 3.0, known_part(cell)
+    foot = 0.02 * np.stack([np.cos(angle), 0.8 * np.sin(angle), 0.0 * angle], axis=1)
+    top = foot * (0.8, 0.9, 1.0) + np.array((0.004, 0.0, 0.06))
+    hull = trimesh.convex.convex_hull(np.concatenate([foot, top]))
     surface = hull.vertices, hull.faces
     expected = estimate(library_part(surface, part_id))
     with cell.late_joiner() as joiner:
