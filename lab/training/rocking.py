@@ -107,16 +107,18 @@ def page(cases: Sequence[Case], bodies: int) -> str:
 
 HEAD = """# Parts that rock on a curve
 
-Written by `python -m lab.training.rocking --write`; edits here are lost. {bodies} bodies a family,
-{drops} drops at restitution 0.2, 0.5 and 0.8, from 20 or 2 radii. *True* is the root mean square
-error of `split` over all poses, the noise of the drops taken off; *told* its expected error,
-without and with what rocking adds: for pose i {shipped:g} sqrt(p) |c² - mean c²|, where c is the
-share of curves in the solid angle that leads to the pose. The likeliest factor here is {fitted:.2f};
-*held out*: with the factor fitted to all other families. No weight of `split` is fitted to any of
-these families. Tried for `split` itself, each judged on families held out, and left out because the
-error was as large or larger: a network of its inputs and the curved share added to the weights
-where a part rocks; what is lost on the way through the wells on both sides of a saddle, as a factor
-of the weights; odds of curves changed by restitution, height, barrier and area.
+Written by `python -m lab.training.rocking --write`; edits here are lost. {bodies} bodies a
+family, {drops} drops at restitution 0.2, 0.5 and 0.8, from 20 or 2 radii. *True* is the root mean
+square error of `split` over all poses, the noise of the drops taken off; *told* its expected
+error, without and with what rocking adds: for each pose {shipped:g} sqrt(p) |c² - mean c²|, where
+c is the share of curves in the solid angle that leads to it. The likeliest factor here is
+{fitted:.2f}; *held out*: with the factor fitted to all other families. No weight of `split` is
+fitted to any of these.
+
+What did not pay in `split` itself, judged on families held out: a network of its inputs and the
+curved share added to the weights where a part rocks; what is lost on the way through the wells on
+both sides of a saddle, as a factor of the weights; odds of curves changed by restitution, height,
+barrier and area.
 
 """
 

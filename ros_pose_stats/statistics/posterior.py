@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from scipy.special import betainc, gammainc
 
 from ..records.statistics import Shares
@@ -68,18 +68,6 @@ def square_error(weight: Array, mean: Array, variance: Array, away: Array,
     shared = np.square((own * odds).sum(axis=1)) - np.square(own * odds).sum(axis=1)
     scatter = 2.0 * (np.square(own).sum(axis=1) + np.maximum(shared, 0.0))
     return SquareError(weight, squares, scatter)
-
-
-def error_quantile(probability: ArrayLike, drops: float, level: float) -> float:
-    """Bound that the root mean square error of counted probabilities keeps.
-
-    `probability` (P,): as counted, or a little drawn in from 0 and 1; `level`: probability that
-    the bound is kept, 0 < level < 1.
-    """
-    p = np.asarray(probability, dtype=np.float64)[None, :]
-    one = np.ones(p.shape[1], dtype=np.int64)
-    found = square_error(np.ones(1), p, p * (1.0 - p) / drops, np.zeros_like(p), one)
-    return math.sqrt(found.quantile(level))
 
 
 WIDEST = 1.0 - 1e-9
@@ -150,20 +138,11 @@ class Posterior:
         """
         return math.sqrt(self._error.quantile(level))
 
-    def largest_error(self, level: float = DEFAULT_LEVEL, drops: float = math.inf) -> float:
-        """Bound that the errors of all poses keep together with this probability, a fraction.
-
-        `level`: 0 < level < 1; `drops`: the bound is for how far the shares of so many other drops
-        lie away, with their noise; infinite for the probabilities themselves.
-        """
+    def largest_error(self) -> float:
+        """Bound that the errors of all poses keep together with 90 % confidence, a fraction."""
         weight, variance, away = self._strengths
-        if math.isinf(drops):
-            return largest_error(np.sqrt(variance), level, weight=weight, away=away,
-                                 size=self._size)
-        share = 1.0 / self._size
-        noise = self.probability * (1.0 - self.probability) / drops  # each pose has its own
-        return largest_error(np.sqrt((variance * share * share)[:, self._unit] + noise), level,
-                             weight=weight, away=(away * share)[:, self._unit])
+        return largest_error(np.sqrt(variance), DEFAULT_LEVEL, weight=weight, away=away,
+                             size=self._size)
 
     def interval(self, level: float = DEFAULT_LEVEL, drops: float = math.inf
                  ) -> tuple[Array, Array]:

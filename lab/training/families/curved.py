@@ -1,4 +1,4 @@
-"""More parts that rock: arcs that end in corners, cut cones, capsules and barrels, pillows, slices."""
+"""More parts that rock: arcs that end in corners, cut cones, capsules, pillows and slices."""
 
 import math
 
@@ -48,8 +48,9 @@ def loaves(draw: Generator) -> list[Solid]:
 
 def cams(draw: Generator) -> list[Solid]:
     """Hulls of two circles of different size, some with a flat."""
-    outline = np.vstack((_arc(draw, 0.0, 2.0 * math.pi)[:-1], np.array((draw.uniform(0.3, 1.8), 0.0))
-                         + draw.uniform(0.2, 0.95) * _arc(draw, 0.0, 2.0 * math.pi)[:-1]))
+    first, away = _arc(draw, 0.0, 2.0 * math.pi)[:-1], (draw.uniform(0.3, 1.8), 0.0)
+    outline = np.vstack((first, draw.uniform(0.2, 0.95) * _arc(draw, 0.0, 2.0 * math.pi)[:-1]
+                         + away))
     if draw.random() < 0.4:
         outline[:, 1] = np.maximum(outline[:, 1], draw.uniform(0.5, 0.95) * outline[:, 1].min())
     return _drawn(outline, draw)
@@ -129,7 +130,7 @@ def half_rings(draw: Generator) -> list[Solid]:
     size = draw.uniform(0.2, 0.6) * (1.0 + outline[:, 1].min() * -1.0) * 0.5
     middle = 0.5 * (1.0 + outline[:, 1].min())
     hole = np.column_stack((unit_circle(48) * size + (0.0, middle), np.zeros(48)))
-    return [whole, Solid(np.vstack((hole, hole + (0.0, 0.0, long))), -1.0)]
+    return [whole, Solid(np.vstack((hole, hole + np.array((0.0, 0.0, long)))), -1.0)]
 
 
 def _cut_outline(outline: Array, normals: Array, far: Array) -> Array:
