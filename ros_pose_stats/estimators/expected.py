@@ -48,8 +48,7 @@ RARE = 0.2
 """Share of a pose below which its odds may grow by more, with the root of the ratio."""
 
 ROCKING = 0.56
-"""Error of what rests on curves, over how unlike the poses are in them; fitted
-(docs/measured/rocking.md)."""
+"""Error over the scatter of curves among poses; fitted (docs/measured/rocking.md)."""
 
 SMALL = 1e-3
 """An error far from the ends of what a probability can be off by."""

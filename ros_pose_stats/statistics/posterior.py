@@ -15,8 +15,7 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 HALVINGS = 16
-"""Of the logarithm of the bound, from a factor of `FARTHEST` each way: to a hundredth of a per
-cent."""
+"""Of the logarithm of the bound, from a factor of `FARTHEST` each way."""
 FARTHEST = 8.0
 
 
@@ -132,10 +131,7 @@ class Posterior:
                       self.expected_error, self.largest_error())
 
     def error_quantile(self, level: float = DEFAULT_LEVEL) -> float:
-        """Bound that the root mean square error over the poses keeps with this probability.
-
-        `level`: 0 < level < 1.
-        """
+        """Bound that the root mean square error over the poses keeps with this probability."""
         return math.sqrt(self._error.quantile(level))
 
     def largest_error(self) -> float:
@@ -149,11 +145,8 @@ class Posterior:
         """Bounds (P,), each pair the shortest that holds this share of a pose's distribution.
 
         A pose that is hardly ever met has a lower bound of 0; of a distribution as skewed as
-        that the mean may lie above both bounds. Each kind of estimate that may
-        hold for a pose, sure or not, gets the Beta distribution of its mean and variance.
-
-        `level`: 0 < level < 1; `drops`: the interval is for the share of a pose in so many other
-        drops, with their noise; infinite for the probability itself.
+        that the mean may lie above both bounds. With `drops` they are for the share of a pose in
+        so many other drops, with their noise.
         """
         share, mean, variance = self._kinds
         if math.isinf(drops):
