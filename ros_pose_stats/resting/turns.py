@@ -35,7 +35,7 @@ LARGEST_FACET = 0.03 * 4.0 * np.pi
 """Solid angle from which on a face is no facet of a curve."""
 
 LARGEST_BEND = 0.4
-"""Angle to a neighbour, in radians, from which on a face does not curve that way."""
+"""Angle to a neighbour, in radians, from which on both are no facets of one curve."""
 
 
 def axis_offsets(body: convex_body.ConvexBody, pose_of_face: Index, poses: int) -> Array:
@@ -60,11 +60,11 @@ def axis_offsets(body: convex_body.ConvexBody, pose_of_face: Index, poses: int) 
 def curved_faces(body: convex_body.ConvexBody) -> Array:
     """How far (F,) each face is a facet of a curve to rock on, from 0 to 1.
 
-    Small faces are; not those at rims of a full turn, unless they curve along the axis, too.
+    Small faces beside others that hardly turn are; at rims of a full turn only if all of those do.
     """
     arrays = body.arrays
     step = arrays.normal[arrays.face] - arrays.normal[arrays.face[arrays.twin]]
-    turn = np.maximum.reduceat((step * step).sum(axis=1), arrays.face_start[:-1])
+    turn, first = (step * step).sum(axis=1), arrays.face_start[:-1]
     rolls = np.zeros(body.faces, dtype=np.bool_)
     for run in body.runs:
         if run.full:
@@ -72,9 +72,9 @@ def curved_faces(body: convex_body.ConvexBody) -> Array:
             reach = np.sqrt(np.maximum(1.0 - along * along, 0.0)) * run.radius
             rolls |= np.abs(arrays.distance - _along(arrays.normal, run.center)
                             - reach) < NEAR * run.radius
+    bend = np.where(rolls, np.maximum.reduceat(turn, first), np.minimum.reduceat(turn, first))
     small = np.maximum(1.0 - np.square(arrays.angle / LARGEST_FACET), 0.0)
-    bent = np.where(rolls, np.maximum(1.0 - turn / LARGEST_BEND**2, 0.0), 1.0)
-    return np.asarray(np.square(small * bent))
+    return np.asarray(np.square(small * np.maximum(1.0 - bend / LARGEST_BEND**2, 0.0)))
 
 
 def rolling_axes(body: convex_body.ConvexBody, downs: Array, heights: Array, tolerance: float
