@@ -27,8 +27,6 @@ MOST_VALUES = 50_000
 """In a file of plates, each as often as aliases repeat it."""
 
 LONGEST_NAME = 100
-SIDES_FIELDS = "round_sides", "round_sides_low", "round_sides_high"
-"""Files of earlier versions do not have them."""
 
 
 class LeftOut(NamedTuple):
@@ -110,7 +108,7 @@ def profile_of(name: str, fit: fits.PlateFit) -> PlateProfile:
         tuple(dict.fromkeys(part.part_id for part in fit.parts)), fit.counted,
         datetime.now(timezone.utc).isoformat(timespec="seconds"), VERSION,
         *fit.round_sides, fit.default_weight,
-        {part.part_digest: LeftOut(part.numbering, tuple(part.left_out.tolist()))
+        {part.part_digest: LeftOut(part.numbering, tuple(part.left_out.round(9).tolist()))
          for part in fit.parts})
 
 
@@ -127,7 +125,7 @@ def write_profile(file: Path, profile: PlateProfile) -> None:
 
     The file appears whole or stays as it was.
 
-    Raises RequestError if the file is there and is none of plates.
+    Raises RequestError if the file is there and is none of plates, or would become too large.
     """
     plates: dict[Any, Any] = {}
     if file.exists():
@@ -135,6 +133,10 @@ def write_profile(file: Path, profile: PlateProfile) -> None:
     plates[profile.name] = profile.as_dict()
     text = yaml.safe_dump({HEAD: plates}, sort_keys=False, allow_unicode=True,
                           default_flow_style=None)
+    if len(text.encode()) > MOST_BYTES:
+        raise errors.RequestError(f"a file of plates of at most {MOST_BYTES} bytes",
+                                  f"{len(text.encode())} with {profile.name} in {file}",
+                                  "write the plate into another one")
     # A link to the file stays a link.
     files.make_directories(file.resolve().parent)
     files.replace_file(file.resolve(), text.encode())
@@ -201,22 +203,23 @@ def _profile(file: Path, name: str, values: Any) -> PlateProfile:
                                   f"{values!r} for {name} in {file}", "fit the plate again")
     fields = {key: values.get(key) for key in PlateProfile.__dataclass_fields__ if key != "name"}
     try:
-        numbers = {key: float(values[key]) for key in (
+        numbers: dict[str, Any] = {key: float(values[key]) for key in (
             "restitution", "restitution_low", "restitution_high", "drop_height",
             "drop_height_low", "drop_height_high", "plate_error")}
         p_value, weight = (math.nan if (told := fields[key]) is None else float(told)
                            for key in ("p_value", "default_weight"))
-        sides = [default if (told := fields[key]) is None else int(told)
-                 for key, default in zip(SIDES_FIELDS, fits.UNTOLD_SIDES, strict=True)]
+        sides: dict[str, Any] = {
+            key: default if (told := fields[key]) is None else int(told) for key, default in zip(
+                ("round_sides", "round_sides_low", "round_sides_high"), fits.UNTOLD_SIDES,
+                strict=True)}
         left_out = {str(digest): _left_out(**one)
                     for digest, one in (fields["left_out"] or {}).items()}
         parts = fields["parts"] if isinstance(fields["parts"], list) else []
         return PlateProfile(
             name=name, **numbers, p_value=p_value, parts=tuple(map(str, parts)),
             counted=int(fields["counted"] or 0), date=str(fields["date"] or ""),
-            version=str(fields["version"] or ""),
-            round_sides=sides[0], round_sides_low=sides[1], round_sides_high=sides[2],
-            default_weight=weight, left_out=left_out)
+            version=str(fields["version"] or ""), **sides, default_weight=weight,
+            left_out=left_out)
     except KeyError as error:
         raise errors.RequestError(f"{error.args[0]} of each plate", f"none for {name} in {file}",
                                   "fit the plate again") from error

@@ -11,7 +11,7 @@ from hypothesis import given, strategies as st
 from scipy.stats import beta, binom, dirichlet, norm
 
 from ros_pose_stats import estimate as estimated, part_from_mesh, shapes
-from ros_pose_stats.planning.confidence import learnt_plate_error, plate_evidence
+from ros_pose_stats.planning.confidence import learnt_plate_error, observe_counts, plate_evidence
 from ros_pose_stats.statistics.errors import largest_error
 from ros_pose_stats.statistics.posterior import shortest_interval
 from ros_pose_stats.statistics.prior import ConnorMosimann, PosePrior, prior_fit
@@ -167,3 +167,6 @@ def test_what_a_plate_errs_by_is_learnt_from_other_parts():
     like, unlike = plate_evidence(model, told), plate_evidence(model, told[::-1])
     assert learnt_plate_error([]) == pytest.approx(0.05)
     assert learnt_plate_error([like] * 5) < 0.02 < 0.1 < learnt_plate_error([unlike] * 5)
+    other = [count / sum(told) for count in told[::-1]]  # what a plate says without these counts
+    found = observe_counts(model, [1, 0, 0, 0, 0, 0], other)
+    assert [found.poses[0].index, found.poses[0].probability] == pytest.approx([4, 0.38], abs=0.01)
