@@ -27,10 +27,11 @@ from ..resting.poses import resting_poses
 from ..resting.trust import pose_remarks
 from ..simulation.request import SEEDS, drop_request
 from ..simulation.simulate import touching_warnings
-from ..statistics import errors, feeding, paired_counts, pose_groups, prefix
+from ..statistics import feeding, paired_counts, pose_groups, prefix
 from . import comparison, describe
 from .correspondence import Correspondence, MatchedPoses, find_correspondence
 from .paired_drops import UNSETTLED, PairedDrops
+from .shares import counted_share
 
 FIRST_LOOK = 1250
 """Drops of each variant before the first look; each look has twice as many as the one before."""
@@ -226,17 +227,15 @@ def _differences(pairs: PairedDrops, tests: Sequence[_Test], plate_error: float
         difference = paired_counts.paired_difference(first, second)
         is_round = any(pairs.resting[place].body.runs for place in (0, test.second))
         found.append(comparison.ShareDifference(
-            _share(first, bool(test.poses.first)), _share(second, bool(test.poses.second)),
-            difference, EXPORTED if is_round else 0.0,
+            _share(first, test.poses.first), _share(second, test.poses.second), difference,
+            EXPORTED if is_round else 0.0,
             plate_part(0.0 if math.isnan(difference.value) else difference.value, plate_error)))
     return found
 
 
-def _share(inside: Mask, exists: bool) -> feeding.Bounded:
-    if not exists or not inside.size:
-        return feeding.Bounded(0.0, 0.0, 1.0 if exists else 0.0)
-    low, high = errors.jeffreys_interval(int(inside.sum()), inside.size)
-    return feeding.Bounded(float(inside.mean()), float(low), float(high))
+def _share(inside: Mask, poses: tuple[int, ...]) -> feeding.Bounded:
+    """A variant that has no such pose never comes to rest in it."""
+    return counted_share(inside) if poses else feeding.Bounded(0.0, 0.0, 0.0)
 
 
 def plate_part(difference: float, plate_error: float) -> float:

@@ -4,7 +4,6 @@ How the chances come about is in `compare`.
 """
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -133,18 +132,14 @@ class VariantComparison:
             "matched_by": "orientation and footprint" if match.by_orientation
             else "footprint and height", "turned_degrees": round(math.degrees(match.angle), 3),
             "same_body": match.same_body, "in_model": self.in_model, "on_plate": self.on_plate,
-            "poses": [_side_by_side(pose.poses) | pose.share.as_dict() for pose in self.poses]}
+            "poses": [{**pose.poses.as_dict(), **pose.share.as_dict()} for pose in self.poses]}
         if self.feeder is not None:
             entry["feeder"] = {
-                **_side_by_side(self.feeder.poses), "without_partner": list(self.feeder.lost),
+                **self.feeder.poses.as_dict(), "without_partner": list(self.feeder.lost),
                 **self.feeder.share.as_dict(), **{
                     f"passes{end}": [plain_number(one[place]) for one in self.feeder.passes]
                     for place, end in enumerate(("", "_low", "_high"))}}
         return entry
-
-
-def _side_by_side(poses: Sequence[tuple[int, ...]]) -> dict[str, Any]:
-    return {"first": list(poses[0]), "second": list(poses[1])}
 
 
 @dataclass(frozen=True, eq=False)

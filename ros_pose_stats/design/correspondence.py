@@ -53,6 +53,10 @@ class MatchedPoses(NamedTuple):
         """Whether the pose is there in both variants."""
         return bool(self.first and self.second)
 
+    def as_dict(self) -> dict[str, list[int]]:
+        """Plain values for JSON."""
+        return {"first": list(self.first), "second": list(self.second)}
+
 
 @dataclass(frozen=True, eq=False)
 class Correspondence:

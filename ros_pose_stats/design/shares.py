@@ -8,8 +8,16 @@ import numpy as np
 from ..estimators import expected, registry
 from ..records import DropScene, Index, Mask
 from ..resting.poses import RestingPoses, bare_poses
-from ..statistics.feeding import check_wanted
+from ..statistics.errors import jeffreys_interval
+from ..statistics.feeding import Bounded, check_wanted
 from . import changes, paired_drops
+
+
+def counted_share(happened: Mask) -> Bounded:
+    """How often something happened, with its 90 % interval."""
+    count, total = int(happened.sum()), happened.size
+    low, high = jeffreys_interval(count, total)
+    return Bounded(count / total if total else 0.0, float(low), float(high))
 
 
 class WantedShare:

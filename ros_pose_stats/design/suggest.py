@@ -12,10 +12,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import MeshError, RequestError
-from ..records import Array, DropScene, Mask, Part, scene as scenes
+from ..records import Array, DropScene, Part, scene as scenes
 from ..resting.convex_body import convex_body
 from ..simulation.request import drop_request
-from ..statistics import errors, feeding, paired_counts
+from ..statistics import feeding, paired_counts
 from . import alike, changes, describe, sensitivity, shares
 
 GAIN_DROPS = 2000
@@ -49,8 +49,6 @@ class Suggestion:
     """A change of a part that raises the share of its wanted poses."""
 
     space: changes.DesignSpace
-    wanted: tuple[int, ...]
-    scene: DropScene  # with the drop height in metres
     within: float  # bound of what is moved, metres
     steps: tuple[Step, ...]  # the one that gains most first; none where nothing was found
     changed: changes.ChangedPart  # the part after all steps
@@ -139,11 +137,11 @@ def suggest(part: Part, wanted: Sequence[int], within: float, *, drops: int = GA
                        paired_counts.paired_difference(dropped[k], dropped[k + 1]))
                   for k, move in enumerate(moves))
     return Suggestion(
-        space, model.wanted, model.scene, within, steps, parts[-1],
-        outline_move(space, parts[-1]), center_move(space, parts[-1]), estimates[0],
-        estimates[-1], model.lost(parts[-1]),
-        paired_counts.paired_difference(dropped[0], dropped[-1]), _share(dropped[0]),
-        _share(dropped[-1]), dropped.shape[1], asked.seed, time.perf_counter() - begin)
+        space, within, steps, parts[-1], outline_move(space, parts[-1]),
+        center_move(space, parts[-1]), estimates[0], estimates[-1], model.lost(parts[-1]),
+        paired_counts.paired_difference(dropped[0], dropped[-1]),
+        shares.counted_share(dropped[0]), shares.counted_share(dropped[-1]), dropped.shape[1],
+        asked.seed, time.perf_counter() - begin)
 
 
 def check_within(within: float, radius: float) -> None:
@@ -205,9 +203,3 @@ def outline_move(space: changes.DesignSpace, changed: changes.ChangedPart) -> fl
 def center_move(space: changes.DesignSpace, changed: changes.ChangedPart) -> float:
     """How far the centre of mass has moved, metres, be it by itself or with the outline."""
     return float(np.linalg.norm(changed.part.center_of_mass - space.part.center_of_mass))
-
-
-def _share(wanted: Mask) -> feeding.Bounded:
-    count, total = int(wanted.sum()), wanted.size
-    low, high = errors.jeffreys_interval(count, total)
-    return feeding.Bounded(count / total if total else float("nan"), float(low), float(high))
