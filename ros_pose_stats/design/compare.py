@@ -28,9 +28,8 @@ from ..resting.trust import pose_remarks
 from ..simulation.request import SEEDS, drop_request
 from ..simulation.simulate import touching_warnings
 from ..statistics import feeding, paired_counts, pose_groups, prefix
-from . import comparison, describe
+from . import comparison, describe, paired_drops
 from .correspondence import Correspondence, MatchedPoses, find_correspondence
-from .paired_drops import UNSETTLED, PairedDrops
 from .shares import counted_share
 
 FIRST_LOOK = 1250
@@ -134,7 +133,7 @@ def compare(parts: Sequence[Part], wanted: Sequence[int] = (), drops: int = MOST
     sizes = looks(asked.drops)
     most = 2 * sizes[-1] * len(parts)
 
-    judged = PairedDrops(parts, scene, (asked.seed + SEEDS // 2) % SEEDS, turns)
+    judged = paired_drops.PairedDrops(parts, scene, (asked.seed + SEEDS // 2) % SEEDS, turns)
     for size in sizes:
         judged.drop_until(size, asked.workers, lambda done: on_progress(done, most), should_stop)
         shares = _differences(judged, tests, plate_error)
@@ -142,7 +141,7 @@ def compare(parts: Sequence[Part], wanted: Sequence[int] = (), drops: int = MOST
         if judged.drops < size or _is_settled(tests, chances, bool(accepted)) or all(
                 one.difference.high - one.difference.low <= 2.0 * ONE_POINT for one in shares):
             break
-    afresh = PairedDrops(parts, scene, asked.seed, turns)
+    afresh = paired_drops.PairedDrops(parts, scene, asked.seed, turns)
     afresh.drop_until(judged.drops, asked.workers, lambda done: on_progress(
         judged.outcome.size + done, most), should_stop)
     pairs = afresh if afresh.drops else judged
@@ -217,7 +216,7 @@ def _tests(second: int, match: Correspondence, accepted: tuple[int, ...]) -> lis
             for place, poses in enumerate(listed)]
 
 
-def _differences(pairs: PairedDrops, tests: Sequence[_Test], plate_error: float
+def _differences(pairs: paired_drops.PairedDrops, tests: Sequence[_Test], plate_error: float
                  ) -> list[comparison.ShareDifference]:
     """What is tested, by some drops."""
     found = []
@@ -279,11 +278,12 @@ def _is_settled(tests: Sequence[_Test], chances: Sequence[tuple[float, float]], 
     return differs == {test.second for test in tests}
 
 
-def _statistics(part: Part, pairs: PairedDrops, variant: int) -> PoseStatistics:
+def _statistics(part: Part, pairs: paired_drops.PairedDrops, variant: int) -> PoseStatistics:
     """Statistics of one variant, from the starts that all variants settled from."""
     resting, drops = pairs.resting[variant], pairs.drops
     counted = prefix.Prefix(len(resting.poses), max(drops, 1), 0.0)
-    counted.add(np.where(pairs.settled, pairs.outcome[variant], UNSETTLED))
+    counted.add(np.where(pairs.settled, pairs.outcome[variant],
+                         paired_drops.UNSETTLED))
     unsettled = drops - counted.settled
     remarks = pose_remarks(resting)
     warnings = touching_warnings(pairs.scene, int(pairs.touched[variant].sum()), drops)

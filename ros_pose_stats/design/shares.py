@@ -8,16 +8,15 @@ import numpy as np
 from ..estimators import expected, registry
 from ..records import DropScene, Index, Mask
 from ..resting.poses import RestingPoses, bare_poses
-from ..statistics.errors import jeffreys_interval
-from ..statistics.feeding import Bounded, check_wanted
+from ..statistics import errors, feeding
 from . import changes, paired_drops
 
 
-def counted_share(happened: Mask) -> Bounded:
+def counted_share(happened: Mask) -> feeding.Bounded:
     """How often something happened, with its 90 % interval."""
     count, total = int(happened.sum()), happened.size
-    low, high = jeffreys_interval(count, total)
-    return Bounded(count / total if total else 0.0, float(low), float(high))
+    low, high = errors.jeffreys_interval(count, total)
+    return feeding.Bounded(count / total if total else 0.0, float(low), float(high))
 
 
 class WantedShare:
@@ -32,7 +31,7 @@ class WantedShare:
         resting, body = space.resting, space.body
         self.scene = replace(scene, drop_height=scene.release_height(body.radius))
         self._function = registry.ESTIMATORS[expected.best_method(scene.restitution)].function
-        self.kept: Mask = check_wanted(wanted, len(resting.poses))
+        self.kept: Mask = feeding.check_wanted(wanted, len(resting.poses))
         found = resting.equilibria
         # of each face (F,): the pose that it descends to, and whether that pose rests on it;
         # facets that the part rolls on are one with the stable ones among them

@@ -9,14 +9,12 @@ from ..design.sensitivity import Sensitivity, sensitivity
 from ..errors import RequestError
 from ..estimators import best_method, estimate_all
 from ..kernels.compilation import prepare_kernels
-from ..planning import confidence
-from ..planning.hybrid import hybrid_statistics
+from ..planning import confidence, hybrid
 from ..records import DropScene, FlipStatistics, Part, PoseStatistics, scene as scenes
 from ..resting.pose_sphere import PoseSphere, pose_sphere
 from ..resting.poses import resting_poses
 from ..resting.splitting_graph import SplittingNode, splitting_graph, with_shares
-from ..simulation import flips, simulate
-from ..simulation.request import drop_request
+from ..simulation import flips, request, simulate
 from ..statistics import feeding, pose_groups, pose_shares
 from ..text import code_of
 
@@ -146,10 +144,10 @@ def investigate(part: Part, *, drops: int | None = None, seed: int | None = None
                 for counted in flips.flips_by_kick(
                     part, replace(scene, drop_height=None),
                     [asked.kick_height, *flips.usual_kicks(simulated.radius)],
-                    drop_request(FLIPS, simulated.seed, 0.0, workers),
+                    request.drop_request(FLIPS, simulated.seed, 0.0, workers),
                     on_kick=lambda place, count: on_progress(place / count, "flips")))
     estimates = estimate_all(part, **keywords)
-    combined = hybrid_statistics(simulated, confidence.pose_prior(resting, scene))
+    combined = hybrid.hybrid_statistics(simulated, confidence.pose_prior(resting, scene))
     graph = with_shares(splitting_graph(resting), simulated.poses)
     if asked.changes:
         changes = sensitivity(part, asked.wanted, seed=simulated.seed, workers=workers,
