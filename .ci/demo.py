@@ -105,7 +105,7 @@ def main() -> None:
             result = simulate(listener, "clamp", node)
             print("\n== the simulation beside the estimate ==")
             print(side_by_side(estimate, result.statistics))
-            print("\n== a planner, and a camera over another plate: the node learns it ==",
+            print("\n== a planner, and a camera over another plate: counts calibrate the node ==",
                   flush=True)
             learned = learn_plate(listener, node)
         finally:

@@ -34,7 +34,7 @@ def learn_plate(listener: Listener, node: subprocess.Popen[bytes]) -> Path:
     results = [statistics_of_message(one) for one in listener.results(PART.stem)]
     truth = simulate(load_part(PART, unit="mm"), TRUE_DROPS, seed=1, **PLATE)
     true = {pose.index: pose.probability for pose in truth.poses}
-    print(f"\n{'pose':>4} {'predicted %':>12} {'learned %':>10} {'90 %':>15} {'true %':>7}")
+    print(f"\n{'pose':>4} {'predicted %':>12} {'calibrated':>10} {'90 %':>15} {'true %':>7}")
     predicted = {pose.index: pose.probability for pose in results[0].poses}
     for pose in results[-1].poses:
         interval = f"{100 * pose.probability_low:.1f} - {100 * pose.probability_high:.1f}"

@@ -47,10 +47,7 @@ class NotAFileError(OSError):
 
 
 def open_file(file: str | os.PathLike[str]) -> BinaryIO:
-    """Open a regular file, or a link to one, for reading: a pipe or a device may never end.
-
-    Raises NotAFileError if it is something else. Raises OSError if it cannot be opened.
-    """
+    """Open a regular file, or a link to one, for reading: a pipe or a device may never end."""
     _refuse_others(os.stat(file).st_mode, file)  # noqa: PTH116 - opening may already do something
     # Another file may have taken its name since, and a pipe waits for whoever writes to it.
     number = os.open(file, os.O_RDONLY | os.O_NONBLOCK | os.O_NOCTTY)
@@ -71,10 +68,7 @@ def _refuse_others(mode: int, file: str | os.PathLike[str]) -> None:
 
 
 def refuse_irregular(file: Path) -> None:
-    """Refuse what is there under a name if it is no file: whoever opens it may wait for ever.
-
-    Raises NotAFileError, IsADirectoryError.
-    """
+    """Refuse what is there under a name if it is no file: whoever opens it may wait for ever."""
     with suppress(FileNotFoundError):
         _refuse_others(file.stat().st_mode, file)
 
@@ -125,7 +119,7 @@ def remove_unfinished(folder: Path) -> None:
 def refuse_unwritable(folder: Path) -> None:
     """Check, before anything is measured, that files can be written to a folder.
 
-    Raises RequestError if they cannot. The folder need not exist, and is not created.
+    The folder need not exist, and is not created.
     """
     path = folder.absolute()
     try:
@@ -162,8 +156,8 @@ def make_directories(directory: Path) -> None:
 def write_all(number: int, buffers: Sequence[bytes | memoryview], offset: int) -> int:
     """Write buffers one after the other, whatever pieces the kernel takes.
 
-    `offset`: where in the file the first byte goes. Returns offset behind the last byte. Raises
-    OSError: not all of it could be written; some of it may be.
+    `offset`: where in the file the first byte goes. Returns offset behind the last byte. On an
+    OSError some of it may be written.
     """
     waiting = [memoryview(buffer).cast("B") for buffer in buffers]
     while waiting:
@@ -179,10 +173,7 @@ def write_all(number: int, buffers: Sequence[bytes | memoryview], offset: int) -
 
 
 def replace_file(path: Path, content: bytes) -> None:
-    """Write a whole file under another name, then rename: there is the old one or the new one.
-
-    Raises OSError: the old file is still there, unchanged.
-    """
+    """Write a whole file under another name, then rename: on an OSError the old one is there."""
     half = path.with_name(path.name + HALF)
     try:
         half.unlink(missing_ok=True)  # it may be a pipe
@@ -212,10 +203,7 @@ class DirectoryLock:
 
     @classmethod
     def take(cls, directory: Path) -> "DirectoryLock | None":
-        """The directory's lock; None where another process, or another log, has it.
-
-        Raises OSError: there is no such directory, or no lock file can be made in it.
-        """
+        """The directory's lock; None where another process, or another log, has it."""
         for _ in range(_GLANCES):
             number = os.open(directory / LOCK, os.O_RDWR | os.O_CREAT, 0o666)
             lock = cls(number)
@@ -230,10 +218,7 @@ class DirectoryLock:
         return None
 
     def holds(self, directory: Path) -> bool:
-        """Whether it is this directory's: not when that was deleted or moved away.
-
-        Raises OSError: nobody knows.
-        """
+        """Whether it is this directory's: not when that was deleted or moved away."""
         return is_file_at(self._number, directory / LOCK)
 
     def release(self) -> None:
@@ -251,10 +236,7 @@ class DirectoryLock:
 
 
 def is_file_at(number: int, path: Path) -> bool:
-    """Whether an open file is still to be found at a path.
-
-    Raises OSError: nobody knows.
-    """
+    """Whether an open file is still to be found at a path."""
     try:
         return os.path.samestat(os.fstat(number), path.stat())
     except (FileNotFoundError, NotADirectoryError):

@@ -100,7 +100,7 @@ class DesignSpace:
         """Make the part with changed features.
 
         `steps` (n,): of each of the `features`: metres, of stretching a fraction. Faces move
-        outward. Raises MeshError if no body remains around its centre of mass.
+        outward.
         """
         values = np.asarray(steps, dtype=np.float64)
         stretch, before = 1.0 + values[3:6], self.body.arrays
@@ -194,7 +194,6 @@ def corners_of_planes(normals: Array, distances: Array, before: Array) -> Array:
 
     `normals` (K, 3): unit vectors, outward; `distances` (K,): from the origin, which lies inside.
     Planes that bound nothing are left out; `before` (H, 3): corners of the body that was changed.
-    Raises MeshError if the origin is not inside, or the planes leave the body open.
     """
     if distances.min() <= 0.0:
         raise MeshError("faces around the centre of mass", "a face that was moved beyond it",

@@ -25,8 +25,7 @@ class PairedDrops:
     All are released at the height of the scene, or at 20 radii of the first; drop k depends on
     `seed` and k alone, and the first variant's are those that `simulate` makes of it. `turns`: for
     each the rotation from the first one's frame to its own, None where these are equal; `first`:
-    drops of the seed that are passed over. Raises MeshError if a hull does not enclose its centre
-    of mass.
+    drops of the seed that are passed over.
     """
 
     def __init__(self, parts: Sequence[Part], scene: DropScene, seed: int,

@@ -23,7 +23,7 @@ class WantedShare:
     """The share of some poses of a part, by the fast estimator, whatever is changed on it.
 
     `wanted`: indices of the poses that are accepted; `scene`: a part that is changed is released
-    from the height of the one before. Raises RequestError if there is no such pose.
+    from the height of the one before.
     """
 
     def __init__(self, space: changes.DesignSpace, wanted: Sequence[int],

@@ -145,10 +145,7 @@ def suggest(part: Part, wanted: Sequence[int], within: float, *, drops: int = GA
 
 
 def check_within(within: float, radius: float) -> None:
-    """Refuse a bound that is none.
-
-    Raises RequestError if it is not above 0 and at most half the radius.
-    """
+    """Refuse a bound that is none."""
     if not 0.0 < within <= 0.5 * radius:
         raise RequestError(f"a bound above 0 and at most {500.0 * radius:.3g} mm, half the "
                            "part's radius", f"{1e3 * within:.3g} mm",

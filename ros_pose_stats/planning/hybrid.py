@@ -57,7 +57,7 @@ def hybrid(part: Part, drops: int | None = None, restitution: float = scenes.DEF
     cluster_tolerance : float
         Least rise out of a pose as a share of its height there; 0 merges nothing.
     round_sides : int
-        Sides a turn of the polygons that round surfaces stand as; 0 takes the file as it is.
+        Sides a turn of the polygons that round surfaces are taken as; 0 takes the file as it is.
 
     Returns
     -------

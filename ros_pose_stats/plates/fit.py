@@ -170,7 +170,7 @@ def fit_plate(counted: Sequence[CountedPart]) -> PlateFit:
     order.
 
     `counted`: of one part or several; counts of one part are added up. Poses that look alike count
-    together. Raises RequestError if the counts are too few, with what is missing.
+    together.
     """
     begin = time.perf_counter()
     told = choose_parts(counted)
@@ -198,10 +198,7 @@ def fit_plate(counted: Sequence[CountedPart]) -> PlateFit:
 
 
 def choose_parts(counted: Iterable[CountedPart]) -> list[CountedPart]:
-    """Parts that a fit can use, by digest.
-
-    Raises RequestError.
-    """
+    """Parts that a fit can use, by digest."""
     merged = sorted(merge_counts(counted), key=lambda one: (
         one.part.digest, one.cluster_tolerance, one.round_sides))
     told = sorted((one for one in merged if one.counted and one.free_shares),

@@ -62,7 +62,7 @@ class DropScene:
         Least rise of the centre of mass out of a pose, as a share of its height there; 0 keeps
         every stable face.
     round_sides : int
-        Sides a turn of the polygons that round surfaces stand as; 0 takes the file as it is.
+        Sides a turn of the polygons that round surfaces are taken as; 0 takes the file as it is.
 
     Raises
     ------

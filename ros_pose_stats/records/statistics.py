@@ -197,7 +197,7 @@ class PoseStatistics:
     version : str
         Of this package.
     round_sides : int
-        Sides a turn of the polygons that round surfaces stand as; 0: as in the file.
+        Sides a turn of the polygons that round surfaces are taken as; 0: as in the file.
     observed : int
         Parts counted by cameras that the probabilities have learnt from; `count` of the poses
         are theirs then.

@@ -23,9 +23,9 @@ MOST_NAMED = 20
 """Characters that name the poses of a row."""
 
 ROLLS = ("  ", " *")
-"""Behind the margin of a pose that does not roll, and of one that does."""
+"""Behind the tilt to topple of a pose that does not roll, and of one that does."""
 
-ROLLING = "  * rolls in this pose; the margin holds across its axis only"
+ROLLING = "  * rolls in this pose; the tilt to topple holds across its axis only"
 UNKNOWN = "-"
 """How columns write a value that is not known."""
 
@@ -144,7 +144,7 @@ def _pose_table(rows: Sequence[PoseGroup], shares: Sequence[Filled]) -> list[str
         *shares,
         (Column("height", "mm"), [millimetres(pose.height) for pose in poses]),
         (Column("barrier", "mm"), [millimetres(row.barrier) for row in shown]),
-        (Column("margin", "deg"), [
+        (Column("topple", "deg"), [
             degrees(row.margin) + (ROLLS[row.first.rolls] if rolls else "") for row in shown]),
         (Column("down", left=True), [_direction(pose) for pose in poses])]
     # The column of barriers stays for a single pose, which has none.

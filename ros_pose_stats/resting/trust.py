@@ -41,7 +41,7 @@ def _rounded(body: convex_body.ConvexBody) -> str:
         return ""
     sides = sorted({run.sides for run in body.runs if run.sides})
     return (f"ROUNDED: {text.several(body.rounded, 'round edge')} of the hull "
-            f"{'stands as a polygon' if body.rounded == 1 else 'stand as polygons'} of "
+            f"{'is taken as a polygon' if body.rounded == 1 else 'are taken as polygons'} of "
             f"{' or '.join(map(str, sides))} sides a turn, whatever the file has.")
 
 

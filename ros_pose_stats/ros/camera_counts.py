@@ -1,10 +1,11 @@
 """What cameras count, on `~/pose_counts`, and see, on `~/observed_parts`: recorded and learnt."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from typing import Any
 
 import numpy as np
-from rclpy.node import Node
+from rclpy import node as nodes, qos
 from rclpy.serialization import serialize_message
 from ros_pose_stats_msgs.msg import ObservedParts, PoseCounts
 
@@ -48,7 +49,7 @@ MOST_SPEEDS, LONGEST_SPEED = 100, 100  # of a feeder, and characters of a name
 class CountSubscription:
     """Records each count as it is, learns from it, and says if it cannot be compared."""
 
-    def __init__(self, node: Node, recorder: Recorder, parts: part_store.PartStore,
+    def __init__(self, node: nodes.Node, recorder: Recorder, parts: part_store.PartStore,
                  refusals: Refusals, announcer: announcers.Announcer,
                  counts: count_store.CountStore) -> None:
         self._log, self._recorder, self._refusals = node.get_logger(), recorder, refusals
@@ -127,13 +128,22 @@ LEAST_CONFIDENCE = 0.5  # a camera that is less sure of a part says nothing abou
 class ObservedSubscription:
     """Counts what each message shows, and hands that on as if a camera had counted it."""
 
-    def __init__(self, node: Node, settings: Callable[[], Settings], counts: CountSubscription,
-                 parts: part_store.PartStore, recorder: Recorder, refusals: Refusals) -> None:
+    def __init__(self, node: nodes.Node, settings: Callable[[], Settings],
+                 counts: CountSubscription, parts: part_store.PartStore, recorder: Recorder,
+                 refusals: Refusals) -> None:
         self._settings, self._counts = settings, counts
         self._parts, self._refusals = parts, refusals
         self.take_waiting = BatchSubscription(node, ObservedParts, OBSERVED_TOPIC, "messages",
                                               self._take, recorder.count_lost,
                                               refusals).take_waiting
+        topic = settings().detections_topic
+        if topic:
+            from vision_msgs.msg import Detection3DArray
+
+            node.create_subscription(
+                Detection3DArray, topic, lambda detections: self._take(
+                    list(map(serialize_message, observed_parts(detections)))),
+                qos.qos_profile_sensor_data)
 
     def _take(self, received: list[bytes]) -> None:
         sound = []
@@ -146,6 +156,20 @@ class ObservedSubscription:
             else:
                 sound += [] if counts is None else [(serialize_message(counts), counts)]
         self._counts.take_counts(sound)
+
+
+def observed_parts(detections: Any) -> Iterable[ObservedParts]:
+    """What a `vision_msgs/Detection3DArray` shows of each part, which `class_id` names."""
+    parts: dict[str, ObservedParts] = {}
+    for detection in detections.detections:
+        if detection.results:
+            best = max(detection.results, key=lambda result: result.hypothesis.score)
+            part_id = best.hypothesis.class_id
+            seen = parts.setdefault(part_id, ObservedParts(
+                header=detections.header, part_id=part_id))
+            seen.poses.append(best.pose.pose)
+            seen.confidence.append(best.hypothesis.score)
+    return parts.values()
 
 
 def count_observed(seen: part_messages.ObservedNumbers, part: known_part.KnownPart | None,

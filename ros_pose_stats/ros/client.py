@@ -79,8 +79,7 @@ def publish_part(part: Part, message: PartMesh, restitution: float | None,
                  arguments: Sequence[str], tell: Tell, warn: Tell) -> PoseStatistics | None:
     """Publish a part, latched, until a node has answered; what it latched, None after Ctrl-C.
 
-    `restitution, drop_height`: default: the node's; `seconds`: default: without end. Raises
-    RequestError if nobody has answered by then.
+    `restitution, drop_height`: default: the node's; `seconds`: default: without end.
     """
     # The node would refuse a scene that is out of range only once the part has arrived there.
     DropScene(scenes.DEFAULT_RESTITUTION if restitution is None else restitution, drop_height)
@@ -121,10 +120,7 @@ def publish_part(part: Part, message: PartMesh, restitution: float | None,
 
 def latched_results(name: str, part_id: str, watch: bool, arguments: Sequence[str]
                     ) -> Iterator[tuple[PoseStatistics, ...]]:
-    """What the node of a name has latched, of one part or all; then, watched, each new result.
-
-    Raises RequestError if no node answers within five seconds, or it does not know the part.
-    """
+    """What the node of a name has latched, of one part or all; then, watched, each new result."""
     news: list[Message] = []
     with ros_node("pose_stats_show", arguments) as (node, stop):
         if watch:

@@ -26,8 +26,7 @@ MENDING_SECONDS = 1.0  # a start waits for the bags of earlier runs to be mended
 class PoseStatsNode(AnsweringNode):
     """Takes meshes, answers with stable poses and their probabilities, drops parts.
 
-    Nothing is computed before `start`. Raises PoseStatsError if a parameter is refused, or the
-    state file is in use, or of a newer version.
+    Nothing is computed before `start`.
     """
 
     def __init__(self, **options: Any) -> None:

@@ -23,8 +23,6 @@ class Parameters:
 
     A whole number is taken where a fraction could stand. The file of plates is read whenever
     `plate` or `plates` is set, be it to the same value.
-
-    Raises RequestError if a value given at the start is refused.
     """
 
     def __init__(self, node: Node, on_change: Callable[[Settings], object]) -> None:
@@ -50,10 +48,7 @@ class Parameters:
         node.add_post_set_parameters_callback(self._apply)
 
     def use_plate(self, name: str) -> None:
-        """Set the parameter `plate`, and read what the file of plates says of it.
-
-        Raises RequestError if that is refused.
-        """
+        """Set the parameter `plate`, and read what the file of plates says of it."""
         (result,) = self._node.set_parameters([Parameter("plate", Parameter.Type.STRING, name)])
         if not result.successful:
             raise RequestError("a plate that the node can use", result.reason,

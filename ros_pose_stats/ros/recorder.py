@@ -141,7 +141,7 @@ class Recorder:
         """Mend what earlier runs left unfinished in the folder, and say so."""
         for mended in repair.repair_bags(self.log.directory.parent):
             self._last_repair = mended.problem or (
-                f"{mended.directory.name} mended: {mended.kept} messages kept, "
+                f"{mended.directory.name} mended: {mended.kept} messages whole, "
                 f"{mended.cut_bytes} bytes of half a record cut off")
             self._warn(self._last_repair)
 
@@ -159,7 +159,7 @@ class Recorder:
             text = ("log_directory is larger than max_log_bytes, and nothing that is left in it "
                     "may be deleted")
         elif not problem and self._state.set_aside:
-            text = f"the state file could not be read; it is kept as {self._state.set_aside}"
+            text = f"the state file could not be read; it is now {self._state.set_aside}"
         return Health(text != "recording", text, {
             "bag": str(self.log.directory), "bytes written": self.log.bytes_written,
             "bytes left": left or min(bounds), "messages not recorded": self.lost,

@@ -1,5 +1,6 @@
 """What is refused, what comes too often, and all that diagnostics say of the node's health."""
 
+import platform
 import threading
 import time
 from collections import deque
@@ -143,6 +144,9 @@ class Refusals:
         return Health(fresh or bool(floods), text, values)
 
 
+HOST = platform.node()
+
+
 class Diagnostics:
     """Publishes all lines, each with what it is about, once a second."""
 
@@ -158,7 +162,7 @@ class Diagnostics:
             health = look()
             message.status.append(DiagnosticStatus(
                 level=DiagnosticStatus.WARN if health.warn else DiagnosticStatus.OK,
-                name=f"{self._name}: {about}", message=health.text, hardware_id="",
+                name=f"{self._name}: {about}", message=health.text, hardware_id=HOST,
                 values=[KeyValue(key=key, value=str(value))
                         for key, value in health.values.items()]))
         message.header.stamp = time_message(now())

@@ -61,7 +61,7 @@ def simulate(part: Part, drops: int | None = None, restitution: float = scenes.D
     cluster_tolerance : float
         Least rise out of a pose as a share of its height there; 0 merges nothing.
     round_sides : int
-        Sides a turn of the polygons that round surfaces stand as; 0 takes the file as it is.
+        Sides a turn of the polygons that round surfaces are taken as; 0 takes the file as it is.
     judge : Judge, optional
         Judges in place of the counts, and says how many drops come before the first check.
 

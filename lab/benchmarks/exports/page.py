@@ -13,8 +13,8 @@ Written by `python -m lab.benchmarks.exports --write`; edits here are lost.
 
 A CAD program divides a round surface into flat facets, more or fewer as its settings say. A part
 that rolls loses energy at each facet, so that drops and estimates of the file as it is depend on
-its division. Here round surfaces stand as polygons of 192 sides a turn, whatever the file's own;
-the tables say what is left of the difference, and how near thrown parts are.
+its division. Here round surfaces are taken as polygons of 192 sides a turn, whatever the file
+has; the tables say what is left of the difference, and how near thrown parts are.
 """
 
 

@@ -38,7 +38,7 @@ const COLUMNS = [
   { name: "Part", by: "file", kind: "part left", cell: partCell },
   { name: "Poses", by: "distinct", cell: p => [String(p.distinct), element("small", `(${p.poses})`)] },
   { name: "Best pose", by: "share", falling: true, cell: shareCell },
-  { name: "Passes", by: "passes", cell: p => [twoDecimals(p.passes),
+  { name: "Drops for each accepted part", by: "passes", cell: p => [twoDecimals(p.passes),
     element("small", between(p.passesLow, p.passesHigh, twoDecimals))] },
   { name: "Entropy", by: "entropy", cell: p => [twoDecimals(p.entropy), "\u00a0bit"] },
   { name: "Footprint", by: "length", unit: "mm", cell: p => [millimetres(p.length, p.width)] },

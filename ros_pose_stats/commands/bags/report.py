@@ -85,7 +85,7 @@ def _poses(history: results.ResultHistory) -> Iterator[str]:
     yield from columns(
         (Column("pose"), Column("group"), Column("probability", "%"),
          Column("90 % interval", "%"), Column("height", "mm"), Column("barrier", "mm"),
-         Column("margin", "deg")),
+         Column("topple", "deg")),
         ((str(poses.index[k]), str(poses.group[k]), percent(leading.probability[k]),
           interval(leading.probability_low[k], leading.probability_high[k]),
           text.millimetres(poses.height[k]), text.millimetres(poses.barrier[k]),

@@ -174,12 +174,14 @@ def _test(prediction: Prediction, counts: Index, bins: Index, unit: Index) -> ch
 
 
 def _simulation_comparisons(history: ResultHistory) -> Iterator[SimulationComparison]:
-    """Every simulation beside all methods that are not counted."""
-    estimates = [one for one in history.foretold if not one.counted]
+    """Every simulation beside the estimates of its scene, and those that are blind to a scene."""
     for simulation in history.foretold:
-        if simulation.counted and estimates:
+        scene = simulation.restitution, simulation.drop_height
+        beside = [one for one in history.foretold if not one.counted and (
+            math.isnan(one.drop_height) or (one.restitution, one.drop_height) == scene)]
+        if simulation.counted and beside:
             yield SimulationComparison(simulation, tuple(
-                _compare(one, simulation.count, history.poses) for one in estimates))
+                _compare(one, simulation.count, history.poses) for one in beside))
 
 
 def _count_comparison(counts: camera_counts.CameraCounts,

@@ -7,15 +7,19 @@ which primitives are aligned to their own size, counted from behind the header.
 
 from array import array
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
+from urllib.parse import unquote
 
 import numpy as np
+from ament_index_python.packages import PackageNotFoundError, get_package_share_directory
 from numpy.typing import NDArray
 from rclpy.serialization import deserialize_message, serialize_message
 from ros_pose_stats_msgs.msg import PartMesh
 from shape_msgs.msg import Mesh
 
 from ...errors import MeshError, RequestError
+from ...mesh import files
 from . import part_requests, times
 
 LITTLE_ENDIAN_CDR = b"\x00\x01"
@@ -40,6 +44,7 @@ class Numbers(NamedTuple):
     triangles: NDArray[np.uint32]  # (M,) uint32
     # (13,); unit, mass, centre of mass (3), ixx, ixy, ixz, iyy, iyz, izz, restitution, drop_height
     scalars: NDArray[np.float64]
+    resource: str
 
 
 class ObservedNumbers(NamedTuple):
@@ -120,9 +125,10 @@ def part_mesh_numbers(data: bytes) -> Numbers:
     mesh_vertices, mesh_triangles = _mesh(cursor)
     vertices = cursor.array(cursor.count(), "<f8")
     triangles = cursor.array(cursor.count(), "<u4")
-    scalars = cursor.array(SCALARS, "<f8")
+    scalars, resource = cursor.array(SCALARS, "<f8"), cursor.text()
     cursor.end()
-    return Numbers(stamp, part_id, mesh_vertices, mesh_triangles, vertices, triangles, scalars)
+    return Numbers(stamp, part_id, mesh_vertices, mesh_triangles, vertices, triangles, scalars,
+                   resource)
 
 
 def observed_numbers(data: bytes) -> ObservedNumbers:
@@ -182,7 +188,7 @@ def mesh_size(message: PartMesh) -> tuple[int, int]:
 def is_given(message: PartMesh) -> bool:
     """Whether a request carries a part."""
     return bool(len(message.mesh.triangles) or len(message.mesh.vertices)
-                or len(message.vertices) or len(message.triangles))
+                or len(message.vertices) or len(message.triangles) or message.mesh_resource)
 
 
 def part_message(request: part_requests.PartRequest, part_id: str, stamp: int) -> PartMesh:
@@ -209,21 +215,42 @@ def flat(values: NDArray[Any], code: str = "d") -> Any:
 
 
 def _request(numbers: Numbers) -> part_requests.PartRequest:
-    nested = numbers.mesh_vertices.size + numbers.mesh_triangles.size > 0
-    flat = numbers.vertices.size + numbers.triangles.size > 0
-    if nested == flat:
-        filled = "both" if nested else "neither"
-        raise MeshError("either mesh or the flat arrays vertices and triangles filled", filled,
-                        "fill exactly one of the two")
-    vertices, triangles = numbers.mesh_vertices, numbers.mesh_triangles
-    if flat:
+    filled = [name for name, there in (
+        ("mesh", numbers.mesh_vertices.size + numbers.mesh_triangles.size),
+        ("the flat arrays", numbers.vertices.size + numbers.triangles.size),
+        ("mesh_resource", numbers.resource)) if there]
+    if len(filled) != 1:
+        raise MeshError("one of mesh, the flat arrays vertices and triangles, and mesh_resource "
+                        "filled", " and ".join(filled) or "none", "fill exactly one")
+    values = numbers.scalars
+    vertices, triangles, unit = numbers.mesh_vertices, numbers.mesh_triangles, float(values[0])
+    if numbers.resource:
+        mesh = files.read_mesh(resource_file(numbers.resource), unit, unless_declared=True)
+        vertices, triangles = np.asarray(mesh.vertices), np.asarray(mesh.triangles, np.uint32)
+        unit = mesh.unit
+    elif filled != ["mesh"]:
         vertices = _rows(numbers.vertices, "vertices")
         triangles = _rows(numbers.triangles, "triangles")
-    values = numbers.scalars
     inertia = values[[5, 6, 7, 6, 8, 9, 7, 9, 10]].reshape(3, 3)
     return part_requests.PartRequest(
-        numbers.part_id, vertices, triangles, float(values[0]), float(values[1]),
+        numbers.part_id, vertices, triangles, unit, float(values[1]),
         np.array(values[2:5]), inertia, float(values[11]), float(values[12]), numbers.stamp)
+
+
+def resource_file(uri: str) -> Path:
+    """The file that a mesh_resource names; raises RequestError."""
+    kind, given, rest = uri.partition("://")
+    place, _, name = rest.partition("/")
+    try:
+        if given and kind == "package" and place and name:
+            return Path(get_package_share_directory(place), unquote(name))
+        if given and kind == "file" and not place and name:
+            return Path("/", unquote(name))
+    except (PackageNotFoundError, ValueError, OSError) as error:
+        raise RequestError("mesh_resource in a package that is installed",
+                           part_requests.shown(uri), "source its workspace") from error
+    raise RequestError("mesh_resource as package://PACKAGE/FILE or file:///FILE",
+                       part_requests.shown(uri), "write out the whole path")
 
 
 def _rows(values: NDArray[Any], name: str) -> NDArray[Any]:

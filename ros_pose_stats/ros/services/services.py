@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any, NamedTuple, Protocol
 
 from ros_pose_stats_msgs import srv
-from ros_pose_stats_msgs.msg import PoseStatistics
+from ros_pose_stats_msgs.msg import JobStatus, PoseStatistics
 
 from ... import errors, methods
 from ...mesh import mass_properties, parts as meshes
@@ -161,7 +161,7 @@ class Services:
         if known is not received:
             message = with_warning(message, "COM_SHIFTED: the centre of mass is shifted by "
                                    f"{listed([millimetres(x) for x in offset.tolist()])} mm along "
-                                   "the part's axes, the inertia about it is kept; what is "
+                                   "the part's axes, the inertia about it stays; what is "
                                    "latched is of the part as it was sent.")
         if not self._parts.is_kept(received):
             message = self._announcer.warn_unrecorded(message)
@@ -229,6 +229,9 @@ class Services:
             response.state.append(int(job.state))
             response.drops_done.append(job.drops_done)
             response.drops_total.append(job.request.drops)
+            response.jobs.append(JobStatus(
+                job_id=job.job_id, part_id=job.part_id, state=int(job.state),
+                drops_done=job.drops_done, drops_total=job.request.drops))
         return response
 
     @refusing

@@ -21,8 +21,7 @@ class State:
 
     `convert` brings messages up to date whose `definitions` were others; `problem` says why
     changes cannot be written now, which are kept and tried again; `set_aside` names a file that
-    could not be read. Raises RequestError if the file is none of a node, or of a newer version,
-    and StateInUseError if another process has it for longer than `patience`.
+    could not be read.
     """
 
     def __init__(self, file: Path, definitions: Mapping[str, str] | None = None,
@@ -199,7 +198,7 @@ class State:
             if not tables.is_damage(error):
                 raise
             self.set_aside = tables.set_aside(self.file, self.meshes)
-            self._say(f"the state file {self.file} cannot be read ({error}); it is kept as "
+            self._say(f"the state file {self.file} cannot be read ({error}); it is now "
                       f"{self.set_aside}, and the node starts without it")
             self._use(self._sound())
         if self.meshes.is_dir() and self._link is not None:

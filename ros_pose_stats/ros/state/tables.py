@@ -72,8 +72,6 @@ class FileLock:
     """The kernel's lock of a state file, beside it, with the process that holds it.
 
     It ends with that process, however that ends.
-
-    Raises StateInUseError if a living process has it for longer than some seconds.
     """
 
     def __init__(self, file: Path, seconds: float) -> None:

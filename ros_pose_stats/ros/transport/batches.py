@@ -9,11 +9,12 @@ import bisect
 import math
 import threading
 import time
+from collections import OrderedDict
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from rclpy import event_handler, node as nodes, qos
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
-from rclpy.node import Node
 
 from ..refusals import MINUTE, Refusals
 
@@ -51,7 +52,7 @@ class BatchSubscription:
     returns how many that is by now.
     """
 
-    def __init__(self, node: Node, kind: type, topic: str, noun: str,
+    def __init__(self, node: nodes.Node, kind: type, topic: str, noun: str,
                  take: Callable[[list[bytes]], object], count_lost: Callable[[int], int],
                  refusals: Refusals) -> None:
         self._log, self._refusals = node.get_logger(), refusals
@@ -59,9 +60,16 @@ class BatchSubscription:
         self._hand_over, self._add_lost = take, count_lost
         self._gaps, self._warned = SequenceGaps(), -math.inf
         self._lock = threading.Lock()
+        self._came: OrderedDict[tuple[bool, int], int] = OrderedDict()
+        group = MutuallyExclusiveCallbackGroup()
         self._subscription: Any = node.create_subscription(
             kind, topic, lambda data, info: self._take_with([(data, info)]), DEPTH, raw=True,
-            callback_group=MutuallyExclusiveCallbackGroup())
+            callback_group=group,
+            event_callbacks=event_handler.SubscriptionEventCallbacks(
+                incompatible_qos=lambda info: None))
+        node.create_subscription(kind, topic, self._take_unreliable, qos.QoSProfile(
+            depth=DEPTH, reliability=qos.ReliabilityPolicy.BEST_EFFORT), raw=True,
+            callback_group=group)
 
     def take_waiting(self) -> None:
         """Hand over what the middleware still has, at the end of the node."""
@@ -87,6 +95,24 @@ class BatchSubscription:
                 self._warned = time.monotonic()
                 self._log.warning(f"{self._topic}: {total} counts lost so far: they come faster "
                                   "than they can be recorded")
-            if received:
-                self._hand_over([data for data, _ in received])
+            fresh = [data for data, _ in received if not self._is_copy(data, reliable=True)]
+            if fresh:
+                self._hand_over(fresh)
         return bool(received)
+
+    def _take_unreliable(self, data: bytes) -> None:
+        """Hand over what best-effort publishers send."""
+        with self._lock:
+            if not self._is_copy(data, reliable=False):
+                self._hand_over([data])
+
+    def _is_copy(self, data: bytes, *, reliable: bool) -> bool:
+        """Whether the other subscription had it: a reliable publisher matches both."""
+        digest = hash(bytes(data))
+        if self._came.get((not reliable, digest), 0):
+            self._came[not reliable, digest] -= 1
+            return True
+        self._came[reliable, digest] = self._came.pop((reliable, digest), 0) + 1
+        if len(self._came) > 4 * DEPTH:
+            self._came.popitem(last=False)
+        return False

@@ -67,11 +67,12 @@ class TestEstimateAgainstSimulation:
         (part,) = analysed(
             simulation(1.0), result(2.0), simulation(3.0, (100, 50, 25, 12, 4)),
             simulation(4.0, (90, 60, 25, 12, 4), restitution=0.2), result(5.0, method="meae"),
+            result(5.5, method="split", drop_height=0.4),
             result(6.0, (0.5, 0.3, 0.12, 0.06, 0.02))).parts
         scenes = part.simulations[0]
         assert [scene.simulation.drops for scene in scenes] == [2000, 191]
         assert [[each.prediction.method for each in scene.estimates] for scene in scenes] == [
-            ["combined", "meae"]] * 2
+            ["combined", "meae", "split"], ["combined", "meae"]]
         assert scenes[0].estimates[0].prediction.probability[0] == 0.5
 
 

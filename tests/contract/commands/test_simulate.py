@@ -55,7 +55,7 @@ def test_rows_of_each_pose_are_those_of_the_object(box, values):
                              f"{100.0 * pose['probability_high']:.2f}",
             "drops": str(pose["count"]), "height": f"{1e3 * pose['height']:.4g}",
             "barrier": f"{1e3 * pose['barrier']:.4g}",
-            "margin": f"{math.degrees(pose['margin']):.2f}"}
+            "topple": f"{math.degrees(pose['margin']):.2f}"}
 
 
 def test_drops_of_like_poses_are_added(table, values):

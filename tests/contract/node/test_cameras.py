@@ -10,6 +10,8 @@ import pytest
 import yaml
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import Pose, Quaternion
+from rclpy.qos import qos_profile_sensor_data
+from ros_pose_stats_msgs.msg import ObservedParts
 
 from ros_pose_stats import hybrid, part_from_mesh, simulate
 from tests.bodies import random_polyhedron
@@ -88,6 +90,17 @@ def test_each_part_seen_is_counted_in_its_pose(node, tuned, model):
         assert getattr(counts, name) == getattr(model, name)
     assert counts.drop_height == -1.0  # the node was told none
     assert learnt(tuned, model.part_id, 8).method == "observed"
+
+
+def test_a_best_effort_camera_is_heard_and_a_reliable_one_once(node, tuned, model):
+    eager = tuned.node.create_publisher(ObservedParts, f"{tuned.prefix}/observed_parts",
+                                        qos_profile_sensor_data)
+    until(lambda: eager.get_subscription_count(), "the node")
+    eager.publish(picture(model.part_id, lying(model.poses[0])))
+    learnt(tuned, model.part_id, 1)
+    seeing(tuned).publish(*(picture(model.part_id, lying(model.poses[0])) for _ in range(5)))
+    learnt(tuned, model.part_id, 6)
+    assert len(counts_of(node, model.part_id, 6)) == 6
 
 
 def test_the_height_that_the_node_was_told_and_the_flip_go_along(node, tuned, model):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import platform
 import time
 from pathlib import Path
 
@@ -36,6 +37,7 @@ def test_five_lines_once_a_second_and_an_idle_node_hardly_computes(cell, shared_
     stamps = [message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
               for message, _ in heard]
     for message, _ in heard:
+        assert {line.hardware_id for line in message.status} == {platform.node()}
         assert [line.name for line in message.status] == [
             f"pose_stats: {about}" for about in ("parts", "counts", "jobs", "flips", "recording")]
     assert stamps == sorted(stamps) and abs(stamps[-1] - time.time()) < 60.0

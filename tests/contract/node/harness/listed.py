@@ -24,8 +24,11 @@ class Row(NamedTuple):
 def rows(client):
     """All jobs, in the order of their acceptance."""
     listed = client.call("list_drop_simulations")
-    return list(map(Row, listed.job_id, listed.part_id, listed.state, listed.drops_done,
-                    listed.drops_total))
+    found = list(map(Row, listed.job_id, listed.part_id, listed.state, listed.drops_done,
+                     listed.drops_total))
+    assert found == [(job.job_id, job.part_id, job.state, job.drops_done, job.drops_total)
+                     for job in listed.jobs]
+    return found
 
 
 def jobs_of(client, part_id):

@@ -52,7 +52,7 @@ BAD = {
     "no volume": (flat(moved_corner((slice(None), 2), 0.0)), "thick"),
     "points only": (flat((VERTICES, TRIANGLES[:0])), "triangle"),
     "triangles only": (flat((VERTICES[:0], TRIANGLES)), "expected"),
-    "both forms": (flat(WEDGE, mesh=mesh(WEDGE)), "got both"),
+    "both forms": (flat(WEDGE, mesh=mesh(WEDGE)), "got mesh and the flat arrays"),
     "uneven vertices": (uneven("vertices"), "multiple of three"),
     "uneven triangles": (uneven("triangles"), "multiple of three"),
     "centre outside": (weighing(com=(1.0, 1.0, 1.0)), "centre of mass"),
@@ -127,7 +127,7 @@ class TestTopic:
         line, values = health.line("parts", lambda _, values: int(values["refused"]) >= expected)
         assert line.level == line.WARN and int(values["refused"]) == expected
         listed = [value for key, value in values.items() if key.startswith("refused ")]
-        for said in ["got neither", *[said for _, said in sent[10:]]]:  # the latest ones
+        for said in ["got none", *[said for _, said in sent[10:]]]:  # the latest ones
             assert any("~/part_mesh" in reason and said in reason for reason in listed), said
         logged = [line for line in shared_node.lines if "mesh refused: " in line]
         for _, said in sent:

@@ -10,6 +10,7 @@ import sys
 import numpy as np
 import pytest
 from geometry_msgs.msg import Inertia, Vector3
+from ros_pose_stats_msgs.msg import PartMesh
 from shape_msgs.msg import Mesh
 
 from ros_pose_stats import load_part, shapes
@@ -102,6 +103,20 @@ def test_standard_meshes_on_mesh_topics(workshop, topic, part_id, is_latched):
     client, _ = workshop
     MeshPublisher(client, topic, Mesh, latched=is_latched).matched().publish(mesh(BOX))
     assert latched(client, part_id).part_digest == library_part(BOX, unit="mm").digest
+
+
+def test_a_mesh_by_the_file_that_holds_it(cell, clamp):
+    """With its unit, in a topic and in a request; refused where there is no such file."""
+    part_id, resource = new_id(), clamp.as_uri()
+    MeshPublisher(cell).matched().publish(
+        PartMesh(part_id=part_id, unit=0.001, mesh_resource=resource))
+    digest = load_part(clamp, "mm").digest
+    assert latched(cell, part_id).part_digest == digest
+    sent = PartMesh(part_id=part_id, unit=0.001, mesh_resource=resource)
+    assert cell.good("estimate", part=sent).statistics.part_digest == digest
+    for name, said in (("file:///nowhere/part.stl", "No such file"), ("part.stl", "file:///FILE"),
+                       ("package://no_such_package/part.stl", "a package that is installed")):
+        assert said in cell.refused("estimate", part=PartMesh(mesh_resource=name))
 
 
 @pytest.mark.parametrize(("make", "is_latched"), [(flat, False), (nested, True)])
