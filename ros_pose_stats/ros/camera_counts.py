@@ -1,12 +1,10 @@
 """What cameras count, on `~/pose_counts`, and see, on `~/observed_parts`: recorded and learnt."""
 
 import math
-from collections.abc import Callable, Iterable
-from typing import Any
+from collections.abc import Callable
 
 import numpy as np
-from rclpy import node as nodes, qos
-from rclpy.serialization import serialize_message
+from rclpy import node as nodes, serialization
 from ros_pose_stats_msgs.msg import ObservedParts, PoseCounts
 
 from ..errors import PoseStatsError, RequestError
@@ -63,7 +61,7 @@ class CountSubscription:
             try:
                 counts = part_messages.deserialized(data, PoseCounts, MOST_BYTES)
                 # ROS reads a text that lacks its closing zero byte; other readers of bags do not.
-                sound.append((serialize_message(counts), counts))
+                sound.append((serialization.serialize_message(counts), counts))
             except RequestError as refusal:
                 self._refusals.refuse(COUNTS_TOPIC, str(refusal), "count")
         self.take_counts(sound)
@@ -136,14 +134,6 @@ class ObservedSubscription:
         self.take_waiting = BatchSubscription(node, ObservedParts, OBSERVED_TOPIC, "messages",
                                               self._take, recorder.count_lost,
                                               refusals).take_waiting
-        topic = settings().detections_topic
-        if topic:
-            from vision_msgs.msg import Detection3DArray
-
-            node.create_subscription(
-                Detection3DArray, topic, lambda detections: self._take(
-                    list(map(serialize_message, observed_parts(detections)))),
-                qos.qos_profile_sensor_data)
 
     def _take(self, received: list[bytes]) -> None:
         sound = []
@@ -154,22 +144,9 @@ class ObservedSubscription:
             except PoseStatsError as refusal:
                 self._refusals.refuse(OBSERVED_TOPIC, str(refusal), "message")
             else:
-                sound += [] if counts is None else [(serialize_message(counts), counts)]
+                if counts is not None:
+                    sound.append((serialization.serialize_message(counts), counts))
         self._counts.take_counts(sound)
-
-
-def observed_parts(detections: Any) -> Iterable[ObservedParts]:
-    """What a `vision_msgs/Detection3DArray` shows of each part, which `class_id` names."""
-    parts: dict[str, ObservedParts] = {}
-    for detection in detections.detections:
-        if detection.results:
-            best = max(detection.results, key=lambda result: result.hypothesis.score)
-            part_id = best.hypothesis.class_id
-            seen = parts.setdefault(part_id, ObservedParts(
-                header=detections.header, part_id=part_id))
-            seen.poses.append(best.pose.pose)
-            seen.confidence.append(best.hypothesis.score)
-    return parts.values()
 
 
 def count_observed(seen: part_messages.ObservedNumbers, part: known_part.KnownPart | None,

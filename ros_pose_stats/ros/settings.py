@@ -7,7 +7,6 @@ import os
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
@@ -48,9 +47,6 @@ class Settings:
         "without a part_id the topic's last name is the part's.", fixed=True)
     mesh_unit: float = _parameter(
         1.0, "Length of one unit of the meshes on mesh_topics, in metres.", 1e-9, 1e6)
-    detections_topic: str = _parameter(
-        "", "Topic of type vision_msgs/Detection3DArray that is taken as ~/observed_parts is; "
-        "class_id is the part_id; empty: none.", fixed=True)
     plate_frame: str = _parameter("plate", "Frame of the plate in results and markers.")
     plate: str = _parameter(
         "", "Name of the plate, for the record; one of the file plates where that is named.")
@@ -180,9 +176,6 @@ def settings_of(values: dict[str, Any]) -> Settings:
                            f"'{settings.default_method}'", f"{DEFAULT_METHOD} is the default")
     metres_per_unit(settings.mesh_unit)
     mesh_topics(settings.mesh_topics)
-    if settings.detections_topic and find_spec("vision_msgs") is None:
-        raise RequestError("the package vision_msgs for detections_topic", "none",
-                           "install it and source its workspace")
     if "profile" not in values:
         settings = replace(settings, profile=find_profile(settings.plates, settings.plate))
     replace(settings, profile=None).scene()

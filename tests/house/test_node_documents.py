@@ -11,7 +11,6 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
-from types import SimpleNamespace
 from unittest import mock
 
 import pytest
@@ -19,7 +18,6 @@ import ros_pose_stats_msgs
 import yaml
 
 import tests.contract.node.conftest  # noqa: F401  discovery and checks, before ROS is imported
-from ros_pose_stats.ros.camera_counts import observed_parts
 from tests.contract.node.contract import ACTION, DEFAULTS, FIXED, PUBLICATIONS, SUBSCRIPTIONS
 from tests.contract.node.harness.client import Client, until
 from tests.contract.node.harness.node import PATIENCE
@@ -94,24 +92,6 @@ def test_the_page_s_planner_runs(client, code):
     with contextlib.redirect_stdout(said):
         exec(code, {"__name__": "__main__"})
     assert "clamp/0" in said.getvalue() and "expected error" in said.getvalue()
-
-
-def test_detections_are_parts_seen():
-    """Without vision_msgs, which is no part of what is installed here."""
-    def detection(*results):
-        return SimpleNamespace(results=[SimpleNamespace(
-            hypothesis=SimpleNamespace(class_id=name, score=score),
-            pose=SimpleNamespace(pose=Pose(position=Point(x=score)))) for name, score in results])
-
-    message = SimpleNamespace(header=Header(frame_id="plate"), detections=[
-        detection(("nut", 0.2), ("bolt", 0.7)), detection(), detection(("bolt", 0.9)),
-        detection(("nut", 0.6))])
-    seen = {one.part_id: one for one in observed_parts(message)}
-    assert {name: [pose.position.x for pose in one.poses] for name, one in seen.items()} == {
-        "bolt": [0.7, 0.9], "nut": [0.6]}
-    for one in seen.values():
-        assert list(one.confidence) == [pose.position.x for pose in one.poses]
-        assert one.header.frame_id == "plate"
 
 
 def test_the_page_s_table_is_what_the_node_says_of_its_parameters(client):

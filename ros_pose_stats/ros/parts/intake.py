@@ -7,10 +7,7 @@ from contextlib import suppress
 from functools import partial
 from typing import Any
 
-from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
-from rclpy.event_handler import SubscriptionEventCallbacks
-from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy import callback_groups, event_handler, node as nodes, qos
 from ros_pose_stats_msgs.msg import PartMesh, PoseStatistics
 from shape_msgs.msg import Mesh
 
@@ -242,10 +239,10 @@ class Checks:
 class MeshSubscriptions:
     """Subscribes to `~/part_mesh` and to each of `mesh_topics`, and hands on what comes."""
 
-    def __init__(self, node: Node, settings: Callable[[], parameters.Settings], intake: Intake,
-                 refusals: Refusals) -> None:
+    def __init__(self, node: nodes.Node, settings: Callable[[], parameters.Settings],
+                 intake: Intake, refusals: Refusals) -> None:
         self._node, self._intake, self._refusals = node, intake, refusals
-        self._group = MutuallyExclusiveCallbackGroup()
+        self._group = callback_groups.MutuallyExclusiveCallbackGroup()
         self._subscribe(PartMesh, "~/part_mesh", part_messages.request_of_part_bytes)
         for part_id, topic in parameters.mesh_topics(settings().mesh_topics).items():
             self._subscribe(Mesh, topic, lambda data, part_id=part_id: (  # type: ignore[misc]
@@ -271,12 +268,13 @@ class MeshSubscriptions:
             on_mesh(data)
 
         plain, latched = (
-            QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.RELIABLE, durability=durability)
-            for durability in (DurabilityPolicy.VOLATILE, DurabilityPolicy.TRANSIENT_LOCAL))
+            qos.QoSProfile(depth=DEPTH, durability=durability) for durability in (
+                qos.DurabilityPolicy.VOLATILE, qos.DurabilityPolicy.TRANSIENT_LOCAL))
         self._node.create_subscription(kind, topic, on_counted_mesh, plain, raw=True,
                                        callback_group=self._group)
         # Plain publishers do not match this one; what else is wrong with a publisher, the
         # plain subscription warns of.
         self._node.create_subscription(
             kind, topic, on_mesh, latched, raw=True, callback_group=self._group,
-            event_callbacks=SubscriptionEventCallbacks(incompatible_qos=lambda info: None))
+            event_callbacks=event_handler.SubscriptionEventCallbacks(
+                incompatible_qos=lambda info: None))

@@ -41,7 +41,6 @@ def refused(domain, tmp_path):
 @pytest.mark.parametrize(("given", "said"), [
     ("restitution:=2.5", ("restitution", "2.5", "below 1")),
     ("restitution:=.nan", ("restitution", "nan")),
-    ("detections_topic:=/detections", ("vision_msgs", "source its workspace")),
     ("restitution:=high", ("restitution", "'high'", "double")),
     ("max_parts:=2.5", ("max_parts", "2.5", "integer")),
     ("log_directory:=7", ("log_directory", "7", "string")),
