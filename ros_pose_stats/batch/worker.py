@@ -189,7 +189,11 @@ class Worker:
             self._drop()
         if self._process is None:
             process = self._process = WorkerProcess()
-            process.call_within(PREPARE_SECONDS, self._prepare)
+            try:
+                process.call_within(PREPARE_SECONDS, self._prepare)
+            except TookLongError as error:  # which is not for the piece that waits
+                raise BatchError("a process that is ready to work", f"one that {error}",
+                                 "see what it printed above") from error
         if self.closed:
             raise ProcessDiedError("is closed")
         return self._process

@@ -47,7 +47,8 @@ class PoseStatsNode(AnsweringNode):
         self.outlines = part_builder.Outlines(lanes)
         self.board = board = announcer.Announcer(self, recorder, state, refusals.floods)
         self.parts = parts = part_store.PartStore(settings, recorder, state, board, self.builder)
-        self.cell_counts = counts = count_store.CountStore(settings, parts, state)
+        self.cell_counts = counts = count_store.CountStore(settings, parts, state,
+                                                             log.warning)
         self.results = results = result_store.ResultStore(settings, parts, counts, board, state)
         # Work in the background. Goals may flip for minutes: ~/feeding does not wait for them.
         reports = job_reports.JobReports(results, parts, board, recorder, state, log.info)
@@ -83,7 +84,7 @@ class PoseStatsNode(AnsweringNode):
         services.Services(self, settings, parts, results, board, self.requests, self.intake,
                           checker, refiner, jobs, reports, self.outlines)
         feeding.FeedingService(self, settings, parts, counts, self.flip_jobs[1], fed, flips)
-        plate_fits.PlateFits(self, settings, parts, counts, board, self.table.use_plate)
+        plate_fits.PlateFits(self, settings, parts, counts, board, lanes, self.table.use_plate)
         self.actions = [goals.SimulateDropsServer(self, self.requests, jobs, reports),
                         goals.SimulateFlipsServer(self, settings, parts, self.flip_jobs[0], flips)]
         # Once a second.

@@ -56,15 +56,19 @@ class Jobs:
         """Begin to work."""
         self._thread.start()
 
-    def submit(self, request: JobRequest, part: Future[Part], settings: Any) -> Job:
-        """Accept a simulation, or join the same in flight; refused if the queue is full."""
+    def submit(self, request: JobRequest, part: Future[Part], settings: Any,
+               is_accepted: bool = False) -> Job:
+        """Accept a simulation, or join the same in flight; refused if the queue is full.
+
+        `is_accepted`: it goes on with what was accepted before, and has room in any case.
+        """
         with self._accepting:  # acceptance goes on record one at a time
             with self._changed:
                 twin = next(filter(partial(_is_twin, request), self._known.values()), None)
                 most = settings.max_queued_jobs
                 if twin is None and self._closing:
                     raise RequestError("a running node", "one that is ending", "start it again")
-                if twin is None and not request.refinement and (
+                if twin is None and not (request.refinement or is_accepted) and (
                         len(self._asked) >= most + (self.running is None)):
                     raise RequestError(
                         f"at most {most} simulations waiting (parameter max_queued_jobs)",

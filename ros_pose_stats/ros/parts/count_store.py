@@ -44,13 +44,18 @@ class Ground(NamedTuple):
     numbering: Numbering
     plate: str
 
-    def goes_on_as(self, other: "Ground", part: records.Part) -> bool:
+    def goes_on_as(self, other: "Ground", known: known_part.KnownPart) -> bool:
         """Whether only `round_sides` is new, as of a plate, and poses keep their numbers."""
         tolerance, sides = self.numbering
         new = other.numbering.round_sides
-        return (other == Ground(Numbering(tolerance, new), self.plate)
-                and resting_poses(part, tolerance, sides).is_numbered_like(
-                    resting_poses(part, tolerance, new)))
+        if other != Ground(Numbering(tolerance, new), self.plate):
+            return False
+        try:
+            part = known.part
+        except Exception:  # the intake builds it too, says why not, and forgets what is refused
+            return False
+        return resting_poses(part, tolerance, sides).is_numbered_like(
+            resting_poses(part, tolerance, new))
 
 
 class CellCounts:
@@ -133,8 +138,8 @@ class CountStore:
     """Learns counts of known parts on the node's plate."""
 
     def __init__(self, settings: Callable[[], Settings], parts: part_store.PartStore,
-                 state: State) -> None:
-        self._settings, self._parts, self._state = settings, parts, state
+                 state: State, warn: Callable[[str], object]) -> None:
+        self._settings, self._parts, self._state, self._warn = settings, parts, state, warn
         self._new: dict[str, known_part.KnownPart] = {}
 
     def restore(self, known: known_part.KnownPart) -> None:
@@ -161,11 +166,14 @@ class CountStore:
         ground = self._ground(counts)
         with known.numbers.lock:
             current = self._parts.current(known.part_id)
-            latched = None if current is None else current.shown.latched
-            if current is None or current.digest != known.digest or latched is None:
+            if current is None or current.digest != known.digest:
                 return True
-            known = current  # the same part may have come with another scene meanwhile
+            # The same part may have come with another scene meanwhile, and show nothing yet.
+            latched, known = current.shown.latched or known.shown.latched, current
+            if latched is None:
+                return True
             self.restore(known)
+            self._drop_misfits(known, ground, latched)
             if known.counts is None or known.counts.ground != ground:
                 known.counts = CellCounts(ground, np.zeros(len(latched.poses), np.int64),
                                           time.time_ns())
@@ -181,6 +189,17 @@ class CountStore:
                 if not flipped:
                     self._new[known.part_id] = known
         return True
+
+    def _drop_misfits(self, known: known_part.KnownPart, ground: Ground,
+                      message: PoseStatistics) -> None:
+        """Drop counts of an earlier version that had other poses on the same ground."""
+        counts, poses = known.counts, len(message.poses)
+        if counts is not None and counts.ground == ground and counts.total.size != poses:
+            self._warn(f"what was counted of {part_requests.shown(known.part_id)} no longer "
+                       f"counts: expected {poses} poses, got counts of {counts.total.size}; "
+                       f"an earlier version found others, so count again")
+            known.counts = None
+            self._state.put(*(Change(table, known.part_id, None) for table in ("counts", "flips")))
 
     def flips(self, known: known_part.KnownPart, message: PoseStatistics, speed: str) -> Index:
         """Flips (K, K) that were counted at a feeder's speed on the ground of a result.
@@ -236,9 +255,10 @@ class CountStore:
         if counts is None:
             return None
         ground = self._ground(message)
-        if counts.ground != ground and counts.ground.goes_on_as(ground, known.part):
+        if counts.ground != ground and counts.ground.goes_on_as(ground, known):
             counts.ground = ground
-        if counts.ground != ground:
+        self._drop_misfits(known, ground, message)
+        if known.counts is None or counts.ground != ground:
             return None
         profile = self._settings().profile
         left_out = profile.left_out.get(known.digest) if profile else None
@@ -257,11 +277,13 @@ class CountStore:
             if other is known or counts is None or model is None or (
                     known.counts is None or counts.ground.plate != known.counts.ground.plate):
                 continue
-            if counts.evidence is None and counts.ground == self._ground(model):
-                counts.evidence = plate_evidence(statistics_messages.statistics_of_message(model),
-                                                 counts.total)
-            if counts.evidence is not None:
-                yield counts.evidence
+            evidence, total = counts.evidence, counts.total  # a camera may count meanwhile
+            if evidence is None and (counts.ground, total.size) == (
+                    self._ground(model), len(model.poses)):
+                evidence = counts.evidence = plate_evidence(
+                    statistics_messages.statistics_of_message(model), total)
+            if evidence is not None:
+                yield evidence
 
 
 def _flips_row(known: known_part.KnownPart, counts: CellCounts) -> Change:

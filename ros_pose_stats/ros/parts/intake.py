@@ -215,11 +215,16 @@ class Checks:
         if known is not None:
             with suppress(Exception):  # has been reported
                 self._check(known, self._settings().scene(known.scene_override))
-            with suppress(PoseStatsError):  # the node ends
+            try:
                 self._refine(known)
+            except PoseStatsError:
+                pass  # the node ends
+            except Exception as error:  # must not keep others from being checked
+                self._report_failure(f"an estimate of {name!r} could not be refined: "
+                                     f"{type(error).__name__}: {error}")
         with self._lock:
-            self._follows = bool(self._shown)
-        if self._follows:
+            follows = self._follows = bool(self._shown)
+        if follows:
             self._lanes.put(self._check_next, Rank.LATER, Lane.CHECK)
 
     def _check(self, known: KnownPart, scene: DropScene) -> PoseStatistics:

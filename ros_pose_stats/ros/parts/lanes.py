@@ -24,6 +24,7 @@ class Lane(IntEnum):
     SLOW = 1  # meshes that may take all the time that there is, in another process
     CHECK = 2  # drops beside estimates, some 50 ms each
     OUTLINE = 3
+    FIT = 4  # of plates, seconds each, and their writing
 
 
 class Rank(IntEnum):
@@ -37,7 +38,7 @@ class Rank(IntEnum):
 
 MOST_WAITING = {Lane.QUICK: (64, "meshes of a kind"), Lane.SLOW: (64, "large meshes of a kind"),
                 Lane.CHECK: (256, "estimates to be checked"),
-                Lane.OUTLINE: (16, "requests for outlines")}
+                Lane.OUTLINE: (16, "requests for outlines"), Lane.FIT: (16, "fits of plates")}
 MOST_SENT = 8  # large meshes that wait with their requests; each may take a minute
 
 ROOM = 4
@@ -130,13 +131,18 @@ class Lanes:
 
     def _place(self, task: _Task) -> Lane:
         """The lane in which a task has to wait: behind earlier ones of its name."""
-        is_behind = bool(task.part_id) and any(
+        return Lane.SLOW if self._is_behind(task, Lane.SLOW) else task.lane
+
+    def _is_behind(self, task: _Task, lane: Lane) -> bool:
+        """Whether a lane has an earlier task of the same name."""
+        return bool(task.part_id) and any(
             other.part_id == task.part_id and other.number < task.number
-            for other in self._tasks(Lane.SLOW))
-        return Lane.SLOW if is_behind else task.lane
+            for other in self._tasks(lane))
 
     def _wait_in(self, lane: Lane, task: _Task) -> None:
-        self._waiting[lane][task.rank].append(task)
+        """Queue a task where it came, also one that comes back from another lane."""
+        waiting = self._waiting[lane][task.rank]
+        waiting.insert(sum(other.number < task.number for other in waiting), task)
         self._changed.notify_all()
 
     def _lack_of_room(self, task: _Task) -> RequestError | None:
@@ -171,7 +177,7 @@ class Lanes:
                 self._in_hand[lane] = None
                 if not is_done:
                     task.lane = Lane.SLOW
-                    self._waiting[Lane.SLOW][task.rank].append(task)
+                    self._wait_in(Lane.SLOW, task)
                 self._changed.notify_all()
                 is_dropped = self.closed and not is_done
             if is_dropped:
@@ -185,10 +191,15 @@ class Lanes:
                 ranks = self._waiting[lane]
                 if lane is Lane.CHECK and any(self._waiting[Lane.QUICK]):
                     ranks = ranks[:Rank.LATER]  # not before meshes that are soon built
-                task = next((tasks.popleft() for tasks in ranks if tasks), None)
+                # What is slow waits for earlier quick ones of its name, which may come back.
+                task = next((task for tasks in ranks for task in tasks
+                             if lane is not Lane.SLOW or not self._is_behind(task, Lane.QUICK)),
+                            None)
                 if task is None:
                     self._changed.wait()
-                elif (place := self._place(task)) is not lane:
+                    continue
+                self._waiting[lane][task.rank].remove(task)
+                if (place := self._place(task)) is not lane:
                     self._wait_in(place, task)
                 else:
                     self._in_hand[lane] = task

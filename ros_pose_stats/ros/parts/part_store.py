@@ -134,10 +134,11 @@ class PartStore:
         """Have the state know which parts were used last."""
         with self._lock:
             used, self._used = self._used, set()
-            changes = [Change("parts", part_id, self._row(known))
-                       for part_id, known in self._parts.items() if part_id in used]
-        if changes:
-            self._state.put(*changes)
+            latest_last = [known for part_id, known in self._parts.items() if part_id in used]
+        for known in latest_last:
+            with known.numbers.lock:  # another mesh, or none, may be about to take its place
+                if self.current(known.part_id) is known:
+                    self._state.put(Change("parts", known.part_id, self._row(known)))
 
     def find(self, part_id: str) -> KnownPart | None:
         """A part, which counts as used now; None if it is not known."""

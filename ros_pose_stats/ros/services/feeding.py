@@ -83,12 +83,14 @@ class FeedingService:
                                "ask for fewer")
         seconds = min(FLIP_SECONDS / max(1, len(heights)), settings.max_job_seconds)
         flips: list[FlipStatistics] = []
+        job = None
         for height in sorted({check_kick(height) for height in heights}):
             found = self._remembered(known, scene, height, len(latched.poses))
             if found is None:
                 job = self._jobs.submit(
                     FlipRequest(known.part_id, known.content, scene, 0, SEED, 0.0, seconds,
-                                kick_height=height), known_part.at_hand(known.part), settings)
+                                kick_height=height), known_part.at_hand(known.part), settings,
+                    is_accepted=job is not None)
                 yield job.finished
                 found = self._reports.of_job(job.job_id)
                 if job.state is State.CANCELLED:  # nobody but the node itself cancels

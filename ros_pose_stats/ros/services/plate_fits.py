@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +13,7 @@ from ... import errors, text
 from ..messages.part_requests import shown
 from ..parts import count_store, known_part, part_store
 from ..parts.announcer import Announcer
+from ..parts.lanes import Lane, Lanes, Rank
 from ..settings import Settings
 from ..transport.answering_node import AnsweringNode
 from . import services
@@ -21,39 +23,35 @@ if TYPE_CHECKING:
 
 
 class PlateFits:
-    """Answers with fits, and applies them."""
+    """Answers with fits, and applies them, one after the other in a lane of their own."""
 
     def __init__(self, node: AnsweringNode, settings: Callable[[], Settings],
                  parts: part_store.PartStore, counts: count_store.CountStore, announcer: Announcer,
-                 use_plate: Callable[[str], object]) -> None:
+                 lanes: Lanes, use_plate: Callable[[str], object]) -> None:
         self._settings = settings
         self._parts, self._counts = parts, counts
-        self._announcer = announcer
+        self._announcer, self._lanes = announcer, lanes
         self._use_plate = use_plate
         self._log = node.get_logger()
         self.say_failure = self._log.error
         node.serve(FitPlate, "~/fit_plate", self.answer)
 
     @services.refusing
-    def answer(self, request: Any, response: Any) -> None:
+    def answer(self, request: Any, response: Any) -> services.Steps:
         """Fit, and work with what was found if that is wanted."""
-        from ...plates import count_part, fit_plate
-
         settings = self._settings()
         plate = request.plate or settings.plate
         if request.apply:
             check_applicable(plate, settings)
-        fit = fit_plate([
-            count_part(known.part, dict(enumerate(seen.total.tolist())),
-                       cluster_tolerance=seen.ground.numbering.cluster_tolerance,
-                       round_sides=int(seen.ground.numbering.round_sides))
-            for known, seen in counts_on(plate, settings.plate, self._parts.all())])
+        counted = counts_on(plate, settings.plate, self._parts.all())
+        fit = yield self._lanes.put(partial(fit_counts, counted), Rank.KNOWN, Lane.FIT)
         fill_response(response, fit)
         response.message = (f"From {text.several(fit.counted, 'count')} of "
                             f"{text.several(len(fit.parts), 'part')} in {fit.seconds:.1f} s; "
                             f"{fit.verdict}")
         if request.apply:
-            file, kept = self._apply(plate, fit)
+            file, kept = yield self._lanes.put(partial(self._apply, plate, fit), Rank.KNOWN,
+                                               Lane.FIT)
             response.message += f"; written to {file} as {plate}, and used from now on"
             if not kept:
                 response.message += f". {self._announcer.not_recorded().rstrip('.')}"
@@ -105,6 +103,17 @@ def counts_on(plate: str, present: str,
             "publish what cameras count there on ~/pose_counts, or what they see on "
             "~/observed_parts")
     return chosen
+
+
+def fit_counts(counted: list[tuple[known_part.KnownPart, count_store.CellCounts]]) -> PlateFit:
+    """Fit a plate to counts of parts, which are built for that where they are not yet."""
+    from ...plates import count_part, fit_plate
+
+    return fit_plate([
+        count_part(known.part, dict(enumerate(seen.total.tolist())),
+                   cluster_tolerance=seen.ground.numbering.cluster_tolerance,
+                   round_sides=int(seen.ground.numbering.round_sides))
+        for known, seen in counted])
 
 
 def fill_response(response: Any, fit: PlateFit) -> None:

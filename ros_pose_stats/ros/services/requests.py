@@ -3,6 +3,7 @@
 import math
 import threading
 from collections.abc import Callable
+from concurrent import futures
 from concurrent.futures import CancelledError, Future
 from typing import Any, NamedTuple, TypeVar
 
@@ -120,7 +121,7 @@ class Requests:
             if resolved.coming.done() or not resolved.slow:
                 try:
                     wait_for(resolved.coming, PATIENCE)
-                except TimeoutError:
+                except futures.TimeoutError:  # up to Python 3.10 not the builtin one
                     if resolved.coming.done():
                         raise
             scene = settings.scene((request.restitution, request.drop_height),

@@ -130,6 +130,9 @@ class TestFlips:
                 for n in range(1, 5)]
         first, *_, last = [wait_for(one) for one in sent]
         assert first.success and not last.success and "max_queued_jobs" in last.message
+        tuned.set(max_queued_jobs=0)  # a question that was accepted needs no further place
+        tuned.good("feeding", part_id=part_id, plate_length=0.3, plate_width=0.2,
+                   kick_heights=[0.5 * KICK, 0.4 * KICK, 0.3 * KICK], **ASKED)
 
 
 class TestPlan:

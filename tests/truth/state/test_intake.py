@@ -5,15 +5,22 @@ from __future__ import annotations
 import os
 import threading
 from functools import partial
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
+from ros_pose_stats_msgs.msg import PoseStatistics, StablePose
 
 from ros_pose_stats import part_from_mesh
 from ros_pose_stats.batch.worker import WorkerProcess
-from ros_pose_stats.errors import BatchError, RequestError
-from ros_pose_stats.ros.parts.intake import LARGE_BYTES, Intake
+from ros_pose_stats.errors import BatchError, MeshError, RequestError
+from ros_pose_stats.mesh.overlap import TakesLongError
+from ros_pose_stats.records.scene import Numbering
+from ros_pose_stats.ros.parts.count_store import CellCounts, CountStore, Ground
+from ros_pose_stats.ros.parts.intake import LARGE_BYTES, Checks, Intake
 from ros_pose_stats.ros.parts.known_part import NODE_SCENE, KnownPart, PartSource
 from ros_pose_stats.ros.parts.lanes import Lane, Lanes, Rank
+from ros_pose_stats.ros.services import plate_fits
 
 TETRAHEDRON = ([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]],
                [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
@@ -88,3 +95,79 @@ def test_a_process_that_does_not_start_is_given_up(tmp_path, monkeypatch):
     monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)
     with pytest.raises(BatchError, match="took longer"):
         WorkerProcess(0.2)
+
+
+def test_an_older_mesh_of_a_name_comes_first_though_it_takes_long(lanes):
+    begun, may_end, order = threading.Event(), threading.Event(), []
+
+    def build():
+        begun.set()
+        may_end.wait()
+        if lanes.is_quick():
+            raise TakesLongError
+        order.append("older")
+
+    older = lanes.put(build, Rank.PUBLISHED, Lane.QUICK, 0, "clamp")
+    assert begun.wait(60.0)
+    newer = lanes.put(partial(order.append, "newer"), Rank.PUBLISHED, Lane.SLOW, 0, "clamp")
+    may_end.set()
+    assert [older.result(60.0), newer.result(60.0), order] == [None, None, ["older", "newer"]]
+
+
+def test_a_failing_refinement_keeps_no_other_part_from_being_checked(lanes):
+    done, failures = threading.Event(), []
+
+    def refine(known):
+        if known.part_id == "last":
+            done.set()
+        raise OSError("no room")
+
+    parts = {name: SimpleNamespace(part_id=name, digest="", scene_override=NODE_SCENE)
+             for name in ("first", "last")}
+    checks = Checks(lambda: SimpleNamespace(max_parts=2, scene=lambda override: override),
+                    SimpleNamespace(current=parts.get),
+                    SimpleNamespace(lacks_check=lambda known: True, check=lambda *asked: None),
+                    lanes, refine, failures.append)
+    may_end = occupied(lanes, Lane.CHECK)
+    for known in parts.values():
+        checks.follow(known)
+    may_end.set()
+    assert done.wait(60.0) and "'first' could not be refined: OSError: no room" in failures[0]
+
+
+def test_fits_hold_up_no_other_answer_and_are_refused_at_the_end(lanes, monkeypatch):
+    begun, may_end, counts = threading.Event(), threading.Event(), SimpleNamespace(
+        total=np.array([50]), ground=Ground(Numbering(0.0, 0), ""))
+    monkeypatch.setattr(plate_fits, "fit_counts",
+                        lambda counted: begun.set() or may_end.wait(60.0))
+    node = SimpleNamespace(get_logger=lambda: SimpleNamespace(error=None),
+                           serve=lambda *service: None)
+    service = plate_fits.PlateFits(
+        node, lambda: SimpleNamespace(plate=""),
+        SimpleNamespace(all=lambda: [SimpleNamespace(counts=counts)]), None, None, lanes, None)
+    answers = [service.answer(SimpleNamespace(plate="", apply=False), SimpleNamespace())
+               for _ in range(2)]
+    assert begun.wait(60.0) and not any(answer.done() for answer in answers)
+    lanes.close()
+    may_end.set()
+    assert all("running node" in answer.result(60.0).message for answer in answers)
+
+
+@pytest.mark.parametrize(("plate", "sides", "total", "builds", "warnings"), [
+    ("oak", 0, 4, 0, 0), ("glass", 192, 4, 1, 0), ("glass", 0, 3, 0, 1)])
+def test_counts_that_do_not_fit_a_result_are_left_out_of_it(plate, sides, total, builds, warnings):
+    """Those of another plate without building the part, which may be damaged."""
+    built, warned = [], []
+
+    def build():
+        built.append(1)
+        raise MeshError("a mesh", "none", "send it again")
+
+    store = CountStore(
+        lambda: SimpleNamespace(plate="glass", profile=None), None,
+        SimpleNamespace(get=lambda *key: None, put=lambda *changes: None), warned.append)
+    known = KnownPart("clamp", "", b"", NODE_SCENE, PartSource(None, build))
+    known.counts = CellCounts(Ground(Numbering(0.0, sides), plate), np.ones(total, np.int64), 1)
+    message = PoseStatistics(cluster_tolerance=0.0, round_sides=0, poses=[StablePose()] * 4)
+    assert store.observe(known, message) is None
+    assert (len(built), len(warned)) == (builds, warnings)
