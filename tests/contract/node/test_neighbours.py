@@ -22,7 +22,6 @@ from ros_pose_stats import estimate, simulate
 from .harness.camera import counted, lying, picture
 from .harness.cell import Health, MeshPublisher, QuickClient, latched
 from .harness.client import until, wait_for
-from .harness.goals import Goals
 from .harness.jobs import finished, known_part, start
 from .harness.parts import WEDGE, counts, flat, library_part, mesh, nested, new_id, probabilities
 
@@ -184,16 +183,6 @@ def test_odd_requests(client, name):
     for answer in answers:
         assert_line(answer)
     assert not all(answer.success for answer in answers)
-
-
-def test_odd_goals(client):
-    random, goals = Random(1), Goals(client)
-    kind = client.service("start_drop_simulation").srv_type.Request
-    sent = [goals.send(**{**asked(kind, random), "drops": 20}) for _ in range(12)]
-    for goal in sent:
-        assert_line(goal.result()[1])
-    goals.close()
-    assert_serves(client)
 
 
 def test_no_name_leads_out_of_the_log_directory(node, client):

@@ -6,6 +6,7 @@ import os
 import threading
 from functools import partial
 from types import SimpleNamespace
+from unittest.mock import MagicMock, Mock
 
 import numpy as np
 import pytest
@@ -16,6 +17,8 @@ from ros_pose_stats.batch.worker import WorkerProcess
 from ros_pose_stats.errors import BatchError, MeshError, RequestError
 from ros_pose_stats.mesh.overlap import TakesLongError
 from ros_pose_stats.records.scene import Numbering
+from ros_pose_stats.ros.messages.part_requests import PartRequest
+from ros_pose_stats.ros.parts import part_store
 from ros_pose_stats.ros.parts.count_store import CellCounts, CountStore, Ground
 from ros_pose_stats.ros.parts.intake import LARGE_BYTES, Checks, Intake
 from ros_pose_stats.ros.parts.known_part import NODE_SCENE, KnownPart, PartSource
@@ -140,10 +143,8 @@ def test_fits_hold_up_no_other_answer_and_are_refused_at_the_end(lanes, monkeypa
         total=np.array([50]), ground=Ground(Numbering(0.0, 0), ""))
     monkeypatch.setattr(plate_fits, "fit_counts",
                         lambda counted: begun.set() or may_end.wait(60.0))
-    node = SimpleNamespace(get_logger=lambda: SimpleNamespace(error=None),
-                           serve=lambda *service: None)
     service = plate_fits.PlateFits(
-        node, lambda: SimpleNamespace(plate=""),
+        Mock(), lambda: SimpleNamespace(plate=""),
         SimpleNamespace(all=lambda: [SimpleNamespace(counts=counts)]), None, None, lanes, None)
     answers = [service.answer(SimpleNamespace(plate="", apply=False), SimpleNamespace())
                for _ in range(2)]
@@ -157,17 +158,46 @@ def test_fits_hold_up_no_other_answer_and_are_refused_at_the_end(lanes, monkeypa
     ("oak", 0, 4, 0, 0), ("glass", 192, 4, 1, 0), ("glass", 0, 3, 0, 1)])
 def test_counts_that_do_not_fit_a_result_are_left_out_of_it(plate, sides, total, builds, warnings):
     """Those of another plate without building the part, which may be damaged."""
-    built, warned = [], []
-
-    def build():
-        built.append(1)
-        raise MeshError("a mesh", "none", "send it again")
-
-    store = CountStore(
-        lambda: SimpleNamespace(plate="glass", profile=None), None,
-        SimpleNamespace(get=lambda *key: None, put=lambda *changes: None), warned.append)
+    build, warn = Mock(side_effect=MeshError("a mesh", "none", "send it again")), Mock()
+    store = CountStore(lambda: SimpleNamespace(plate="glass", profile=None), None,
+                       Mock(get=lambda *key: None), warn)
     known = KnownPart("clamp", "", b"", NODE_SCENE, PartSource(None, build))
     known.counts = CellCounts(Ground(Numbering(0.0, sides), plate), np.ones(total, np.int64), 1)
     message = PoseStatistics(cluster_tolerance=0.0, round_sides=0, poses=[StablePose()] * 4)
     assert store.observe(known, message) is None
-    assert (len(built), len(warned)) == (builds, warnings)
+    assert (build.call_count, warn.call_count) == (builds, warnings)
+
+
+def test_the_use_of_a_mesh_is_not_kept_over_the_next_of_its_name(monkeypatch):
+    digests, met, lock = [], threading.Event(), threading.RLock()
+
+    def acquire():
+        if threading.current_thread() is uses:
+            met.set()
+        lock.acquire()
+
+    def put(change):
+        digests.append(change.row[1])
+        met.set()
+
+    def put_mesh(part_id, message, change, *gone):
+        digests.append(change.row[1])
+        uses.start()
+        assert met.wait(60.0)
+
+    state = SimpleNamespace(put=put, put_mesh=put_mesh, rows=lambda table: [
+        ("clamp", "old", b"", -1.0, -1.0, 1, 1)])
+    parts = part_store.PartStore(lambda: SimpleNamespace(max_parts=9, max_part_bytes=10**6), None,
+                                 state, Mock(), None)
+    uses = threading.Thread(target=parts.keep_uses)
+    monkeypatch.setattr(part_store, "serialize_message", lambda message: b"")
+    parts.restore()
+    numbers = parts.find("clamp").numbers
+    numbers.lock = MagicMock()
+    numbers.lock.__enter__.side_effect = acquire
+    numbers.lock.__exit__.side_effect = lambda *error: lock.release()
+    parts.put(KnownPart("clamp", "new", b"", NODE_SCENE,
+                        PartSource(part_from_mesh(*TETRAHEDRON)), numbers),
+              PartRequest("clamp", *map(np.array, TETRAHEDRON)))
+    uses.join()
+    assert digests == ["new"]

@@ -61,14 +61,6 @@ class TestRefusals:
         assert (status, result.success, result.job_id) == (ABORTED, False, "")
         assert said in result.message and "\n" not in result.message
 
-    def test_a_full_queue(self, tuned):
-        tuned.set(max_queued_jobs=0)
-        part_id, goals = known_part(tuned), Goals(tuned)
-        start(tuned, part_id, LONG)
-        status, result = goals.send(part_id=part_id, drops=LONG, seed=99).result()
-        goals.close()
-        assert status == ABORTED and "max_queued_jobs" in result.message
-
 
 class TestCancel:
     def test_running_has_the_statistics_so_far(self, goals, cell):
@@ -92,19 +84,6 @@ class TestCancel:
             status, result = goal.result()
             assert (status, result.statistics.drops) == (CANCELED, 0)
         assert not running.ended
-
-    def test_through_the_service_aborts_with_the_message(self, goals, cell):
-        goal = goals.send(part_id=known_part(cell), drops=LONG)
-        cell.good("cancel_drop_simulation", job_id=goal.first_feedback().job_id)
-        status, result = goal.result()
-        assert status == ABORTED and "cancelled" in result.message
-        assert result.statistics.drops > 0
-
-    def test_of_an_ended_goal_changes_nothing(self, goals, cell):
-        goal = goals.send(part_id=known_part(cell), drops=100)
-        status, result = goal.result()
-        assert len(goal.cancel().goals_canceling) == 0
-        assert (status, get(cell, result.job_id).state) == (SUCCEEDED, DONE)
 
 
 class TestSharing:

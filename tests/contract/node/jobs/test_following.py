@@ -20,7 +20,7 @@ from ..harness.jobs import (
     start,
 )
 from ..harness.listed import UNFINISHED, Row, recorded_of, rows
-from ..harness.parts import WEDGE, counts, flat, library_part
+from ..harness.parts import WEDGE, counts, library_part
 
 
 @pytest.mark.parametrize("service", ["get_drop_simulation", "cancel_drop_simulation"])
@@ -66,13 +66,6 @@ def test_waiting_then_running_then_done_and_listed_in_the_order_of_acceptance(ce
     assert finished(cell, second).statistics.drops == 500
 
 
-def test_a_nameless_part_is_listed_under_the_name_it_gets(cell):
-    job_id = cell.good("start_drop_simulation", part=flat(WEDGE), drops=100).job_id
-    name = finished(cell, job_id).statistics.part_id
-    assert name == library_part(WEDGE).part_id
-    assert [row.part_id for row in rows(cell) if row.job_id == job_id] == [name]
-
-
 def test_a_running_job_shows_a_prefix_that_grows(cell):
     job_id = start(cell, known_part(cell), LONG, seed=6)
     early = running_with_results(cell, job_id)
@@ -96,19 +89,6 @@ class TestCancel:
         assert counts(told.poses) == counts(expected.poses)
         message = cell.refused("cancel_drop_simulation", job_id=job_id)
         assert job_id in message and "CANCELLED" in message
-
-    def test_queued_leaves_the_running_one_alone(self, cell):
-        part_id = known_part(cell)
-        running, waiting = start(cell, part_id, LONG), start(cell, part_id, 100)
-        answer = cancelled(cell, waiting)
-        assert answer.drops_done == 0 and "cancelled" in answer.message
-        reached(cell, running, RUNNING)
-
-    def test_one_that_is_done_stays_done(self, cell):
-        job_id = start(cell, known_part(cell), 100)
-        finished(cell, job_id)
-        assert "DONE" in cell.refused("cancel_drop_simulation", job_id=job_id)
-        assert get(cell, job_id).state == DONE
 
     def test_a_new_request_does_not_join_a_cancelled_one(self, cell):
         part_id = known_part(cell)

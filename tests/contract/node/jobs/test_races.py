@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import signal
-import subprocess
-import sys
 import threading
 from random import Random
 
@@ -12,31 +10,12 @@ import pytest
 from action_msgs.msg import GoalStatus
 from ros_pose_stats_msgs.msg import JobEvent
 
-from ros_pose_stats import simulate
-
-from ..harness.client import CANCELLED, DONE, RUNNING, until, wait_for
+from ..harness.client import CANCELLED, DONE, until, wait_for
 from ..harness.goals import Goals
-from ..harness.jobs import LONG, cancelled, finished, get, known_part, start
+from ..harness.jobs import LONG, cancelled, get, known_part, start
 from ..harness.listed import UNFINISHED, recorded_of, rows
-from ..harness.parts import WEDGE, counts, library_part
 
 ENDS = {JobEvent.DONE: DONE, JobEvent.CANCELLED: CANCELLED}
-
-CLIENT = """
-import sys
-import rclpy
-from rclpy.action import ActionClient
-from ros_pose_stats_msgs.action import SimulateDrops
-
-rclpy.init(domain_id=int(sys.argv[1]))
-node = rclpy.create_node("doomed")
-actions = ActionClient(node, SimulateDrops, "/pose_stats/simulate_drops")
-actions.wait_for_server()
-goal = SimulateDrops.Goal(part_id=sys.argv[2], drops=int(sys.argv[3]), seed=7)
-sent = actions.send_goal_async(goal, feedback_callback=lambda message: None)
-sent.add_done_callback(lambda done: done.result().get_result_async())
-rclpy.spin(node)
-"""
 
 
 def assert_each_ended_once(client, node, part_id):
@@ -118,20 +97,6 @@ def test_random_requests_goals_and_cancels_from_several_clients(tuned, tuned_cel
     goals.close()
     until(lambda: all(row.state not in UNFINISHED for row in rows(tuned)))
     assert len(assert_each_ended_once(tuned, tuned_cell[0], part_id)) > 20
-
-
-@pytest.mark.long
-def test_a_goal_whose_client_was_killed_is_done_all_the_same(domain, cell):
-    """The next client is served."""
-    part_id = known_part(cell)
-    with subprocess.Popen([sys.executable, "-W", "ignore", "-c", CLIENT, str(domain), part_id,
-                           str(30_000)]) as client:
-        (job_id,) = until(lambda: [row.job_id for row in rows(cell)
-                                   if (row.part_id, row.state) == (part_id, RUNNING)])
-        client.kill()
-    assert finished(cell, start(cell, part_id, 100)).drops_done == 100
-    expected = simulate(library_part(WEDGE), 30_000, seed=7)
-    assert counts(get(cell, job_id).statistics.poses) == counts(expected.poses)
 
 
 def test_flips_end_with_the_node(node_of, client_of):

@@ -10,7 +10,7 @@ from ros_pose_stats import simulate
 
 from ..harness.client import RUNNING
 from ..harness.jobs import LONG, finished, get, known_part, reached, start
-from ..harness.parts import WEDGE, counts, flat, library_part, new_id
+from ..harness.parts import WEDGE, counts, flat, library_part
 
 
 class TestResults:
@@ -33,12 +33,6 @@ class TestResults:
         estimated = cell.good("estimate", part_id=part_id).statistics
         assert {pose.index: pose.down for pose in told.poses} == {
             pose.index: pose.down for pose in estimated.poses}
-
-    def test_a_part_may_be_carried_and_is_remembered(self, cell):
-        part_id = new_id()
-        job_id = cell.good("start_drop_simulation", part=flat(WEDGE, part_id), drops=150).job_id
-        assert finished(cell, job_id).statistics.part_id == part_id
-        assert cell.good("get_statistics", part_id=part_id).statistics
 
     def test_seed_zero_is_drawn_and_reported(self, cell):
         part_id = known_part(cell)
