@@ -128,9 +128,7 @@ def test_a_failing_refinement_keeps_no_other_part_from_being_checked(lanes):
     parts = {name: SimpleNamespace(part_id=name, digest="", scene_override=NODE_SCENE)
              for name in ("first", "last")}
     checks = Checks(lambda: SimpleNamespace(max_parts=2, scene=lambda override: override),
-                    SimpleNamespace(current=parts.get),
-                    SimpleNamespace(lacks_check=lambda known: True, check=lambda *asked: None),
-                    lanes, refine, failures.append)
+                    Mock(current=parts.get), Mock(), lanes, refine, failures.append)
     may_end = occupied(lanes, Lane.CHECK)
     for known in parts.values():
         checks.follow(known)
@@ -141,8 +139,7 @@ def test_a_failing_refinement_keeps_no_other_part_from_being_checked(lanes):
 def test_fits_hold_up_no_other_answer_and_are_refused_at_the_end(lanes, monkeypatch):
     begun, may_end, counts = threading.Event(), threading.Event(), SimpleNamespace(
         total=np.array([50]), ground=Ground(Numbering(0.0, 0), ""))
-    monkeypatch.setattr(plate_fits, "fit_counts",
-                        lambda counted: begun.set() or may_end.wait(60.0))
+    monkeypatch.setattr(plate_fits, "fit_counts", lambda counted: begun.set() or may_end.wait())
     service = plate_fits.PlateFits(
         Mock(), lambda: SimpleNamespace(plate=""),
         SimpleNamespace(all=lambda: [SimpleNamespace(counts=counts)]), None, None, lanes, None)
