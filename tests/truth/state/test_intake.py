@@ -18,12 +18,12 @@ from ros_pose_stats.errors import BatchError, MeshError, RequestError
 from ros_pose_stats.mesh.overlap import TakesLongError
 from ros_pose_stats.records.scene import Numbering
 from ros_pose_stats.ros.messages.part_requests import PartRequest
-from ros_pose_stats.ros.parts import part_store
 from ros_pose_stats.ros.parts.count_store import CellCounts, CountStore, Ground
 from ros_pose_stats.ros.parts.intake import LARGE_BYTES, Checks, Intake
 from ros_pose_stats.ros.parts.known_part import NODE_SCENE, KnownPart, PartSource
 from ros_pose_stats.ros.parts.lanes import Lane, Lanes, Rank
-from ros_pose_stats.ros.services import plate_fits
+from ros_pose_stats.ros.parts.part_store import PartStore
+from ros_pose_stats.ros.services.plate_fits import PlateFits
 
 TETRAHEDRON = ([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]],
                [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
@@ -50,15 +50,18 @@ def occupied(lanes, lane):
     return may_end
 
 
-def test_a_large_part_that_is_asked_for_is_built_beside_quick_ones(lanes):
-    begun, may_end = threading.Event(), threading.Event()
-
+def large_part(begun, may_end):
     def build():
         begun.set()
         may_end.wait()
         return part_from_mesh(*TETRAHEDRON)
 
-    known = KnownPart("large", "", b"", NODE_SCENE, PartSource(None, build), size=LARGE_BYTES + 1)
+    return KnownPart("large", "", b"", NODE_SCENE, PartSource(None, build), size=LARGE_BYTES + 1)
+
+
+def test_a_large_part_that_is_asked_for_is_built_beside_quick_ones(lanes):
+    begun, may_end = threading.Event(), threading.Event()
+    known = large_part(begun, may_end)
     intake = Intake(None, None, None, None, lanes, None, None, None, None)
     try:
         large = intake.built(known)
@@ -136,13 +139,12 @@ def test_a_failing_refinement_keeps_no_other_part_from_being_checked(lanes):
     assert done.wait(60.0) and "'first' could not be refined: OSError: no room" in failures[0]
 
 
-def test_fits_hold_up_no_other_answer_and_are_refused_at_the_end(lanes, monkeypatch):
-    begun, may_end, counts = threading.Event(), threading.Event(), SimpleNamespace(
-        total=np.array([50]), ground=Ground(Numbering(0.0, 0), ""))
-    monkeypatch.setattr(plate_fits, "fit_counts", lambda counted: begun.set() or may_end.wait())
-    service = plate_fits.PlateFits(
-        Mock(), lambda: SimpleNamespace(plate=""),
-        SimpleNamespace(all=lambda: [SimpleNamespace(counts=counts)]), None, None, lanes, None)
+def test_fits_hold_up_no_other_answer_and_are_refused_at_the_end(lanes):
+    begun, may_end = threading.Event(), threading.Event()
+    known = large_part(begun, may_end)
+    known.counts = CellCounts(Ground(Numbering(0.0, 0), ""), np.array([50]), 1)
+    service = PlateFits(Mock(), lambda: SimpleNamespace(plate=""), Mock(all=lambda: [known]),
+                        None, None, lanes, None)
     answers = [service.answer(SimpleNamespace(plate="", apply=False), SimpleNamespace())
                for _ in range(2)]
     assert begun.wait(60.0) and not any(answer.done() for answer in answers)
@@ -165,7 +167,8 @@ def test_counts_that_do_not_fit_a_result_are_left_out_of_it(plate, sides, total,
     assert (build.call_count, warn.call_count) == (builds, warnings)
 
 
-def test_the_use_of_a_mesh_is_not_kept_over_the_next_of_its_name(monkeypatch):
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")  # of a parser of rclpy
+def test_the_use_of_a_mesh_is_not_kept_over_the_next_of_its_name():
     digests, met, lock = [], threading.Event(), threading.RLock()
 
     def acquire():
@@ -184,17 +187,15 @@ def test_the_use_of_a_mesh_is_not_kept_over_the_next_of_its_name(monkeypatch):
 
     state = SimpleNamespace(put=put, put_mesh=put_mesh, rows=lambda table: [
         ("clamp", "old", b"", -1.0, -1.0, 1, 1)])
-    parts = part_store.PartStore(lambda: SimpleNamespace(max_parts=9, max_part_bytes=10**6), None,
-                                 state, Mock(), None)
+    parts = PartStore(lambda: SimpleNamespace(max_parts=9, max_part_bytes=10**6), None, state,
+                      Mock(), None)
     uses = threading.Thread(target=parts.keep_uses)
-    monkeypatch.setattr(part_store, "serialize_message", lambda message: b"")
     parts.restore()
     numbers = parts.find("clamp").numbers
-    numbers.lock = MagicMock()
-    numbers.lock.__enter__.side_effect = acquire
-    numbers.lock.__exit__.side_effect = lambda *error: lock.release()
-    parts.put(KnownPart("clamp", "new", b"", NODE_SCENE,
-                        PartSource(part_from_mesh(*TETRAHEDRON)), numbers),
+    numbers.lock = MagicMock(**{"__enter__.side_effect": acquire,
+                                "__exit__.side_effect": lambda *error: lock.release()})
+    source = PartSource(part_from_mesh(*TETRAHEDRON))
+    parts.put(KnownPart("clamp", "new", b"", NODE_SCENE, source, numbers),
               PartRequest("clamp", *map(np.array, TETRAHEDRON)))
     uses.join()
     assert digests == ["new"]
