@@ -5,6 +5,7 @@ from functools import lru_cache, partial
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial.distance import cdist
 
 from ..records import Array, Index, Mask
 from ..resting import symmetry
@@ -18,6 +19,10 @@ SAME_DOWN = 0.999
 
 NOTHING = 1e-5
 """Share of an axis that symmetry leaves, below which it leaves none."""
+
+
+SAME_STEP = 1e-6
+"""Difference of two shares of a step that are equal but for rounding."""
 
 
 def feature_images(space: changes.DesignSpace) -> tuple[Array, Index]:
@@ -71,11 +76,11 @@ def symmetric_steps(space: changes.DesignSpace, within: float) -> Array:
         np.abs(tensors * (1.0 - np.eye(3))).max(axis=(1, 2)) < NOTHING, 1.0, 0.0)[:, None] \
         * np.diagonal(tensors, axis1=1, axis2=2)
     np.add.at(mean, (np.tile(np.arange(6, count), order), images[:, 6:].ravel()), 1.0 / order)
-    largest = np.abs(mean).round(6).argmax(axis=1)
-    mean /= np.where(np.abs(mean).max(axis=1) > NOTHING, mean[np.arange(count), largest],
-                     np.inf)[:, None]
-    _, first = np.unique(mean.round(5), axis=0, return_index=True)
-    steps = np.array([row for row in mean[np.sort(first)] if row.any()])
+    most = np.abs(mean).max(axis=1)
+    largest = (np.abs(mean) > most[:, None] - SAME_STEP).argmax(axis=1)
+    mean /= np.where(most > NOTHING, mean[np.arange(count), largest], np.inf)[:, None]
+    first = (cdist(mean, mean, "chebyshev") < NOTHING).argmax(axis=1) == np.arange(count)
+    steps = np.array([row for row in mean[first] if row.any()])
     reach = np.abs(space.body.points).max(axis=0) * space.body.radius
     moved = np.linalg.norm(steps[:, :3], axis=1) + np.abs(steps[:, 3:6] * reach).max(axis=1) \
         + steps[:, 6:].max(axis=1, initial=0.0)

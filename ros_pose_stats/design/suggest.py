@@ -16,6 +16,7 @@ from ..records import Array, DropScene, Part, scene as scenes
 from ..resting.convex_body import convex_body
 from ..simulation.request import drop_request
 from ..statistics import feeding, paired_counts
+from ..tolerances import number_equal
 from . import alike, changes, describe, sensitivity, shares
 
 GAIN_DROPS = 2000
@@ -165,12 +166,15 @@ def _climb(space: changes.DesignSpace, model: shares.WantedShare, within: float,
         gains = [-np.inf if should_stop() else
                  _share_within(space, model, within, begun + move) - estimates[-1]
                  for _, move in ways]
-        best = int(np.argmax(gains))
+        # Mirror twins gain the same but for rounding: of those the first.
+        rank = number_equal([-gain for gain in gains], sensitivity.SAME_CHANGE)
+        order = sorted(range(len(ways)), key=rank.__getitem__)
+        best = order[0]
         if gains[best] < LEAST_GAIN:
             break
         taken.append(ways[best][1])
         estimates.append(estimates[-1] + gains[best])
-        ways = [ways[k] for k in np.argsort(gains, kind="stable")[::-1][:LOOKED_AT].tolist()
+        ways = [ways[k] for k in order[:LOOKED_AT]
                 if ways[k][0] != ways[best][0]]
         on_progress(len(taken))
     return taken, estimates

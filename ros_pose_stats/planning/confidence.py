@@ -177,7 +177,8 @@ def observe_counts(model: PoseStatistics, counts: ArrayLike,
 
     `model`: an estimate or of drops, with `plate_error`; `counts` (P,) int: parts seen in each
     pose, by `index`; `left_out` (P,): probabilities that the plate's fit says without these
-    counts, where it rests on them; they and the plate's error take the place of the model.
+    counts, where it rests on them; they and the plate's error take the place of the model. Those
+    of another number of poses, as of another version's, have no say.
     Returns with the method `observed`: probabilities are posterior means, intervals the shortest
     ones of 90 %, `count` what was counted, and `expected_error` and `plate_error` both the error
     against the plate. Where the counts refute the model beyond both errors, the answer is theirs
@@ -192,11 +193,12 @@ def observe_counts(model: PoseStatistics, counts: ArrayLike,
     total = int(counted.sum())
     if not total:
         return model
-    if left_out:
+    told_by_plate = len(left_out) == len(poses)
+    if told_by_plate:
         poses = [replace(pose, probability=told)
                  for pose, told in zip(poses, left_out, strict=True)]
     known = replace(model, poses=tuple(poses),
-                    expected_error=0.0 if left_out else model.expected_error)
+                    expected_error=0.0 if told_by_plate else model.expected_error)
     prior = plate_prior(known)
     refuted = np.flatnonzero(prior.contradicted(counted))
     warnings = model.warnings

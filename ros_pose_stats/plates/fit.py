@@ -143,7 +143,7 @@ class ExplainedPart:
                   for height in grid.height.tolist()]
         ways = {stands.round_sides: _shares(stands, places)
                 for stands in map(self.standing, grid.sides)}
-        self.share = np.concatenate((_shares(counted, [DropScene()]), *(
+        self.share = np.concatenate((_shares(self.standing(SIDES[0]), [DropScene()]), *(
             ways[self.standing(sides).round_sides] for sides in grid.sides)))  # (n, G)
         # (S, n); logarithm
         self.likelihood = log_likelihood(self.count, self.share)
@@ -151,6 +151,14 @@ class ExplainedPart:
     def standing(self, sides: int) -> CountedPart:
         """The part with so many sides a turn, where that matters."""
         return replace(self.counted, round_sides=sides) if self.rolls else self.counted
+
+    @property
+    def weight(self) -> float:
+        """Of its square error beside others: 1 without noise, down by the variance with it."""
+        smooth = (self.count + 0.5) / (self.count + 0.5).sum()
+        noise = (smooth * (1.0 - smooth)).mean() / max(self.count.sum() - 1, 1)
+        unknown = scenes.DEFAULT_PLATE_ERROR ** 2
+        return float((unknown / (unknown + noise)) ** 2) if self.count.sum() > 1 else 0.0
 
     def square_error(self, place: int) -> float:
         """Mean square error over the groups at a scene, free of the noise of the counts.
@@ -179,22 +187,34 @@ def fit_plate(counted: Sequence[CountedPart]) -> PlateFit:
     parts = [ExplainedPart(one, grid) for one in told]
     logarithm, weight = weigh_scenes(parts, grid)
     place = nearest_scene(parts, weight)
-    evidence, squares = [], []
+    evidence: list[PartEvidence] = []
+    tested: dict[str, tuple[float, float]] = {}  # weight and square error, by digest
     for one in parts:
-        others = [other for other in parts if other is not one]
+        digest = one.counted.part.digest
+        others = [other for other in parts if other.counted.part.digest != digest]
         left = nearest_scene(others, weigh_scenes(others, grid)[1])
-        squares.append(one.square_error(left))
+        tested[digest] = max(tested.get(digest, (0.0, 0.0)),
+                             (one.weight, one.square_error(left if others else place)))
         evidence.append(_evidence(one, place, left))
-    tested = squares if len(parts) > 1 else []
-    error = math.sqrt(max(sum(tested) + UNTESTED * scenes.DEFAULT_PLATE_ERROR ** 2, 0.0)
-                      / (len(tested) + UNTESTED))
     found, table = grid.scene(place), grid.table(logarithm)
     return PlateFit(
         _interval(RESTITUTIONS, table.max(axis=(0, 2)), found.restitution),
         _interval(grid.height, table.max(axis=(0, 1)), found.drop_height or AS_DEFAULT),
-        _sides_interval(sides, table.max(axis=(1, 2)), found.round_sides), float(weight[0]), error,
-        _p_value(parts, place, grid), sum(one.counted for one in told),
-        tuple(evidence), time.perf_counter() - begin)
+        _sides_interval(sides, table.max(axis=(1, 2)), found.round_sides), float(weight[0]),
+        math.sqrt(_plate_square(list(tested.values()))), _p_value(parts, place, grid),
+        sum(one.counted for one in told), tuple(evidence), time.perf_counter() - begin)
+
+
+def _plate_square(tested: Sequence[tuple[float, float]]) -> float:
+    """Square error on another part, by the weights and square errors of the parts of a fit.
+
+    The scene of a single part was fitted to it, so that it can only speak against the plate.
+    """
+    unknown = scenes.DEFAULT_PLATE_ERROR ** 2
+    if len(tested) == 1:
+        return max(unknown, tested[0][1])
+    total = max(sum(weight * square for weight, square in tested), 0.0)
+    return (total + UNTESTED * unknown) / (sum(weight for weight, _ in tested) + UNTESTED)
 
 
 def choose_parts(counted: Iterable[CountedPart]) -> list[CountedPart]:
@@ -286,7 +306,7 @@ def _p_value(parts: Sequence[ExplainedPart], place: int, grid: SceneGrid) -> flo
     """Chance of counts this far from the scene, to which two or three numbers were fitted."""
     statistic, free, scene = 0.0, -2 - (len(grid.sides) > 1), grid.scene(place)
     for one in parts:
-        resting = (one.standing(scene.round_sides) if place else one.counted).resting
+        resting = one.standing(scene.round_sides).resting
         probability = split(resting, scene)
         expected = expected_error("split", resting, probability, scene)
         test = goodness_of_fit(one.count, one.share[place],

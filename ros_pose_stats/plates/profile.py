@@ -47,7 +47,7 @@ class PlateProfile:
     restitution: float  # effective coefficient of restitution, and bounds of its 90 % interval
     restitution_low: float
     restitution_high: float
-    # effective height of the centre of mass at release, likewise, metres; negative: 20 part radii
+    # effective height of the centre of mass at release, likewise, metres; -1: 20 part radii
     drop_height: float
     drop_height_low: float
     drop_height_high: float
@@ -70,7 +70,8 @@ class PlateProfile:
     def __post_init__(self) -> None:
         refuse_name(self.name)
         for sides in (self.round_sides, self.round_sides_low, self.round_sides_high):
-            DropScene(self.restitution, None if self.drop_height < 0.0 else self.drop_height,
+            DropScene(self.restitution,
+                      None if self.drop_height == fits.AS_DEFAULT else self.drop_height,
                       round_sides=sides)
         if not 0.0 <= self.plate_error <= 1.0:
             raise errors.RequestError("a plate_error from 0 to 1", f"{self.plate_error}",
@@ -78,8 +79,9 @@ class PlateProfile:
 
     @property
     def tells_round_sides(self) -> bool:
-        """Whether round parts were counted and left some numbers of sides out."""
-        return (self.round_sides_low, self.round_sides_high) != fits.UNTOLD_SIDES[1:]
+        """Whether the scene is one of its own sides, or some are left out by the counts."""
+        return (self.round_sides, self.round_sides_low,
+                self.round_sides_high) != fits.UNTOLD_SIDES
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values that JSON and YAML can hold, without the name."""
@@ -209,9 +211,9 @@ def _profile(file: Path, name: str, values: Any) -> PlateProfile:
         p_value, weight = (math.nan if (told := fields[key]) is None else float(told)
                            for key in ("p_value", "default_weight"))
         sides: dict[str, Any] = {
-            key: default if (told := fields[key]) is None else int(told) for key, default in zip(
-                ("round_sides", "round_sides_low", "round_sides_high"), fits.UNTOLD_SIDES,
-                strict=True)}
+            key: default if (told := fields[key]) is None else _whole(told)
+            for key, default in zip(("round_sides", "round_sides_low", "round_sides_high"),
+                                    fits.UNTOLD_SIDES, strict=True)}
         left_out = {str(digest): _left_out(**one)
                     for digest, one in (fields["left_out"] or {}).items()}
         parts = fields["parts"] if isinstance(fields["parts"], list) else []
@@ -230,6 +232,13 @@ def _profile(file: Path, name: str, values: Any) -> PlateProfile:
         raise errors.RequestError("numbers for each plate",
                                   f"{re.sub(r'^.*: ', '', str(error))} for {name} in {file}",
                                   "fit the plate again") from error
+
+
+def _whole(value: Any) -> int:
+    number = int(value)
+    if number != float(value):
+        raise ValueError(f"round_sides of {value}")
+    return number
 
 
 def _left_out(cluster_tolerance: float, round_sides: int, probability: list[float]) -> LeftOut:

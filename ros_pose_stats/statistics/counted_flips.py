@@ -55,7 +55,7 @@ def learn_flips(kicks: Sequence[FlipStatistics], counts: ArrayLike,
                             sorted({pose.group for pose in kicks[0].poses})).astype(float)
     size = member.sum(axis=0)
     seen = member.T @ counted @ member
-    rows = [(kick.counts + 0.5) / (kick.counts.sum(axis=1) + 0.5 * poses)[:, None]
+    rows = [(kick.counts + 0.5 / poses) / (kick.counts.sum(axis=1) + 0.5)[:, None]
             for kick in kicks]
     models = [member.T @ row @ member for row in rows]
     evidence = np.array([_evidence(model, seen, size) for model in models])

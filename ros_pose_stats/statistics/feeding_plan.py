@@ -6,6 +6,7 @@ after a number of kicks the plate is emptied. Only the mean over the parts is fo
 exact but for how the others lie that block one.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any, NamedTuple
@@ -214,27 +215,35 @@ class Plate:
         fresh, picks = self.dropped.probability, float((lying @ seen).sum())
         counted = self._drops(self.dropped.shares, self.dropped.drops)
         if kick is None:
-            return float(np.sqrt(self.dropped.scatter(seen) / counted)) / picks
+            return math.sqrt(self._fresh_variance(seen, counted)) / picks
         moves, left = kick.transition, 1.0 - seen
         worth = [seen]  # of a part that lies so at a picture: picks until the cycle's end
         for _ in lying[1:]:
             worth.append(seen + left * (moves @ worth[-1]) + seen * (fresh @ worth[-1]))
         after = np.array(worth[-2::-1]).reshape(-1, seen.size)
         gain = worth[-1] + (lying[:-1] @ seen) @ after
-        variance = self.dropped.scatter(gain) / counted
+        variance = self._fresh_variance(gain, counted)
         row_gain = (lying[:-1] * left).T @ after
         for row, values, flips in zip(moves, row_gain, kick.counts.sum(axis=1).tolist(),
                                       strict=True):
             drops = flips if kick.observed else self._drops(
                 self.dropped._replace(probability=row).shares, flips)
-            smooth = (drops * row + 0.5) / (drops + 0.5 * row.size)
-            variance += float(smooth @ values ** 2 - (smooth @ values) ** 2) / drops
-        return float(np.sqrt(variance)) / picks
+            variance += mean_variance(row, values, drops)
+        return math.sqrt(variance) / picks
+
+    def _fresh_variance(self, values: Array, drops: float) -> float:
+        """Variance of the mean of a value of the poses (K,) over drops that end in the units."""
+        unit = self.dropped.unit
+        each = np.bincount(unit, values) / np.bincount(unit)
+        return mean_variance(self.dropped.shares, each, drops)
 
     def _drops(self, shares: Array, counted: float) -> float:
         """Drops whose counts would be as uncertain as shares counted so and the plate's error."""
         plate = equivalent_drops(shares, np.full(shares.size, self.plate_error))
-        return 1.0 / (1.0 / counted + 1.0 / plate) if counted else np.nan
+        if not counted:
+            return math.nan
+        inverse = 1.0 / counted + 1.0 / plate
+        return 1.0 / inverse if inverse else math.inf
 
     def worth_flipping(self, parts: int, moves: Array) -> Index:
         """The poses in which a kick gets a part picked sooner than dropping another one does.
@@ -256,3 +265,13 @@ class Plate:
             if (sooner == flips).all():
                 return np.flatnonzero(flips)
             flips = sooner
+
+
+def mean_variance(shares: Array, values: Array, drops: float) -> float:
+    """Variance of the mean of values (K,) over so many drops that end by these shares.
+
+    Half a drop is spread over all: that none ended elsewhere yet does not make it certain.
+    """
+    half = 0.5 / drops
+    smooth = (shares + half / shares.size) / (1.0 + half)
+    return max(0.0, float(smooth @ (values - smooth @ values) ** 2)) / drops

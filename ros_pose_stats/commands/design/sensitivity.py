@@ -51,8 +51,7 @@ def register(commands: given.Commands) -> None:
                          help="draw where to add to the part and where to take away, as FILE.png")
     given.add_scene_options(command)
     command.add_argument("--drops", type=given.read_count, metavar="N",
-                         help="drops of each part (default: 2000"
-                         "suggestion)")
+                         help="drops of each part (default: 2000)")
     given.add_seed_option(command, "the same seed and number of drops give the same counts "
                           "(default: a fresh one, which is printed)")
     given.add_workers_option(command)

@@ -59,6 +59,7 @@ def run(options: argparse.Namespace) -> int:
         from ...files import refuse_unwritable
         from ...kernels.compilation import prepare_kernels
         from ...plates import fit_plate, profile_of, refuse_name, write_profile
+        from ...plates.fit import MOST_PARTS
         from ...plates.profile import refuse_foreign
 
         file = Path(options.plates)
@@ -68,6 +69,10 @@ def run(options: argparse.Namespace) -> int:
         counted, notes = _read_counts(options)
         prepare_kernels()
         found = fit_plate(counted)
+    fitted = {part.part_digest for part in found.parts}
+    if beside := {one.part.part_id: None for one in counted if one.part.digest not in fitted}:
+        notes.append(f"not in the fit: {listed(list(beside))}; it takes the {MOST_PARTS} parts "
+                     "counted most of those that can lie in two ways")
     for note in notes:
         print(f"ros_pose_stats: {note}", file=sys.stderr)
     profile = profile_of(options.plate, found)

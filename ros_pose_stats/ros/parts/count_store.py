@@ -262,7 +262,8 @@ class CountStore:
             return None
         profile = self._settings().profile
         left_out = profile.left_out.get(known.digest) if profile else None
-        told = left_out.probability if left_out and left_out.numbering == ground.numbering else ()
+        told = left_out.probability if left_out and Ground(
+            left_out.numbering, ground.plate).goes_on_as(ground, known.part) else ()
         model = statistics_messages.statistics_of_message(message)
         if profile is None:
             counts.evidence = plate_evidence(model, counts.total)
