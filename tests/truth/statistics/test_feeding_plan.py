@@ -112,6 +112,15 @@ def test_no_other_policy_takes_less_time(dropped, flips):
     np.testing.assert_allclose(seconds(chosen), least, rtol=1e-9)
 
 
+def test_nothing_is_uncertain_of_poses_that_symmetry_makes_one_and_something_of_counts():
+    cube = estimate(part_from_mesh(*shapes.box(0.02, 0.02, 0.02)))
+    told = feeding_plan.plan_feeding(cube, [0], replace(CELL, plate=(0.1, 0.08))).best.per_minute
+    assert told.low == told.value == told.high
+    wanted = np.array([1.0, 0.0])  # of 16 drops all: 16.25 of 16.5
+    variance = feeding_plan.mean_variance(wanted, wanted, 16.0)
+    assert variance == pytest.approx(0.25 * 16.25 / 16.5**2 / 16.0)
+
+
 def test_the_interval_is_that_of_redrawn_shares(dropped, flips):
     """Shares and rows drawn again as often as their errors say: the scatter of the rate."""
     alone, kick = replace(dropped, plate_error=0.03), flips[2]

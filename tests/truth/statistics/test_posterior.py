@@ -170,3 +170,5 @@ def test_what_a_plate_errs_by_is_learnt_from_other_parts():
     other = [count / sum(told) for count in told[::-1]]  # what a plate says without these counts
     found = observe_counts(model, [1, 0, 0, 0, 0, 0], other)
     assert [found.poses[0].index, found.poses[0].probability] == pytest.approx([4, 0.38], abs=0.01)
+    foreign = observe_counts(model, [1, 0, 0, 0, 0, 0], other[:5])  # of other poses
+    assert foreign.expected_error == observe_counts(model, [1, 0, 0, 0, 0, 0]).expected_error
