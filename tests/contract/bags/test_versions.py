@@ -51,10 +51,9 @@ def test_fields_that_an_older_version_lacks_are_unknown(tmp_path):
 
 def test_older_versions_took_round_surfaces_as_the_file_has_them(tmp_path):
     """Their counts are compared with their results, and with none of today's."""
-    later = re.compile("(uint32 round_sides|int32 from_pose|string feeder_speed)\n")
     write_plain(tmp_path / "old.mcap", [
-        (name, later.sub("", definition(f"{PACKAGE}/{name}")),
-         {**ABOUT, **fields}) for name, fields in (
+        (name, re.sub("(uint32 round_sides|int32 from_pose|string feeder_speed)\n", "", definition(
+            f"{PACKAGE}/{name}")), {**ABOUT, **fields}) for name, fields in (
             ("PoseStatistics", {"method": "combined", "poses": POSES}),
             ("JobEvent", {"event": 2, "job_id": "job_1", "seed": 192, "drop_height": 0.4}),
             ("PoseCounts", {"index": [0, 1], "count": [3, 1]}))])
