@@ -44,6 +44,22 @@ def test_the_kick_is_the_one_that_was_counted(kicks):
         assert found.kick_height == kick.kick_height
 
 
+def test_it_is_nearer_than_model_and_counts_where_the_cell_is_off(kicks):
+    """Rows that scatter about the model's as a Dirichlet of 40 flips, of which 40 are counted.
+
+    The posterior's expected square error is half of either alone, less what its strength costs.
+    """
+    random, errors = np.random.default_rng(4), []
+    for _ in range(60):
+        truth = np.array([random.dirichlet(40.0 * row + 1e-9) for row in kicks[1].transition])
+        counts = drawn(truth, 40, random.integers(2**31))
+        found = learn_flips(kicks, counts).transition
+        errors.append([np.mean((each - truth) ** 2)
+                       for each in (found, kicks[1].transition, counts / 40.0)])
+    learned, model, counted = np.mean(errors, axis=0)
+    assert learned < 0.75 * min(model, counted)
+
+
 def test_poses_that_look_alike_share_their_counts():
     """A camera names either of a box's two equal faces; groups are known by all flips of both."""
     flips = simulate_flips(part_from_mesh(*shapes.box(1.0, 2.0, 3.0)), 0.9, 2000, seed=3)
