@@ -53,7 +53,7 @@ class TestTable:
     def test_each_pose_by_itself(self, box):
         text = answer("estimate", *box, "--method", "split", "--each")
         assert table_head(text) == ["pose", "group", "probability", "90 % interval", "height",
-                                    "barrier", "margin", "down"]
+                                    "barrier", "topple", "down"]
         rows = table_rows(text)
         assert [row["pose"] for row in rows] == list("012345")
         assert [row["group"] for row in rows] == list("001122")
@@ -73,8 +73,8 @@ class TestTable:
 
     def test_what_rolls_is_marked_and_explained_once(self, box, cylinder):
         text = answer("estimate", *cylinder, "--each")
-        assert [row["margin"].endswith("*") for row in table_rows(text)] == [True, False, False]
-        assert text.count("the margin holds across its axis only") == 1
+        assert [row["topple"].endswith("*") for row in table_rows(text)] == [True, False, False]
+        assert text.count("the tilt to topple holds across its axis only") == 1
         assert "*" not in answer("estimate", *box)
 
     @pytest.mark.parametrize(("more", "count"), [((), 3), (("--each",), 6)])

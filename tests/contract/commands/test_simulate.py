@@ -37,7 +37,7 @@ def test_the_table_says_what_was_done(table):
 def test_the_columns_are_those_of_an_estimate_and_the_drops(box, table):
     estimated = answer("estimate", *box, "--method", "split")
     names = ["poses", "number", "group", "probability", "90 % interval", "drops", "height",
-             "barrier", "margin", "down"]
+             "barrier", "topple", "down"]
     assert table_head(table) == names
     assert table_head(estimated) == [name for name in names if name != "drops"]
     downs, others = ({row["poses"]: row["down"] for row in table_rows(text)}

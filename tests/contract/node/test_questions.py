@@ -135,6 +135,14 @@ class TestFlips:
                    kick_heights=[0.5 * KICK, 0.4 * KICK, 0.3 * KICK], **ASKED)
 
 
+def flip(cell, part_id, *kicks):
+    """Flip a part as often as a question does, by goals, which have all the time they need."""
+    goals = Goals(cell, "simulate_flips")
+    for kick in kicks:
+        goals.send(part_id=part_id, kick_height=kick, drops=10_000 // POSES, seed=1).result()
+    goals.close()
+
+
 class TestPlan:
     def test_service_and_command_plan_alike(self, cell, tmp_path):
         """Equal numbers to the last bit: shares, kicks and their seed are the same."""
@@ -143,6 +151,7 @@ class TestPlan:
                                 + [f"f {a + 1} {b + 1} {c + 1}\n" for a, b, c in WEDGE[1]]))
         part_id = new_id()
         shown = cell.good("estimate", part=flat(WEDGE, part_id)).statistics
+        flip(cell, part_id, 0.03, 0.011)
         answer = cell.good("feeding", part_id=part_id, plate_length=0.3, plate_width=0.2,
                            clearance=0.002, kick_heights=[0.03, 0.011], **ASKED)
         told = answer_json("feeding", file, "--unit", "m", "--plate", 0.3, 0.2, "--clearance",
@@ -166,6 +175,7 @@ class TestPlan:
         asked = {"part_id": part_id, "kick_height": 0.011, "feeder_speed": "slow", **ASKED}
         assert "got 'slow'; there is none" in cell.refused("feeding", **asked)
         before = shown.poses[0].index
+        flip(cell, part_id, 0.011)
         counting(cell).publish(*(counted(shown, [1, 2], from_pose=before, feeder_speed=speed)
                                  for speed in ("", "slow")))
         told = until(lambda: (one := cell.call("feeding", **asked)).success and one)
