@@ -79,8 +79,9 @@ def test_the_best_come_first():
 
 @pytest.mark.long
 def test_plates_fitted_to_some_parts_predict_the_others():
-    """Within the errors that it tells, but for a factor that a single split leaves open."""
+    """Within three told errors, on a single split; 0 is within the noise of the counts."""
     results = study_json("plates", "--splits", 1)
     assert results["splits"] == 1 and len(results["plates"]) == 11
     for plate in results["plates"]:
-        assert 0.0 < plate["errors"]["fit"] < 3.0 * plate["told"]
+        assert 0.0 <= plate["errors"]["fit"] < 3.0 * plate["told"]
+    assert any(plate["errors"]["fit"] > 0.0 for plate in results["plates"])
