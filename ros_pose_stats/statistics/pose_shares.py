@@ -49,7 +49,7 @@ def pose_shares(found: PoseStatistics) -> PoseShares:
     poses = sorted(found.poses, key=lambda pose: pose.index)
     probability = np.array([pose.probability for pose in poses])
     if not np.isfinite(probability).all():
-        raise RequestError("probabilities of the poses", "none", "drop the part more often")
+        raise RequestError("probabilities of the poses", "none", "simulate more drops")
     if found.method == SIMULATION:
         return PoseShares(probability, float(sum(pose.count for pose in poses)),
                           np.arange(len(poses)))

@@ -147,7 +147,7 @@ def _answer(request: Any, response: Any, latched: PoseStatistics, cell: FeederCe
         _fill(response, name, number)
     if math.isnan(dropped.drops):
         basis += (f"; the error of {latched.method} is not known here, so there are no intervals: "
-                 f"drop the part")
+                 f"simulate the part")
     response.message = f"{basis}."
 
 
