@@ -247,12 +247,11 @@ def add_wanted_option(command: CommandParser, metavar: str, about: str,
                          metavar=metavar, help=about, **more)
 
 
-def add_seed_option(command: CommandParser,
-                    about: str = "the same seed gives the same counts (default: a fresh one, "
-                    "which is printed)", default: int | None = None) -> None:
+def add_seed_option(command: CommandParser) -> None:
     """Add the seed of the drops."""
-    command.advanced.add_argument("--seed", type=read_count, default=default, metavar="S",
-                                  help=about)
+    command.advanced.add_argument("--seed", type=read_count, metavar="S",
+                                  help="the same seed gives the same counts (default: a fresh "
+                                  "one, which is printed)")
 
 
 def add_workers_option(command: CommandParser) -> None:

@@ -50,8 +50,7 @@ def register(commands: given.Commands) -> None:
     command.add_argument("--drops", type=given.read_count, default=MOST_DROPS, metavar="N",
                          help="the most drops of each variant for the verdict (default: "
                          "%(default)s); as many are made afresh")
-    given.add_seed_option(command, "the same seed gives the same answer (default: a fresh one, "
-                          "which is printed)")
+    given.add_seed_option(command)
     given.add_workers_option(command)
     command.add_argument("-o", "--output", metavar="FILE",
                          help="write a page with pictures of the poses, too: FILE.html")

@@ -52,8 +52,7 @@ def register(commands: given.Commands) -> None:
     given.add_scene_options(command)
     command.add_argument("--drops", type=given.read_count, metavar="N",
                          help="drops of each part (default: 2000)")
-    given.add_seed_option(command, "the same seed and number of drops give the same counts "
-                          "(default: a fresh one, which is printed)")
+    given.add_seed_option(command)
     given.add_workers_option(command)
     given.add_json_option(command)
     command.set_defaults(run=run)

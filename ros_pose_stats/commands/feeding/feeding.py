@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from ...records import PoseStatistics
     from ...statistics.feeding_plan import FeederCell, FeedingPlan
 
-FLIPS, SEED = 10_000, 1
-"""As a node answers: flips with a kick, out of all poses, and their seed."""
+FLIPS = 10_000
+"""With a kick, out of all poses, as a node answers."""
 
 TIMES = {"cycle-time": (1.0, "seconds from one kick to the next"),
          "pick-time": (1.0, "seconds to pick a part"),
@@ -58,7 +58,7 @@ def register(commands: given.Commands) -> None:
                          "out over the poses)")
     command.add_argument("--png", metavar="FILE",
                          help="draw the parts a minute over the kick heights, as FILE.png")
-    given.add_seed_option(command, "of the kicks (default: %(default)s)", SEED)
+    given.add_seed_option(command)
     given.add_workers_option(command)
     given.add_json_option(command)
     command.set_defaults(run=run)
@@ -84,10 +84,10 @@ def run(options: argparse.Namespace) -> int:
     warnings = [*dropped.warnings, *warn_of_alike(dropped, options.wanted)]
     kicks = usual_kicks(dropped.radius) if options.kicks is None else options.kicks
     each = max(1, FLIPS // len(dropped.poses)) if options.flips is None else options.flips
+    request = drop_request(each, options.seed, 0.0, options.workers)
     with running.stop_on_interrupt() as interrupted, running.ProgressBar(sys.stderr) as bar:
         flips = flips_by_kick(
-            part, given.scene_of(options), kicks,
-            drop_request(each, options.seed, 0.0, options.workers), Watch.of(None, interrupted),
+            part, given.scene_of(options), kicks, request, Watch.of(None, interrupted),
             lambda done, total: bar.draw(done / total, f"kick {done + 1} of {total}"))
     stopped = interrupted()
     if counted and flips and not stopped:
@@ -105,18 +105,18 @@ def run(options: argparse.Namespace) -> int:
         names = ("part_id", "part_digest", "method", "restitution", "drop_height",
                  "cluster_tolerance", "round_sides", "plate_error", "version")
         plain: dict[str, Any] = {name: dropped.as_dict()[name] for name in names}
-        running.print_json({**plain, "wanted": options.wanted, "seed": options.seed,
+        running.print_json({**plain, "wanted": options.wanted, "seed": request.seed,
                             "flips": each, "warnings": warnings,
                             "notes": list(dropped.notes), **plan.as_dict()},
                            interrupted=stopped)
     else:
-        print("\n".join(_lines(dropped, plan, cell, warnings)))
+        print("\n".join(_lines(dropped, plan, cell, request.seed, warnings)))
         if stopped:
             print(f"interrupted after {len(flips)} of {len(set(kicks))} kick heights")
     return running.INTERRUPTED if stopped else 0
 
 
-def _lines(dropped: PoseStatistics, plan: FeedingPlan, cell: FeederCell,
+def _lines(dropped: PoseStatistics, plan: FeedingPlan, cell: FeederCell, seed: int,
            warnings: list[str]) -> list[str]:
     """The plan for people."""
     poses = {action: [index for index, each in enumerate(plan.actions) if each == action]
@@ -134,4 +134,4 @@ def _lines(dropped: PoseStatistics, plan: FeedingPlan, cell: FeederCell,
             f"{millimetres(cell.plate[1])} mm; the first picture has {best.pickable:.3g} to pick",
             "", *columns(heads, rows),
             f"in brackets: 90 % intervals, with {100.0 * dropped.plate_error:.2g} points of error "
-            "of the plate", *remarks(warnings, dropped.notes)]
+            f"of the plate; flips of seed {seed}", *remarks(warnings, dropped.notes)]
