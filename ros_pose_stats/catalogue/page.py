@@ -24,17 +24,10 @@ PAGE = "index.html"
 CHUNKS = "rows"
 REPORTS = "reports"
 ASSETS = Path(__file__).with_name("assets")
-
-EMBEDDED = 400
-"""Parts up to which the page holds rows and pictures itself: about two megabytes."""
-
+EMBEDDED = 400  # parts up to which the page holds rows and pictures itself: about two megabytes
 ROWS_A_CHUNK = 2000
-
-GROUPS = 8
-"""Poses of a part that the page lists, those that symmetry makes alike as one."""
-
-Shown = tuple[rows.Row, str]
-"""A row and the file of its picture."""
+GROUPS = 8  # poses of a part that the page lists, those that symmetry makes alike as one
+Shown = tuple[rows.Row, str]  # A row and the file of its picture
 
 
 class PageState(NamedTuple):

@@ -18,9 +18,7 @@ from .request import PartFile
 from .rows import Described, Row
 
 ROWS = "parts.sqlite3"
-
-SYNC_SECONDS = 1.0
-"""A power cut costs the rows of this time; anything else, as a kill, costs none."""
+SYNC_SECONDS = 1.0  # a power cut costs the rows of this time; anything else, as a kill, costs none
 
 TABLE = """CREATE TABLE IF NOT EXISTS parts (
     name BLOB PRIMARY KEY, bytes INTEGER, mtime_ns INTEGER, picture TEXT, to_be_dropped INTEGER,
@@ -102,8 +100,7 @@ class RowStore:
                              "delete it; all parts are then looked at again") from error
 
 
-ONE_WAY = 0.9
-"""Share of the best pose from which on a part is said to lie one way."""
+ONE_WAY = 0.9  # share of the best pose from which on a part is said to lie one way
 
 
 @dataclass

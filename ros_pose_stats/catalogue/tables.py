@@ -29,13 +29,8 @@ POSE_COLUMNS: dict[str, type] = {
 
 PARTS, POSES = "catalogue", "poses"
 TABLES = tuple(f"{name}.{kind}" for name in (PARTS, POSES) for kind in ("csv", "parquet"))
-
-BETWEEN = " | "
-"""Between the warnings of a part."""
-
-AT_ONCE = 20_000
-"""Rows of a Parquet table in memory."""
-
+BETWEEN = " | "  # between the warnings of a part
+AT_ONCE = 20_000  # rows of a Parquet table in memory
 Table = tuple[dict[str, type], Iterator[Sequence[Any]]]
 
 

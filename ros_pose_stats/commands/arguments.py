@@ -73,17 +73,10 @@ def _meant(word: str, choices: Sequence[str]) -> str:
 
 
 LENGTH = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([a-zA-Z]*)\s*$")
-
-MOST_DIGITS = 30
-"""Digits of a whole number; no seed has more."""
-
+MOST_DIGITS = 30  # digits of a whole number; no seed has more
 POSES = "indices of poses, for instance 0,1 or 0 1 or 0-3"
-
-MOST_RANGE = 100_000
-"""Poses of a range; no part has more."""
-
-SHOWN = 60
-"""Characters of the refused text that the refusal repeats."""
+MOST_RANGE = 100_000  # poses of a range; no part has more
+SHOWN = 60  # characters of the refused text that the refusal repeats
 
 
 def read_count(text: str) -> int:

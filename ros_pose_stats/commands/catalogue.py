@@ -14,8 +14,7 @@ from . import arguments as given, running
 if TYPE_CHECKING:
     from ..catalogue.making import Catalogue, CatalogueProgress, Maker
 
-NAMED = 10
-"""Refused parts that are named on the terminal."""
+NAMED = 10  # refused parts that are named on the terminal
 
 
 def register(commands: given.Commands) -> None:

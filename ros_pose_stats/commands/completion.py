@@ -6,9 +6,7 @@ from functools import partial
 from . import arguments as given
 
 SHELLS = ("bash", "zsh")
-
-PATHS = ("DIR", "FILE", "PART", "STEM")
-"""Metavars that stand for the name of a file or directory."""
+PATHS = ("DIR", "FILE", "PART", "STEM")  # metavars that stand for the name of a file or directory
 
 FILE = {"bash": "_ros_pose_stats_files", "zsh": "_files", "preamble": {"bash": """\
 # Names of files, also those begun with an escaped space.

@@ -32,8 +32,7 @@ WIDTH = 24
 NARROWEST = 5
 COLUMNS = 80
 SECONDS_BETWEEN = 0.1
-FIRST_AFTER = 0.3
-"""Seconds before a bar appears."""
+FIRST_AFTER = 0.3  # seconds before a bar appears
 
 
 class ProgressBar:

@@ -18,8 +18,7 @@ Array = NDArray[np.float64]
 
 ADD, TAKE = np.array([0.0, 0.45, 0.70]), np.array([0.84, 0.37, 0.0])
 PLAIN = np.array([0.86, 0.86, 0.86])
-FAINTEST = 0.35
-"""Strength of the colour of an effect that is hardly above its error."""
+FAINTEST = 0.35  # strength of the colour of an effect that is hardly above its error
 
 SIDES = (("as in the part frame, from above", np.ones(3)),
                 ("turned upside down about x", np.array([1.0, -1.0, -1.0])))

@@ -20,8 +20,7 @@ from ..errors import RequestError
 Picture = NDArray[np.uint8]
 
 SALT = "ros_pose_stats"
-RASTER = 150
-"""Dots per inch of images within vector graphics."""
+RASTER = 150  # dots per inch of images within vector graphics
 
 
 def save_figure(figure: Figure, file: Path) -> None:
@@ -62,15 +61,13 @@ def png_bytes(picture: NDArray[np.uint8]) -> bytes:
     return file.getvalue()
 
 
-COLORS = 36
-"""Number of colours of a GIF, besides those kept."""
+COLORS = 36  # number of colours of a GIF, besides those kept
 
 KEPT = ((255, 255, 255), (213, 94, 0), (0, 114, 178), (34, 34, 34))
 """Colours of paper, markers and lines, which an average of pixels would turn grey."""
 
 
-NEAR = 8
-"""Levels within which a colour is replaced by one of those kept."""
+NEAR = 8  # levels within which a colour is replaced by one of those kept
 
 
 def address(kind: str, picture: bytes) -> str:

@@ -18,20 +18,11 @@ from .style import INK, REFERENCE, in_digits, new_figure
 Array = NDArray[np.float64]
 
 COLUMNS = 4
-MOST = 8
-"""Most poses that are drawn, the most probable ones."""
-
-PIXELS = 400
-"""Pixels across a picture."""
-
-HEAD = 0.62
-"""Height of the text of a picture, inches."""
-
-TITLE = 0.65
-"""Height of the two lines above all pictures, inches."""
-
-WIDTH, PLATE = 3.0, 1.05
-"""Width of a picture, and half the side of the plate, in radii."""
+MOST = 8  # most poses that are drawn, the most probable ones
+PIXELS = 400  # pixels across a picture
+HEAD = 0.62  # height of the text of a picture, inches
+TITLE = 0.65  # height of the two lines above all pictures, inches
+WIDTH, PLATE = 3.0, 1.05  # width of a picture, and half the side of the plate, in radii
 
 
 def poses_figure(part: Part, found: PoseStatistics) -> Figure:
@@ -104,9 +95,7 @@ def _heading(found: PoseStatistics, rest: int) -> str:
 
 
 Picture = NDArray[np.uint8]
-
-BESIDE_PIXELS = 320
-"""Pixels across a picture."""
+BESIDE_PIXELS = 320  # pixels across a picture
 
 
 def pictures_beside(parts: tuple[Part, Part], turn: Array | None,
@@ -158,11 +147,8 @@ def _smallest_turn(source: Array, target: Array) -> Array:
     return np.asarray(np.eye(3) + cross + cross @ cross / (1.0 + cosine))
 
 
-SMALL_PIXELS = 176
-"""Pixels across: twice those that a table shows, for fine screens."""
-
-SMALL_COLORS = 24
-"""More make the file larger than the eye sees at this size."""
+SMALL_PIXELS = 176  # pixels across: twice those that a table shows, for fine screens
+SMALL_COLORS = 24  # more make the file larger than the eye sees at this size
 
 
 def pose_thumbnail(part: Part, pose: StablePose, radius: float) -> bytes:

@@ -17,17 +17,13 @@ PART = np.array([0.42, 0.64, 0.92])
 PLATE, RIM, SHADOW = 0.925, 0.72, 0.70
 """Greys of the plate, its border and the shadow straight below the part."""
 
-LINE = 0.28
-"""Brightness left on an edge."""
+LINE = 0.28  # brightness left on an edge
 
 CREASE = np.cos(np.radians(25.0))
 """Angle between two triangles above which an edge is drawn between them."""
 
-STEP = 0.02
-"""Difference of depth that makes an outline, as a fraction of the picture's width."""
-
-FINENESS = 2
-"""Samples of a pixel in each direction."""
+STEP = 0.02  # difference of depth that makes an outline, as a fraction of the picture's width
+FINENESS = 2  # samples of a pixel in each direction
 
 
 class View(NamedTuple):
@@ -118,8 +114,7 @@ def _edges(nearest: Index, depth: Array, facing: Array, parts: int, step: float)
     return bright
 
 
-AT_ONCE = 3_000_000
-"""Most pixels of triangles in memory at a time."""
+AT_ONCE = 3_000_000  # most pixels of triangles in memory at a time
 
 
 def nearest_triangles(corners: Array, wide: int, high: int) -> tuple[Index, Array]:

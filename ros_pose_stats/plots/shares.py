@@ -17,14 +17,9 @@ from ..text import name_poses, shortened
 from . import files, poses, splitting
 from .style import BLUE, INK, REFERENCE, in_digits, new_figure, open_axes
 
-MOST = 8
-"""Most poses with a bar, the most probable ones."""
-
-BAR = 0.36
-"""Thickness of a bar, as a fraction of the distance of two poses."""
-
-ASIDE = 0.08
-"""Room for the numbers beside the longest bar, as a fraction of the axes' width."""
+MOST = 8  # most poses with a bar, the most probable ones
+BAR = 0.36  # thickness of a bar, as a fraction of the distance of two poses
+ASIDE = 0.08  # room for the numbers beside the longest bar, as a fraction of the axes' width
 
 STYLES = (("#0072B2", ""), ("#c9dfee", "////"))
 """Colour and hatching, so that nobody needs to see colours."""
@@ -78,11 +73,8 @@ def _draw_bars(axes: Axes, found: PoseStatistics, shown: Sequence[tuple[int, ...
                       color=INK if not hatch else REFERENCE)
 
 
-LEAST = 4.2
-"""Least width, and height, of the bars, inches."""
-
-TITLE = 0.34
-"""Height of a title, inches."""
+LEAST = 4.2  # least width, and height, of the bars, inches
+TITLE = 0.34  # height of a title, inches
 
 
 def key_picture(part: Part, found: Sequence[PoseStatistics], root: SplittingNode) -> files.Picture:
@@ -142,8 +134,7 @@ def _widened(picture: files.Picture, wide: int) -> files.Picture:
 
 BEST = "#D55E00"
 TICKS = (1.0, 2.0, 5.0)
-ROOM = 1.1
-"""Height of the axes over that of what is drawn, so that the best one's numbers fit in."""
+ROOM = 1.1  # height of the axes over that of what is drawn, so that the best one's numbers fit in
 
 
 def kick_figure(part_id: str, rate: float, cycle_time: float, without: Bounded,

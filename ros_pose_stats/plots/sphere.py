@@ -100,16 +100,10 @@ def _legend(saddles: bool) -> list[Line2D]:
     return found
 
 
-DISC = 2.3
-"""Distance of the discs, inches."""
-
+DISC = 2.3  # distance of the discs, inches
 SIDES = ("around the part's -z", "around the part's +z")
-
-MOST_MARKS = 40
-"""Most saddles or peaks that are marked; more would cover the map."""
-
-MOST_LABELS = 60
-"""Most poses that are numbered, the lowest ones."""
+MOST_MARKS = 40  # most saddles or peaks that are marked; more would cover the map
+MOST_LABELS = 60  # most poses that are numbered, the lowest ones
 
 FEW, NAMED = 20, 3
 """A label names up to three poses; where a part has more poses than this, it names the first."""
@@ -196,11 +190,8 @@ def _labels(downs: Array) -> Iterator[tuple[int, tuple[float, float], list[int]]
         left = [one for one in left if one not in near]
 
 
-APART = 0.03
-"""Least difference of the energies that are drawn, as a fraction."""
-
-BELOW = 1e-3
-"""How far below a split the reachable set is drawn, as a fraction of its level."""
+APART = 0.03  # least difference of the energies that are drawn, as a fraction
+BELOW = 1e-3  # how far below a split the reachable set is drawn, as a fraction of its level
 
 SHADES = ("#74a9cf", "#fee0b6", "#a1d99b", "#cbc9e2", "#fcbba1", "#f0f0f0")
 """Shades of components, different in lightness too as far as dark labels allow."""

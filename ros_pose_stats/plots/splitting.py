@@ -13,15 +13,12 @@ from ..records import Array, StablePose
 from ..resting.splitting_graph import SAME_LEVEL, SplittingNode
 from .style import INK, REFERENCE, apart, in_digits, new_figure
 
-NAMES = 4
-"""Most poses of a component that are listed."""
+NAMES = 4  # most poses of a component that are listed
 
 UNDER = 0.45
 """Distance from the middle of its box, in places of ends, below which a line begins under it."""
 
-ROOM, TALL = 0.62, 0.93
-"""Room below the lowest pose, inches; height of the axes, as a fraction."""
-
+ROOM, TALL = 0.62, 0.93  # room below the lowest pose, inches; height of the axes, as a fraction
 LINE = "#0072B2"
 
 
@@ -119,8 +116,7 @@ def _finish(axes: Axes, levels: Sequence[tuple[float, float]], ends: int, lowest
     axes.set_axisbelow(True)
 
 
-MOST = 16
-"""Most ends of the graph; components that would have more are drawn as one end."""
+MOST = 16  # most ends of the graph; components that would have more are drawn as one end
 
 GAP, DROP = 0.14, 0.11
 """Least distance of two levels on the page, and of a level and a pose below it, as fractions of

@@ -25,12 +25,9 @@ EVENTS = (("impact", "|", "#222222"), ("stop", "s", "#009E73"), ("lift-off", "^"
 SPLIT = ("split", "v", "#222222")
 """Row of the splits of the reachable set, at which the energy passes a level."""
 
-ROW = 0.3
-"""Height of the row of a kind of event, inches."""
-
+ROW = 0.3  # height of the row of a kind of event, inches
 NAMES = 4
-MOST_LEVELS = 8
-"""Most levels that are drawn; there is no room for more beside the curve."""
+MOST_LEVELS = 8  # most levels that are drawn; there is no room for more beside the curve
 
 SETTLED = 2e-3
 """Energy over that at rest, in weight times radius, below which no motion can be seen."""
@@ -148,18 +145,13 @@ def _draw_events(axes: Axes, rows: Sequence[tuple[str, str, str, Array]], end: f
 
 
 Picture = NDArray[np.uint8]
-
-SIZE, DPI = (6.8, 3.4), 100
-"""Width and height of the animation, inches, and dots an inch."""
+SIZE, DPI = (6.8, 3.4), 100  # width and height of the animation, inches, and dots an inch
 
 SCENE = (0.0, 0.0, 0.44, 0.86)
 """Place of the part in the picture: left, bottom, width, height, as fractions."""
 
-WIDE = 3.3
-"""Width of the scene, in radii."""
-
-FOLLOWED = 1.7
-"""Height of the centre of mass above which the view rises with it, in radii."""
+WIDE = 3.3  # width of the scene, in radii
+FOLLOWED = 1.7  # height of the centre of mass above which the view rises with it, in radii
 
 
 class Stage(NamedTuple):

@@ -17,12 +17,8 @@ from .runs import METADATA, bag_files, remove_empty, runs
 from .writer import mcap_layout as layout
 
 _LEAST = 2 * len(layout.MAGIC) + layout.RECORD.size + layout.FOOTER_LENGTH
-_CHECK_SIZE = 4 + len(layout.MAGIC)
-"""Of the checksum of the summary, and what follows it."""
-
-_YOUNG = 60.0
-"""Seconds for which a run without files is left to whoever is about to make the first."""
-
+_CHECK_SIZE = 4 + len(layout.MAGIC)  # of the checksum of the summary, and what follows it
+_YOUNG = 60.0  # seconds for which a run without files is left to whoever is about to make the first
 _MESSAGE_COUNT = re.compile(r"^  message_count: (\d+)$", re.MULTILINE)
 
 

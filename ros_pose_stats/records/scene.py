@@ -26,8 +26,7 @@ HIGHEST_RADII, LARGE_RADII = 1000.0, 20.0
 """Radii up to which no part goes however low, and those that a large part may go."""
 
 DEFAULT_DROPS = 10_000
-DEFAULT_PLATE_ERROR = 0.05
-"""Of a plate that nobody has counted on."""
+DEFAULT_PLATE_ERROR = 0.05  # of a plate that nobody has counted on
 
 
 class Numbering(NamedTuple):

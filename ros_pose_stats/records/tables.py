@@ -19,15 +19,10 @@ Filled = tuple[Column, list[str]]
 
 BAR = 12
 MOST_ROWS = 40
-MOST_NAMED = 20
-"""Characters that name the poses of a row."""
-
-ROLLS = ("  ", " *")
-"""Behind the tilt to topple of a pose that does not roll, and of one that does."""
-
+MOST_NAMED = 20  # characters that name the poses of a row
+ROLLS = ("  ", " *")  # behind the tilt to topple of a pose that does not roll, and of one that does
 ROLLING = "  * rolls in this pose; the tilt to topple holds across its axis only"
-UNKNOWN = "-"
-"""How columns write a value that is not known."""
+UNKNOWN = "-"  # how columns write a value that is not known
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,8 +23,7 @@ MOST_DROPS = 10_000
 """Error that the drops of a page are to reach, and the most of them, where their number is not
 given: a page should be there soon, and a real plate adds five points anyway."""
 
-FLIPS = 500
-"""Flips a pose and kick: enough to see where the fastest kick lies."""
+FLIPS = 500  # flips a pose and kick: enough to see where the fastest kick lies
 
 
 @dataclass(frozen=True)

@@ -66,9 +66,7 @@ LIMITS = {
 MOST_FEEDERS, MOST_NAMED = 12, 24
 """Most rows about the feeder, and characters that name the poses of a group."""
 
-MOST_EFFECTS = 12
-"""Changes of the part that are listed."""
-
+MOST_EFFECTS = 12  # changes of the part that are listed
 ROUNDING = 1e-9
 
 

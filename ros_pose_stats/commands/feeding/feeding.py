@@ -15,8 +15,7 @@ if TYPE_CHECKING:
     from ...records import PoseStatistics
     from ...statistics.feeding_plan import FeederCell, FeedingPlan
 
-FLIPS = 10_000
-"""With a kick, out of all poses, as a node answers."""
+FLIPS = 10_000  # with a kick, out of all poses, as a node answers
 
 TIMES = {"cycle-time": (1.0, "seconds from one kick to the next"),
          "pick-time": (1.0, "seconds to pick a part"),

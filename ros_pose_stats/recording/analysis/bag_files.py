@@ -23,8 +23,7 @@ MESSAGES = "SELECT topic_id, timestamp, data FROM messages WHERE topic_id IN ({}
 _STATE = re.compile(r"\.(sqlite3|meshes)\b")
 """In names of what lies beside bags and is the node's state: `bag DIR/*` names it too."""
 
-OnRead = Callable[[float], None]
-"""Told which fraction of a file has been read."""
+OnRead = Callable[[float], None]  # told which fraction of a file has been read
 
 
 def find_bags(paths: Iterable[Path]) -> dict[Path, list[Path]]:

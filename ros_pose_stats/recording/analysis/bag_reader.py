@@ -17,12 +17,8 @@ from .jobs import DropCollector, DropLog, Job, JobCollector
 from .results import ResultCollector, ResultHistory
 
 ANSWERS = "answers"
-PartKey = tuple[str, str]
-"""Name and digest."""
-
-OnProgress = Callable[[int, int], None]
-"""Told how many bytes have been read, and of how many."""
-
+PartKey = tuple[str, str]  # name and digest
+OnProgress = Callable[[int, int], None]  # told how many bytes have been read, and of how many
 Paths: TypeAlias = "str | os.PathLike[str] | Iterable[str | os.PathLike[str]]"
 
 

@@ -13,8 +13,7 @@ from ...records.scene import Numbering
 from .decoding import fingerprint, numbering_of, read_field
 
 Index = NDArray[np.int64]
-MOST = 1 << 48
-"""Parts that no camera counts; a number beyond it is damage."""
+MOST = 1 << 48  # parts that no camera counts; a number beyond it is damage
 
 WITHIN = 1_000_000_000
 """Two recorders write down a message without a stamp at most this far apart [ns]."""

@@ -22,8 +22,7 @@ PART_MESH, POSE_STATISTICS, JOB_EVENT, POSE_COUNTS, DROP_RECORDS = (
 CONVERT = "`ros2 bag convert` makes a plain MCAP bag of it"
 KINDS = frozenset((PART_MESH, POSE_STATISTICS, JOB_EVENT, POSE_COUNTS, DROP_RECORDS))
 SECOND = 1_000_000_000
-PACKED = b"\x28\xb5\x2f\xfd"
-"""How data compressed by zstd begins; a message begins with a zero."""
+PACKED = b"\x28\xb5\x2f\xfd"  # how data compressed by zstd begins; a message begins with a zero
 
 
 def kind_of(type_name: str) -> str:

@@ -11,8 +11,7 @@ from pathlib import Path
 from ...files import is_file_at, sync_directory, write_all
 from . import mcap_layout, message_types
 
-_GROWTH = 40
-"""Bytes by which a number that was 0 may grow in metadata and summary."""
+_GROWTH = 40  # bytes by which a number that was 0 may grow in metadata and summary
 
 
 class BagFile:

@@ -57,9 +57,7 @@ class CdrWriter:
 CUBE, TEXT_VIEW_FACING, TRIANGLE_LIST = 1, 9, 11
 """Kinds of markers, as in visualization_msgs/Marker."""
 
-ADD, DELETE_ALL = 0, 3
-"""What is done with a marker."""
-
+ADD, DELETE_ALL = 0, 3  # what is done with a marker
 NO_CORNERS = np.empty((0, 3))
 
 

@@ -12,18 +12,10 @@ from . import bag_file, message_types
 from .cdr import CUBE, SECOND, TRIANGLE_LIST, CdrWriter, Marker, marker_array_message
 
 TF, BODY, ENERGY, REACH = "/tf", "/drop/markers", "/drop/energy", "/drop/within_reach"
-PLATE, FRAME = "plate", "part"
-"""Frames: the plate, z up, and the part's own."""
-
-FINEST = 10_000
-"""Triangles of the marker."""
-
-START = SECOND
-"""Time [ns] of the release in the file; 0 has a meaning of its own in ROS."""
-
-EVERY = SECOND // 4
-"""Between two copies of the markers, for viewers that begin anywhere."""
-
+PLATE, FRAME = "plate", "part"  # frames: the plate, z up, and the part's own
+FINEST = 10_000  # triangles of the marker
+START = SECOND  # time [ns] of the release in the file; 0 has a meaning of its own in ROS
+EVERY = SECOND // 4  # between two copies of the markers, for viewers that begin anywhere
 _TIME = "int32 sec\nuint32 nanosec\n"
 _VECTOR = "float64 x\nfloat64 y\nfloat64 z\n"
 _TEXTS = {

@@ -23,8 +23,7 @@ CHECK = struct.Struct("<BQI")
 CHECK_START = struct.pack("<BQ", CHECK_OPCODE, 4)
 """How a checksum record begins; looked for behind damage."""
 
-RECORD = struct.Struct("<BQ")
-"""Opcode of a record and length of what follows."""
+RECORD = struct.Struct("<BQ")  # opcode of a record and length of what follows
 
 MESSAGE = struct.Struct("<HIQQ")
 """Channel, number within the channel, log time and publish time [ns]; then the data."""
@@ -65,8 +64,7 @@ class Contents:
         self.counts[channel] = self.counts.get(channel, 0) + 1
 
 
-Files = Mapping[str, Contents]
-"""Contents of a bag's files by their names, in order."""
+Files = Mapping[str, Contents]  # contents of a bag's files by their names, in order
 
 
 def metadata_yaml(files: Files) -> str:

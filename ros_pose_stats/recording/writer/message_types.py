@@ -8,8 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-SEPARATOR = "=" * 80
-"""Stands between the definitions of a type and of those that it uses."""
+SEPARATOR = "=" * 80  # stands between the definitions of a type and of those that it uses
 
 PRIMITIVES = {
     "bool": 1, "byte": 1, "char": 1, "int8": 1, "uint8": 1, "int16": 2, "uint16": 2, "int32": 4,
