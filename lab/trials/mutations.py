@@ -81,7 +81,7 @@ MUTATIONS: Final = (
              ("tests/contract/library/test_simulate_runs.py",)),
     Mutation("recording", "a lost flush: a file of a bag is closed without its summary",
              "ros_pose_stats/recording/writer/bag_file.py",
-             "end = self._write([mcap_layout.closing(self.path.name, self.contents, self.size)])",
+             "end = self._write([mcap_layout.closing(self.contents, self.size)])",
              "end = self.size",
              ("tests/contract/bags/test_drop_film.py",)),
     Mutation("ros", "a dropped lock: two nodes have one state file",

@@ -27,7 +27,7 @@ ASSETS = Path(__file__).with_name("assets")
 EMBEDDED = 400  # parts up to which the page holds rows and pictures itself: about two megabytes
 ROWS_A_CHUNK = 2000
 GROUPS = 8  # poses of a part that the page lists, those that symmetry makes alike as one
-Shown = tuple[rows.Row, str]  # A row and the file of its picture
+Shown = tuple[rows.Row, str]  # a row and the file of its picture
 
 
 class PageState(NamedTuple):

@@ -25,7 +25,6 @@ _READERS: dict[int, Callable[[data_stream.ReadDataStream], recorded.McapRecord]]
     opcode.Opcode.SCHEMA: recorded.Schema.read,
     opcode.Opcode.CHANNEL: recorded.Channel.read,
     opcode.Opcode.CHUNK: recorded.Chunk.read,
-    opcode.Opcode.METADATA: recorded.Metadata.read,
 }
 _BLOCK = 1 << 20
 _STEP = 1_000_000

@@ -3,7 +3,6 @@
 import os
 import re
 import shutil
-import time
 import zlib
 from contextlib import suppress
 from dataclasses import dataclass
@@ -13,12 +12,11 @@ from mcap import exceptions, opcode, reader, records
 
 from .. import files as disk
 from .reader import UNREADABLE, Frame, frames
-from .runs import METADATA, bag_files, remove_empty, runs
+from .runs import METADATA, bag_files, runs
 from .writer import mcap_layout as layout
 
 _LEAST = 2 * len(layout.MAGIC) + layout.RECORD.size + layout.FOOTER_LENGTH
 _CHECK_SIZE = 4 + len(layout.MAGIC)  # of the checksum of the summary, and what follows it
-_YOUNG = 60.0  # seconds for which a run without files is left to whoever is about to make the first
 _MESSAGE_COUNT = re.compile(r"^  message_count: (\d+)$", re.MULTILINE)
 
 
@@ -49,26 +47,15 @@ def repair_bags(log_directory: Path) -> list[Repair]:
 def _repair(run: Path) -> Repair | None:
     """Mend one bag; None where there is nothing to do, or somebody else has it."""
     try:
-        if not bag_files(run):
-            _remove_if_left(run)
-            return None
-        lock = None if _is_finished(run) else disk.DirectoryLock.take(run)
+        # A run without files is that of a process that is about to make the first, or died.
+        lock = (None if not bag_files(run) or _is_finished(run)
+                else disk.DirectoryLock.take(run))
         if lock is None:
             return None
         with lock:
             return None if _is_finished(run) else mend(run)
     except OSError as error:
         return _problem(run, error)
-
-
-def _remove_if_left(run: Path) -> None:
-    """Delete the directory of a process that died before it had made a file."""
-    with suppress(OSError):  # it does no harm, and may be gone already
-        young = time.time() - run.stat().st_ctime < _YOUNG
-        lock = None if young else disk.DirectoryLock.take(run)
-        if lock is not None:
-            with lock:
-                remove_empty(run)
 
 
 def _problem(directory: Path, error: OSError) -> Repair:
@@ -112,8 +99,7 @@ def _finished_contents(path: Path) -> layout.Contents | None:
         return None
     told = summary.statistics
     return layout.Contents(summary.schemas, summary.channels, told.channel_message_counts,
-                           told.message_start_time, told.message_end_time,
-                           summary.metadata_indexes)
+                           told.message_start_time, told.message_end_time)
 
 
 def mend(directory: Path) -> Repair:
@@ -153,16 +139,16 @@ def _mend_file(path: Path) -> tuple[layout.Contents, int]:
             for frame in frames(old, lambda begin, end: cut.append(end - begin)):
                 if frame.opcode == opcode.Opcode.DATA_END:
                     break
-                if frame.opcode == opcode.Opcode.HEADER:
-                    continue
+                if frame.opcode in (opcode.Opcode.HEADER, opcode.Opcode.METADATA):
+                    continue  # the second from a bag of an older version
                 try:
-                    _enter(frame, contents, new.tell())
+                    _enter(frame, contents)
                 except UNREADABLE:
                     cut.append(frame.end - frame.start)
                 else:
                     new.write(frame.head)
                     new.write(frame.body)
-            new.write(layout.closing(path.name, contents, new.tell()))
+            new.write(layout.closing(contents, new.tell()))
             new.flush()
             os.fsync(new.fileno())
         shutil.copymode(path, half)
@@ -175,18 +161,14 @@ def _mend_file(path: Path) -> tuple[layout.Contents, int]:
     return contents, sum(cut)
 
 
-def _enter(frame: Frame, contents: layout.Contents, place: int) -> None:
+def _enter(frame: Frame, contents: layout.Contents) -> None:
     """Note what a record adds to the contents; one of UNREADABLE if it is better left out.
 
     OSError: it is a message whose channel or type got lost. Leaving it out would be worse than
     leaving the file as it is.
     """
     record = frame.record()
-    if isinstance(record, records.Metadata):
-        place += len(frame.head) - layout.RECORD.size
-        length = layout.RECORD.size + len(frame.body)
-        contents.metadata.append(records.MetadataIndex(place, length, record.name))
-    elif isinstance(record, records.Message):
+    if isinstance(record, records.Message):
         if record.channel_id not in contents.channels:
             raise OSError("the description of a topic in it is damaged")
         contents.count(record.channel_id, record.log_time)

@@ -36,7 +36,7 @@ class RunLog:
         self._types = dict(types)
         self._node = node
         self._lengths = {topic: message_types.CdrLength(kind) for topic, kind in types.items()}
-        start = len(mcap_layout.opening("", self._types, 0, node)[0])
+        start = len(mcap_layout.opening(self._types, 0, node)[0])
         self._overhead = 3 * start
         self._max_bytes = min(max_bag_bytes, max(max_log_bytes // _FILES, 4 * start)
                               if max_log_bytes else max_bag_bytes)

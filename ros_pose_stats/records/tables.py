@@ -20,7 +20,7 @@ Filled = tuple[Column, list[str]]
 BAR = 12
 MOST_ROWS = 40
 MOST_NAMED = 20  # characters that name the poses of a row
-ROLLS = ("  ", " *")  # behind the tilt to topple of a pose that does not roll, and of one that does
+ROLLS = ("  ", " *")  # behind the tilt to topple: of a pose that does not roll, of one that does
 ROLLING = "  * rolls in this pose; the tilt to topple holds across its axis only"
 UNKNOWN = "-"  # how columns write a value that is not known
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from ...errors import BagError
 from ...files import open_file
 from ..reader import RawMessage, files_of_bag, raw_messages
-from .decoding import CONVERT, is_ours
+from .decoding import CONVERT, kind_of
 
 SQLITE = ".db3"
 PACKED_SQLITE = ".db3.zstd"
@@ -140,7 +140,7 @@ class FileMessages:
         read = 0
         try:
             topics = {number: (name, kind) for number, name, kind in base.execute(TOPICS)
-                      if is_ours(kind)}
+                      if kind_of(kind)}
             try:
                 texts = dict(base.execute(DEFINITIONS)) if topics else {}
             except sqlite3.OperationalError as error:  # from before ROS 2 Iron

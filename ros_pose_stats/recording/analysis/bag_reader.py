@@ -120,7 +120,7 @@ class _BagReader:
     def _read_file(self, bag: Path, file: Path, on_read: bag_files.OnRead) -> None:
         messages, seen = bag_files.FileMessages(file, on_read), 0
         for message in messages:
-            if decoding.is_ours(message.type_name):
+            if decoding.kind_of(message.type_name):
                 seen += 1
                 self._take(message, bag)
         if bag == file and messages.state == "unreadable":
@@ -153,15 +153,15 @@ class _BagReader:
             self._decoders.failed += 1
 
     def _take_result(self, message: Any, time: int, topic: str) -> None:
-        if not decoding.read_field(message, "poses", ()):
+        if not getattr(message, "poses", ()):
             if any(line.startswith(statistics.FORGOTTEN)
-                   for line in decoding.read_field(message, "warnings", ())):
+                   for line in getattr(message, "warnings", ())):
                 self._jobs.note_forgotten(message, time)
                 return
             self._notes["{} left out, without poses: result"] += 1
             return
-        key = (str(decoding.read_field(message, "part_id", "")),
-               str(decoding.read_field(message, "part_digest", "")))
+        key = (str(getattr(message, "part_id", "")),
+               str(getattr(message, "part_digest", "")))
         numbering = decoding.numbering_of(message)
         collector = (self._results.get(key, {}).get(numbering)
                      or ResultCollector(message, numbering))

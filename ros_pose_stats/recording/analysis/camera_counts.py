@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...records.scene import Numbering
-from .decoding import fingerprint, numbering_of, read_field
+from .decoding import fingerprint, numbering_of
 
 Index = NDArray[np.int64]
 MOST = 1 << 48  # parts that no camera counts; a number beyond it is damage
@@ -74,19 +74,19 @@ class CountCollector:
 
     def add(self, message: Any, source: int, stamp: int, log_time: int) -> None:
         """Take in a PoseCounts; see `Copies.is_copy`."""
-        index, count = (list(read_field(message, name, ())) for name in ("index", "count"))
+        index, count = (list(getattr(message, name, ())) for name in ("index", "count"))
         if len(index) != len(count):
             self.refused += 1
             return
-        if int(read_field(message, "from_pose", -1)) >= 0:
+        if int(getattr(message, "from_pose", -1)) >= 0:
             self.flips += 1  # no landings
             return
-        unclassified = int(read_field(message, "unclassified", 0))
+        unclassified = int(getattr(message, "unclassified", 0))
         if max(count, default=0) > MOST or unclassified > MOST:
             raise OverflowError(f"more than {MOST} parts")
-        height = float(read_field(message, "drop_height", -1.0))
-        of = (str(read_field(message, "part_id", "")), str(read_field(message, "part_digest", "")),
-              numbering_of(message), str(read_field(message, "plate", "")),
+        height = float(getattr(message, "drop_height", -1.0))
+        of = (str(getattr(message, "part_id", "")), str(getattr(message, "part_digest", "")),
+              numbering_of(message), str(getattr(message, "plate", "")),
               height if math.isfinite(height) and height >= 0.0 else None)
         if self.copies.is_copy(fingerprint(of, index, count, unclassified), source, stamp,
                                log_time):

@@ -26,15 +26,10 @@ PACKED = b"\x28\xb5\x2f\xfd"  # how data compressed by zstd begins; a message be
 
 
 def kind_of(type_name: str) -> str:
-    """Name of a message type of this package without the package; empty for all others."""
+    """Name of a message type that the analysis reads, without the package; empty for others."""
     package, _, rest = type_name.partition("/")
     name = rest.removeprefix("msg/")
     return name if package == PACKAGE and name in KINDS else ""
-
-
-def is_ours(type_name: str) -> bool:
-    """Whether a type is one of those that the analysis reads."""
-    return bool(kind_of(type_name))
 
 
 class Decoders:
@@ -71,20 +66,15 @@ def _decoder(type_name: str, text: str) -> Callable[[bytes], Any] | None:
         return None  # a definition that does not parse
 
 
-def read_field(message: Any, name: str, default: Any) -> Any:
-    """A field by name; the default where an older definition does not have it."""
-    return getattr(message, name, default)
-
-
 def numbering_of(message: Any) -> Numbering:
     """What a PoseStatistics or PoseCounts says; older ones took round surfaces as they are.
 
     The tolerance is rounded to 12 digits, for senders that put it through a text.
     """
-    tolerance = float(f"{float(read_field(message, 'cluster_tolerance', math.nan)):.12g}")
+    tolerance = float(f"{float(getattr(message, 'cluster_tolerance', math.nan)):.12g}")
     # One object for all that are not known: a NaN as a key equals itself alone.
     return Numbering(tolerance if math.isfinite(tolerance) else math.nan,
-                     int(read_field(message, "round_sides", 0)))
+                     int(getattr(message, "round_sides", 0)))
 
 
 def stamp_of(message: Any) -> int:

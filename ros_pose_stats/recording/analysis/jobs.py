@@ -6,8 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from .decoding import read_field
-
 FORGOTTEN, QUEUED, RUNNING, DONE, CANCELLED, FAILED = range(6)
 STATES = {QUEUED: "queued", RUNNING: "running", DONE: "done", CANCELLED: "cancelled",
           FAILED: "failed"}
@@ -60,7 +58,7 @@ class Job:
         self.latest, self.state = rank, name
         for one in fields(self):
             if one.name not in _OWN:
-                setattr(self, one.name, read_field(event, one.name, getattr(self, one.name)))
+                setattr(self, one.name, getattr(event, one.name, getattr(self, one.name)))
 
 
 class JobCollector:
@@ -72,7 +70,7 @@ class JobCollector:
 
     def add(self, event: Any, time: int) -> None:
         """Take in a JobEvent."""
-        kind = int(read_field(event, "event", -1))
+        kind = int(getattr(event, "event", -1))
         if kind == FORGOTTEN:
             self.note_forgotten(event, time)
         elif kind in STATES and event.job_id:
@@ -80,7 +78,7 @@ class JobCollector:
 
     def note_forgotten(self, message: Any, time: int) -> None:
         """A JobEvent, or the last PoseStatistics of a part, says that it was forgotten."""
-        part = (str(message.part_id), str(read_field(message, "part_digest", "")))
+        part = (str(message.part_id), str(getattr(message, "part_digest", "")))
         self.forgotten.setdefault(part, set()).add(time)
 
 
@@ -103,14 +101,14 @@ class DropCollector:
 
     def add(self, records: Any) -> None:
         """Take in a DropRecords, unless another bag held the same drops of the same job."""
-        poses = np.asarray(read_field(records, "pose_index", ()), dtype=np.int64)
-        piece = (str(read_field(records, "job_id", "")), int(read_field(records, "first_drop", 0)),
+        poses = np.asarray(getattr(records, "pose_index", ()), dtype=np.int64)
+        piece = (str(getattr(records, "job_id", "")), int(getattr(records, "first_drop", 0)),
                  poses.size)
         if piece in self._seen:
             return
         self._seen.add(piece)
-        log = self.logs.setdefault(str(read_field(records, "part_digest", "")), DropLog())
+        log = self.logs.setdefault(str(getattr(records, "part_digest", "")), DropLog())
         log.drops += poses.size
         log.unsettled += int(np.count_nonzero(poses < 0))
-        log.impacts += int(np.sum(read_field(records, "impacts", ()), dtype=np.int64))
-        log.seconds += float(np.sum(read_field(records, "seconds", ()), dtype=np.float64))
+        log.impacts += int(np.sum(getattr(records, "impacts", ()), dtype=np.int64))
+        log.seconds += float(np.sum(getattr(records, "seconds", ()), dtype=np.float64))

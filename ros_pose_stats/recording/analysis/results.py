@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ...methods import OBSERVED, SIMULATION
 from ...records import scene as scenes, statistics
-from .decoding import SECOND, fingerprint, read_field
+from .decoding import SECOND, fingerprint
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -167,7 +167,7 @@ class ResultCollector:
 
     def __init__(self, first: Any, numbering: scenes.Numbering) -> None:
         self.numbering = numbering
-        self.radius = float(read_field(first, "radius", math.nan))
+        self.radius = float(getattr(first, "radius", math.nan))
         self.poses = _pose_table(_sorted(first.poses))
         self.warnings: dict[str, None] = {}
         self._rows: dict[bytes, int] = {}
@@ -193,7 +193,7 @@ class ResultCollector:
         found = _prediction(message, _sorted(message.poses), time)
         key = fingerprint(time, found.key, found.restitution, found.drops, found.unsettled,
                           found.seed, found.job_id, found.final, found.probability, found.count)
-        self.warnings.update(dict.fromkeys(read_field(message, "warnings", ())))
+        self.warnings.update(dict.fromkeys(getattr(message, "warnings", ())))
         if key in self._rows:
             self._results()["latched"][self._rows[key]] |= latched
             return
@@ -230,26 +230,26 @@ def _pose_table(poses: Sequence[Any]) -> PoseTable:
     return PoseTable(
         np.array([pose.index for pose in poses], dtype=np.int64),
         # Without groups every pose is a group of its own.
-        np.array([read_field(pose, "group", pose.index) for pose in poses], dtype=np.int64),
+        np.array([getattr(pose, "group", pose.index) for pose in poses], dtype=np.int64),
         np.array(down, dtype=np.float64).reshape(-1, 3),
         **{name: _numbers(poses, name) for name in _NUMBERS_OF_POSES})
 
 
 def _numbers(poses: Sequence[Any], name: str) -> Array:
-    return np.array([read_field(pose, name, math.nan) for pose in poses], dtype=np.float64)
+    return np.array([getattr(pose, name, math.nan) for pose in poses], dtype=np.float64)
 
 
 def _prediction(message: Any, poses: Sequence[Any], time: int) -> Prediction:
-    spent = read_field(message, "compute_time", None)
+    spent = getattr(message, "compute_time", None)
     same: dict[str, Any] = {
-        **{name: str(read_field(message, name, "")) for name in _TEXTS},
-        **{name: float(read_field(message, name, math.nan)) for name in _NUMBERS},
+        **{name: str(getattr(message, name, "")) for name in _TEXTS},
+        **{name: float(getattr(message, name, math.nan)) for name in _NUMBERS},
         **{name: _numbers(poses, name) for name in _SHARES}}
     return Prediction(
         **same, time=time,
-        drops=int(np.int64(read_field(message, "drops", 0))),
-        unsettled=int(np.int64(read_field(message, "unsettled", 0))),
-        seed=int(read_field(message, "seed", 0)),
+        drops=int(np.int64(getattr(message, "drops", 0))),
+        unsettled=int(np.int64(getattr(message, "unsettled", 0))),
+        seed=int(getattr(message, "seed", 0)),
         seconds=math.nan if spent is None else spent.sec + spent.nanosec / SECOND,
-        final=bool(read_field(message, "final", True)),
-        count=np.array([read_field(pose, "count", 0) for pose in poses], dtype=np.int64))
+        final=bool(getattr(message, "final", True)),
+        count=np.array([getattr(pose, "count", 0) for pose in poses], dtype=np.int64))

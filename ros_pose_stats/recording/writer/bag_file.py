@@ -26,10 +26,10 @@ class BagFile:
         self.path = path
         self.written = 0
         self.broken: OSError | None = None
-        start, self.contents = mcap_layout.opening(path.name, types, time.time_ns(), node)
+        start, self.contents = mcap_layout.opening(types, time.time_ns(), node)
         self._channels = {channel.topic: number
                           for number, channel in self.contents.channels.items()}
-        self._closing_size = len(mcap_layout.closing(path.name, self.contents, 0)) + _GROWTH * (
+        self._closing_size = len(mcap_layout.closing(self.contents, 0)) + _GROWTH * (
             len(self._channels) + 10)
         self._syncing = threading.Lock()
         self._number = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
@@ -81,7 +81,7 @@ class BagFile:
         with self._syncing:
             if self.broken is not None:
                 raise self.broken
-            end = self._write([mcap_layout.closing(self.path.name, self.contents, self.size)])
+            end = self._write([mcap_layout.closing(self.contents, self.size)])
             with self._breaking():
                 os.fsync(self._number)
             self.size = end

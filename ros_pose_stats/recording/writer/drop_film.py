@@ -47,8 +47,7 @@ _TEXTS = {
 }
 """Names, order and kinds of the fields are those of ROS 2 Jazzy, which need not be installed."""
 
-TYPES = {topic: message_types.MessageType(name, message_types.definition(name, _TEXTS.__getitem__),
-                                          "")
+TYPES = {topic: message_types.MessageType(name, message_types.used_texts(name, _TEXTS.__getitem__))
          for topic, name in ((TF, "tf2_msgs/msg/TFMessage"),
                              (BODY, "visualization_msgs/msg/MarkerArray"),
                              (ENERGY, "std_msgs/msg/Float64"),

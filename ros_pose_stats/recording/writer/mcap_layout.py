@@ -9,7 +9,7 @@ import json
 import struct
 import zlib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from textwrap import indent
 
 from mcap import data_stream, opcode, records as mcap
@@ -30,7 +30,6 @@ MESSAGE = struct.Struct("<HIQQ")
 
 FOOTER_LENGTH = 20
 
-_METADATA_NAME = "rosbag2"
 _WHOLE_HEAD = CHECK.size + RECORD.size + MESSAGE.size
 
 LATCHED = frozenset(("/pose_stats/part_mesh", "/pose_stats/pose_statistics"))
@@ -50,7 +49,6 @@ class Contents:
     # making, where it is known
     start: int = 0
     end: int = 0
-    metadata: list[mcap.MetadataIndex] = field(default_factory=list)  # where those records are
 
     @property
     def messages(self) -> int:
@@ -69,11 +67,6 @@ Files = Mapping[str, Contents]  # contents of a bag's files by their names, in o
 
 def metadata_yaml(files: Files) -> str:
     """Text of `metadata.yaml` (rosbag2's version 9)."""
-    return "rosbag2_bagfile_information:\n" + indent(metadata_record(files), "  ")
-
-
-def metadata_record(files: Files) -> str:
-    """The same without the outermost key, as it also stands in every file of the bag."""
     held = [contents for contents in files.values() if contents.messages] or list(files.values())
     start = min(contents.start for contents in held)
     lines = [
@@ -90,7 +83,7 @@ def metadata_record(files: Files) -> str:
         "custom_data: ~",
         "ros_distro: jazzy",
     ]
-    return "\n".join(lines) + "\n"
+    return "rosbag2_bagfile_information:\n" + indent("\n".join(lines) + "\n", "  ")
 
 
 def _list(key: str, items: Iterable[str]) -> str:
@@ -162,8 +155,7 @@ def message_head(channel: int, number: int, log_time: int, data: memoryview) -> 
     return CHECK.pack(CHECK_OPCODE, 4, zlib.crc32(data, zlib.crc32(head))) + head
 
 
-def opening(name: str, types: Mapping[str, MessageType], now: int,
-            node: str = "") -> tuple[bytes, Contents]:
+def opening(types: Mapping[str, MessageType], now: int, node: str) -> tuple[bytes, Contents]:
     """The beginning of a file, and its contents so far.
 
     `now`: time [ns] that stands in for that of a first message; `node` is kept with every topic.
@@ -178,30 +170,25 @@ def opening(name: str, types: Mapping[str, MessageType], now: int,
             channel, topic, "cdr",
             {"offered_qos_profiles": _qos(topic in LATCHED), "topic_type_hash": kind.type_hash,
              "node": node}, schema)
-    start = magic_and_header()
-    metadata, index = _metadata(name, contents, len(start))
-    contents.metadata.append(index)
-    start += metadata + _checked([*contents.schemas.values(), *contents.channels.values()])
-    return start, contents
+    records = map(_encoded, ([one] for one in (*contents.schemas.values(),
+                                               *contents.channels.values())))
+    return magic_and_header() + b"".join(
+        CHECK.pack(CHECK_OPCODE, 4, zlib.crc32(record)) + record for record in records), contents
 
 
-def closing(name: str, contents: Contents, offset: int) -> bytes:
-    """What makes a file complete, at an offset: final metadata, end of data, summary, footer."""
-    metadata, index = _metadata(name, contents, offset)
-    contents = replace(contents, metadata=[*contents.metadata, index])
-    data_end = metadata + _encoded([mcap.DataEnd(0)])
+def closing(contents: Contents, offset: int) -> bytes:
+    """What makes a file complete, at an offset: end of data, summary, footer."""
+    data_end = _encoded([mcap.DataEnd(0)])
     start = offset + len(data_end)
     statistics = mcap.Statistics(
         attachment_count=0, channel_count=len(contents.channels),
         channel_message_counts=contents.counts, chunk_count=0, message_count=contents.messages,
         message_end_time=contents.end, message_start_time=contents.start,
-        metadata_count=len(contents.metadata), schema_count=len(contents.schemas))
+        metadata_count=0, schema_count=len(contents.schemas))
     groups: list[tuple[opcode.Opcode, Iterable[mcap.McapRecord]]] = [
         (opcode.Opcode.SCHEMA, contents.schemas.values()),
         (opcode.Opcode.CHANNEL, contents.channels.values()),
-        (opcode.Opcode.STATISTICS, [statistics]),
-        (opcode.Opcode.METADATA_INDEX, contents.metadata),
-    ]
+        (opcode.Opcode.STATISTICS, [statistics])]
     summary = b""
     offsets: list[mcap.McapRecord] = []
     for code, records in groups:
@@ -222,17 +209,3 @@ def _encoded(records: Iterable[mcap.McapRecord]) -> bytes:
     for record in records:
         record.write(builder)
     return bytes(builder.end())  # type: ignore[no-untyped-call]
-
-
-def _checked(records: Iterable[mcap.McapRecord]) -> bytes:
-    """Records, each behind its checksum."""
-    parts = map(_encoded, ([record] for record in records))
-    return b"".join(CHECK.pack(CHECK_OPCODE, 4, zlib.crc32(part)) + part for part in parts)
-
-
-def _metadata(name: str, contents: Contents, offset: int) -> tuple[bytes, mcap.MetadataIndex]:
-    """The metadata record of a file, to be written at an offset, and its entry in the index."""
-    text = metadata_record({name: contents})
-    record = _checked([mcap.Metadata(_METADATA_NAME, {"serialized_metadata": text})])
-    length = len(record) - CHECK.size
-    return record, mcap.MetadataIndex(offset + CHECK.size, length, _METADATA_NAME)

@@ -33,10 +33,15 @@ class MessageType:
     """A ROS 2 message type as a bag describes it."""
 
     name: str  # such as `std_msgs/msg/Header`
-    # the .msg text, then that of every type it uses, once, each after a line of 80 `=` and a line
-    # `MSG: package/Name` (schema encoding `ros2msg`)
-    definition: str
-    type_hash: str  # `RIHS01_` and 64 hex digits; empty where the package ships none
+    texts: dict[str, str]  # the .msg texts of the type and of all that it uses, by full name
+    type_hash: str = ""  # `RIHS01_` and 64 hex digits; empty where the package ships none
+
+    @property
+    def definition(self) -> str:
+        """All texts as one, as the schema encoding `ros2msg` has them."""
+        return "\n".join([self.texts[self.name], *(
+            f"{SEPARATOR}\nMSG: {other.replace('/msg/', '/')}\n{text}"
+            for other, text in self.texts.items() if other != self.name)])
 
 
 @dataclass(frozen=True)
@@ -56,16 +61,16 @@ def message_type(name: str, share: Callable[[str], Path]) -> MessageType:
         package, _, short = type_name.split("/")
         return (Path(share(package)) / "msg" / f"{short}{suffix}").read_text(encoding="utf-8")
 
-    text = definition(name, read)
+    texts = used_texts(name, read)
     try:
         hashes = {one["type_name"]: str(one["hash_string"])
                   for one in json.loads(read(name, ".json"))["type_hashes"]}
     except (FileNotFoundError, json.JSONDecodeError):
         hashes = {}
-    return MessageType(name, text, hashes.get(name, ""))
+    return MessageType(name, texts, hashes.get(name, ""))
 
 
-def definition(name: str, read: Callable[[str], str]) -> str:
+def used_texts(name: str, read: Callable[[str], str]) -> dict[str, str]:
     """The text of a type and those of all that it uses, each of which `read` gives by name."""
     texts = {name: read(name)}
     waiting = [name]
@@ -75,10 +80,7 @@ def definition(name: str, read: Callable[[str], str]) -> str:
             if field.kind not in PRIMITIVES and field.kind not in STRINGS | texts.keys():
                 texts[field.kind] = read(field.kind)
                 waiting.append(field.kind)
-    parts = [texts.pop(name)]
-    parts += [f"{SEPARATOR}\nMSG: {other.replace('/msg/', '/')}\n{text}"
-              for other, text in texts.items()]
-    return "\n".join(parts)
+    return texts
 
 
 def fields(text: str, package: str) -> Iterator[Field]:
@@ -97,23 +99,8 @@ def fields(text: str, package: str) -> Iterator[Field]:
         yield Field(kind, count)
 
 
-def split_definition(name: str, definition: str) -> dict[str, str]:
-    """The texts that a definition is put together from, by the full names of their types."""
-    first, *others = definition.split(SEPARATOR + "\n")
-    texts = {name: first}
-    for other in others:
-        head, _, text = other.partition("\n")
-        package, _, short = head.removeprefix("MSG: ").strip().partition("/")
-        texts[f"{package}/msg/{short}"] = text
-    return texts
-
-
-Skip = Callable[[memoryview, int], int]
-"""From the place where a value may begin to the place behind it."""
-
-
-_Kind = tuple[Skip, bool]
-"""How to pass over a value; whether its size depends on nothing but where it begins."""
+Skip = Callable[[memoryview, int], int]  # from where a value may begin to the place behind it
+_Kind = tuple[Skip, bool]  # how to pass over a value; whether its size hangs on its begin alone
 
 
 class CdrLength:
@@ -126,7 +113,7 @@ class CdrLength:
     def __init__(self, kind: MessageType) -> None:
         self._skip: Skip | None = None
         with suppress(KeyError):  # a type that is not defined, or a wstring
-            self._skip = _message(kind.name, split_definition(kind.name, kind.definition))[0]
+            self._skip = _value(kind.name, kind.texts)[0]
 
     def trimmed(self, data: bytes) -> memoryview:
         """The message without what follows it; all of it where that cannot be told."""
@@ -134,15 +121,20 @@ class CdrLength:
         if self._skip is None or not data.startswith(HEADER):
             return view
         try:
-            end = self._skip(view[_HEADER_SIZE:], 0)
+            return view[:_HEADER_SIZE + self._skip(view[_HEADER_SIZE:], 0)]
         except struct.error:
             return view
-        return view[:_HEADER_SIZE + end]
 
 
-def _message(name: str, texts: dict[str, str]) -> _Kind:
-    parts = [_field(field, texts) for field in fields(texts[name], name.partition("/")[0])]
-    steps = [skip for skip, _ in parts] or [_primitive(1)]
+def _value(kind: str, texts: dict[str, str]) -> _Kind:
+    """How to pass over a single value of a type."""
+    if kind == "string":
+        return lambda data, place: 4 + sum(_counted(data, place)), False
+    if kind in PRIMITIVES:
+        size = PRIMITIVES[kind]
+        return lambda data, place: place + -place % size + size, True
+    parts = [_field(field, texts) for field in fields(texts[kind], kind.partition("/")[0])]
+    steps = [skip for skip, _ in parts] or [_value("byte", texts)[0]]  # of an empty message
 
     def skip(data: memoryview, place: int) -> int:
         for step in steps:
@@ -152,46 +144,33 @@ def _message(name: str, texts: dict[str, str]) -> _Kind:
     return skip, all(fixed for _, fixed in parts)
 
 
-def _field(field: Field, texts: dict[str, str]) -> _Kind:
-    if field.kind in PRIMITIVES:
-        one: _Kind = _primitive(PRIMITIVES[field.kind]), True
-    elif field.kind == "string":
-        one = _skip_string, False
-    else:
-        one = _message(field.kind, texts)
-    if field.count == SINGLE:
-        return one
-    if field.count != SEQUENCE:
-        return lambda data, place: _repeat(one, field.count, data, place), one[1]
-
-    def skip_sequence(data: memoryview, place: int) -> int:
-        place += -place % 4
-        count = _COUNT.unpack_from(data, place)[0]
-        return _repeat(one, count, data, place + 4)
-
-    return skip_sequence, False
-
-
-def _primitive(size: int) -> Skip:
-    return lambda data, place: place + -place % size + size
-
-
-def _skip_string(data: memoryview, place: int) -> int:
+def _counted(data: memoryview, place: int) -> tuple[int, int]:
+    """Where the count of a sequence or a string begins, and the count."""
     place += -place % 4
-    return place + 4 + int(_COUNT.unpack_from(data, place)[0])
+    return place, int(_COUNT.unpack_from(data, place)[0])
 
 
-def _repeat(one: _Kind, count: int, data: memoryview, place: int) -> int:
-    """Pass over so many values.
+def _field(field: Field, texts: dict[str, str]) -> _Kind:
+    """How to pass over a field.
 
     Where a value of fixed size ends, modulo its widest alignment, does not depend on where it
     begins: from the second on all are equally far apart.
     """
-    skip, fixed = one
-    if fixed and count > 2:
-        first = skip(data, place)
-        second = skip(data, first)
-        return second + (count - 2) * (second - first)
-    for _ in range(count):
-        place = skip(data, place)
-    return place
+    skip, fixed = _value(field.kind, texts)
+    if field.count == SINGLE:
+        return skip, fixed
+
+    def skip_all(data: memoryview, place: int) -> int:
+        count = field.count
+        if count == SEQUENCE:
+            place, count = _counted(data, place)
+            place += 4
+        if fixed and count > 2:
+            first = skip(data, place)
+            second = skip(data, first)
+            return second + (count - 2) * (second - first)
+        for _ in range(count):
+            place = skip(data, place)
+        return place
+
+    return skip_all, fixed and field.count != SEQUENCE
