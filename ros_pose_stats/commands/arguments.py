@@ -9,7 +9,7 @@ from __future__ import annotations
 import argparse
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from decimal import Decimal, InvalidOperation
 from typing import TYPE_CHECKING, Any, NoReturn, TypeAlias
 
@@ -151,75 +151,95 @@ def read_unit(text: str) -> str:
     return named_unit(text) or text
 
 
-def add_file_options(command: CommandParser) -> None:
-    """Add the part file, its unit, the centre of mass and the mass."""
-    command.add_argument("part", metavar="PART", help="file: STEP, STL, OBJ, PLY, OFF or 3MF")
-    add_unit_option(command)
-    add_center_option(command)
+CENTER = ("centre of mass in the file's axes, as 0.017 (metres) or 17mm (default: uniform "
+          "density)")
+KICK = ("energy of a kick over the part's weight, a height as 0.003 (metres) or 3mm: as high "
+        "would it throw the part without turning it")
+
+OPTIONS: dict[str, dict[str, Any]] = {
+    "part": {"metavar": "PART", "help": "file: STEP, STL, OBJ, PLY, OFF or 3MF"},
+    "--unit": {"type": read_unit, "choices": UNITS, "default": UNITS[0], "help":
+               "unit of the file, in any spelling (default: auto, what the file declares, else a "
+               "guess, which a warning names)"},
+    "--com": {"nargs": 3, "type": read_length, "metavar": ("X", "Y", "Z"), "help": CENTER},
+    "--mass": {"type": float, "metavar": "KG", "help": "mass in kilograms (default: 1)"},
+    "--density": {"type": float, "metavar": "KG_M3", "help":
+                  "density in kilograms a cubic metre, for the mass of the volume that the mesh "
+                  "encloses"},
+    "--cluster-tolerance": {
+        "type": float, "default": scenes.DEFAULT_CLUSTER_TOLERANCE, "metavar": "T", "help":
+        "least rise of the centre of mass out of a pose, as a share of its height there; what is "
+        "shallower belongs to the pose next to it (default: %(default)s; 0 lists every stable "
+        "face)"},
+    "--round-sides": {
+        "type": read_count, "default": scenes.DEFAULT_ROUND_SIDES, "metavar": "N", "help":
+        "sides a turn of the polygons that stand for round surfaces, whatever the file has "
+        "(default: %(default)s; 0 takes the file as it is)"},
+    "--restitution": {"type": float, "default": scenes.DEFAULT_RESTITUTION, "metavar": "R", "help":
+                      "coefficient of restitution of the plate, 0 to below 1 (default: "
+                      "%(default)s)"},
+    "--drop-height": {"type": read_length, "metavar": "H", "help":
+                      "height of the centre of mass at release, as 0.2 (metres) or 200mm "
+                      "(default: 20 part radii); a part too large for it is released touching "
+                      "the plate"},
+    "--wanted": {"type": read_indices, "nargs": "+", "action": JoinIndices, "metavar": "I", "help":
+                 "indices of the poses that are accepted, for instance 0 1 or 0-3"},
+    "--rate": {"type": float, "default": 60.0, "metavar": "R", "help":
+               "parts that can be dropped a minute (default: %(default)s)"},
+    "--kick": {"type": read_length, "metavar": "H", "help": KICK},
+    "--cycle-time": {"type": float, "default": 1.0, "metavar": "S", "help":
+                     "seconds from one kick to the next (default: %(default)s)"},
+    "--drops": {"type": read_count, "metavar": "N"},
+    "--seed": {"type": read_count, "metavar": "S", "help":
+               "the same seed gives the same counts (default: a fresh one, which is printed)"},
+    "--workers": {"type": read_count, "metavar": "W", "help":
+                  "number of threads (default: all cores)"},
+    "--output": {"metavar": "FILE"},
+    "--png": {"metavar": "FILE"},
+    "--each": {"action": "store_true", "help":
+               "give every pose a row of its own; else poses that the part's symmetry makes alike "
+               "share one, with their number and total"},
+    "--json": {"action": "store_true", "help": "print one JSON object"},
+}
+"""What commands share."""
+
+SHARED_UNIT = ("unit of the files that declare none, in any spelling (default: auto, a guess for "
+               "each); STEP and 3MF files are in the unit that they declare")
+ADVANCED = ("--com", "--mass", "--density", "--cluster-tolerance", "--round-sides", "--seed",
+            "--workers")
+POSES_OF = ("--cluster-tolerance", "--round-sides")  # what counts as a pose, and as round
+SCENE = ("--restitution", "--drop-height")
+
+
+def add(command: CommandParser, *names: str, **changes: Any) -> None:
+    """Add options that commands share; `changes`: what is different about them here."""
+    for name in names:
+        group = command.advanced if name in ADVANCED else command
+        words = ("-o", name) if name == "--output" else (name,)
+        group.add_argument(*words, **{**OPTIONS[name], **changes})
+
+
+def add_part(command: CommandParser, *names: str) -> None:
+    """Add the part file and what is known about it, then others of the shared options."""
+    add(command, "part", "--unit", "--com")
     heavy = command.advanced.add_mutually_exclusive_group()
-    heavy.add_argument("--mass", type=float, metavar="KG", help="mass in kilograms (default: 1)")
-    add_density_option(heavy)
+    for name in ("--mass", "--density"):
+        heavy.add_argument(name, **OPTIONS[name])
+    add(command, *names)
 
 
-def add_center_option(command: CommandParser, more: str = "", **options: Any) -> None:
-    """Add the centre of mass."""
-    command.advanced.add_argument(
-        "--com", nargs=3, type=read_length, metavar=("X", "Y", "Z"), **options,
-        help="centre of mass in the file's axes, as 0.017 (metres) or 17mm "
-        f"(default: uniform density){more}")
-
-
-def add_unit_option(command: CommandParser) -> None:
-    """Add the unit of files."""
-    command.add_argument("--unit", type=read_unit, choices=UNITS, default=UNITS[0],
-                         help="unit of the file, in any spelling (default: auto, what the file "
-                         "declares, else a guess, which a warning names)")
-
-
-def add_shared_unit_option(command: CommandParser) -> None:
-    """Add the unit of those among several files that declare none."""
-    command.add_argument("--unit", type=read_unit, choices=UNITS, default=UNITS[0],
-                         help="unit of the files that declare none, in any spelling (default: "
-                         "auto, a guess for each); STEP and 3MF files are in the "
-                         "unit that they declare")
-
-
-def add_density_option(command: argparse._ActionsContainer) -> None:
-    """Add the density."""
-    command.add_argument("--density", type=float, metavar="KG_M3",
-                         help="density in kilograms a cubic metre, for the mass of the volume "
-                         "that the mesh encloses")
-
-
-def add_part_options(command: CommandParser) -> None:
-    """Add the part file, what is known about it, and what counts as a pose."""
-    add_file_options(command)
-    add_pose_options(command)
-
-
-def add_pose_options(command: CommandParser) -> None:
-    """Add what counts as a pose, and as round."""
-    command.advanced.add_argument(
-        "--cluster-tolerance", type=float, default=scenes.DEFAULT_CLUSTER_TOLERANCE, metavar="T",
-        help="least rise of the centre of mass out of a pose, as a share of its height there; "
-        "what is shallower belongs to the pose next to it (default: %(default)s; 0 lists every "
-        "stable face)")
-    command.advanced.add_argument(
-        "--round-sides", type=read_count, default=scenes.DEFAULT_ROUND_SIDES, metavar="N",
-        help="sides a turn of the polygons that stand for round surfaces, whatever the file has "
-        "(default: %(default)s; 0 takes the file as it is)")
-
-
-def add_scene_options(command: CommandParser) -> None:
-    """Add the restitution and the drop height."""
-    command.add_argument("--restitution", type=float, default=scenes.DEFAULT_RESTITUTION,
-                         metavar="R",
-                         help="coefficient of restitution of the plate, 0 to below 1 "
-                         "(default: %(default)s)")
-    command.add_argument("--drop-height", type=read_length, metavar="H",
-                         help="height of the centre of mass at release, as 0.2 (metres) or 200mm "
-                         "(default: 20 part radii); a part too large for it is released touching "
-                         "the plate")
+def typed_again(values: Mapping[str, Any], *names: str) -> list[str]:
+    """Options as they are typed, of those names that have a value."""
+    words: list[str] = []
+    for name in names:
+        value = values[name]
+        if value is None or value is False or value == []:
+            continue
+        words.append(f"--{name.replace('_', '-')}")
+        if value is not True:
+            words += [each if isinstance(each, str) else repr(each)
+                      for each in (value if isinstance(value, list) else [value])]
+    return words
 
 
 def scene_of(options: argparse.Namespace) -> scenes.DropScene:
@@ -233,58 +253,19 @@ def scene_keywords(options: argparse.Namespace) -> dict[str, Any]:
             for name in ("restitution", "drop_height", "cluster_tolerance", "round_sides")}
 
 
-def add_wanted_option(command: CommandParser, metavar: str, about: str,
-                      **more: Any) -> None:
-    """Add the indices of the wanted poses."""
-    command.add_argument("--wanted", type=read_indices, nargs="+", action=JoinIndices,
-                         metavar=metavar, help=about, **more)
-
-
-def add_seed_option(command: CommandParser) -> None:
-    """Add the seed of the drops."""
-    command.advanced.add_argument("--seed", type=read_count, metavar="S",
-                                  help="the same seed gives the same counts (default: a fresh "
-                                  "one, which is printed)")
-
-
-def add_workers_option(command: CommandParser) -> None:
-    """Add the number of threads."""
-    command.advanced.add_argument("--workers", type=read_count, metavar="W",
-                                  help="number of threads (default: all cores)")
-
-
-def add_json_option(command: CommandParser,
-                    about: str = "print one JSON object") -> None:
-    """Add that JSON is printed."""
-    command.add_argument("--json", action="store_true", help=about)
-
-
 def add_drop_options(command: CommandParser, drops: int | None) -> None:
     """Add the number of drops, the target error, the seed and the number of threads.
 
     `drops`: the default; None where a command must know whether it was given.
     """
     shown = "10000 for hybrid, no bound for auto" if drops is None else drops
-    command.add_argument("--drops", type=read_count, default=drops, metavar="N",
-                         help="number of drops, or the most where a target error is given "
-                         f"(default: {shown})")
+    add(command, "--drops", default=drops, help="number of drops, or the most where a target "
+        f"error is given (default: {shown})")
     command.add_argument("--target-error", type=float, default=None if drops is None else 0.0,
                          metavar="E", help="stop once the root mean square error over "
                          "the poses is within this fraction with 90 %% confidence; 0.01 is one "
                          "percentage point (default: none)")
-    add_seed_option(command)
-    add_workers_option(command)
-
-
-def add_table_options(command: CommandParser, more: str = "") -> None:
-    """Add how the answer is printed.
-
-    `more`: what else is to be said about the JSON.
-    """
-    command.add_argument("--each", action="store_true",
-                         help="give every pose a row of its own; else poses that the part's "
-                         "symmetry makes alike share one, with their number and total")
-    add_json_option(command, f"print one JSON object{more}, with every pose")
+    add(command, "--seed", "--workers")
 
 
 def load_named_part(options: argparse.Namespace) -> Part:

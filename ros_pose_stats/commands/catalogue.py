@@ -33,16 +33,14 @@ def register(commands: given.Commands) -> None:
     command.add_argument("parts", metavar="PART", nargs="+",
                          help="files, or folders with all that is below them: STEP, STL, OBJ, "
                          "PLY, OFF or 3MF")
-    command.add_argument("-o", "--output", required=True, metavar="DIR",
-                         help="folder of the catalogue, created where it is missing")
+    given.add(command, "--output", required=True, metavar="DIR",
+              help="folder of the catalogue, created where it is missing")
     command.add_argument("--target-error", type=float, default=0.0, metavar="E",
                          help="after the estimates, drop those parts whose estimate is not within "
                          "this root mean square error over the poses with 90 %% confidence; 0.01 "
                          "is one percentage point (default: no drops)")
-    given.add_shared_unit_option(command)
-    given.add_density_option(command)
-    given.add_pose_options(command)
-    given.add_scene_options(command)
+    given.add(command, "--unit", help=given.SHARED_UNIT)
+    given.add(command, "--density", *given.POSES_OF, *given.SCENE)
     command.add_argument("--parquet", action="store_true",
                          help="write the tables as Parquet files, too; that needs pyarrow")
     where = command.add_mutually_exclusive_group()
@@ -51,7 +49,8 @@ def register(commands: given.Commands) -> None:
     where.add_argument("--scheduler", metavar="ADDRESS",
                        help="address of a dask.distributed cluster that does the work instead; "
                        "files are sent to it")
-    given.add_json_option(command, "print one JSON object that says what was written and refused")
+    given.add(command, "--json",
+              help="print one JSON object that says what was written and refused")
     command.set_defaults(run=run)
 
 

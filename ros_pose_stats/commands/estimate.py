@@ -27,14 +27,14 @@ def register(commands: given.Commands) -> None:
                   "ros_pose_stats estimate demo/clamp.stl --unit mm --target-error 0.02 --json",
                   "ros_pose_stats estimate demo/gear.stl --unit mm --method hybrid --drops 500",
                   "ros_pose_stats estimate demo/hex_bolt.stl --unit mm --method all --each"))
-    given.add_part_options(command)
+    given.add_part(command, *given.POSES_OF)
     command.add_argument("--method", choices=(*CHOICES, ALL),
                          default=DEFAULT_METHOD, metavar="NAME",
                          help=f"one of {', '.join(CHOICES)}, or {ALL}, which sets "
                          "every estimator beside the others (default: %(default)s)")
-    given.add_scene_options(command)
+    given.add(command, *given.SCENE, "--each")
     given.add_drop_options(command, None)
-    given.add_table_options(command, ", or with all methods a list of them")
+    given.add(command, "--json", help="print one JSON object, or with all methods a list of them")
     command.set_defaults(run=run)
 
 
@@ -94,10 +94,9 @@ def register_simulate(commands: given.Commands) -> None:
         description="Drop a part many times onto a rigid frictionless plate and count the "
         "poses in which it comes to rest. Ctrl-C stops and reports what has been done.",
         examples=("ros_pose_stats simulate demo/clamp.stl --unit mm --drops 2e4 --seed 7",))
-    given.add_part_options(command)
+    given.add_part(command, *given.POSES_OF)
     given.add_drop_options(command, DEFAULT_DROPS)
-    given.add_scene_options(command)
-    given.add_table_options(command)
+    given.add(command, *given.SCENE, "--each", "--json")
     command.set_defaults(run=run_simulate)
 
 

@@ -90,20 +90,18 @@ def register_publish(commands: given.Commands) -> None:
         "that starts later gets the part too.",
         examples=("ros_pose_stats publish demo/clamp.stl --unit mm",
                   "ros_pose_stats publish demo/clamp.stl --unit mm --mass 0.06 --restitution 0.3"))
-    given.add_file_options(command)
-    command.add_argument("--restitution", type=float, metavar="R",
-                         help="coefficient of restitution for this part, 0 to below 1 "
-                         "(default: the node's)")
-    command.add_argument("--drop-height", type=given.read_length, metavar="H",
-                         help="height of the centre of mass at release for this part, as 0.2 "
-                         "(metres) or 200mm (default: the node's)")
+    given.add_part(command)
+    given.add(command, "--restitution", default=None, help="coefficient of restitution for this "
+              "part, 0 to below 1 (default: the node's)")
+    given.add(command, "--drop-height", help="height of the centre of mass at release for this "
+              "part, as 0.2 (metres) or 200mm (default: the node's)")
     command.add_argument("--part-id", default="", metavar="ID",
                          help="name of the part (default: the file's name without its suffix)")
     command.add_argument("--topic", default="/pose_stats/part_mesh", metavar="T",
                          help="topic to publish on (default: %(default)s)")
     command.add_argument("--seconds", type=float, metavar="S",
                          help="give up after this long (default: at Ctrl-C)")
-    given.add_table_options(command)
+    given.add(command, "--each", "--json")
     command.set_defaults(run=run_publish, takes_ros_arguments=True)
 
 
@@ -140,7 +138,7 @@ def register_show(commands: given.Commands) -> None:
                          help="full name of the node (default: %(default)s)")
     command.add_argument("--watch", action="store_true",
                          help="go on with every new result, until Ctrl-C")
-    given.add_table_options(command)
+    given.add(command, "--each", "--json")
     command.set_defaults(run=run_show, takes_ros_arguments=True)
 
 

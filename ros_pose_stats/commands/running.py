@@ -212,18 +212,13 @@ def print_json(values: Any, *, interrupted: bool = False) -> None:
     print()
 
 
-def load_part_and_kernels(options: argparse.Namespace, *, drops: bool = True) -> Part:
-    """Load the part that the options name, and the kernels of all that follows.
-
-    `drops`: whether the part is to be dropped.
-    """
+def load_part_and_kernels(options: argparse.Namespace) -> Part:
+    """Load the part that the options name, and the kernels of all that follows."""
     with announce_slow_start(), end_on_interrupt():
         from .. import estimators  # noqa: F401 - imported for their kernels
         from ..kernels.compilation import prepare_kernels
-        from ..resting import poses  # noqa: F401
+        from ..simulation import simulate  # noqa: F401
 
-        if drops:
-            from ..simulation import simulate  # noqa: F401
         part = load_named_part(options)
         prepare_kernels()
     return part

@@ -31,32 +31,23 @@ def register(commands: given.Commands) -> None:
                   "--kick 0.02 --cycle-time 0.5 -o clamp.html",
                   "ros_pose_stats report demo/clamp.stl --unit mm --wanted 0 --changes "
                   "-o clamp.html"))
-    given.add_part_options(command)
-    command.add_argument("-o", "--output", required=True, metavar="FILE",
-                         help="the page to write, FILE.html")
-    command.add_argument("--png", metavar="FILE",
-                         help="write the key figure, too: the poses, their probabilities "
-                         "with intervals and the splitting graph, as FILE.png")
-    given.add_wanted_option(command, "INDEX", "poses that the feeder accepts, separated by spaces "
-                            "or commas, or a range such as 0-3: the page says which share of the "
-                            "parts is accepted", default=[])
-    command.add_argument("--rate", type=float, metavar="PARTS_PER_MIN",
-                         help="parts dropped a minute, those sent back included; with --wanted "
-                         "the page says how many are accepted a minute")
-    command.add_argument("--kick", type=given.read_length, metavar="H",
-                         help="energy of a kick over the part's weight, a height as 0.003 "
-                         "(metres) or 3mm; with --wanted and --rate the page says what "
-                         "kicking parts that lie wrong gains, and which kick feeds fastest")
-    command.add_argument("--cycle-time", type=float, default=1.0, metavar="S",
-                         help="seconds from one kick to the next (default: %(default)s)")
+    given.add_part(command, *given.POSES_OF)
+    given.add(command, "--output", required=True, help="the page to write, FILE.html")
+    given.add(command, "--png", help="write the key figure, too: the poses, their probabilities "
+              "with intervals and the splitting graph, as FILE.png")
+    given.add(command, "--wanted", default=[], help="poses that the feeder accepts, for instance "
+              "0 1 or 0-3: the page says which share of the parts is accepted")
+    given.add(command, "--rate", default=None, help="parts dropped a minute, those sent back "
+              "included; with --wanted the page says how many are accepted a minute")
+    given.add(command, "--kick", help=f"{given.KICK}; with --wanted and --rate the page says what "
+              "kicking parts that lie wrong gains, and which kick feeds fastest")
+    given.add(command, "--cycle-time")
     command.add_argument("--changes", action="store_true",
                          help="with --wanted: the page says which changes of the part raise the "
                          "accepted share, as the command sensitivity does")
-    command.add_argument("--drops", type=given.read_count, metavar="N",
-                         help="number of drops of the simulation (default: as many as bring the "
-                         "error over the poses within a point, at most 10000)")
-    given.add_seed_option(command)
-    given.add_scene_options(command)
+    given.add(command, "--drops", help="number of drops of the simulation (default: as many as "
+              "bring the error over the poses within a point, at most 10000)")
+    given.add(command, "--seed", *given.SCENE)
     command.set_defaults(run=run)
 
 
@@ -93,20 +84,12 @@ def run(options: argparse.Namespace) -> int:
 
 def commands_to_reproduce(options: argparse.Namespace, found: PoseStatistics) -> tuple[str, ...]:
     """Commands that give the same page again, and the same counts as a table."""
-    named = [Path(options.part).name, "--unit", options.unit]
-    if options.com is not None:
-        named += ["--com", *(repr(x) for x in options.com)]
-    named += ["--cluster-tolerance", repr(options.cluster_tolerance),
-              "--round-sides", str(options.round_sides),
-              "--restitution", repr(options.restitution)]
-    if options.drop_height is not None:
-        named += ["--drop-height", repr(options.drop_height)]
+    typed = vars(options)
+    named = [Path(options.part).name, *given.typed_again(
+        typed, "unit", "com", "cluster_tolerance", "round_sides", "restitution", "drop_height")]
     drops = ["--drops", str(found.drops), "--seed", str(found.seed)]
-    asked = ["--wanted", *map(str, options.wanted)] if options.wanted else []
-    asked += ["--rate", repr(options.rate)] if options.rate is not None else []
-    asked += (["--kick", repr(options.kick), "--cycle-time", repr(options.cycle_time)]
-              if options.kick is not None else [])
-    asked += ["--changes"] if options.changes else []
+    asked = given.typed_again(typed, "wanted", "rate", "kick",
+                              *["cycle_time"][:options.kick is not None], "changes")
     page = ["report", *named, *drops, *asked, "-o", Path(options.output).name]
     return tuple(shlex.join(["ros_pose_stats", *words])
                  for words in (page, ["simulate", *named, *drops]))
@@ -123,15 +106,13 @@ def register_animate(commands: given.Commands) -> None:
         "the poses still within reach. The horizontal motion is left out, as in the model.",
         examples=("ros_pose_stats animate demo/clamp.stl --unit mm --drop 10 --seed 7 "
                   "-o drop.mcap",))
-    given.add_part_options(command)
+    given.add_part(command, *given.POSES_OF)
     command.add_argument("--drop", type=given.read_count, default=0, metavar="K",
                          help="number of the drop in the simulation with the same seed "
                          "(default: %(default)s)")
-    command.add_argument("-o", "--output", required=True, metavar="FILE",
-                         help="the file to write: FILE.gif, FILE.mp4 (needs ffmpeg) or "
-                         "FILE.mcap (for Foxglove and RViz)")
-    given.add_seed_option(command)
-    given.add_scene_options(command)
+    given.add(command, "--output", required=True, help="the file to write: FILE.gif, FILE.mp4 "
+              "(needs ffmpeg) or FILE.mcap (for Foxglove and RViz)")
+    given.add(command, "--seed", *given.SCENE)
     command.set_defaults(run=animate)
 
 

@@ -18,7 +18,7 @@ def register(commands: given.Commands) -> None:
     command.add_argument("bags", metavar="DIR", nargs="+",
                          help="bag directory, directory of many bags, or single file")
     command.add_argument("--csv", metavar="DIR", help="write tables as CSV files into a directory")
-    command.add_argument("--json", action="store_true", help="print one JSON object")
+    given.add(command, "--json")
     command.set_defaults(run=run)
 
 

@@ -37,24 +37,19 @@ def register(commands: given.Commands) -> None:
     command.add_argument("parts", metavar="PART", nargs="+",
                          help="files of two variants or more, the one to compare with first: "
                          "STEP, STL, OBJ, PLY, OFF or 3MF")
-    given.add_shared_unit_option(command)
-    given.add_center_option(command, "; once for all variants, or once for each in their order",
-                            action="append", default=[])
-    given.add_pose_options(command)
-    given.add_scene_options(command)
-    given.add_wanted_option(command, "I", "poses of the first variant that a feeder accepts, for "
-                            "instance 0 1 or 0-3: what it gets of each variant", default=[])
+    given.add(command, "--unit", help=given.SHARED_UNIT)
+    given.add(command, "--com", action="append", default=[], help=f"{given.CENTER}; once for all "
+              "variants, or once for each in their order")
+    given.add(command, *given.POSES_OF, *given.SCENE)
+    given.add(command, "--wanted", default=[], help="poses of the first variant that a feeder "
+              "accepts, for instance 0 1 or 0-3: what it gets of each variant")
     command.add_argument("--plate-error", type=float, default=DEFAULT_PLATE_ERROR, metavar="E",
                          help="error of a share on the real plate, as a fraction "
                          "(default: %(default)s; a plate fitted to counts has its own)")
-    command.add_argument("--drops", type=given.read_count, default=MOST_DROPS, metavar="N",
-                         help="the most drops of each variant for the verdict (default: "
-                         "%(default)s); as many are made afresh")
-    given.add_seed_option(command)
-    given.add_workers_option(command)
-    command.add_argument("-o", "--output", metavar="FILE",
-                         help="write a page with pictures of the poses, too: FILE.html")
-    given.add_json_option(command)
+    given.add(command, "--drops", default=MOST_DROPS, help="the most drops of each variant for "
+              "the verdict (default: %(default)s); as many are made afresh")
+    given.add(command, "--seed", "--workers", "--json")
+    given.add(command, "--output", help="write a page with pictures of the poses, too: FILE.html")
     command.set_defaults(run=run)
 
 
@@ -131,15 +126,10 @@ def command_to_reproduce(options: argparse.Namespace, found: Comparison) -> str:
     """The command that gives the same answer again."""
     words = ["ros_pose_stats", "compare", *options.parts, "--unit", options.unit]
     for center in options.com:
-        words += ["--com", *(repr(x) for x in center)]
-    words += ["--cluster-tolerance", repr(options.cluster_tolerance),
-              "--round-sides", str(options.round_sides),
-              "--restitution", repr(options.restitution)]
-    if options.drop_height is not None:
-        words += ["--drop-height", repr(options.drop_height)]
-    words += ["--wanted", *map(str, options.wanted)] if options.wanted else []
-    return shlex.join([*words, "--plate-error", repr(options.plate_error),
-                       "--drops", str(options.drops), "--seed", str(found.seed)])
+        words += given.typed_again({"com": center}, "com")
+    return shlex.join([*words, *given.typed_again(
+        {**vars(options), "seed": found.seed}, "cluster_tolerance", "round_sides", "restitution",
+        "drop_height", "wanted", "plate_error", "drops", "seed")])
 
 
 MOST_ROWS = 40

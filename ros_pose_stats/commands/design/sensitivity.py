@@ -30,9 +30,8 @@ def register(commands: given.Commands) -> None:
                   "--png sensitivity.png",
                   "ros_pose_stats sensitivity demo/clamp.stl --unit mm --wanted 0 --suggest "
                   "--within 1mm --stl changed.stl"))
-    given.add_part_options(command)
-    given.add_wanted_option(command, "I", "indices of the poses that are accepted, for "
-                            "instance 0 1 or 0-3", required=True)
+    given.add_part(command, *given.POSES_OF)
+    given.add(command, "--wanted", required=True)
     command.add_argument("--step", type=given.read_length, metavar="L",
                          help="the change that is meant, as 0.001 (metres) or 1mm (default: a "
                          "twentieth of the part's radius)")
@@ -47,14 +46,10 @@ def register(commands: given.Commands) -> None:
                          "move, as 0.001 (metres) or 1mm")
     command.add_argument("--stl", metavar="FILE",
                          help="with --suggest: write the changed hull as FILE.stl, in millimetres")
-    command.add_argument("--png", metavar="FILE",
-                         help="draw where to add to the part and where to take away, as FILE.png")
-    given.add_scene_options(command)
-    command.add_argument("--drops", type=given.read_count, metavar="N",
-                         help="drops of each part (default: 2000)")
-    given.add_seed_option(command)
-    given.add_workers_option(command)
-    given.add_json_option(command)
+    given.add(command, "--png", help="draw where to add to the part and where to take away, as "
+              "FILE.png")
+    given.add(command, "--drops", help="drops of each part (default: 2000)")
+    given.add(command, *given.SCENE, "--seed", "--workers", "--json")
     command.set_defaults(run=run)
 
 

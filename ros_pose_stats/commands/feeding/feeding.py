@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...text import Column, columns, listed, millimetres, remarks
 from .. import arguments as given, running
-from .flips import DEFAULT_RATE, add_counts_option, read_flips, show_bounded
+from .flips import add_counts_option, read_flips, show_bounded
 
 if TYPE_CHECKING:
     from ...records import PoseStatistics
@@ -17,8 +17,7 @@ if TYPE_CHECKING:
 
 FLIPS = 10_000  # with a kick, out of all poses, as a node answers
 
-TIMES = {"cycle-time": (1.0, "seconds from one kick to the next"),
-         "pick-time": (1.0, "seconds to pick a part"),
+TIMES = {"pick-time": (1.0, "seconds to pick a part"),
          "camera-time": (0.2, "seconds of a picture"),
          "drop-time": (0.5, "seconds until dropped or kicked parts lie still")}
 
@@ -33,18 +32,15 @@ def register(commands: given.Commands) -> None:
         "the plate's error in it.",
         examples=("ros_pose_stats feeding demo/clamp.stl --unit mm --wanted 0 1 "
                   "--plate 300mm 200mm --png kicks.png",))
-    given.add_part_options(command)
-    given.add_scene_options(command)
-    given.add_wanted_option(command, "I", "indices of the poses that are picked, for instance 0 1 "
-                            "or 0-3", required=True)
+    given.add_part(command, *given.POSES_OF, *given.SCENE)
+    given.add(command, "--wanted", required=True)
     command.add_argument("--plate", nargs=2, type=given.read_length, required=True,
                          metavar=("L", "W"), help="sides of the area over which the centres of "
                          "the parts spread, as 0.3 (metres) or 300mm")
     command.add_argument("--clearance", type=given.read_length, default=0.0, metavar="C",
                          help="room that the gripper needs around a part, as 0.002 or 2mm "
                          "(default: 0)")
-    command.add_argument("--rate", type=float, default=DEFAULT_RATE, metavar="R",
-                         help="parts that can be dropped a minute (default: %(default)s)")
+    given.add(command, "--rate", "--cycle-time")
     for name, (seconds, about) in TIMES.items():
         command.add_argument(f"--{name}", type=float, default=seconds, metavar="S",
                              help=f"{about} (default: %(default)s)")
@@ -55,11 +51,8 @@ def register(commands: given.Commands) -> None:
     command.add_argument("--flips", type=given.read_count, metavar="N",
                          help=f"kicks out of each pose at each height (default: {FLIPS} shared "
                          "out over the poses)")
-    command.add_argument("--png", metavar="FILE",
-                         help="draw the parts a minute over the kick heights, as FILE.png")
-    given.add_seed_option(command)
-    given.add_workers_option(command)
-    given.add_json_option(command)
+    given.add(command, "--png", help="draw the parts a minute over the kick heights, as FILE.png")
+    given.add(command, "--seed", "--workers", "--json")
     command.set_defaults(run=run)
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...errors import PoseStatsError, RequestError
-from ...records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_DROP_RADII, DEFAULT_ROUND_SIDES
+from ...records.scene import DEFAULT_DROP_RADII
 from ...text import Column, columns, length_in_words, listed, percent, several
 from .. import arguments as given, running
 
@@ -41,15 +41,11 @@ def register(commands: given.Commands) -> None:
     command.add_argument("--plates", default="plates.yaml", metavar="FILE",
                          help="file of plates to write the plate into; its other plates stay "
                          "(default: %(default)s)")
-    command.add_argument("--unit", type=given.read_unit, choices=given.UNITS,
-                         help="unit of those part files in the CSV that declare none, in any "
-                         "spelling (default: m)")
-    command.add_argument("--cluster-tolerance", type=float, default=DEFAULT_CLUSTER_TOLERANCE,
-                         metavar="T", help="with which the poses in the CSV are numbered "
-                         "(default: %(default)s)")
-    command.add_argument("--round-sides", type=given.read_count, default=DEFAULT_ROUND_SIDES,
-                         metavar="N", help="likewise (default: %(default)s)")
-    given.add_json_option(command)
+    given.add(command, "--unit", default=None, help="unit of those part files in the CSV that "
+              "declare none, in any spelling (default: m)")
+    given.add(command, *given.POSES_OF, help="with which the poses in the CSV are numbered "
+              "(default: %(default)s)")
+    given.add(command, "--json")
     command.set_defaults(run=run)
 
 

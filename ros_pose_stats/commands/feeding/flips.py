@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from ...records import FlipStatistics, Index, Part, PoseStatistics
     from ...statistics.feeding import Feeding
 
-DEFAULT_RATE = 60.0
 DEFAULT_FLIPS = 2000
 
 
@@ -33,28 +32,17 @@ def register(commands: given.Commands) -> None:
         "matrix of each of the feeder's speeds: what was counted, with the model's kick that "
         "explains it best where little was.",
         examples=("ros_pose_stats flips demo/clamp.stl --unit mm --kick 0.02 --wanted 0 1",))
-    given.add_part_options(command)
+    given.add_part(command, *given.POSES_OF)
     kicks = command.add_mutually_exclusive_group(required=True)
-    kicks.add_argument("--kick", type=given.read_length, metavar="H",
-                       help="energy of a kick over the part's weight, a height as 0.003 "
-                       "(metres) or 3mm: as high would it throw the part without turning it")
+    kicks.add_argument("--kick", **given.OPTIONS["--kick"])
     add_counts_option(kicks)
     command.add_argument("--flips", type=given.read_count, metavar="N", default=DEFAULT_FLIPS,
                          help="kicks out of each pose, with --counts at each of thirteen heights "
                          "(default: %(default)s)")
-    given.add_scene_options(command)
-    given.add_wanted_option(command, "I", "indices of the poses that are accepted, for "
-                            "instance 0 1 or 0-3")
-    command.add_argument("--rate", type=float, default=DEFAULT_RATE, metavar="R",
-                         help="parts that can be dropped a minute (default: %(default)s)")
-    command.add_argument("--cycle-time", type=float, default=1.0, metavar="S",
-                         help="seconds from one kick to the next (default: %(default)s)")
-    command.add_argument("--drops", type=given.read_count, default=DEFAULT_DROPS, metavar="N",
-                         help="drops for the poses of parts that are dropped "
-                         "(default: %(default)s)")
-    given.add_seed_option(command)
-    given.add_workers_option(command)
-    given.add_json_option(command)
+    given.add(command, "--drops", default=DEFAULT_DROPS, help="drops for the poses of parts that "
+              "are dropped (default: %(default)s)")
+    given.add(command, *given.SCENE, "--wanted", "--rate", "--cycle-time", "--seed", "--workers",
+              "--json")
     command.set_defaults(run=run)
 
 
