@@ -69,14 +69,9 @@ def make_catalogue(folder: Path, parts: Sequence[PartFile], request: CatalogueRe
                    should_stop: Callable[[], bool] = lambda: False) -> Catalogue:
     """Make a catalogue, or go on where an earlier run was cut off.
 
-    Rows of files that have not changed since are kept; so a folder to which parts were added
-    costs the new ones alone. The same files and request give the same tables.
-
-    `folder`: created where it is missing; `maker`: `on_processes(n)` or `on_cluster(address)`; the
-    results are the same; `parquet`: whether to write the tables as Parquet files, too;
-    `keep_rows`: whether to return the rows, too; hundreds of thousands fill the memory;
-    `on_progress`: called with a `CatalogueProgress` after each part; `should_stop`: asked some
-    twenty times a second; True ends the run with the parts that are done.
+    Rows of files that have not changed since are kept; so a folder to which parts were added costs
+    the new ones alone. The same files and request give the same tables, by whichever `maker`.
+    `keep_rows`: whether to return the rows; hundreds of thousands fill the memory.
     """
     ours = (ROWS, PAGE, *TABLES)
     with (WorkFolder(folder, CLAIM, request.as_dict(),
@@ -107,10 +102,7 @@ class _Run:
         self._on_progress = on_progress
 
     def missing(self) -> list[PartFile]:
-        """Files without a row, or whose row is a refusal or about what they held before.
-
-        What was refused for want of a package or of memory may go well now.
-        """
+        """Files without a row, or about what they held before, or refused: that may go well."""
         return [part for part in self._parts
                 if (entry := self._entry(part)) is None or entry.refused]
 
@@ -248,9 +240,6 @@ def on_cluster(address: str) -> Maker:
 
     The files are read here and sent, so that workers need not see them. Parts whose workers
     died again and again are made in a process of this machine, where that harms nobody.
-
-    Raises BatchError while running if the scheduler cannot be reached or goes away, or no worker
-    comes; ImportError at once where distributed is not installed.
     """
     from ..batch.cluster import ClusterWork, work_on_cluster
 

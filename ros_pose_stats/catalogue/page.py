@@ -41,10 +41,7 @@ class PageState(NamedTuple):
 
 def write_page(folder: Path, request: CatalogueRequest, state: PageState,
                rows: Iterator[Shown]) -> None:
-    """Write the page, and what it reads, in the order of the rows.
-
-    `folder`: of the catalogue, with the pictures in it.
-    """
+    """Write the page into the folder of the pictures, and what it reads, in the rows' order."""
     embedded = state.parts <= EMBEDDED
     try:
         shown = (_shown(folder, row, picture, embedded) for row, picture in rows)
@@ -66,10 +63,7 @@ def write_page(folder: Path, request: CatalogueRequest, state: PageState,
 
 
 def report_name(row: rows.Row) -> str:
-    """File of the report on a part, below the folder of the catalogue.
-
-    What is not UTF-8 in the part's name is left out, as no link can have it.
-    """
+    """File of the report on a part below the folder; no link can have what is not UTF-8."""
     stem = Path(row["file"]).stem.encode(errors="ignore").decode()
     return f"{REPORTS}/{stem}_{row['part_digest'][:8]}.html"
 

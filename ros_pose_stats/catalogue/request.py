@@ -50,8 +50,8 @@ class PartFile(NamedTuple):
 def find_parts(paths: Sequence[str | os.PathLike[str]]) -> list[PartFile]:
     """Files of parts, each once, by name.
 
-    `paths`: files, taken whatever their kind, and folders: of these and all folders below them the
-    files that end as parts do; no hidden ones. A folder to which several links lead counts once.
+    `paths`: files, taken whatever their kind, and folders with all parts below them that are not
+    hidden. A folder to which several links lead counts once.
     """
     names = {_no_formula(str(name)) for path in paths for name in _files_of(Path(path))}
     if not names:

@@ -47,7 +47,6 @@ def describe_part(name: str, content: bytes | errors.PoseStatsError | None,
 
     `content`: what the file holds, or why it cannot be read; None where it is to be read here;
     `drop`: whether to keep the target error, if need be by drops.
-    Returns of a part that is refused, the row with the reason.
     """
     begin = time.perf_counter()
     try:
@@ -141,12 +140,7 @@ def entropy(shares: Sequence[float]) -> float:
 
 
 def footprint(outline: Array) -> tuple[float, float]:
-    """Length and width of the smallest rectangle around a convex outline.
-
-    One of its sides lies on a side of the outline (Freeman and Shapira, 1975).
-
-    `outline` (k, 2): corners in their order, metres.
-    """
+    """Length and width of the smallest rectangle around an outline (Freeman and Shapira, 1975)."""
     sides = np.roll(outline, -1, axis=0) - outline
     lengths = np.hypot(*sides.T)
     along = sides[lengths > 0.0] / lengths[lengths > 0.0, None]

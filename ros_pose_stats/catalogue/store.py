@@ -35,10 +35,7 @@ class Entry(NamedTuple):
 
 
 class RowStore:
-    """The latest row of each file.
-
-    `folder`: of the catalogue, locked by whoever makes it.
-    """
+    """The latest row of each file, in a folder that is locked by whoever makes the catalogue."""
 
     def __init__(self, folder: Path) -> None:
         self.path = folder / ROWS

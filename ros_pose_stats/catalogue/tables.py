@@ -40,11 +40,9 @@ def load_parquet() -> None:
 
 
 def write_tables(folder: Path, rows: Callable[[], Iterable[Row]], parquet: bool) -> list[Path]:
-    """Write all tables, each whole or not at all.
+    """Write all tables, each whole or not at all; Parquet of an earlier run goes.
 
-    `rows`: gives all rows from the first one, each time anew; `parquet`: whether to write Parquet
-    files beside the CSV files; that needs pyarrow. Else such of an earlier run are removed, since
-    they would not be the same any more.
+    `rows`: gives all rows from the first one, each time anew.
     """
     def write(aside: Path) -> None:
         for name, (columns, values) in _tables(rows).items():

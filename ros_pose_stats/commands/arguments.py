@@ -254,10 +254,7 @@ def scene_keywords(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def add_drop_options(command: CommandParser, drops: int | None) -> None:
-    """Add the number of drops, the target error, the seed and the number of threads.
-
-    `drops`: the default; None where a command must know whether it was given.
-    """
+    """Add the number of drops (None: no default), the target error, the seed and the threads."""
     shown = "10000 for hybrid, no bound for auto" if drops is None else drops
     add(command, "--drops", default=drops, help="number of drops, or the most where a target "
         f"error is given (default: {shown})")

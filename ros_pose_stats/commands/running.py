@@ -119,10 +119,7 @@ INTERRUPTED = 130
 
 @contextmanager
 def end_on_interrupt() -> Iterator[None]:
-    """End the process at once on SIGINT, while there is nothing to report yet.
-
-    An exception from the handler might get lost in the compiler's callbacks.
-    """
+    """End at once on SIGINT: the compiler's callbacks may swallow a handler's exception."""
     def on_interrupt(_number: int, _frame: FrameType | None) -> None:
         sys.stderr.write("ros_pose_stats: interrupted\n")
         sys.stderr.flush()
@@ -140,10 +137,7 @@ def end_on_interrupt() -> Iterator[None]:
 
 @contextmanager
 def stop_on_interrupt() -> Iterator[Callable[[], bool]]:
-    """Turn the first SIGINT into a flag; a second one interrupts as usual.
-
-    Yields a function that says whether SIGINT came.
-    """
+    """Turn the first SIGINT into a flag, which is yielded; a second one interrupts as usual."""
     asked: list[int] = []  # a handler must not wait for a lock, as Event.set does
     before = signal.getsignal(signal.SIGINT)
 
@@ -203,10 +197,7 @@ def needing(package: str) -> Iterator[None]:
 
 
 def print_json(values: Any, *, interrupted: bool = False) -> None:
-    """Print one object or list on a line; NaN and infinity are refused.
-
-    `interrupted`: whether the object is to say that it is what was done until Ctrl-C.
-    """
+    """Print one object or list on a line; `interrupted`: whether Ctrl-C ended what it is of."""
     json.dump({**values, "interrupted": True} if interrupted else values, sys.stdout,
               allow_nan=False)
     print()
@@ -226,10 +217,7 @@ def load_part_and_kernels(options: argparse.Namespace) -> Part:
 
 def run_and_report(part: Part, simulate: Callable[..., PoseStatistics], bound: int,
                    options: argparse.Namespace) -> int:
-    """Run a simulation under a progress bar and print its answer; returns the exit status.
-
-    `bound`: number of drops after which it is complete.
-    """
+    """Run a simulation of `bound` drops under a bar and print its answer; the exit status."""
     with stop_on_interrupt() as interrupted, ProgressBar(sys.stderr) as bar:
         answer = simulate(part, drops=bound, target_error=options.target_error or 0.0,
                           seed=options.seed, workers=options.workers, on_progress=bar.show,

@@ -34,11 +34,10 @@ SHADES = ("the stronger the colour of a face, the more a step gains; grey: no ga
 
 
 def changes_figure(found: Sensitivity) -> Figure:
-    """Draw a part from two sides.
+    """Draw a part from two sides: blue faces are better moved out, orange ones moved in.
 
-    Blue are faces that are better moved out, orange those that are better moved in, the stronger
-    the more a step gains. Effects within their error are left grey. The arrow leads the centre of
-    mass to where it is better.
+    The stronger the colour, the more a step gains; effects within their error are grey. The arrow
+    leads the centre of mass to where it is better.
     """
     figure = style.new_figure(9.0, 5.6)
     space, colors = found.space, _face_colors(found)

@@ -24,10 +24,7 @@ RASTER = 150  # dots per inch of images within vector graphics
 
 
 def save_figure(figure: Figure, file: Path) -> None:
-    """Write a PNG or SVG file, as its suffix says; an equal figure gives equal bytes.
-
-    Its folder is created.
-    """
+    """Write a PNG or SVG file, as its suffix says; an equal figure gives equal bytes."""
     file.parent.mkdir(parents=True, exist_ok=True)
     metadata = {"Date": None} if file.suffix == ".svg" else None
     with matplotlib.rc_context({"svg.hashsalt": SALT, "svg.fonttype": "none"}):
@@ -35,11 +32,7 @@ def save_figure(figure: Figure, file: Path) -> None:
 
 
 def svg_bytes(figure: Figure) -> bytes:
-    """A figure as an SVG file that looks alike everywhere: letters are outlines.
-
-    An equal figure gives equal bytes. It has no background of its own, so that the page's hint at
-    more to the side can be seen.
-    """
+    """A figure as an SVG file, letters as outlines, without a background; equal ones are equal."""
     file = io.BytesIO()
     with matplotlib.rc_context({"svg.hashsalt": SALT, "svg.fonttype": "path"}):
         figure.savefig(file, format="svg", metadata={"Date": None, "Creator": None}, dpi=RASTER,
@@ -81,10 +74,7 @@ def svg_address(figure: Figure) -> str:
 
 
 def write_gif(file: Path, pictures: Iterable[Picture], rate: int) -> None:
-    """Write an animation that repeats for ever.
-
-    `rate`: pictures a second.
-    """
+    """Write an animation that repeats for ever, at so many pictures a second."""
     every = [Image.fromarray(picture) for picture in pictures]
     # One palette for all pictures, since colours would flicker otherwise.
     some = np.concatenate([np.asarray(every[k]) for k in
@@ -109,10 +99,7 @@ def ffmpeg() -> str:
 
 
 def write_mp4(file: Path, pictures: Iterable[Picture], rate: int) -> None:
-    """Write a film with ffmpeg.
-
-    `pictures`: at least one; of even height and width; `rate`: pictures a second.
-    """
+    """Write a film with ffmpeg; the pictures, at least one, are of even height and width."""
     waiting = iter(pictures)
     first = next(waiting)
     size = f"{first.shape[1]}x{first.shape[0]}"

@@ -26,10 +26,7 @@ WIDTH, PLATE = 3.0, 1.05  # width of a picture, and half the side of the plate, 
 
 
 def poses_figure(part: Part, found: PoseStatistics) -> Figure:
-    """Draw the most probable poses of a part; those that its symmetry makes alike as one.
-
-    Returns all at one scale, most probable first, at most eight.
-    """
+    """Draw the eight most probable poses of a part; those alike by symmetry as one."""
     groups = pose_groups(found)
     shown = groups[:MOST]
     columns = min(COLUMNS, len(shown))
@@ -59,10 +56,7 @@ def poses_figure(part: Part, found: PoseStatistics) -> Figure:
 
 def pose_pictures(part: Part, poses: Sequence[StablePose], radius: float,
                   pixels: int = PIXELS) -> list[NDArray[np.uint8]]:
-    """Pictures of a part in some of its poses, on the plate and at one scale.
-
-    `radius`: of the part, metres. Returns high enough for the highest of the poses.
-    """
+    """Pictures of a part of a radius (metres) in some poses, on the plate and at one scale."""
     triangles = decimation.visible_triangles(part) - part.center_of_mass
     laid = [placed(triangles, pose) for pose in poses]
     view = resting_view(laid, radius, pixels)
@@ -101,11 +95,10 @@ BESIDE_PIXELS = 320  # pixels across a picture
 def pictures_beside(parts: tuple[Part, Part], turn: Array | None,
                     rows: Sequence[tuple[StablePose | None, StablePose | None]], radius: float,
                     pixels: int = BESIDE_PIXELS) -> list[tuple[Picture | None, Picture | None]]:
-    """Pictures of corresponding poses of two parts, on the plate and all at one scale.
+    """Pictures of corresponding poses of two parts, on the plate and at one scale.
 
-    `turn` (3, 3): from the frame of the first to that of the second; None where they are equal;
-    `rows`: of the first part and of the second; None where there is none; `radius`: of the larger
-    part, metres. Returns the second part is turned about the vertical as the first one is.
+    `turn` (3, 3): from the frame of the first to that of the second, None where they are equal;
+    `radius`: of the larger part, metres. The second is turned about the vertical as the first is.
     """
     first, second = (decimation.visible_triangles(part) - part.center_of_mass for part in parts)
     back = np.eye(3) if turn is None else turn.T
@@ -152,10 +145,7 @@ SMALL_COLORS = 24  # more make the file larger than the eye sees at this size
 
 
 def pose_thumbnail(part: Part, pose: StablePose, radius: float) -> bytes:
-    """Picture of a part in a pose, as a PNG file of some two kilobytes.
-
-    `radius`: of the part, metres.
-    """
+    """Picture of a part of a radius (metres) in a pose, as a PNG file of some two kilobytes."""
     (picture,) = pose_pictures(part, [pose], radius, SMALL_PIXELS)
     flat = Image.fromarray(picture).quantize(SMALL_COLORS, dither=Image.Dither.NONE)
     file = io.BytesIO()

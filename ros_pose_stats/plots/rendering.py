@@ -38,11 +38,10 @@ class View(NamedTuple):
 
 
 def rendered(triangles: Array, view: View, color: Array = PART) -> NDArray[np.uint8]:
-    """Draw triangles above the plate z = 0.
+    """Draw triangles (t, 3, 3) above the plate z = 0, as pixels (height, width, 3).
 
-    `triangles` (t, 3, 3): corners in the plate frame, metres, counter-clockwise seen from outside;
-    `color`: of the part, or of each triangle, 0 to 1. Returns (height, width, 3) uint8: white
-    where there is nothing.
+    In the plate frame, metres, counter-clockwise seen from outside; `color`: of the part, or of
+    each triangle, 0 to 1.
     """
     wide, high = (FINENESS * side for side in view.pixels)
     normals = _normals(triangles)
@@ -118,11 +117,9 @@ AT_ONCE = 3_000_000  # most pixels of triangles in memory at a time
 
 
 def nearest_triangles(corners: Array, wide: int, high: int) -> tuple[Index, Array]:
-    """Find which triangle is seen in every pixel.
+    """Which triangle is seen in every pixel, -1 for none, and its depth at the pixel's middle.
 
-    `corners` (t, 3, 3): across and down the picture in pixels, and towards the viewer. Returns
-    `number` (high, wide) int: -1 where there is none; `depth` (high, wide): of the triangle at the
-    pixel's middle, towards the viewer; minus infinity where there is none.
+    `corners` (t, 3, 3): across and down the picture in pixels, and towards the viewer.
     """
     found = np.full(wide * high, -1, dtype=np.int64)
     depth = np.full(wide * high, -np.inf)

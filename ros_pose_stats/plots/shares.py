@@ -29,8 +29,7 @@ def shares_figure(found: Sequence[PoseStatistics], size: tuple[float, float] = (
                   ) -> Figure:
     """Draw the probability of each pose, or group of like poses, by one or two methods.
 
-    `found`: one or two of the same part; the poses are in the order of the first. Returns bars in
-    percent with 90 % intervals, the most probable at the top.
+    Bars in percent with 90 % intervals, the most probable of the first method at the top.
     """
     figure = new_figure(*size, layout="constrained")
     axes = figure.add_subplot()
@@ -80,10 +79,7 @@ TITLE = 0.34  # height of a title, inches
 def key_picture(part: Part, found: Sequence[PoseStatistics], root: SplittingNode) -> files.Picture:
     """Draw a part's poses, their probabilities and the splitting graph as one picture.
 
-    `found`: of that part, by one or two methods; the first is that of the pictures and the graph.
-    Returns (height, width, 3) uint8: at the top the part and the scene; then the poses on the
-    plate, most probable first; below on the left probabilities with 90 % intervals, on the right
-    the splitting graph with the same probabilities, where there is more than one pose.
+    `found`: by one or two methods; the first is that of the pictures and the graph.
     """
     first = found[0]
     above = poses.poses_figure(part, first)
@@ -139,10 +135,10 @@ ROOM = 1.1  # height of the axes over that of what is drawn, so that the best on
 
 def kick_figure(part_id: str, rate: float, cycle_time: float, without: Bounded,
                 kicks: Sequence[tuple[float, Bounded]]) -> Figure:
-    """Draw the parts a minute that a feeder gets, with 90 % intervals, over the kick height.
+    """Draw the parts a minute that a feeder gets over the kick height; the best is marked.
 
     `rate`: parts dropped a minute; `cycle_time`: seconds from kick to kick; `without`: what it
-    gets without kicks, drawn as a band; `kicks`: by height, metres. The best kick is marked.
+    gets without kicks; `kicks`: by height, metres.
     """
     figure = new_figure(6.4, 3.9, layout="constrained")
     axes = figure.add_subplot()

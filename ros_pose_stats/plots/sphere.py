@@ -33,9 +33,8 @@ def sphere_figure(sphere: pose_sphere.PoseSphere, function: Function = "R",
                   root: splitting_graph.SplittingNode | None = None) -> Figure:
     """Draw r or R over all poses, with basins, stable poses, saddles and peaks (Fig. 1C).
 
-    `root`: splitting graph of the part, for the saddles where the reachable set splits. Returns
-    two discs, the hemispheres of the directions that point down, in equal-area projection, seen
-    from outside; lighter is higher.
+    Two discs, the hemispheres of the directions that point down, in equal-area projection, seen
+    from outside; lighter is higher. `root`: splitting graph, for the saddles where it splits.
     """
     values = 1e3 * (sphere.r if function == "r" else sphere.R)
     low, high = float(np.nanmin(values)), float(np.nanmax(values))
@@ -203,8 +202,8 @@ def reachable_figure(sphere: pose_sphere.PoseSphere, root: splitting_graph.Split
                      energies: Sequence[float]) -> Figure:
     """Draw the poses that can still be reached at some energies (Eq. 7, Figs. 3D-F).
 
-    `energies`: mechanical energy over weight, metres; a row of two discs each. Returns reachable
-    poses light, a shade a component, the others dark; poses as numbers.
+    `energies`: mechanical energy over weight, metres; a row of two discs each. Reachable poses are
+    light, a shade a component, the others dark.
     """
     figure, discs = two_discs(len(energies), 0.25, 0.3)
     across = across_disc(sphere.R.shape[1])
@@ -237,11 +236,7 @@ def reachable_figure(sphere: pose_sphere.PoseSphere, root: splitting_graph.Split
 
 def components_at(root: splitting_graph.SplittingNode, energy: float,
                   heights: NDArray[np.float64]) -> list[tuple[int, ...]]:
-    """Poses of each connected component of the reachable set.
-
-    `energy`: over weight, metres; `heights` (P,): of the poses, metres: what lies above the energy
-    is out of reach.
-    """
+    """Poses of each connected component that an energy over weight, metres, leaves in reach."""
     found, waiting = [], [root]
     while waiting:
         node = waiting.pop()
@@ -254,10 +249,7 @@ def components_at(root: splitting_graph.SplittingNode, energy: float,
 
 
 def telling_energies(root: splitting_graph.SplittingNode, most: int = 3) -> list[float]:
-    """Energies over weight, metres, just below the most important splits, from the top down.
-
-    A split is important where even its less probable component is probable.
-    """
+    """Energies over weight, metres, just below the most probable splits, from the top down."""
     splits = {node.level: min(part.probability for part in node.parts)
               for node in root.walk() if node.level is not None}
     chosen: list[float] = []

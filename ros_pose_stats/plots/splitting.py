@@ -25,10 +25,9 @@ LINE = "#0072B2"
 def splitting_figure(root: SplittingNode, poses: Sequence[StablePose]) -> Figure:
     """Draw the splitting graph of a part (Fig. 3C).
 
-    `poses`: all of the part, at the same cluster tolerance; their heights are taken. Returns boxes
-    are components of the reachable set, at the height where they fall apart; circles are poses. On
-    the lines stand the transition probabilities (Eq. 8); a line is the thicker the more probable
-    its component. Levels too close to be read are set apart.
+    Boxes are components of the reachable set, at the height where they fall apart; circles are
+    poses. On the lines stand the transition probabilities (Eq. 8); a line is the thicker the more
+    probable its component. Levels too close to be read are set apart.
     """
     heights = {pose.index: pose.height for pose in poses}
     top = drawn_tree(root)
@@ -141,10 +140,7 @@ class Branch:
 
 
 def drawn_tree(root: SplittingNode, most: int = MOST) -> Branch:
-    """Merge tied splits of the graph, and open it from the top where it is most probable.
-
-    `most`: ends at most; a split into more stays closed.
-    """
+    """Merge tied splits, and open the graph from the top where it is most probable."""
     top, order = Branch(root), count()
     waiting = [(-root.probability, next(order), top)]
     ends = 1

@@ -33,11 +33,7 @@ def open_axes(axes: Axes, grid: str, width: float, axis: Literal["both", "x", "y
 
 
 def apart(heights: Array, gap: float, low: float = -math.inf, high: float = math.inf) -> Array:
-    """Move heights as little as it takes to lie `gap` apart, in the same order.
-
-    `heights` (k,); `low, high`: bounds of the moved heights. Where they leave too little room,
-    `high` gives way. Returns (k,): smallest sum of squared moves; equal heights keep their order.
-    """
+    """Move heights (k,) as little as it takes to lie `gap` apart in order; `high` may give way."""
     order = np.argsort(heights, kind="stable")
     steps = gap * np.arange(len(heights))
     rising = _nearest_rising(heights[order] - steps)

@@ -36,10 +36,9 @@ SETTLED = 2e-3
 def trajectory_figure(trajectory: Trajectory, root: SplittingNode) -> Figure:
     """Draw a drop: energy over weight, height of the centre of mass, and what happened when.
 
-    `root`: splitting graph of the part; dashed lines are the levels at which the set that holds
-    the final pose splits off, the eight that part most where there are more. Returns millimetres
-    over seconds, from release to where nothing moves that can be seen; below, a row for each kind
-    of event that is among them, with how many of all that are.
+    Dashed lines are the levels at which the set that holds the final pose splits off, the eight
+    that part most. From release to where nothing moves that can be seen; below, a row for each
+    kind of event, with how many of all there are.
     """
     end = settling_time(trajectory)
     figure = new_figure(6.4, 4.6, layout="constrained")
@@ -85,11 +84,7 @@ def draw_energy(axes: Axes, trajectory: Trajectory, root: SplittingNode, end: fl
 
 def telling_levels(levels: Sequence[tuple[float, tuple[int, ...]]], poses: int
                    ) -> list[tuple[float, tuple[int, ...]]]:
-    """Those of the levels below which the most poses get out of reach, and always the last.
-
-    `levels`: levels (metres) from the top down, and the poses that are left below each; `poses`:
-    number of poses above all levels.
-    """
+    """Those of the levels below which the most poses get out of reach, and always the last."""
     before = [poses, *(len(left) for _, left in levels)]
     lost = [before[k] - before[k + 1] for k in range(len(levels))]
     first = sorted(range(len(levels) - 1), key=lambda k: -lost[k])[:MOST_LEVELS - 1]
@@ -166,11 +161,10 @@ class Stage(NamedTuple):
 
 def animation_frames(part: Part, trajectory: Trajectory, frames: DropFrames,
                      root: SplittingNode) -> Iterator[Picture]:
-    """Draw a drop, frame by frame.
+    """Draw a drop, frame by frame, as pixels (height, width, 3).
 
-    `root`: splitting graph of the part. Yields (height, width, 3) uint8: the part on the left, in
-    a view that rises with it; on the right its energy over weight, with the levels of the
-    splitting graph, and what can still be reached.
+    The part on the left, in a view that rises with it; on the right its energy over weight, with
+    the levels of the splitting graph, and what can still be reached.
     """
     stage = _stage(trajectory, frames, root)
     canvas = FigureCanvasAgg(stage.figure)

@@ -56,10 +56,8 @@ def frames(file: BinaryIO, on_damage: Callable[[int, int], None],
            begin: int = 0) -> Iterator[Frame]:
     """All whole records of a seekable file in order, up to the footer.
 
-    Damage is passed over where a checksum record behind it shows where to go on; otherwise it
-    is the end. `on_damage`: told begin and end of it, equal where just the footer is missing;
-    `begin`: messages before this place are passed over, in a file of the node, which describes
-    its topics before the first message.
+    Damage is passed over where a checksum record behind it shows where to go on. `begin`: messages
+    before this place are passed over, in a file of the node, which describes its topics first.
     """
     size = file.seek(0, os.SEEK_END)
     file.seek(0)
@@ -138,9 +136,8 @@ def raw_messages(bag: Path, on_damage: OnDamage = lambda start, end, reason: Non
                  begin: int = 0) -> Iterator[RawMessage]:
     """All whole messages of a bag, file by file, in the order in which they were recorded.
 
-    `bag`: a bag directory or a single file, chunked or not, finished or not, or compressed as a
-    whole (`.mcap.zstd`); `on_read`: told after every megabyte which fraction of its file has been
-    read; `begin`: as of `frames`.
+    `bag`: a directory or a single file, chunked, finished, or compressed as a whole, or not;
+    `on_read`: told after every megabyte which fraction of its file has been read.
     """
     for path in files_of_bag(bag):
         with _opened(path) as file:

@@ -33,9 +33,8 @@ class Repair:
 def repair_bags(log_directory: Path) -> list[Repair]:
     """Mend all unfinished bags of a log directory that no process has in hand.
 
-    Returns one for each bag that was not finished, oldest first, or one for the log directory, if
-    that cannot be read; nothing is raised. Directories and files with other names than ours are
-    left alone.
+    One repair for each, oldest first, or one for a directory that cannot be read; nothing is
+    raised, and what has other names than ours is left alone.
     """
     try:
         tried = map(_repair, runs(log_directory))
@@ -103,10 +102,7 @@ def _finished_contents(path: Path) -> layout.Contents | None:
 
 
 def mend(directory: Path) -> Repair:
-    """Finish all files of a run and describe them anew. The caller has its lock.
-
-    Every step leaves either the old file or the new one, so that this may be killed and repeated.
-    """
+    """Finish and describe the files of a locked run; this may be killed and repeated."""
     files: dict[str, layout.Contents] = {}
     cut_bytes = 0
     for path in bag_files(directory):
@@ -124,10 +120,7 @@ def mend(directory: Path) -> Repair:
 
 
 def _mend_file(path: Path) -> tuple[layout.Contents, int]:
-    """Write the sound part of a file, closed, in its place; return it and the bytes cut.
-
-    Its header is written anew, since it is the one record without a checksum.
-    """
+    """Write the sound part of a file under a header of today, closed, in its place; bytes cut."""
     half = path.with_name(path.name + disk.HALF)
     cut: list[int] = []
     try:
@@ -164,8 +157,7 @@ def _mend_file(path: Path) -> tuple[layout.Contents, int]:
 def _enter(frame: Frame, contents: layout.Contents) -> None:
     """Note what a record adds to the contents; one of UNREADABLE if it is better left out.
 
-    OSError: it is a message whose channel or type got lost. Leaving it out would be worse than
-    leaving the file as it is.
+    OSError: without the channel or type of a message the file is better left as it is.
     """
     record = frame.record()
     if isinstance(record, records.Message):

@@ -47,10 +47,7 @@ class RunLog:
         self._last_time = 0
 
     def write(self, topic: str, data: bytes) -> None:
-        """Record a message in CDR: it outlives this process, whatever becomes of that.
-
-        RecordingError: it is not recorded; the next write tries again.
-        """
+        """Record a message in CDR, which outlives this process, or RecordingError."""
         message = self._lengths[topic].trimmed(data)
         with self._refusals(), self._lock:
             bag = self._bag_for(mcap_layout.message_size(message))
@@ -66,10 +63,7 @@ class RunLog:
                 file.sync()
 
     def close(self) -> None:
-        """Write summary, footer and final metadata, and let go of the bag.
-
-        RecordingError: the bag is not finished; `repair_bags` does that at the next start.
-        """
+        """Finish the bag and let go of it; RecordingError: the next start has to finish it."""
         with self._refusals(), self._lock:
             self._closed = True
             bag, self._bag = self._bag, None
@@ -172,10 +166,7 @@ class _Bag:
             self._describe()
 
     def drop_oldest(self) -> tuple[str, int] | None:
-        """Delete the oldest file that is closed; return its name and bytes, if there is one.
-
-        The record that it makes room for has the bag described without it.
-        """
+        """Delete the oldest file that is closed; its name and bytes, if there is one."""
         for name, size in self._closed.items():
             with suppress(OSError):
                 (self._path / name).unlink(missing_ok=True)

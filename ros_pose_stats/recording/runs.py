@@ -22,8 +22,7 @@ _RUN = re.compile(r"pose_stats_\d{8}T\d{6}_\d{6}_\d+")
 def new_run_name(log_directory: Path) -> str:
     """`pose_stats_<YYYYmmddTHHMMSS>_<microseconds>_<pid>`; the time is UTC.
 
-    Names in order are runs in order: where the clock was set back, the name is a microsecond
-    later than that of the newest run.
+    Names in order are runs in order: never earlier than a microsecond after the newest run.
     """
     now = datetime.now(timezone.utc)
     with suppress(OSError, ValueError):  # an unreadable folder, or a day that is none
@@ -61,10 +60,7 @@ def _names(folder: Path) -> list[str]:
 
 
 def delete_run(run: Path) -> bool:
-    """Delete a run that nobody has in hand, without files of others; return whether it is gone.
-
-    `metadata.yaml` goes first: what a kill leaves of the run is mended.
-    """
+    """Delete a run that nobody has in hand, without files of others; whether it is gone."""
     with suppress(OSError):
         lock = DirectoryLock.take(run)
         if lock is None:
@@ -87,8 +83,7 @@ def remove_empty(directory: Path) -> None:
 class SpaceBound:
     """The bound of a log directory in bytes, as one run sees it; 0 for none.
 
-    `exceeded`: whether there was too much at the last look, and nothing that may be deleted: the
-    file that this run is writing, and runs of living nodes stay.
+    `exceeded`: there is too much, and nothing that may be deleted: runs of living nodes stay.
     """
 
     def __init__(self, log_directory: Path, limit: int) -> None:
@@ -105,10 +100,7 @@ class SpaceBound:
 
     def enforce(self, own: Path, own_bytes: int,
                 drop_oldest: Callable[[], tuple[str, int] | None]) -> None:
-        """Delete what must go before this run grows to so many bytes: oldest runs, then files.
-
-        `drop_oldest` deletes the oldest of its closed files, and returns its name and bytes.
-        """
+        """Delete what must go before this run grows so far: oldest runs, then its oldest files."""
         if not self._limit:
             return
         now = time.monotonic()

@@ -112,11 +112,10 @@ def investigate(part: Part, *, drops: int | None = None, seed: int | None = None
                 workers: int | None = None, feeder: Feeder | None = None,
                 on_progress: Callable[[float, str], object] = lambda share, what: None
                 ) -> Findings:
-    """Compute the numbers of a report.
+    """Compute the numbers of a report; the same request gives the same counts everywhere.
 
-    `drops`: default: as many as bring the error over the poses within a point, at most 10 000. The
-    same request gives the same counts on every machine; `feeder`: one with a kick costs flips from
-    several heights; `on_progress`: takes the share done, 0 to 1, and what is done.
+    `drops`: default: as many as bring the error over the poses within a point, at most 10 000;
+    `on_progress`: takes the share done, 0 to 1, and what is done.
     """
     resting = resting_poses(part, cluster_tolerance, round_sides)
     asked = Feeder(()) if feeder is None else feeder

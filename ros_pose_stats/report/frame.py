@@ -23,11 +23,7 @@ FILTERS: dict[str, Callable[..., str]] = {
 
 @cache
 def template(name: str, folder: Path = ASSETS, **filters: Callable[..., str]) -> Template:
-    """A page with places for what is known; all that is put in is escaped.
-
-    `folder`: of the page and of what it alone includes; `filters`: of this page, beside those that
-    all have.
-    """
+    """A page of a folder, with filters of its own, in which all that is put in is escaped."""
     loader = FileSystemLoader([ASSETS, folder])
     known = Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True,
                         undefined=StrictUndefined, keep_trailing_newline=True)

@@ -25,9 +25,8 @@ SCRIPTS = ("part_mesh", "view_direction", "view_webgl", "view_canvas", "viewer")
 def viewer_data(part: Part, poses: Sequence[StablePose], radius: float) -> str:
     """Mesh and poses as JSON, lengths in radii.
 
-    `poses`: of that part, in the order of the buttons. Returns `vertices`: base64 of little-endian
-    float32, three a vertex, about the centre of mass; `triangles`: base64 of little-endian uint16
-    or uint32 (`wide`); `poses`: label, quaternion x y z w and height.
+    `vertices`: base64 of little-endian float32, three a vertex, about the centre of mass;
+    `triangles`: base64 of little-endian uint16, or uint32 where `wide`.
     """
     corners = (visible_triangles(part) - part.center_of_mass).reshape(-1, 3)
     # Integers of 16 bits would do for the places, but not for the normals of thin triangles, which
@@ -71,11 +70,7 @@ ROUNDING = 1e-9
 
 
 def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
-    """Write the page of a part.
-
-    `commands`: commands that give the same numbers again, for the section that says so. Returns
-    HTML. No script, style, font or picture comes from anywhere else.
-    """
+    """The page of a part as HTML; `commands`: those that give the same numbers again."""
     part, found = findings.part, findings.simulated
     groups = pose_groups.pose_groups(found)
     shown = groups[:MOST_SHOWN]
@@ -182,11 +177,7 @@ def _coordinate(metres: float, radius: float) -> str:
 
 
 def comparison_page(found: comparison.Comparison, commands: tuple[str, ...] = ()) -> str:
-    """Write the page of a comparison.
-
-    `found`: of at least one drop; `commands`: commands that give the same answer again. Returns
-    HTML. No script, style, font or picture comes from anywhere else.
-    """
+    """The page of a comparison of at least one drop as HTML; `commands`: as of `report_page`."""
     named = [f"{describe.letter(place)} {one.part_id}" for place, one in enumerate(found.found)]
     sizes = [1e3 * np.ptp(part.surface_vertices, axis=0) for part in found.parts]
     return template("comparison.html", points=_points, numbered=_pose_numbers).render(

@@ -133,11 +133,9 @@ def _evidence(part: PartEvidence) -> dict[str, Any]:
 def counts_on_plate(paths: Sequence[Path], plate: str,
                     on_progress: Callable[[int, int], None] | None = None
                     ) -> tuple[list[CountedPart], list[str]]:
-    """Read the counts of a plate, and the meshes of the parts from the same bags.
+    """Counts of a plate with their parts from the same bags, and what could not be used.
 
     Counts that name no plate are taken too, as those of the only plate there was.
-
-    Returns `counted`; `notes`: what could not be used, one sentence each.
     """
     from ...recording.analysis.bag_reader import read_bags, read_part_meshes
 

@@ -53,10 +53,7 @@ def add_counts_option(command: argparse._ActionsContainer) -> None:
 
 
 def read_flips(file: Path, poses: int) -> dict[str, Index]:
-    """Flips (K, K) from pose to pose by the feeder's speed.
-
-    Raises RequestError if the file cannot be read, or there is no such pose.
-    """
+    """Flips (K, K) from pose to pose by the feeder's speed."""
     import numpy as np
 
     from ...plates.counts import read_table

@@ -29,8 +29,7 @@ OnRead = Callable[[float], None]  # told which fraction of a file has been read
 def find_bags(paths: Iterable[Path]) -> dict[Path, list[Path]]:
     """Files of all bags under the paths, each file once, in the order of recording.
 
-    The keys are the bags: directories, or the file itself where a file was named. BagError where
-    a path does not exist, or has no bag under it.
+    The keys are directories, or the file itself where a file was named.
     """
     bags: dict[Path, list[Path]] = {}
     known: set[Path] = set()
@@ -86,8 +85,8 @@ def _readable(files: Iterable[Path]) -> list[Path]:
 class FileMessages:
     """Goes through a file, MCAP or SQLite in rosbag2's layout, once.
 
-    `state`, known then: `whole`; `open` (never closed, but every record is whole); `cut` (it ends
-    inside a record); `damaged`; or `unreadable`. `note`: the same for people.
+    `state`, known then: `whole`, `open` (never closed, with whole records), `cut` inside a record,
+    `damaged` or `unreadable`. `note`: the same for people.
     """
 
     def __init__(self, file: Path, on_read: OnRead) -> None:

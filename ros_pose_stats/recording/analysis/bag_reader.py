@@ -67,11 +67,7 @@ class BagContents:
 
 
 def read_bags(paths: Paths, on_progress: OnProgress | None = None) -> BagContents:
-    """Read bags.
-
-    `paths`: bag directories, directories of many bags, or single files; `on_progress`: told now
-    and then how many bytes have been read, and of how many.
-    """
+    """Read directories of bags, bags or files; `on_progress`: bytes read, of how many."""
     named = [paths] if isinstance(paths, (str, os.PathLike)) else list(paths)
     bags = bag_files.find_bags(map(Path, named))
     return _BagReader().read(bags, on_progress or (lambda done, all: None))

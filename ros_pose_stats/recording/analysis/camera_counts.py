@@ -21,10 +21,7 @@ WITHIN = 1_000_000_000
 
 @dataclass(frozen=True, eq=False)
 class CameraCounts:
-    """All counts of one part, numbering and plate together.
-
-    Each message counts what came since the one before.
-    """
+    """All counts of one part, numbering and plate together."""
 
     part_id: str  # the digest is empty where the camera did not know it
     part_digest: str
@@ -62,10 +59,7 @@ class _Sum:
 
 
 class CountCollector:
-    """Adds up PoseCounts messages of landings, each once.
-
-    Refused are those with arrays of two lengths.
-    """
+    """Adds up PoseCounts of landings, each once; refused are those with arrays of two lengths."""
 
     def __init__(self) -> None:
         self.copies = Copies()
@@ -130,10 +124,7 @@ class Copies:
         self.unstamped = 0
 
     def is_copy(self, content: bytes, source: int, stamp: int, log_time: int) -> bool:
-        """Whether this message has been met in another recording; it is remembered.
-
-        `source`: number of the topic of a bag; without a `stamp` the time of recording decides.
-        """
+        """Whether another recording had it; without a stamp its time of recording decides."""
         self.unstamped += not stamp
         time, window = (stamp, 0) if stamp else (log_time, WITHIN)
         known = self._seen.setdefault(content, [])

@@ -67,10 +67,7 @@ def _decoder(type_name: str, text: str) -> Callable[[bytes], Any] | None:
 
 
 def numbering_of(message: Any) -> Numbering:
-    """What a PoseStatistics or PoseCounts says; older ones took round surfaces as they are.
-
-    The tolerance is rounded to 12 digits, for senders that put it through a text.
-    """
+    """What a message says, the tolerance to 12 digits; older ones took round surfaces as given."""
     tolerance = float(f"{float(getattr(message, 'cluster_tolerance', math.nan)):.12g}")
     # One object for all that are not known: a NaN as a key equals itself alone.
     return Numbering(tolerance if math.isfinite(tolerance) else math.nan,

@@ -33,10 +33,7 @@ class PoseTable:
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
-    """What a method says about a part: of each scene the result that knows most.
-
-    That is the simulation with the most settled drops, or the newest estimate.
-    """
+    """What a method says in a scene: the simulation with most drops, or the newest estimate."""
 
     method: str
     restitution: float  # as asked for
@@ -160,10 +157,7 @@ _TEXTS = tuple(field.name for field in fields(Prediction) if field.type is str)
 
 
 class ResultCollector:
-    """Results of one part in one numbering; the poses of the first lay down the geometry.
-
-    Holds eight bytes a probability and some eighty a result; the messages are let go.
-    """
+    """Results of one part in one numbering; the poses of the first lay down the geometry."""
 
     def __init__(self, first: Any, numbering: scenes.Numbering) -> None:
         self.numbering = numbering

@@ -52,10 +52,7 @@ class BagFile:
         return not is_file_at(self._number, self.path)
 
     def append(self, topic: str, data: memoryview, log_time: int) -> None:
-        """Hand a message to the operating system, which keeps it whatever becomes of the process.
-
-        OSError: it is not in the file.
-        """
+        """Hand a message to the operating system; OSError: it is not in the file."""
         channel = self._channels[topic]
         number = self.contents.counts.get(channel, 0)
         end = self._write([mcap_layout.message_head(channel, number, log_time, data), data])
@@ -64,20 +61,16 @@ class BagFile:
         self.written += 1
 
     def sync(self) -> None:
-        """Return once all that has been appended is on the disk.
+        """Have all that was appended on the disk; OSError: nobody knows, and the file is broken.
 
-        OSError: nobody knows whether it is. The kernel forgets what it could not write, so that a
-        second try would succeed without having done anything: the file is broken.
+        The kernel forgets what it could not write: a second try would succeed with nothing done.
         """
         with self._syncing, self._breaking():
             if self._number >= 0:  # else it was finished meanwhile, and is durable
                 os.fdatasync(self._number)
 
     def finish(self) -> None:
-        """Write summary and footer, make all durable, and close.
-
-        OSError: the file is still open and ends with its last message.
-        """
+        """Write summary and footer, durably, and close; OSError: it ends with its last message."""
         with self._syncing:
             if self.broken is not None:
                 raise self.broken

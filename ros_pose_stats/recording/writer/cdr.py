@@ -11,10 +11,7 @@ SECOND = 1_000_000_000
 
 
 class CdrWriter:
-    """A message in little-endian CDR that grows by its fields in their order.
-
-    Numbers are aligned to their size, counted from behind the encapsulation.
-    """
+    """A little-endian CDR message that grows by its fields; numbers are aligned to their size."""
 
     def __init__(self) -> None:
         self._data = bytearray()

@@ -55,11 +55,7 @@ TYPES = {topic: message_types.MessageType(name, message_types.used_texts(name, _
 
 
 def write_film(file: Path, part: Part, frames: DropFrames, within: Callable[[float], str]) -> None:
-    """Write a drop of the part to a new MCAP file, in true time.
-
-    `within`: the poses that an energy (joules) leaves within reach, in words. Topics: `/tf`
-    (`plate` to `part`), `/drop/markers`, `/drop/energy` [J] and `/drop/within_reach`.
-    """
+    """Write a drop to a new MCAP file, in true time; `within`: poses in reach of joules."""
     film = bag_file.BagFile(file, TYPES)
     places = -(vectors.rotation_matrices(frames.orientations) @ part.center_of_mass)
     places[:, 2] += frames.heights

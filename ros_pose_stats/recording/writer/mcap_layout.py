@@ -156,10 +156,7 @@ def message_head(channel: int, number: int, log_time: int, data: memoryview) -> 
 
 
 def opening(types: Mapping[str, MessageType], now: int, node: str) -> tuple[bytes, Contents]:
-    """The beginning of a file, and its contents so far.
-
-    `now`: time [ns] that stands in for that of a first message; `node` is kept with every topic.
-    """
+    """The beginning of a file made `now` [ns], and its contents so far; topics carry the node."""
     contents = Contents(start=now, end=now)
     numbers: dict[str, int] = {}
     for channel, (topic, kind) in enumerate(types.items(), 1):
