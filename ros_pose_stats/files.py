@@ -20,21 +20,14 @@ from typing import BinaryIO
 from .errors import RequestError
 
 PREFIX = ".unfinished-"
-HALF = ".half"
-"""Suffix of a file that is being written and takes its name when it is whole."""
-
-LOCK = ".lock"
-"""File whose lock is that of its directory."""
+HALF = ".half"  # suffix of a file that is being written and takes its name when it is whole
+LOCK = ".lock"  # file whose lock is that of its directory
 
 _NO_SUCH_SYNC = frozenset((errno.EINVAL, errno.ENOTSUP, errno.EOPNOTSUPP))
 """What file systems answer that have nothing to sync for a directory."""
 
-_GLANCES = 5
-"""A lock found taken is tried again this often: somebody may only have looked at it."""
-
-_GLANCE = 0.002
-"""Seconds between two tries; looking takes microseconds."""
-
+_GLANCES = 5  # a lock found taken is tried again this often: somebody may only have looked at it
+_GLANCE = 0.002  # seconds between two tries; looking takes microseconds
 _TAKEN = frozenset((errno.EWOULDBLOCK, errno.EAGAIN, errno.EACCES))
 
 

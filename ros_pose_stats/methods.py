@@ -14,8 +14,7 @@ SIMULATION = "simulation"
 OBSERVED = "observed"
 """Of a result that has learnt from what cameras counted; it cannot be asked for."""
 
-DEFAULT_METHOD = AUTO
-"""Default of the library, the commands and the node."""
+DEFAULT_METHOD = AUTO  # default of the library, the commands and the node
 
 
 @dataclass(frozen=True)

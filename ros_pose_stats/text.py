@@ -13,10 +13,8 @@ GAP = "  "
 FORMULAS = ("=", "+", "-", "@", "\t", "\r", "\n")
 """What a cell of a table begins with that spreadsheets compute, or look behind for such."""
 
-WIDTH = 100
-"""Width of a report, in characters."""
-MOST_POSES = 40
-"""Poses that a report lists; the others are summed up in one line."""
+WIDTH = 100  # width of a report, in characters
+MOST_POSES = 40  # poses that a report lists; the others are summed up in one line
 
 
 class Column(NamedTuple):

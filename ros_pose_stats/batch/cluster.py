@@ -18,12 +18,8 @@ from ..errors import BatchError, reason
 from ..version import VERSION
 from .in_flight import POLL_SECONDS, Made, Piece, in_flight
 
-WORKER_SECONDS = 60.0
-"""Time that a run waits while there is no worker at all."""
-
-LOOK_SECONDS = 1.0
-"""Time between two checks for workers."""
-
+WORKER_SECONDS = 60.0  # time that a run waits while there is no worker at all
+LOOK_SECONDS = 1.0  # time between two checks for workers
 CONNECT_SECONDS, ANSWER_SECONDS, CLOSE_SECONDS = 10.0, 5.0, 5.0
 
 LOSSES = 3

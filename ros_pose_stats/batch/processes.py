@@ -11,9 +11,7 @@ from .in_flight import Made, Piece, in_flight
 from .worker import ProcessDiedError, TookLongError, WorkerProcess
 
 MOST_WORKERS = 1024
-
-TRIES = 2
-"""A process may have died for want of memory, while another was at a large piece."""
+TRIES = 2  # a process may have died for want of memory, while another was at a large piece
 
 
 def work_in_processes(workers: int, call: Callable[[WorkerProcess, Piece], Made],

@@ -23,21 +23,11 @@ from ..errors import BatchError
 Made = TypeVar("Made")
 
 READY = b"ready"
-
-FIRST_TO_GO = "1000"
-"""Of all processes, when the memory of the machine is used up."""
-
-STEP_SECONDS = 1.0
-"""Most of a time limit that is lost each time a run is suspended."""
-
-START_SECONDS = 60.0
-"""In which a process says that it is there; a machine may have much to do."""
-
-PREPARE_SECONDS = 900.0
-"""In which it prepares itself: without a cache, kernels are compiled."""
-
-IDLE_SECONDS = 60.0
-"""After which a process that nobody needs gives its memory back by ending."""
+FIRST_TO_GO = "1000"  # of all processes, when the memory of the machine is used up
+STEP_SECONDS = 1.0  # most of a time limit that is lost each time a run is suspended
+START_SECONDS = 60.0  # in which a process says that it is there; a machine may have much to do
+PREPARE_SECONDS = 900.0  # in which it prepares itself: without a cache, kernels are compiled
+IDLE_SECONDS = 60.0  # after which a process that nobody needs gives its memory back by ending
 
 # `-m` would search the current folder first, where somebody else's files may lie.
 _PROGRAM = "import sys; sys.path[:] = {path!a}; from {module} import main; main()"

@@ -21,37 +21,27 @@ from ..resting.poses import RestingPoses
 from ..statistics.errors import DEFAULT_LEVEL, largest_error, root_mean_square
 from . import fitted, published
 
-UNUSUAL = 2.0
-"""Ratio of the expected error to the usual one from which on METHODS_DISAGREE warns."""
+UNUSUAL = 2.0  # ratio of the expected error to the usual one from which on METHODS_DISAGREE warns
 
 LEAST_SHARE = 0.05
 """Least expected square error, as a share of the square distance from MEAE. It matters where a
 method is certain and others are not, which is rare in the samples of the fit."""
 
-DECIDED = 1e-12
-"""Mean error scale below which symmetry alone decides the probabilities."""
+DECIDED = 1e-12  # mean error scale below which symmetry alone decides the probabilities
 
 GROWTH = 10.0
 """Beyond the range of an input in the fit, by a tenth of that range, the error doubles."""
 
-OUTSIDE = 0.02
-"""Share of the range from which on OUTSIDE_FIT warns."""
+OUTSIDE = 0.02  # share of the range from which on OUTSIDE_FIT warns
 
 LOPSIDED = 50.0
 """By how much the odds of a pose may grow by rolling, over how far the centre of mass lies beside
 the axis in radii; chosen so that told errors are true (docs/measured/lopsided.md)."""
 
-MOST_LOPSIDED = 0.12
-"""Offset in radii beyond which they grow no more."""
-
-RARE = 0.2
-"""Share of a pose below which its odds may grow by more, with the root of the ratio."""
-
-ROCKING = 0.56
-"""Error over the scatter of curves among poses; fitted (docs/measured/rocking.md)."""
-
-SMALL = 1e-3
-"""An error far from the ends of what a probability can be off by."""
+MOST_LOPSIDED = 0.12  # offset in radii beyond which they grow no more
+RARE = 0.2  # share of a pose below which its odds may grow by more, with the root of the ratio
+ROCKING = 0.56  # error over the scatter of curves among poses; fitted (docs/measured/rocking.md)
+SMALL = 1e-3  # an error far from the ends of what a probability can be off by
 
 SCATTER_AT = np.linspace(-3.0, 3.0, 13)
 """Where the scatter of square errors over parts is looked at, in its standard deviations."""

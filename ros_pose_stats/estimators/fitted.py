@@ -20,9 +20,7 @@ Array = NDArray[np.float64]
 
 SPLIT_FILE = Path(__file__).parent / "weights" / "split.npz"
 ERROR_FILE = SPLIT_FILE.with_name("expected_errors.npz")
-
-LEAST_RANGE = 0.1
-"""Of an input of expected errors that hardly varies in the fit."""
+LEAST_RANGE = 0.1  # of an input of expected errors that hardly varies in the fit
 
 
 class TanhNetwork(NamedTuple):
@@ -110,17 +108,13 @@ with np.load(ERROR_FILE) as _stored:
     """Root mean square error over the parts of the reference datasets, as a fraction."""
 
 
-LEAST_CROWDING = 1e-4
-"""Added to the crowding of corners before its logarithm is taken."""
+LEAST_CROWDING = 1e-4  # added to the crowding of corners before its logarithm is taken
 
 LEAST_APART = 1e-3
 """Added to square distances of two methods, over the `error_scale`, before the logarithm."""
 
-LEAST_ANGLE = 1e-12
-"""Solid angle by which shares of a component are taken, at least."""
-
-SHALLOWEST = 1e-3
-"""Added to the barrier of a pose, in radii, before its logarithm is taken."""
+LEAST_ANGLE = 1e-12  # solid angle by which shares of a component are taken, at least
+SHALLOWEST = 1e-3  # added to the barrier of a pose, in radii, before its logarithm is taken
 
 
 def scene_inputs(resting: RestingPoses, scene: DropScene) -> Array:

@@ -44,8 +44,7 @@ def adre(resting: poses.RestingPoses) -> Array:
     return normalized(resting.gather(arrays.angle[found.faces] / arrays.distance[found.faces]))
 
 
-NQSE_COEFFICIENTS = (-0.874, 8.03, -16.3, 7.70)
-"""c0 … c3 of Eq. 6 as published (section 4.C)."""
+NQSE_COEFFICIENTS = (-0.874, 8.03, -16.3, 7.70)  # c0 … c3 of Eq. 6 as published (section 4.C).
 
 PQSE_SHARE = 0.4
 """Redistributed share of PQSE: with it the estimator errs on the paper's kind of bodies as in the
@@ -140,8 +139,7 @@ def _arctangents(values: Array) -> Array:
     return np.asarray(8.0 * values * series)
 
 
-COMBINED_WEIGHT = 0.75
-"""c of Eq. 9 as published: the weight of MEAE beside NQSE (section 4.E)."""
+COMBINED_WEIGHT = 0.75  # c of Eq. 9 as published: the weight of MEAE beside NQSE (section 4.E).
 
 
 def eae(resting: poses.RestingPoses) -> Array:

@@ -19,8 +19,7 @@ from ..records import Array, DropScene
 from ..resting.poses import RestingPoses
 from . import fitted, published
 
-HOLDING = 1e-3
-"""Depth over level at which a component's faces hold half of what they hold at most."""
+HOLDING = 1e-3  # depth over level at which a component's faces hold half of what they hold at most
 
 FORGOTTEN = 30.0
 """Growth over the depth of a split at which a component keeps half of its parts' weights."""

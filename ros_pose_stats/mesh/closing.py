@@ -26,8 +26,7 @@ sheet would need caps as large as itself."""
 SAME_PLANE = 1e-4
 """Most difference of components of the unit normals, and of distances in sizes, in one plane."""
 
-_FEWEST_AROUND = 6
-"""Fewest edges around a bore."""
+_FEWEST_AROUND = 6  # fewest edges around a bore
 
 _SLIT = 1e-18
 """Square of the area, over the fourth power of the length, of a loop that has no width."""

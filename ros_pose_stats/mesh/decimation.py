@@ -7,9 +7,7 @@ from ..records import Part
 
 Array = NDArray[np.float64]
 Index = NDArray[np.integer]
-
-FINEST = 20_000
-"""Triangles that a picture of some hundred pixels shows as well as the whole mesh."""
+FINEST = 20_000  # triangles that a picture of some hundred pixels shows as well as the whole mesh
 
 TOLERANCES = 2.0 ** np.arange(-13.0, -0.75, 0.25)
 """Of decimation, in extents: from a fraction of a pixel up to half of the part. Small steps leave

@@ -29,8 +29,7 @@ _FEW = 6  # corners of a face in the sample that chance alone may put there
 CORNERS_SHAKEN = 1e-10
 """By how much corners of a body that was made here are moved while their hull is found."""
 
-COUNTED = 1e-10
-"""Points this close to a face, as a fraction of the size, are counted with it."""
+COUNTED = 1e-10  # points this close to a face, as a fraction of the size, are counted with it
 
 
 class Facets(NamedTuple):

@@ -29,11 +29,8 @@ sides as a rim a thousand times its size, whatever the unit. On circles the angl
 this would divide some of them by 100."""
 
 
-PR_SET_PDEATHSIG = 1
-"""Of Linux's `prctl`."""
-
-MOST_EXPANDED = 2**29
-"""Bytes of a 3MF file once it is decompressed: some ten million triangles."""
+PR_SET_PDEATHSIG = 1  # of Linux's `prctl`
+MOST_EXPANDED = 2**29  # bytes of a 3MF file once it is decompressed: some ten million triangles
 
 MOST_INSTANCES, MOST_DEPTH = 100_000, 100
 """Of the objects in a 3MF file, and of components in components."""

@@ -9,9 +9,7 @@ from numpy.typing import NDArray
 from .. import errors, text
 from .arrays import NOT_NUMBERS, real_number
 
-AUTO: Literal["auto"] = "auto"
-"""The unit that asks for a guess."""
-
+AUTO: Literal["auto"] = "auto"  # the unit that asks for a guess
 UnitSource = Literal["given", "declared", "guessed", "assumed"]
 
 METRES_PER_UNIT = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "inch": 0.0254}
@@ -32,19 +30,14 @@ _GRIDS = ((100.0, 0.1), (50.0, 0.05), (10.0, 0.15), (5.0, 0.1), (1.0, 0.25), (0.
           (0.254, 0.03))
 """Steps in which people draw, millimetres and fractions of an inch, and how often."""
 
-_OFF_GRID = 1e-5
-"""How likely any other length is, beside one of a step's multiples."""
-
-_MOST_LENGTHS = 12
-"""Lengths that count; more of them hang together."""
-
+_OFF_GRID = 1e-5  # how likely any other length is, beside one of a step's multiples
+_MOST_LENGTHS = 12  # lengths that count; more of them hang together
 _UNDOUBTED = (0.2e-3, 2.0)
 _UNDOUBTED_ASSUMED = (0.5e-3, 1.0)
 """Lengths of parts in metres. Where nobody named the unit a part of a metre and a half is more
 likely to be one of a centimetre and a half or an inch and a half."""
 
-_SAME = 1e-6
-"""Relative difference up to which two units are one."""
+_SAME = 1e-6  # relative difference up to which two units are one
 
 
 def named_unit(text: str) -> str | None:

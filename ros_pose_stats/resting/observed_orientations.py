@@ -21,14 +21,12 @@ DEVIATIONS = 3.0
 """Standard deviations of the camera's error within which an orientation is taken for a pose; of
 errors that are normal about both horizontal axes 1.1 % are larger."""
 
-SURELY = 1e6
-"""How many times as likely as any other pose a part's pose must be."""
+SURELY = 1e6  # how many times as likely as any other pose a part's pose must be
 
 UNIT_WITHIN = 0.01
 """Quaternions may be that far from unit length, for having been printed with two digits."""
 
-AT_ONCE = 2**21
-"""Angles between orientations and faces that are held at once."""
+AT_ONCE = 2**21  # angles between orientations and faces that are held at once
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,9 +16,7 @@ if TYPE_CHECKING:
     from manifold3d import CrossSection, Manifold
 
 Polygon = tuple[Array, ...]
-
-ROUNDINGS = 8.0
-"""Roundings of the coordinates within which what should be level may not be."""
+ROUNDINGS = 8.0  # roundings of the coordinates within which what should be level may not be
 
 
 def outline_at(part: Part, pose: StablePose, height: float | None = None) -> tuple[Polygon, ...]:

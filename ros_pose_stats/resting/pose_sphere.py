@@ -15,15 +15,9 @@ from . import equilibria, poses
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-
-FINEST, COARSEST = 200, 60
-"""Pixels across a hemisphere."""
-
-MOST_PRODUCTS = 2e8
-"""Most directions times faces; parts of many faces get a coarser map."""
-
-AT_ONCE = 4_000_000
-"""Most numbers in memory at a time."""
+FINEST, COARSEST = 200, 60  # pixels across a hemisphere
+MOST_PRODUCTS = 2e8  # most directions times faces; parts of many faces get a coarser map
+AT_ONCE = 4_000_000  # most numbers in memory at a time
 
 
 @dataclass(frozen=True, eq=False)

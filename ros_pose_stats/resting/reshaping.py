@@ -19,9 +19,7 @@ from .thinning import Whole, plan_sides
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 Flags = NDArray[np.bool_]
-
-SAME_ANGLE = 0.1
-"""Angles this close, in sides, are one in the list of a group."""
+SAME_ANGLE = 0.1  # angles this close, in sides, are one in the list of a group
 
 
 def reshape(points: Array, arrays: convex_body.BodyArrays, groups: Sequence[Group],

@@ -24,15 +24,11 @@ Kind = Literal["round", "toothed"]
 ROUND_SHARE = 0.75
 """Share of a run that is surface of the mesh from which on it is round, and not toothed."""
 
-ON_AXIS = 1e-5
-"""A corner this close to an axis, in radii, is the tip of a cone about it."""
-
-COAXIAL = 5e-6
-"""Corners this close to where a common axis puts them have that axis, in radii."""
+ON_AXIS = 1e-5  # a corner this close to an axis, in radii, is the tip of a cone about it
+COAXIAL = 5e-6  # corners this close to where a common axis puts them have that axis, in radii
 
 
-ON_LATERAL = 1e-4
-"""A corner this close to the cone between two rims, in radii, is on it."""
+ON_LATERAL = 1e-4  # a corner this close to the cone between two rims, in radii, is on it
 
 
 @dataclass(eq=False)

@@ -24,8 +24,7 @@ SEAM = 2e-4
 A mesh this close under an edge of the hull leaves no gap there.
 """
 
-LONG_EDGE = 2.2
-"""An edge that is this much longer than most of its run is a flat, and stays."""
+LONG_EDGE = 2.2  # an edge that is this much longer than most of its run is a flat, and stays
 
 FINE_ROUNDING = 3e-7
 """Above it, in radii, corners of a fine circle may hide each other and be off its run."""

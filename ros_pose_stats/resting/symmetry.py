@@ -163,8 +163,7 @@ def frame_of(found: Equilibria, stable: int) -> Frame:
     return corners - np.outer(corners @ normal, normal), normal
 
 
-OVERHEAD = 64
-"""Cost of setting up one comparison, in features compared."""
+OVERHEAD = 64  # cost of setting up one comparison, in features compared
 
 PROBES = 12
 """Regions that a candidate must match before the whole surface is compared: the largest,

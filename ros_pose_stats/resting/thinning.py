@@ -11,9 +11,7 @@ from ..kernels.principal_axes import principal_axes
 from ..mesh.vectors import scatter
 from .rims import Group, Outline, Rim
 
-FINE = 1000
-"""Corners off all runs up to which a body stays as the file has it: it is quick enough."""
-
+FINE = 1000  # corners off all runs up to which a body stays as the file has it: it is quick enough
 GRID = 7
 """Directions a turn for every five sides: so that the deepest corner left out is no deeper."""
 
@@ -63,17 +61,13 @@ def thin_out(outline: Outline, arrays: convex_body.BodyArrays, sides: int) -> No
     outline.keeps &= chosen | taken
 
 
-ENOUGH = 4000
-"""Corners of a body that thinning aims at."""
-
-COARSEST = 64
-"""Fewest sides a turn that rims and free forms are thinned to for that."""
+ENOUGH = 4000  # corners of a body that thinning aims at
+COARSEST = 64  # fewest sides a turn that rims and free forms are thinned to for that
 
 FEWEST_ALONG = 32
 """Fewest sides a turn along the profile of a dome: with so few it still comes to rest alike."""
 
-FEWEST_FREE = 1600
-"""Corners off all rims that thinning leaves of a free form, about."""
+FEWEST_FREE = 1600  # corners off all rims that thinning leaves of a free form, about
 
 
 @dataclass(eq=False)

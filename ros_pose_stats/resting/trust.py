@@ -12,8 +12,7 @@ from ..mesh.vectors import lengths
 from ..records import StablePose
 from . import convex_body, poses
 
-MOST_NAMED = 3
-"""Most poses that a warning names; it counts the others."""
+MOST_NAMED = 3  # most poses that a warning names; it counts the others
 
 
 class Remarks(NamedTuple):

@@ -10,29 +10,14 @@ from ..records import Array, Index, Mask, Part
 from ..tolerances import SYMMETRY
 from . import convex_body, equilibria, rims, symmetry
 
-ROLL = 0.5 * np.pi
-"""Least turn that is a roll."""
-
-STEPS = 180
-"""Of half a degree each; a polygon of 192 sides rises by 0.00013 between them at most."""
-
-UPRIGHT = 0.985
-"""Cosine of an axis' angle to the vertical above which a turn about it is no roll."""
-
-LARGEST_STEP = np.radians(24.8)
-"""Facets of a round surface turn by less."""
-
-SAME_AXIS = 1e-3
-"""Sine of the angle within which two axes are one."""
-
-LEVEL = 1e-4
-"""Sine of the angle to the axis within which a facet is along it."""
-
-NEAR = 0.05
-"""Share of its radius within which a facet is one of a round surface."""
-
-LARGEST_FACET = 0.03 * 4.0 * np.pi
-"""Solid angle from which on a face is no facet of a curve."""
+ROLL = 0.5 * np.pi  # least turn that is a roll
+STEPS = 180  # of half a degree each; a polygon of 192 sides rises by 0.00013 between them at most
+UPRIGHT = 0.985  # cosine of an axis' angle to the vertical above which a turn about it is no roll
+LARGEST_STEP = np.radians(24.8)  # facets of a round surface turn by less
+SAME_AXIS = 1e-3  # sine of the angle within which two axes are one
+LEVEL = 1e-4  # sine of the angle to the axis within which a facet is along it
+NEAR = 0.05  # share of its radius within which a facet is one of a round surface
+LARGEST_FACET = 0.03 * 4.0 * np.pi  # solid angle from which on a face is no facet of a curve
 
 LARGEST_BEND = 0.4
 """Angle to a neighbour, in radians, from which on both are no facets of one curve."""

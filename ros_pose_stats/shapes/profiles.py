@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from ..kernels.elementary import sines_cosines
 
-Outline = NDArray[np.float64]
-"""Corners of a closed polygon, (N, 2), counter-clockwise."""
+Outline = NDArray[np.float64]  # corners of a closed polygon, (N, 2), counter-clockwise
 
 
 def unit_circle(sides: int) -> Outline:

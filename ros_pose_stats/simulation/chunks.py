@@ -19,14 +19,9 @@ CHUNK_SECONDS = 0.025
 """Time that a chunk is sized for; a single drop that is given up takes as long, or longer."""
 
 FIRST_CHUNK = 1
-LAST_CHUNKS = 16
-"""Least number of drops in the chunks near the end, which get smaller."""
-
-GROWTH = 8
-"""Factor by which a chunk may have more drops than the largest one before."""
-
-POLL_SECONDS = 0.01
-"""Time between two questions whether to stop, while workers are busy."""
+LAST_CHUNKS = 16  # least number of drops in the chunks near the end, which get smaller
+GROWTH = 8  # factor by which a chunk may have more drops than the largest one before
+POLL_SECONDS = 0.01  # time between two questions whether to stop, while workers are busy
 
 
 class Chunk(NamedTuple):

@@ -93,9 +93,7 @@ def compute_motions(body: PreparedBody, rules: at.DropRules, states: Array,
                         outcome[:, at.TOUCHED] == 1)
 
 
-_WORDS = 4
-"""64-bit words that Philox makes at each place of its stream."""
-
+_WORDS = 4  # 64-bit words that Philox makes at each place of its stream
 _RANDOM_STREAM = 1
 _FLIP_STREAM = 3
 """Second words of the key, so that drops and flips of one seed have nothing in common."""

@@ -16,8 +16,7 @@ from ..statistics.errors import standard_errors
 from . import chunks, drop_body, drops
 from .request import ALONE, DropRequest, Watch, drop_request, real_number
 
-DEFAULT_FLIPS = 2000
-"""Flips a pose: a share is told to a point."""
+DEFAULT_FLIPS = 2000  # flips a pose: a share is told to a point
 
 LOWEST_KICK, HIGHEST_KICK, KICKS = 0.05, 5.0, 13
 """Part radii, and how many between them: below the lowest hardly a part leaves its pose, above

@@ -15,20 +15,11 @@ from ..records import Array, DropScene, Part, Trajectory
 from ..resting.poses import RestingPoses
 from .record_drop import drop_recorded
 
-RATE = 15
-"""Frames a second."""
-
-SHOWN = 6.5
-"""Most seconds that the motion takes on the screen."""
-
-PAUSE = 1.2
-"""Seconds that the part is shown at rest."""
-
-FALL = 3.0
-"""Height over the first contact, in radii, from which on the fall is shown."""
-
-UNSEEN = 5e-3
-"""Energy over that at rest, in weight times radius, whose motion nobody sees."""
+RATE = 15  # frames a second
+SHOWN = 6.5  # most seconds that the motion takes on the screen
+PAUSE = 1.2  # seconds that the part is shown at rest
+FALL = 3.0  # height over the first contact, in radii, from which on the fall is shown
+UNSEEN = 5e-3  # energy over that at rest, in weight times radius, whose motion nobody sees
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,10 +19,7 @@ STATE_ON_TAPE = slice(at.TAPE_STATE, at.TAPE_STATE + at.STATE)
 
 EVENTS = ("release", "arrival", "impact", "stop", "lift-off", "end")
 MODES = ("flight", "vertex", "edge", "face")
-
-FRAMES = 20.0
-"""Samples in a time of sqrt(radius / g), unless an interval is given."""
-
+FRAMES = 20.0  # samples in a time of sqrt(radius / g), unless an interval is given
 FIRST_TAPE = 512
 
 

@@ -24,9 +24,7 @@ MOST_DROPS = 1_000_000_000
 LEAST_TARGET = 1e-6  # no number of drops keeps one; the square of a tiny one is 0
 MOST_WORKERS = 1024
 SEEDS = 2 ** 64
-
-FEWEST = 50
-"""Drops, whatever they cost, where the number of impacts and steps is bounded."""
+FEWEST = 50  # drops, whatever they cost, where the number of impacts and steps is bounded
 
 
 @dataclass(frozen=True, eq=False)

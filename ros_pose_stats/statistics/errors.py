@@ -96,8 +96,7 @@ be infinite."""
 NODES = np.geomspace(0.01, 12.0, 64)
 """Where a bound is looked for, in the largest standard deviation; between them it is straight."""
 
-STRIDE = 9
-"""Of these nodes every so many are looked at first, then those between two of them."""
+STRIDE = 9  # of these nodes every so many are looked at first, then those between two of them
 
 
 def largest_error(deviation: ArrayLike, level: float, *, weight: ArrayLike = (1.0,),
@@ -140,12 +139,8 @@ def largest_error(deviation: ArrayLike, level: float, *, weight: ArrayLike = (1.
 
 
 Index = NDArray[np.int64]
-
-AT_A_LOOK = 0.92
-"""Confidence asked for at each look, so that 90 % are left."""
-
-DEVIATE = 1.4050715603096329
-"""The normal deviate below which a share of `AT_A_LOOK` lies."""
+AT_A_LOOK = 0.92  # confidence asked for at each look, so that 90 % are left
+DEVIATE = 1.4050715603096329  # the normal deviate below which a share of `AT_A_LOOK` lies
 
 
 class Judged(NamedTuple):

@@ -40,9 +40,7 @@ class Feeding(NamedTuple):
     per_minute: Bounded  # accepted parts a minute
 
 
-CERTAIN = 1e15
-"""So many drops would leave no error but that of rounding."""
-
+CERTAIN = 1e15  # so many drops would leave no error but that of rounding
 NO_FLIPS = Bounded(0.0, 0.0, 0.0)
 
 

@@ -20,15 +20,9 @@ from .fill import PlateFill, plate_fill
 from .pose_shares import PoseShares, equivalent_drops, pose_shares
 
 PICK, FLIP, LEAVE = "pick", "flip", "leave"
-
-MOST_KICKS = 100
-"""Kicks between two empty plates; more of them are worth hardly more."""
-
-SIZES, MOST_PARTS = 60, 10_000
-"""Numbers of parts that are looked at, and the largest of them."""
-
-PASSES = 2
-"""The first knows how dropped parts lie, the second how those on the plate do."""
+MOST_KICKS = 100  # kicks between two empty plates; more of them are worth hardly more
+SIZES, MOST_PARTS = 60, 10_000  # numbers of parts that are looked at, and the largest of them
+PASSES = 2  # the first knows how dropped parts lie, the second how those on the plate do
 
 
 @dataclass(frozen=True)

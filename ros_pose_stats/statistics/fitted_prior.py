@@ -1,11 +1,8 @@
 """Numbers of the prior, written by `python -m lab.training.fit_posterior`."""
 
 
-FITTED_METHOD = "split"
-"""The estimator that they belong to."""
-
-FITTED_AT = (0.2, 0.5, 0.8)
-"""Restitutions of the rows below."""
+FITTED_METHOD = "split"  # the estimator that they belong to
+FITTED_AT = (0.2, 0.5, 0.8)  # restitutions of the rows below
 
 FITTED = (
     (-0.3109, 0.2976, 0.0002339, 0.03047, 0.1783),

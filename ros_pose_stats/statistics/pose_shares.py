@@ -13,8 +13,7 @@ from ..errors import RequestError
 from ..methods import SIMULATION
 from ..records import Array, Index, PoseStatistics
 
-MOST_ROUNDS = 40
-"""Each round halves the error of the logarithm."""
+MOST_ROUNDS = 40  # each round halves the error of the logarithm
 
 
 class PoseShares(NamedTuple):

@@ -13,9 +13,7 @@ from .errors import DEFAULT_LEVEL, largest_error
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-
-HALVINGS = 16
-"""Of the logarithm of the bound, from a factor of `FARTHEST` each way."""
+HALVINGS = 16  # of the logarithm of the bound, from a factor of `FARTHEST` each way
 FARTHEST = 8.0
 
 
@@ -70,8 +68,7 @@ def square_error(weight: Array, mean: Array, variance: Array, away: Array,
 
 
 WIDEST = 1.0 - 1e-9
-NARROWEST = 1e-12
-"""Variance of a unit over that of a single drop, where it is not certain."""
+NARROWEST = 1e-12  # variance of a unit over that of a single drop, where it is not certain
 
 
 class Kinds(NamedTuple):
@@ -180,8 +177,7 @@ AROUND = np.linspace(-4.0, 7.0, 67)
 NEAR_NOTHING = 10.0 ** np.arange(-8.0, 0.0)
 """And means of each component, for a rare pose whose density rises without bound towards 0."""
 
-CELL_HALVINGS = 16
-"""Of the cell in which the upper end lies."""
+CELL_HALVINGS = 16  # of the cell in which the upper end lies
 
 
 def shortest_interval(weight: Array, mean: Array, variance: Array, level: float

@@ -17,9 +17,7 @@ from . import errors
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-
-FIRST_CHECKPOINT = 100
-"""Drops before the first look; fewer say little about their own error."""
+FIRST_CHECKPOINT = 100  # drops before the first look; fewer say little about their own error
 
 LEAST_STEPS = (8, 0.1)
 """A look costs as much as a dozen drops: the next one is at least so many drops away, and such a

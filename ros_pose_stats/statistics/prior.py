@@ -55,17 +55,10 @@ FLOOR = 1e-4
 """Least probability of a pose: far below the errors of all methods, but above 0, so that drops
 can contradict an estimate that rules a pose out."""
 
-FLOORS_TOGETHER = 0.01
-"""Most probability that the floor may take where there are many poses."""
-
-LEAST_ERROR = 1e-4
-"""No estimate is believed to be nearer than this: beyond 10 million drops."""
-
-LEAST_STRENGTH = 1.0
-"""Pseudo-drops of an estimate that is expected to be worthless."""
-
-TAIL = 3.0
-"""Degrees of freedom of the scatter of the strength."""
+FLOORS_TOGETHER = 0.01  # most probability that the floor may take where there are many poses
+LEAST_ERROR = 1e-4  # no estimate is believed to be nearer than this: beyond 10 million drops
+LEAST_STRENGTH = 1.0  # pseudo-drops of an estimate that is expected to be worthless
+TAIL = 3.0  # degrees of freedom of the scatter of the strength
 
 GRID = np.linspace(-8.0, 5.0, 14)
 """Strengths looked at, in spreads from the center of their logarithm."""
