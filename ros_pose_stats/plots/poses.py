@@ -58,7 +58,7 @@ def pose_pictures(part: Part, poses: Sequence[StablePose], radius: float,
                   pixels: int = PIXELS) -> list[NDArray[np.uint8]]:
     """Pictures of a part of a radius (metres) in some poses, on the plate and at one scale."""
     triangles = decimation.visible_triangles(part) - part.center_of_mass
-    laid = [placed(triangles, pose) for pose in poses]
+    laid = [_placed(triangles, _rotation(pose), pose) for pose in poses]
     view = resting_view(laid, radius, pixels)
     return [rendered(one, view) for one in laid]
 
@@ -76,9 +76,12 @@ def resting_view(laid: Sequence[Array], radius: float, pixels: int) -> View:
     return sample._replace(center=middle, pixels=(pixels, high))
 
 
-def placed(triangles: Array, pose: StablePose) -> Array:
-    """Turn triangles (t, 3, 3) about the centre of mass into a pose, in the plate frame."""
-    rotation = vectors.rotation_matrices(pose.orientation[None, :])[0]
+def _rotation(pose: StablePose) -> Array:
+    return np.asarray(vectors.rotation_matrices(pose.orientation[None, :])[0])
+
+
+def _placed(triangles: Array, rotation: Array, pose: StablePose) -> Array:
+    """Turn triangles (t, 3, 3) about the centre of mass and lay them on the plate."""
     return np.asarray(triangles @ rotation.T + np.array([0.0, 0.0, pose.height]))
 
 
@@ -105,25 +108,17 @@ def pictures_beside(parts: tuple[Part, Part], turn: Array | None,
     laid: list[tuple[Array | None, Array | None]] = []
     for one, other in rows:
         rotation = np.eye(3) if one is None else _rotation(one)
-        left = None if one is None else _laid(first, rotation, one)
+        left = None if one is None else _placed(first, rotation, one)
         right = None
         if other is not None:
             # Beside the first, the smallest turn of it that lays the second on its own face.
             turned = (_rotation(other) if one is None else
                       rotation @ _smallest_turn(back @ other.down, one.down) @ back)
-            right = _laid(second, turned, other)
+            right = _placed(second, turned, other)
         laid.append((left, right))
     view = resting_view([one for pair in laid for one in pair if one is not None], radius, pixels)
     return [(None if left is None else rendered(left, view),
              None if right is None else rendered(right, view)) for left, right in laid]
-
-
-def _rotation(pose: StablePose) -> Array:
-    return np.asarray(vectors.rotation_matrices(pose.orientation[None, :])[0])
-
-
-def _laid(triangles: Array, rotation: Array, pose: StablePose) -> Array:
-    return np.asarray(triangles @ rotation.T + np.array([0.0, 0.0, pose.height]))
 
 
 def _smallest_turn(source: Array, target: Array) -> Array:

@@ -11,13 +11,8 @@ from numpy.typing import NDArray
 Prepared = TypeVar("Prepared")
 
 
-def part_digest(
-    vertices: NDArray[np.float64],
-    triangles: NDArray[np.uint32],
-    mass: float,
-    center_of_mass: NDArray[np.float64],
-    inertia: NDArray[np.float64],
-) -> str:
+def part_digest(vertices: NDArray[np.float64], triangles: NDArray[np.uint32], mass: float,
+                center_of_mass: NDArray[np.float64], inertia: NDArray[np.float64]) -> str:
     """SHA-256 (hex) that identifies a part.
 
     Over little-endian float64 vertices as received, in metres, uint32 triangles, and float64 mass,
@@ -121,14 +116,8 @@ class Part:
     def prepare(self, make: Callable[..., Prepared], *options: Hashable) -> Prepared:
         """Return what a function makes of the part; it is made once and lives as long as the part.
 
-        Two threads that ask first at the same time may both make it; their results are equal.
-
-        Parameters
-        ----------
-        make : callable
-            Called with the part and the options. What it returns must not refer to the part.
-        *options
-            Each combination has a result of its own.
+        What it returns must not refer to the part. Two threads that ask first at the same time
+        may both make it; their results are equal.
         """
         key = (make, *options)
         found: Prepared | None = self._prepared.get(key)

@@ -139,19 +139,10 @@ class StablePose:
         """Silhouette (k, 2) of the hull in the plate frame, metres, counter-clockwise."""
         return self.shape.outline()
 
-    def with_probability(self, probability: float, low: float = math.nan,
-                         high: float = math.nan, standard_error: float = math.nan,
-                         count: int = 0) -> "StablePose":
-        """The same pose with a probability, its interval, its standard error and its count."""
+    def with_values(self, **values: float) -> "StablePose":
+        """The same pose with other probabilities, and what was computed of its shape."""
         pose = object.__new__(StablePose)
-        pose.__dict__.update(self.__dict__, probability=probability, probability_low=low,
-                             probability_high=high, standard_error=standard_error, count=count)
-        return pose
-
-    def with_group(self, probability: float) -> "StablePose":
-        """The same pose with the probability of its group."""
-        pose = object.__new__(StablePose)
-        pose.__dict__.update(self.__dict__, group_probability=probability)
+        pose.__dict__.update(self.__dict__, **values)
         return pose
 
     def as_dict(self) -> dict[str, Any]:
@@ -316,8 +307,9 @@ def ranked(poses: Iterable[StablePose], shares: Shares) -> tuple[StablePose, ...
 
     Those equal but for rounding stay in the order of their index.
     """
+    names = ("probability", "probability_low", "probability_high", "standard_error", "count")
     columns = (column.tolist() for column in shares[:5])
-    found = [pose.with_probability(*values)
+    found = [pose.with_values(**dict(zip(names, values, strict=True)))
              for pose, *values in zip(poses, *columns, strict=True)]
     together: dict[int, float] = {}
     for pose in found:
@@ -325,7 +317,7 @@ def ranked(poses: Iterable[StablePose], shares: Shares) -> tuple[StablePose, ...
     rank = number_equal([0.0 if math.isnan(pose.probability) else -pose.probability
                          for pose in found], SAME_SHARE)
     order = sorted(range(len(found)), key=rank.__getitem__)
-    return tuple(found[k].with_group(together[found[k].group]) for k in order)
+    return tuple(found[k].with_values(group_probability=together[found[k].group]) for k in order)
 
 
 def plain_number(value: Any) -> Any:

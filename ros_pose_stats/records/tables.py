@@ -141,13 +141,19 @@ def _pose_table(rows: Sequence[PoseGroup], shares: Sequence[Filled]) -> list[str
         (Column("barrier", "mm"), [millimetres(row.barrier) for row in shown]),
         (Column("topple", "deg"), [
             degrees(row.margin) + (ROLLS[row.first.rolls] if rolls else "") for row in shown]),
-        (Column("down", left=True), [_direction(pose) for pose in poses])]
+        (Column("down", left=True), [
+            "(" + ", ".join(f"{x + 0.0:+.3f}" for x in np.round(pose.down, 3)) + ")"
+            for pose in poses])]
     # The column of barriers stays for a single pose, which has none.
     kept = [(head, cells) for head, cells in table
             if head.title == "barrier" or set(cells) != {UNKNOWN}]
-    return [*columns([head for head, _ in kept],
-                     list(zip(*(cells for _, cells in kept), strict=True))),
-            *_rest(rows), *([ROLLING] if rolls else [])]
+    lines = columns([head for head, _ in kept],
+                    list(zip(*(cells for _, cells in kept), strict=True)))
+    if hidden := rows[MOST_ROWS:]:
+        together = _percent(sum(row.probability for row in hidden)).strip()
+        lines.append(f"... and {several(sum(row.size for row in hidden), 'more pose')}, "
+                     f"{together} together; --json lists all")
+    return lines + [ROLLING] * rolls
 
 
 def _named(row: PoseGroup) -> str:
@@ -183,20 +189,6 @@ def _bar(probability: float) -> str:
     filled = round(probability * BAR * steps)
     tail = partial[filled % steps - 1] if filled % steps else ""
     return (full * (filled // steps) + tail).ljust(BAR)
-
-
-def _direction(pose: "StablePose") -> str:
-    return "(" + ", ".join(f"{x + 0.0:+.3f}" for x in np.round(pose.down, 3)) + ")"
-
-
-def _rest(rows: Sequence[PoseGroup]) -> list[str]:
-    hidden = rows[MOST_ROWS:]
-    if not hidden:
-        return []
-    count = sum(row.size for row in hidden)
-    together = sum(row.probability for row in hidden)
-    return [f"... and {several(count, 'more pose')}, {_percent(together).strip()} together; "
-            "--json lists all"]
 
 
 def _remarks(found: Sequence["PoseStatistics"]) -> list[str]:

@@ -1,11 +1,22 @@
-"""`bag DIR...`: parts, jobs and counts of cameras in recorded bags."""
+"""`bag DIR...`: parts, jobs and counts of cameras in recorded bags, also as CSV files."""
+
+from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Iterator, Sequence
+from datetime import datetime, timezone
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
+from ... import files, text
 from ...errors import BagError
+from ...records.scene import Numbering
 from .. import arguments as given, running
+
+if TYPE_CHECKING:
+    from ...recording.analysis.comparisons import BagAnalysis, PartAnalysis
+    from ...recording.analysis.results import ResultHistory
 
 
 def register(commands: given.Commands) -> None:
@@ -32,11 +43,7 @@ def run(options: argparse.Namespace) -> int:
                        "name a directory; it is created if it is missing")
     with running.ProgressBar(sys.stderr) as bar:
         found = analyse_bags(options.bags, bar.show_bytes)
-    written: list[Path] = []
-    if folder is not None:
-        from .csv_files import write_csv
-
-        written = write_csv(found, folder)
+    written = [] if folder is None else write_csv(found, folder)
     if options.json:
         from ...recording.analysis.plain import as_dict
 
@@ -47,3 +54,139 @@ def run(options: argparse.Namespace) -> int:
 
         print("\n".join([bag_report(found), *(["", *map(str, written)] if written else [])]))
     return 0
+
+
+Rows = Iterator[Sequence[Any]]
+
+PART = ("part_id", "part_digest", *Numbering._fields)
+PREDICTION = ("method", "restitution", "drop_height_m", "drops")
+HEADS: dict[str, tuple[str, ...]] = {
+    "files": ("bag", "file", "state", "note", "messages"),
+    "poses": (*PART, *PREDICTION, "pose", "group", "height_m", "top_m", "margin_rad", "barrier_m",
+              "spread_rad", "down_x", "down_y", "down_z", "probability", "probability_low",
+              "probability_high", "standard_error", "count", "prediction"),
+    "answers": (*PART, "time_utc", "method", "restitution", "drop_height_m", "drops", "unsettled",
+                "expected_error", "largest_error", "largest_change", "final", "latched", "scene",
+                "result", "prediction", "pose", "probability"),
+    "jobs": ("part_id", "part_digest", "job_id", "state", "refinement", "queued_utc",
+             "started_utc", "ended_utc", "drops_done", "drops", "seed", "restitution",
+             "drop_height_m", *Numbering._fields, "target_error", "max_seconds_s",
+             "message"),
+    "counts": (*PART, "plate", "drop_height_m", "begin_utc", "end_utc", "pose", "count", "share",
+               "share_low", "share_high", "not_compared"),
+    "comparison": (*PART, "counts_of", "counted", *PREDICTION, "rms", "largest_difference",
+                   "largest_pose", "by", "chi_square", "degrees_of_freedom", "p_value", "bins",
+                   "pooled", "counted_where_probability_0"),
+}
+"""Columns of each file. Probabilities, shares and errors are fractions."""
+
+
+def write_csv(found: BagAnalysis, folder: Path) -> list[Path]:
+    """Write all files, each at once under its name; return their paths."""
+    folder.mkdir(parents=True, exist_ok=True)
+    written = []
+    for name, heads in HEADS.items():
+        path = folder / f"{name}.csv"
+        files.replace_file(path, "".join(text.csv_lines(heads, ROWS[name](found))).encode())
+        written.append(path)
+    return written
+
+
+def _utc(nanoseconds: int) -> str:
+    if not nanoseconds:
+        return ""
+    second = datetime.fromtimestamp(nanoseconds // text.SECOND, timezone.utc)
+    return f"{second:%Y-%m-%dT%H:%M:%S}.{nanoseconds % text.SECOND:09d}Z"
+
+
+def _columns(*columns: Any) -> Rows:
+    """Rows of plain values out of arrays of equal length."""
+    return zip(*(column.tolist() for column in columns), strict=True)
+
+
+def _values(source: Any, names: str) -> list[Any]:
+    return [getattr(source, name) for name in names.split()]
+
+
+ABOUT = "method restitution drop_height drops"
+
+
+def _name(part: PartAnalysis, history: ResultHistory) -> tuple[Any, ...]:
+    return part.record.part_id, part.record.part_digest, *history.numbering
+
+
+def _histories(found: BagAnalysis) -> Iterator[tuple[ResultHistory, tuple[Any, ...]]]:
+    """Yield every numbering of every part, with the first cells of its rows."""
+    for part in found.parts:
+        for history in part.record.histories:
+            yield history, _name(part, history)
+
+
+def _files(found: BagAnalysis) -> Rows:
+    return (_values(file, "bag path state note messages") for file in found.contents.files)
+
+
+def _poses(found: BagAnalysis) -> Rows:
+    for history, head in _histories(found):
+        poses = history.poses
+        shapes = _values(poses, "index group height top margin barrier spread")
+        for number, one in enumerate(history.predictions):
+            for row in _columns(*shapes, *poses.down.T, *_values(
+                    one, "probability probability_low probability_high standard_error count")):
+                yield *head, *_values(one, ABOUT), *row, number
+
+
+def _answers(found: BagAnalysis) -> Rows:
+    for history, head in _histories(found):
+        poses = history.poses.index.tolist()
+        rows = _columns(*_values(
+            history, f"time {ABOUT} unsettled expected_error largest_error "
+            "largest_change final latched prediction probability"))
+        for number, (row, scene) in enumerate(zip(rows, history.scene, strict=True), start=1):
+            time, *cells, prediction, probabilities = row
+            for pose, probability in zip(poses, probabilities, strict=True):
+                yield *head, _utc(time), *cells, scene, number, prediction, pose, probability
+
+
+def _jobs(found: BagAnalysis) -> Rows:
+    for part in found.parts:
+        for job in part.record.jobs:
+            yield (part.record.part_id, part.record.part_digest,
+                   *_values(job, "job_id state refinement"),
+                   *map(_utc, (job.queued, job.started, job.ended)),
+                   *_values(job, "drops_done drops seed restitution drop_height cluster_tolerance "
+                            "round_sides target_error max_seconds message"))
+
+
+def _counts(found: BagAnalysis) -> Rows:
+    for one in (*(each for part in found.parts for each in part.counts), *found.strays):
+        of = one.counts
+        head = (of.part_id, of.part_digest, *of.numbering, of.plate, of.drop_height,
+                _utc(of.begin), _utc(of.end))
+        if one.history is None:
+            for pose, count in _columns(of.index, of.count):
+                yield *head, pose, count, "", "", "", one.problem
+        else:
+            for row in _columns(one.history.poses.index, one.count, one.share, *one.bounds):
+                yield *head, *row, one.problem
+        yield *head, "unclassified", of.unclassified, of.unclassified_share, "", "", one.problem
+
+
+def _comparison(found: BagAnalysis) -> Rows:
+    for part in found.parts:
+        compared = [("simulation", int(one.simulation.count.sum()), each, history)
+                    for history, simulations in zip(part.record.histories, part.simulations,
+                                                    strict=True)
+                    for one in simulations for each in one.estimates]
+        compared += [("camera", counts.counts.classified, each, counts.history)
+                     for counts in part.counts if counts.history for each in counts.predictions]
+        for of, counted, one, history in compared:
+            for by, test in (("pose", one.by_pose), ("group", one.by_group)):
+                yield (*_name(part, history), of, counted, *_values(one.prediction, ABOUT),
+                       one.rms, one.largest, one.largest_pose, by,
+                       *_values(test, "statistic degrees_of_freedom p_value bins pooled"),
+                       one.unforeseen)
+
+
+ROWS = {"files": _files, "poses": _poses, "answers": _answers, "jobs": _jobs, "counts": _counts,
+        "comparison": _comparison}
