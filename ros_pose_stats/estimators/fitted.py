@@ -12,11 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..records import DropScene, scene as scenes
+from ..records import Array, DropScene, scene as scenes
 from ..resting.poses import RestingPoses
 from .published import eae, meae, nonlinear, normalized, qse
-
-Array = NDArray[np.float64]
 
 SPLIT_FILE = Path(__file__).parent / "weights" / "split.npz"
 ERROR_FILE = SPLIT_FILE.with_name("expected_errors.npz")

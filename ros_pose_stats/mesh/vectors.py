@@ -5,11 +5,10 @@ rows; single additions and multiplications do not.
 """
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..kernels.body.standing import matrices_of, quaternions_down
-
-Array = NDArray[np.float64]
+from ..records import Array
 
 
 def turn_vectors(vectors: Array, matrix: Array) -> Array:

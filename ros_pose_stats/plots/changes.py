@@ -5,16 +5,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
 from ..design.describe import name_step
 from ..design.sensitivity import Effect, Sensitivity
 from ..mesh.decimation import visible_triangles
+from ..records import Array, Index
 from ..resting.convex_body import ConvexBody
 from ..text import name_poses
 from . import rendering, style
-
-Array = NDArray[np.float64]
 
 ADD, TAKE = np.array([0.0, 0.45, 0.70]), np.array([0.84, 0.37, 0.0])
 PLAIN = np.array([0.86, 0.86, 0.86])
@@ -83,7 +81,7 @@ def _face_colors(found: Sensitivity) -> Array:
     return colors
 
 
-def _faces_of(triangles: Array, body: ConvexBody) -> NDArray[np.int64]:
+def _faces_of(triangles: Array, body: ConvexBody) -> Index:
     """Face of the hull that each triangle (t, 3, 3) lies on; the number of faces for none."""
     normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]

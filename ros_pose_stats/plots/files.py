@@ -47,7 +47,7 @@ def figure_png(figure: Figure) -> bytes:
     return file.getvalue()
 
 
-def png_bytes(picture: NDArray[np.uint8]) -> bytes:
+def png_bytes(picture: Picture) -> bytes:
     """A picture (height, width, 3) as a PNG file."""
     file = io.BytesIO()
     imsave(file, picture, format="png")

@@ -5,17 +5,15 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 from PIL import Image
 
 from ..mesh import decimation, vectors
-from ..records import Part, PoseStatistics, StablePose
+from ..records import Array, Part, PoseStatistics, StablePose
 from ..statistics.pose_groups import pose_groups
 from ..text import name_poses, shortened
+from .files import Picture
 from .rendering import View, rendered, view_axes
 from .style import INK, REFERENCE, in_digits, new_figure
-
-Array = NDArray[np.float64]
 
 COLUMNS = 4
 MOST = 8  # most poses that are drawn, the most probable ones
@@ -55,7 +53,7 @@ def poses_figure(part: Part, found: PoseStatistics) -> Figure:
 
 
 def pose_pictures(part: Part, poses: Sequence[StablePose], radius: float,
-                  pixels: int = PIXELS) -> list[NDArray[np.uint8]]:
+                  pixels: int = PIXELS) -> list[Picture]:
     """Pictures of a part of a radius (metres) in some poses, on the plate and at one scale."""
     triangles = decimation.visible_triangles(part) - part.center_of_mass
     laid = [_placed(triangles, _rotation(pose), pose) for pose in poses]
@@ -91,7 +89,6 @@ def _heading(found: PoseStatistics, rest: int) -> str:
     return f"{found.part_id}: {found.scene}\nresting probabilities, {how}{more}"
 
 
-Picture = NDArray[np.uint8]
 BESIDE_PIXELS = 320  # pixels across a picture
 
 

@@ -9,8 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from ..records import Array, Index, Mask
 
 LIGHT = np.array([-0.25, -0.5, 0.8]) / np.linalg.norm([-0.25, -0.5, 0.8])
 PART = np.array([0.42, 0.64, 0.92])
@@ -87,7 +86,7 @@ def _brightness(normals: Array) -> Array:
 
 
 def _plate(frame: Array, shift: Array, side: float, wide: int,
-           high: int) -> tuple[NDArray[np.bool_], Array]:
+           high: int) -> tuple[Mask, Array]:
     """Which pixels show the plate if nothing is on it, and its depth (high, wide)."""
     x, y = np.meshgrid(np.arange(wide) + 0.5 - shift[0], np.arange(high) + 0.5 - shift[1])
     # The picture's two axes as seen from points of z = 0.

@@ -12,12 +12,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch
 from matplotlib.patheffects import withStroke
-from numpy.typing import NDArray
 
+from ..records import Array, Index
 from ..resting import pose_sphere, splitting_graph
 from .style import INK, REFERENCE, in_digits, new_figure
-
-Array = NDArray[np.float64]
 
 Function = Literal["r", "R"]
 
@@ -66,7 +64,7 @@ def _colors(count: int) -> Array:
     return np.asarray(colormaps[COLORS](np.linspace(0.0, 1.0, count)))
 
 
-def _draw_borders(axes: Axes, pose: NDArray[np.int64]) -> None:
+def _draw_borders(axes: Axes, pose: Index) -> None:
     """Lines between basins, seen on dark and light alike."""
     there = np.unique(pose[pose >= 0])
     if len(there) > MOST_BORDERS:
@@ -83,7 +81,7 @@ def _draw_borders(axes: Axes, pose: NDArray[np.int64]) -> None:
                          linewidths=0.9, zorder=2)
 
 
-def _around(places: NDArray[np.int64]) -> slice:
+def _around(places: Index) -> slice:
     return slice(max(int(places[0]) - 1, 0), int(places[-1]) + 2)
 
 
@@ -235,7 +233,7 @@ def reachable_figure(sphere: pose_sphere.PoseSphere, root: splitting_graph.Split
 
 
 def components_at(root: splitting_graph.SplittingNode, energy: float,
-                  heights: NDArray[np.float64]) -> list[tuple[int, ...]]:
+                  heights: Array) -> list[tuple[int, ...]]:
     """Poses of each connected component that an energy over weight, metres, leaves in reach."""
     found, waiting = [], [root]
     while waiting:

@@ -7,9 +7,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from ..records import Array
 
 INK, REFERENCE = "#222222", "#767676"
 """Colours of text and outlines, and of the background: grids, notes, lines to compare with."""

@@ -9,16 +9,14 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 from matplotlib.ticker import LogLocator, NullLocator
-from numpy.typing import NDArray
 
 from ..mesh import decimation, vectors
-from ..records import Part, Trajectory
+from ..records import Array, Part, Trajectory
 from ..resting.splitting_graph import SplittingNode, levels_above, poses_within
 from ..simulation.frames import DropFrames
+from .files import Picture
 from .rendering import View, rendered
 from .style import INK, REFERENCE, apart, new_figure, open_axes
-
-Array = NDArray[np.float64]
 
 ENERGY, HEIGHT = "#0072B2", "#D55E00"
 EVENTS = (("impact", "|", "#222222"), ("stop", "s", "#009E73"), ("lift-off", "^", "#CC79A7"))
@@ -139,7 +137,6 @@ def _draw_events(axes: Axes, rows: Sequence[tuple[str, str, str, Array]], end: f
     axes.grid(axis="y", color="#e5e5e5", linewidth=0.6)
 
 
-Picture = NDArray[np.uint8]
 SIZE, DPI = (6.8, 3.4), 100  # width and height of the animation, inches, and dots an inch
 
 SCENE = (0.0, 0.0, 0.44, 0.86)

@@ -8,17 +8,14 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from ..kernels.body.equilibria import ways_out
 from ..kernels.levels.merge_tree import gather_poses, part_poses
+from ..records import Array, Index, Mask
 from ..tolerances import SAME_HEIGHT
 from .convex_body import foot_directions
 from .equilibria import Equilibria, ties
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 RUN_TOLERANCE = 0.025
 """Least rise over the height that parts neighbouring facets of one round or toothed surface."""
@@ -36,7 +33,7 @@ class Clusters:
     pose: Index  # (S,); pose of each stable face, in the numbering of `Equilibria.order`
     # (S,) bool; faces that the part rests on in its pose: no higher above the lowest one than the
     # tolerance. The others are shelves on the way there
-    near: NDArray[np.bool_]
+    near: Mask
     # (P,); level of the lowest saddle from any member to any other pose, in radii; infinite for a
     # single pose
     way_out: Array
@@ -45,7 +42,7 @@ class Clusters:
     # a shelf may open only where its pose has others beside it already
     node: Index
     node_pose: Index  # (N,); that pose
-    split: NDArray[np.bool_]  # (S - 1,) bool; whether a join of the merge tree holds several poses
+    split: Mask  # (S - 1,) bool; whether a join of the merge tree holds several poses
 
     def gather(self, probability: Array) -> Array:
         """Sum what the nodes of the merge tree (2 S - 1,) have over the poses (P,)."""

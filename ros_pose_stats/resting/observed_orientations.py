@@ -4,15 +4,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..errors import RequestError
 from ..mesh.arrays import real_array, real_number
-from ..records import Part, scene as scenes
+from ..records import Array, Index, Part, scene as scenes
 from .poses import RestingPoses, resting_poses
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 DEFAULT_ANGLE = math.radians(15.0)
 """Three standard deviations of a camera that measures tilts to 5 degrees."""

@@ -9,12 +9,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..records import Array, Index
 from . import equilibria, poses
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 FINEST, COARSEST = 200, 60  # pixels across a hemisphere
 MOST_PRODUCTS = 2e8  # most directions times faces; parts of many faces get a coarser map
 AT_ONCE = 4_000_000  # most numbers in memory at a time

@@ -9,16 +9,13 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..kernels.body import circles, convex_body
 from ..kernels.elementary import sines_cosines
+from ..records import Array, Index
 from .rims import Chain, Group, Outline, Rim
 from .thinning import Whole, plan_sides
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 SAME_ANGLE = 0.1  # angles this close, in sides, are one in the list of a group
 
 

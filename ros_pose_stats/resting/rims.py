@@ -10,15 +10,12 @@ from itertools import pairwise
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..kernels.body.convex_body import BodyArrays
 from ..kernels.principal_axes import principal_axes
 from ..mesh.vectors import lengths, scatter
+from ..records import Array, Index, Mask
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 Kind = Literal["round", "toothed"]
 
 ROUND_SHARE = 0.75
@@ -43,7 +40,7 @@ class Rim:
     radius: float  # the latter the largest distance of a corner from the circle
     deviation: float
     chord: Array  # (E,); lengths of the edges
-    stays: Flags  # (E,) bool; edges over a gap, or along a flat: nothing is put between their ends
+    stays: Mask  # (E,) bool; edges over a gap, or along a flat: nothing is put between their ends
     kind: Kind
     # (k,); other corners on the circle: at a seam where it does not quite close, or for rounding
     absorbed: Index = field(default_factory=lambda: np.empty(0, dtype=np.int64))
@@ -95,7 +92,7 @@ class Outline:
     """Points of a body that is reshaped: those of the file that stay, then new ones."""
 
     points: Array
-    keeps: Flags
+    keeps: Mask
     chains: list[Chain] = field(default_factory=list)
     added: list[Array] = field(default_factory=list)
     count: int = 0
@@ -273,7 +270,7 @@ def _number_strips(points: Array, arrays: BodyArrays, group: Group, chains: Sequ
 
 
 def _add_divided(points: Array, arrays: BodyArrays, group: Group, chains: Sequence[Chain],
-                 between: Flags, found: Index, count: int) -> int:
+                 between: Mask, found: Index, count: int) -> int:
     """Add facets with corners between their rims, as teeth have that wind about the axis."""
     begin, along = arrays.face_start[:-1], ((points - group.center) * group.frame[2]).sum(axis=1)
     off, heights = off_axis(points, group), [along[chain.point].mean() for chain in chains]

@@ -4,16 +4,14 @@ import math
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..errors import RequestError
 from ..kernels.drops import evolve, layout as at
 from ..mesh.vectors import lengths, resting_quaternions, turn_vectors
-from ..records import DropEvent, DropScene, Part, Trajectory, scene as scenes
+from ..records import Array, DropEvent, DropScene, Part, Trajectory, scene as scenes
 from . import drop_body, drops
 from .request import drop_request, real_number
-
-Array = NDArray[np.float64]
 
 STATE_ON_TAPE = slice(at.TAPE_STATE, at.TAPE_STATE + at.STATE)
 

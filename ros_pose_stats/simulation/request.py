@@ -9,16 +9,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..errors import RequestError
 from ..mesh.vectors import lengths
-from ..records import DropProgress, scene as scenes
+from ..records import Array, DropProgress, scene as scenes
 
 if TYPE_CHECKING:
     from .drops import DropChunk  # whose kernels are loaded where drops are made
 
-Array = NDArray[np.float64]
 
 MOST_DROPS = 1_000_000_000
 LEAST_TARGET = 1e-6  # no number of drops keeps one; the square of a tiny one is 0

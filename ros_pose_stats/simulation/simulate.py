@@ -3,19 +3,24 @@
 import time
 from collections.abc import Callable
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..methods import SIMULATION
-from ..records import DropProgress, DropScene, Part, PoseStatistics, scene as scenes, statistics
+from ..records import (
+    Array,
+    DropProgress,
+    DropScene,
+    Part,
+    PoseStatistics,
+    scene as scenes,
+    statistics,
+)
 from ..resting.trust import pose_remarks
 from ..statistics.prefix import Judge, Prefix, target_reached
 from .chunks import DropWorkers
 from .drop_body import drop_body
 from .drops import DropChunk, DropOutcomes, compute_drops, drop_rules, random_starts
 from .request import ALONE, FEWEST, DropRequest, Watch, drop_request
-
-Array = NDArray[np.float64]
 
 
 def simulate(part: Part, drops: int | None = None, restitution: float = scenes.DEFAULT_RESTITUTION,

@@ -4,13 +4,11 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import chdtrc
 
 from ..errors import RequestError
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from ..records import Array, Index
 
 LEAST_EXPECTED = 5.0
 """Expected count below which a bin is pooled: the usual rule (Cochran 1954).

@@ -13,8 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import betaincinv, ndtr
 
 from ..errors import RequestError
-
-Array = NDArray[np.float64]
+from ..records import Array, Index
 
 
 def standard_errors(counts: ArrayLike, settled: int) -> Array:
@@ -138,7 +137,6 @@ def largest_error(deviation: ArrayLike, level: float, *, weight: ArrayLike = (1.
     return min(float(np.interp(level, kept(near), near)), 1.0)
 
 
-Index = NDArray[np.int64]
 AT_A_LOOK = 0.92  # confidence asked for at each look, so that 90 % are left
 DEVIATE = 1.4050715603096329  # the normal deviate below which a share of `AT_A_LOOK` lies
 

@@ -10,15 +10,13 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import ndtri
 
 from ..errors import RequestError
+from ..records import Array, Index, Mask
 from .errors import DEFAULT_LEVEL, jeffreys_interval
 from .pose_shares import PoseShares
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 class Bounded(NamedTuple):
@@ -123,7 +121,7 @@ def _flips_needed(dropped: PoseShares, moves: Array, flips: Array,
     return float(shares @ needed), math.sqrt(variance)
 
 
-def _kept_for_ever(shares: Array, moves: Array, kept: NDArray[np.bool_],
+def _kept_for_ever(shares: Array, moves: Array, kept: Mask,
                    leaving: Index) -> Feeding:
     """Feeding where flips never led out of some poses: in the end a part lies there for ever.
 
@@ -136,7 +134,7 @@ def _kept_for_ever(shares: Array, moves: Array, kept: NDArray[np.bool_],
                    Bounded(0.0, 0.0, math.nan))
 
 
-def _that_get_out(moves: Array, kept: NDArray[np.bool_], wrong: Index) -> NDArray[np.bool_]:
+def _that_get_out(moves: Array, kept: Mask, wrong: Index) -> Mask:
     """From which of the other poses a wanted one can be reached by the flips counted."""
     out = moves[:, kept].any(axis=1)
     while True:
@@ -147,7 +145,7 @@ def _that_get_out(moves: Array, kept: NDArray[np.bool_], wrong: Index) -> NDArra
 
 
 def _share_interval(share: float, dropped: PoseShares,
-                    kept: NDArray[np.bool_]) -> tuple[float, float]:
+                    kept: Mask) -> tuple[float, float]:
     """Bounds of the share of some poses; symmetry tells how a unit's share is shared out."""
     drops, single = dropped.drops, share * (1.0 - share)
     if math.isnan(drops):
@@ -160,7 +158,7 @@ def _share_interval(share: float, dropped: PoseShares,
     return float(low), float(high)
 
 
-def check_wanted(wanted: Sequence[int], poses: int) -> NDArray[np.bool_]:
+def check_wanted(wanted: Sequence[int], poses: int) -> Mask:
     """Which of all poses (K,) are accepted."""
     indices = [int(one) for one in wanted]
     bad = [one for one in indices if not 0 <= one < poses]

@@ -8,13 +8,12 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import bdtr, ndtri
 
 from ..errors import RequestError
+from ..records import Array
 from .errors import DEFAULT_LEVEL
-
-Array = NDArray[np.float64]
 
 
 class PairedDifference(NamedTuple):

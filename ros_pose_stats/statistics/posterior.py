@@ -5,14 +5,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import betainc, gammainc
 
+from ..records import Array, Index
 from ..records.statistics import Shares
 from .errors import DEFAULT_LEVEL, largest_error
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 HALVINGS = 16  # of the logarithm of the bound, from a factor of `FARTHEST` each way
 FARTHEST = 8.0
 
@@ -48,7 +46,7 @@ class SquareError(NamedTuple):
 
 
 def square_error(weight: Array, mean: Array, variance: Array, away: Array,
-                 size: NDArray[np.int64]) -> SquareError:
+                 size: Index) -> SquareError:
     """Distribution of the mean square error of the middle of a mixture.
 
     Within a component the units are taken as normal with the correlations of a multinomial

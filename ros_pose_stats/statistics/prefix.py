@@ -10,13 +10,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..records import Index
 from ..records.statistics import Shares
 from . import errors
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 FIRST_CHECKPOINT = 100  # drops before the first look; fewer say little about their own error
 
 LEAST_STEPS = (8, 0.1)

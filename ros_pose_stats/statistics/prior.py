@@ -12,10 +12,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import betainc, betaln
 
 from ..errors import RequestError
+from ..records import Array, Index, Mask
 from . import fitted_prior, posterior
 
 
@@ -47,9 +48,6 @@ def prior_fit(restitution: float) -> PriorFit:
     return PriorFit(*(float(np.interp(restitution, fitted_prior.FITTED_AT, column))
                       for column in zip(*fitted_prior.FITTED, strict=True)))
 
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 FLOOR = 1e-4
 """Least probability of a pose: far below the errors of all methods, but above 0, so that drops
@@ -131,7 +129,7 @@ class PosePrior:
         kinds = posterior.Kinds(*(each[:, back] for each in breaks.kinds(weight)))
         return posterior.Posterior.mixed(weight, mean, variance, self.unit, self.size, kinds)
 
-    def contradicted(self, counts: ArrayLike) -> NDArray[np.bool_]:
+    def contradicted(self, counts: ArrayLike) -> Mask:
         """Poses (P,) in which drops contradict the estimate beyond both errors.
 
         `counts` (P,) int: settled drops in each pose.
@@ -189,7 +187,7 @@ LEAST_PARAMETER = 1e-9
 
 
 def contradicted_units(counts: Array, mean: Array, weight: Array, strength: Array
-                       ) -> NDArray[np.bool_]:
+                       ) -> Mask:
     """Units whose count is too far from its estimate to be explained by both errors.
 
     A count of n drops with a probability from a Beta distribution of strength s scatters like

@@ -7,12 +7,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...records import Index
 from ...records.scene import Numbering
 from .decoding import fingerprint, numbering_of
 
-Index = NDArray[np.int64]
 MOST = 1 << 48  # parts that no camera counts; a number beyond it is damage
 
 WITHIN = 1_000_000_000

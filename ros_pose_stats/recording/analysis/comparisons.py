@@ -5,11 +5,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...records import Array, Index
 from ...statistics import chi_square, errors
 from . import bag_reader, camera_counts
-from .results import Array, Index, PoseTable, Prediction, ResultHistory
+from .results import PoseTable, Prediction, ResultHistory
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,7 +142,7 @@ def _compared(counts: camera_counts.CameraCounts,
         "the same pose")
 
 
-def _compare(prediction: Prediction, counts: NDArray[np.int64], poses: PoseTable) -> Comparison:
+def _compare(prediction: Prediction, counts: Index, poses: PoseTable) -> Comparison:
     """Set a prediction against counts (K,) in the order of the pose table."""
     share = _shares(counts)
     apart = np.abs(prediction.probability - share)

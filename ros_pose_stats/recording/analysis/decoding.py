@@ -11,10 +11,9 @@ from mcap_ros2.decoder import DecoderFactory
 from numpy.typing import NDArray
 
 from ...errors import BagError
+from ...records import Array
 from ...records.scene import Numbering
 from ..reader import RawMessage
-
-Array = NDArray[np.float64]
 
 PACKAGE = "ros_pose_stats_msgs"
 PART_MESH, POSE_STATISTICS, JOB_EVENT, POSE_COUNTS, DROP_RECORDS = (

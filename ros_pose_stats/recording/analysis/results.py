@@ -9,12 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...methods import OBSERVED, SIMULATION
-from ...records import scene as scenes, statistics
+from ...records import Array, Index, Mask, scene as scenes, statistics
 from .decoding import SECOND, fingerprint
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,8 +98,8 @@ class ResultHistory:
     expected_error: Array  # (n,); fractions; NaN where unknown
     largest_error: Array
     # (n,); whether it was a job's last word; whether subscribers got it or a caller alone
-    final: Flags
-    latched: Flags
+    final: Mask
+    latched: Mask
     prediction: Index  # (n,) int; which of the predictions speaks for its method and scene
     probability: Array  # (n, K)
     predictions: tuple[Prediction, ...]  # one a method and scene, in the order of first appearance

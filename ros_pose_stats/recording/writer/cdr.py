@@ -4,9 +4,10 @@ import struct
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from ...records import Array
+
 SECOND = 1_000_000_000
 
 
