@@ -11,7 +11,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from numpy.typing import NDArray
 
 from ros_pose_stats.errors import RequestError
-from ros_pose_stats.plots.style import BLUE, INK, new_figure, open_axes
+from ros_pose_stats.plots.figures import BLUE, INK, new_figure, open_axes
 from ros_pose_stats.records import PoseStatistics
 
 Array = NDArray[np.float64]

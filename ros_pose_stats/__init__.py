@@ -32,16 +32,10 @@ if TYPE_CHECKING:
     from .planning.auto import auto, estimate
     from .planning.hybrid import hybrid
     from .recording.analysis.comparisons import analyse_bags
-    from .records import (
-        DropEvent,
-        DropProgress,
-        DropScene,
-        FlipStatistics,
-        Part,
-        PoseStatistics,
-        StablePose,
-        Trajectory,
-    )
+    from .records.drops import DropEvent, DropProgress, FlipStatistics, Trajectory
+    from .records.part import Part
+    from .records.scene import DropScene
+    from .records.statistics import PoseStatistics, StablePose
     from .resting.observed_orientations import classify_orientations
     from .resting.outlines import outline_at
     from .resting.poses import resting_poses

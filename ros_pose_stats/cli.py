@@ -7,7 +7,7 @@ import traceback
 from collections.abc import Sequence
 
 from . import errors, text, version
-from .commands import catalogue, compile, completion, estimate, node, show
+from .commands import catalogue, compile, estimate, node, show
 from .commands.arguments import REFUSED, CommandParser, Commands
 from .commands.bags import bag
 from .commands.design import compare, sensitivity
@@ -35,7 +35,7 @@ def parser() -> argparse.ArgumentParser:
             show.register_animate, compile.register_shapes, compile.register, bag.register,
             node.register, node.register_publish, node.register_show):
         register(commands)
-    completion.register(commands, top)
+    compile.register_completion(commands, top)
     return top
 
 

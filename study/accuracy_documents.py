@@ -10,7 +10,7 @@ import numpy as np
 
 from ros_pose_stats.estimators.published import nonlinear
 from ros_pose_stats.files import write_whole
-from ros_pose_stats.plots.files import save_figure
+from ros_pose_stats.plots.figures import save_figure
 
 from .chart import PLANS, QUICK, ChartResults, chart, chart_text
 from .dataset import Dataset, shipped_dataset, shipped_datasets

@@ -90,7 +90,7 @@ def write_page(folder: Path, page: str, text: str, figures: Mapping[str, Figure]
     list of Path
         What was written.
     """
-    from ros_pose_stats.plots.files import save_figure
+    from ros_pose_stats.plots.figures import save_figure
 
     def write(aside: Path) -> None:
         measured = aside / "measured"

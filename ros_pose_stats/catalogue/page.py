@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from .. import errors, files, version
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES, describe_scene
-from ..report.frame import template
+from ..report.words import template
 from ..text import ranges
 from . import rows, store
 from .request import CatalogueRequest

@@ -1,7 +1,8 @@
-"""`compile` and `shapes DIR`: machine code of every kernel, and the demo parts."""
+"""`compile`, `shapes DIR`, `completion SHELL`: kernels, demo parts, and what Tab completes."""
 
 import argparse
 import time
+from functools import partial
 
 from . import arguments as given, running
 
@@ -51,3 +52,56 @@ def run_shapes(options: argparse.Namespace) -> int:
     for path in write_demo_parts(options.directory):
         print(path)
     return 0
+
+
+SHELLS = ("bash", "zsh")
+PATHS = ("DIR", "FILE", "PART", "STEM")  # metavars that stand for the name of a file or directory
+
+FILE = {"bash": "_ros_pose_stats_files", "zsh": "_files", "preamble": {"bash": """\
+# Names of files, also those begun with an escaped space.
+_ros_pose_stats_files() {
+    compgen -f -- "$1"
+}"""}}
+
+ROS = {"bash": "_ros_pose_stats_ros_words", "zsh": "_files", "preamble": {"bash": """\
+# What goes behind --ros-args.
+_ros_pose_stats_ros_words() {
+    compgen -W "-p -r --params-file" -- "${COMP_WORDS[COMP_CWORD]}"
+    compgen -f -- "${COMP_WORDS[COMP_CWORD]}"
+}"""}}
+
+
+def register_completion(commands: given.Commands, top: argparse.ArgumentParser) -> None:
+    """Add the command, which reads all parsers below `top` when it runs."""
+    command = commands.add_parser(
+        "completion", help="print a script that completes commands and options on Tab",
+        description="Print a script for the shell that completes commands, options, their "
+        "choices and file names when Tab is pressed: add the line "
+        "`eval \"$(ros_pose_stats completion bash)\"` to `~/.bashrc`, or the same with `zsh` to "
+        "`~/.zshrc` behind `compinit`.",
+        examples=("ros_pose_stats completion bash",))
+    command.add_argument("shell", choices=SHELLS, help="the shell: bash or zsh")
+    command.set_defaults(run=partial(print_completion, top))
+
+
+def print_completion(top: argparse.ArgumentParser, options: argparse.Namespace) -> int:
+    """Print the script."""
+    import shtab  # which no other command wants
+
+    _mark_files(top)
+    print(shtab.complete(top, options.shell))
+    return 0
+
+
+def _mark_files(parser: argparse.ArgumentParser) -> None:
+    """Say of the arguments of a parser and those below it which are names of files."""
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for command in action.choices.values():
+                _mark_files(command)
+        elif action.metavar in PATHS:
+            action.complete = FILE  # type: ignore[attr-defined]
+    if parser.get_default("takes_ros_arguments"):
+        behind = parser.add_argument("--ros-args", nargs=argparse.REMAINDER,
+                                     help="arguments for ROS follow")
+        behind.complete = ROS  # type: ignore[attr-defined]

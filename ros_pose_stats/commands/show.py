@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from . import arguments as given, running
 
 if TYPE_CHECKING:
-    from ..plots.files import Picture
+    from ..plots.figures import Picture
     from ..records import Part, PoseStatistics, Trajectory
     from ..resting.splitting_graph import SplittingNode
     from ..simulation.frames import DropFrames
@@ -71,9 +71,9 @@ def run(options: argparse.Namespace) -> int:
         bar.draw(1.0, "pictures")
         write_file(page, report_page(findings, commands_to_reproduce(options, found)).encode())
         if figure is not None:
-            from ..plots import files, shares
+            from ..plots import figures, shares
 
-            write_file(figure, files.png_bytes(shares.key_picture(
+            write_file(figure, figures.png_bytes(shares.key_picture(
                 part, (found, findings.best_estimate), findings.graph)))
     print(f"{part.part_id}: {found.scene}\n{page}: {page.stat().st_size / 1e6:.2f} MB, "
           f"{several(len(found.poses), 'pose')}, {found.drops} drops")
@@ -125,7 +125,7 @@ def animate(options: argparse.Namespace) -> int:
         from ..simulation.request import drop_request
 
         if file.suffix.lower() == ".mp4":
-            from ..plots.files import ffmpeg
+            from ..plots.figures import ffmpeg
 
             ffmpeg()
         part = given.load_named_part(options)
@@ -149,12 +149,12 @@ def _write(file: Path, part: Part, found: Trajectory, frames: DropFrames,
         if file.suffix.lower() == ".mcap":
             _film(folder / file.name, part, found, frames, root)
             return
-        from ..plots import files, trajectory
+        from ..plots import figures, trajectory
         from ..simulation.frames import RATE
 
         pictures = _watched(trajectory.animation_frames(part, found, frames, root),
                             len(frames.times))
-        (files.write_mp4 if file.suffix.lower() == ".mp4" else files.write_gif)(
+        (figures.write_mp4 if file.suffix.lower() == ".mp4" else figures.write_gif)(
             folder / file.name, pictures, RATE)
 
     write_whole(file.parent, write)

@@ -12,7 +12,7 @@ from ..mesh.decimation import visible_triangles
 from ..records import Array, Index
 from ..resting.convex_body import ConvexBody
 from ..text import name_poses
-from . import rendering, style
+from . import figures, rendering
 
 ADD, TAKE = np.array([0.0, 0.45, 0.70]), np.array([0.84, 0.37, 0.0])
 PLAIN = np.array([0.86, 0.86, 0.86])
@@ -37,7 +37,7 @@ def changes_figure(found: Sensitivity) -> Figure:
     The stronger the colour, the more a step gains; effects within their error are grey. The arrow
     leads the centre of mass to where it is better.
     """
-    figure = style.new_figure(9.0, 5.6)
+    figure = figures.new_figure(9.0, 5.6)
     space, colors = found.space, _face_colors(found)
     triangles = visible_triangles(space.part) - space.part.center_of_mass
     body = space.body
@@ -48,17 +48,17 @@ def changes_figure(found: Sensitivity) -> Figure:
         axes.imshow(rendering.rendered(triangles * turned, view, shades),
                     interpolation="antialiased")
         axes.set_axis_off()
-        axes.set_title(title, fontsize=10, color=style.REFERENCE)
+        axes.set_title(title, fontsize=10, color=figures.REFERENCE)
         _draw_arrow(axes, view, _gradient(found) * turned, body.radius)
     figure.suptitle(
         f"{space.part.part_id}: wanted {name_poses(found.wanted)}, "
-        f"{100.0 * found.share:.1f} % by {found.method}", fontsize=12, color=style.INK)
+        f"{100.0 * found.share:.1f} % by {found.method}", fontsize=12, color=figures.INK)
     figure.legend(handles=[Patch(color=tuple(ADD), label="add here"),
                            Patch(color=tuple(TAKE), label="take away here")],
                   loc="lower left", bbox_to_anchor=(0.02, 0.02), frameon=False, fontsize=10)
-    figure.text(0.26, 0.025, SHADES, fontsize=8, color=style.REFERENCE)
+    figure.text(0.26, 0.025, SHADES, fontsize=8, color=figures.REFERENCE)
     figure.text(0.26, 0.165, "\n".join(_line(found, one) for one in found.best[:LISTED]),
-                fontsize=9, color=style.INK, va="top")
+                fontsize=9, color=figures.INK, va="top")
     return figure
 
 
@@ -115,6 +115,6 @@ def _draw_arrow(axes: Axes, view: rendering.View, direction: Array, radius: floa
     tip = 0.45 * radius * scale * np.array([direction @ right, -direction @ up])
     middle = 0.5 * np.array(view.pixels)
     axes.annotate("", (middle + tip).tolist(), middle.tolist(),
-                  arrowprops={"arrowstyle": "-|>", "color": style.INK, "linewidth": 2.0,
+                  arrowprops={"arrowstyle": "-|>", "color": figures.INK, "linewidth": 2.0,
                               "mutation_scale": 16})
-    axes.plot(*middle, "o", color=style.INK, markersize=4)
+    axes.plot(*middle, "o", color=figures.INK, markersize=4)

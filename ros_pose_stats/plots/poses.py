@@ -11,9 +11,8 @@ from ..mesh import decimation, vectors
 from ..records import Array, Part, PoseStatistics, StablePose
 from ..statistics.pose_groups import pose_groups
 from ..text import name_poses, shortened
-from .files import Picture
+from .figures import INK, REFERENCE, Picture, in_digits, new_figure
 from .rendering import View, rendered, view_axes
-from .style import INK, REFERENCE, in_digits, new_figure
 
 COLUMNS = 4
 MOST = 8  # most poses that are drawn, the most probable ones

@@ -14,8 +14,8 @@ from ..resting.splitting_graph import SplittingNode, with_shares
 from ..statistics.feeding import Bounded
 from ..statistics.pose_groups import pose_groups
 from ..text import name_poses, shortened
-from . import files, poses, splitting
-from .style import BLUE, INK, REFERENCE, in_digits, new_figure, open_axes
+from . import poses, splitting
+from .figures import BLUE, INK, RASTER, REFERENCE, Picture, in_digits, new_figure, open_axes
 
 MOST = 8  # most poses with a bar, the most probable ones
 BAR = 0.36  # thickness of a bar, as a fraction of the distance of two poses
@@ -76,7 +76,7 @@ LEAST = 4.2  # least width, and height, of the bars, inches
 TITLE = 0.34  # height of a title, inches
 
 
-def key_picture(part: Part, found: Sequence[PoseStatistics], root: SplittingNode) -> files.Picture:
+def key_picture(part: Part, found: Sequence[PoseStatistics], root: SplittingNode) -> Picture:
     """Draw a part's poses, their probabilities and the splitting graph as one picture.
 
     `found`: by one or two methods; the first is that of the pictures and the graph.
@@ -95,34 +95,34 @@ def key_picture(part: Part, found: Sequence[PoseStatistics], root: SplittingNode
     return _stacked([_pixels(above), _side_by_side(below)])
 
 
-def _titled(words: str, figure: Figure) -> files.Picture:
+def _titled(words: str, figure: Figure) -> Picture:
     """A figure under a title."""
     title = Figure(figsize=(float(figure.get_figwidth()), TITLE))
     title.text(0.5, 0.5, words, fontsize=10.5, color=INK, ha="center", va="center")
     return _stacked([_pixels(title), _pixels(figure)])
 
 
-def _pixels(figure: Figure) -> files.Picture:
+def _pixels(figure: Figure) -> Picture:
     """Pixels of a figure."""
-    figure.set_dpi(files.RASTER)
+    figure.set_dpi(RASTER)
     canvas = FigureCanvasAgg(figure)
     canvas.draw()  # type: ignore[no-untyped-call]
     shown = canvas.buffer_rgba()  # type: ignore[no-untyped-call]
     return np.asarray(shown)[:, :, :3].copy()
 
 
-def _stacked(pictures: Sequence[files.Picture]) -> files.Picture:
+def _stacked(pictures: Sequence[Picture]) -> Picture:
     """Join pictures one below the other, the narrower ones centred on white."""
     wide = max(one.shape[1] for one in pictures)
     return np.concatenate([_widened(one, wide) for one in pictures])
 
 
-def _side_by_side(pictures: Sequence[files.Picture]) -> files.Picture:
+def _side_by_side(pictures: Sequence[Picture]) -> Picture:
     turned = _stacked([one.transpose(1, 0, 2) for one in pictures])
     return np.ascontiguousarray(turned.transpose(1, 0, 2))
 
 
-def _widened(picture: files.Picture, wide: int) -> files.Picture:
+def _widened(picture: Picture, wide: int) -> Picture:
     spare = wide - picture.shape[1]
     return np.pad(picture, ((0, 0), (spare // 2, spare - spare // 2), (0, 0)),
                   constant_values=255)

@@ -15,7 +15,7 @@ from matplotlib.patheffects import withStroke
 
 from ..records import Array, Index
 from ..resting import pose_sphere, splitting_graph
-from .style import INK, REFERENCE, in_digits, new_figure
+from .figures import INK, REFERENCE, in_digits, new_figure
 
 Function = Literal["r", "R"]
 

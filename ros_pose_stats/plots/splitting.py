@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from ..records import Array, StablePose
 from ..resting.splitting_graph import SAME_LEVEL, SplittingNode
-from .style import INK, REFERENCE, apart, in_digits, new_figure
+from .figures import INK, REFERENCE, apart, in_digits, new_figure
 
 NAMES = 4  # most poses of a component that are listed
 

@@ -14,9 +14,8 @@ from ..mesh import decimation, vectors
 from ..records import Array, Part, Trajectory
 from ..resting.splitting_graph import SplittingNode, levels_above, poses_within
 from ..simulation.frames import DropFrames
-from .files import Picture
+from .figures import INK, REFERENCE, Picture, apart, new_figure, open_axes
 from .rendering import View, rendered
-from .style import INK, REFERENCE, apart, new_figure, open_axes
 
 ENERGY, HEIGHT = "#0072B2", "#D55E00"
 EVENTS = (("impact", "|", "#222222"), ("stop", "s", "#009E73"), ("lift-off", "^", "#CC79A7"))

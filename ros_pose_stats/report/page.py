@@ -10,13 +10,12 @@ import numpy as np
 
 from ..design import comparison, describe
 from ..mesh.decimation import visible_triangles
-from ..plots import changes, files, poses, shares, sphere, splitting
+from ..plots import changes, figures, poses, shares, sphere, splitting
 from ..records import Array, Part, PoseStatistics, StablePose
 from ..statistics import feeding, pose_groups, pose_shares
 from ..text import ranges
 from . import words
 from .findings import Findings
-from .frame import ASSETS, template
 
 SCRIPTS = ("part_mesh", "view_direction", "view_webgl", "view_canvas", "viewer")
 """Each file uses functions of those before it."""
@@ -47,7 +46,7 @@ def viewer_data(part: Part, poses: Sequence[StablePose], radius: float) -> str:
 
 def viewer_script() -> str:
     """The script of the view, as one function that leaves no name behind."""
-    parts = "".join((ASSETS / f"{name}.js").read_text(encoding="utf-8") for name in SCRIPTS)
+    parts = "".join((words.ASSETS / f"{name}.js").read_text(encoding="utf-8") for name in SCRIPTS)
     return f'"use strict";\n(function () {{\n{parts}}}());'
 
 
@@ -77,7 +76,7 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
     first = [group.first for group in shown]
     pictures = poses.pose_pictures(part, first, found.radius)
     size = part.surface_vertices.max(axis=0) - part.surface_vertices.min(axis=0)
-    return template(
+    return words.template(
         "page.html", named=_named, numbered=_numbered, direction=_direction).render(
         **LIMITS, single_poses=pose_groups.single_poses, part=part, found=found,
         target=findings.target_error,
@@ -89,13 +88,13 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
         **{kind: [words.in_words(one) for one in getattr(findings, kind)]
            for kind in ("warnings", "cautions")},
         notes=[words.in_words(one) for one in found.notes],
-        cards=[(group, files.address("png", files.png_bytes(picture)))
+        cards=[(group, figures.address("png", figures.png_bytes(picture)))
                for group, picture in zip(shown, pictures, strict=True)],
         by_method=_by_method(findings, shown),
         feeders=_feeders(findings, groups[:MOST_FEEDERS]),
         kicks=_kicks(findings),
         graph=_graph(findings), changes=_changes(findings),
-        spheres={name: files.svg_address(sphere.sphere_figure(findings.sphere, name,
+        spheres={name: figures.svg_address(sphere.sphere_figure(findings.sphere, name,
                                                               findings.graph))
                  for name in ("R", "r")},
         view=viewer_data(part, first, found.radius), script=viewer_script())
@@ -106,7 +105,7 @@ def _kicks(findings: Findings) -> str | None:
     feeder, afresh = findings.feeder, findings.afresh
     if not findings.kicks or afresh is None or feeder.rate is None:
         return None
-    return files.svg_address(shares.kick_figure(
+    return figures.svg_address(shares.kick_figure(
         findings.part.part_id, feeder.rate, feeder.cycle_time, afresh.per_minute,
         [(kick.flips.kick_height, kick.feeding.per_minute) for kick in findings.kicks]))
 
@@ -137,9 +136,9 @@ def _graph(findings: Findings) -> dict[str, Any] | None:
     if root.level is None:
         return None
     return {"ends": sum(not branch.parts for branch in splitting.drawn_tree(root).walk()),
-            "splitting": files.svg_address(
+            "splitting": figures.svg_address(
                 splitting.splitting_figure(root, findings.simulated.poses)),
-            "reachable": files.svg_address(
+            "reachable": figures.svg_address(
                 sphere.reachable_figure(findings.sphere, root, sphere.telling_energies(root)))}
 
 
@@ -148,7 +147,7 @@ def _changes(findings: Findings) -> dict[str, Any] | None:
     found = findings.sensitivity
     if found is None:
         return None
-    return {"picture": files.address("png", files.figure_png(changes.changes_figure(found))),
+    return {"picture": figures.address("png", figures.figure_png(changes.changes_figure(found))),
             "found": found, "gain": describe.describe_gain(found),
             "rows": [(describe.name_step(found.space, one.number, one.step), one)
                      for one in found.best[:MOST_EFFECTS]],
@@ -180,7 +179,7 @@ def comparison_page(found: comparison.Comparison, commands: tuple[str, ...] = ()
     """The page of a comparison of at least one drop as HTML; `commands`: as of `report_page`."""
     named = [f"{describe.letter(place)} {one.part_id}" for place, one in enumerate(found.found)]
     sizes = [1e3 * np.ptp(part.surface_vertices, axis=0) for part in found.parts]
-    return template("comparison.html", points=_points, numbered=_pose_numbers).render(
+    return words.template("comparison.html", points=_points, numbered=_pose_numbers).render(
         MOST_ROWS=LIMITS["MOST_ROWS"], verdict=_verdict, found=found, named=named,
         first=found.found[0],
         sizes=[" × ".join(f"{x:.4g}" for x in size) for size in sizes],
@@ -204,8 +203,8 @@ def _section(found: comparison.Comparison, one: comparison.VariantComparison) ->
     return {"other": describe.letter(one.second), "comparison": one,
             "verdict": describe.describe_verdict(found, one),
             "matching": describe.describe_matching(one),
-            "cards": [(pose, [None if each is None else files.address("png", files.png_bytes(each))
-                             for each in pair])
+            "cards": [(pose, [None if each is None else
+                             figures.address("png", figures.png_bytes(each)) for each in pair])
                       for pose, pair in zip(shown, pictures, strict=True)]}
 
 

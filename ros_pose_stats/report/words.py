@@ -1,7 +1,14 @@
-"""Numbers and warnings in the words of the page."""
+"""What pages share: numbers and warnings in their words, their head and style, escaping."""
 
 import math
 import re
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
+
+from ..text import listed, several
 
 SPACE = "\N{NO-BREAK SPACE}"
 RANGE = "\N{EN DASH}"
@@ -116,3 +123,27 @@ def three_digits(value: float) -> str:
 def degrees(radians: float) -> str:
     """An angle with three digits."""
     return f"{math.degrees(radians):.3g}\N{DEGREE SIGN}"
+
+
+ASSETS = Path(__file__).parent / "assets"
+
+FILTERS: dict[str, Callable[..., str]] = {
+    "percent": percent, "millimetres": millimetres, "units": units,
+    "in_millimetres": in_millimetres, "degrees": degrees,
+    "three_digits": three_digits, "listed": listed, "begin": begin,
+    "several": several,
+    "times": lambda drops: three_digits(drops) if math.isfinite(drops) else "no bound",
+    "of_bar": lambda share: f"{0.0 if math.isnan(share) else 100.0 * share:.2f}"}
+
+
+@cache
+def template(name: str, folder: Path = ASSETS, **filters: Callable[..., str]) -> Template:
+    """A page of a folder, with filters of its own, in which all that is put in is escaped."""
+    loader = FileSystemLoader([ASSETS, folder])
+    known = Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True,
+                        undefined=StrictUndefined, keep_trailing_newline=True)
+    # Style or script of a file, as it is.
+    known.globals.update(asset=lambda file: loader.get_source(known, file)[0],
+                         between=between, several=several)
+    known.filters.update(FILTERS, is_finite=math.isfinite, **filters)
+    return known.get_template(name)

@@ -13,7 +13,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from numpy.typing import ArrayLike, NDArray
 
 from ros_pose_stats.errors import RequestError
-from ros_pose_stats.plots.style import BLUE, INK, REFERENCE, new_figure
+from ros_pose_stats.plots.figures import BLUE, INK, REFERENCE, new_figure
 
 Array = NDArray[np.float64]
 

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
 from ros_pose_stats.errors import RequestError
-from ros_pose_stats.plots.style import BLUE, INK, REFERENCE, new_figure, open_axes
+from ros_pose_stats.plots.figures import BLUE, INK, REFERENCE, new_figure, open_axes
 
 from .curves import LINES, merged
 

@@ -107,7 +107,7 @@ def _write_files(picture: Path | None, hull: Path | None, found: Sensitivity,
     written = []
     if picture is not None:
         from ...plots.changes import changes_figure
-        from ...plots.files import figure_png
+        from ...plots.figures import figure_png
 
         write_file(picture, figure_png(changes_figure(found)))
         written.append(picture)

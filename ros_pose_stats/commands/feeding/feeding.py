@@ -87,10 +87,10 @@ def run(options: argparse.Namespace) -> int:
     plan = plan_feeding(dropped, options.wanted, cell, flips) if flips else plan
     if picture is not None and flips:
         from ...files import write_file
-        from ...plots import files, shares
+        from ...plots import figures, shares
 
         without, *kicked = plan.options
-        write_file(picture, files.figure_png(shares.kick_figure(
+        write_file(picture, figures.figure_png(shares.kick_figure(
             part.part_id, cell.rate, cell.cycle_time, without.per_minute,
             [(kick.kick_height, kick.per_minute) for kick in kicked])))
     if options.json:
