@@ -11,8 +11,7 @@ import numpy as np
 from .. import errors
 from ..estimators import estimate_in
 from ..mesh import files, mass_properties, parts
-from ..planning.auto import auto
-from ..planning.confidence import estimate_bound, prior_of
+from ..planning import auto, confidence
 from ..plots.poses import pose_thumbnail
 from ..records import Array, Part, PoseStatistics, statistics
 from ..resting.poses import poses_in
@@ -87,7 +86,7 @@ def _described(name: str, content: bytes | errors.PoseStatsError | None, request
     target = request.target_error or (TARGET_OUTSIDE if outside else 0.0)
     if drop or not target:
         # From a seed of the part's own: equal parts have equal rows, in whatever order.
-        found = auto(part, target, None, scene.restitution, part.seed,
+        found = auto.auto(part, target, None, scene.restitution, part.seed,
                      scene.drop_height, workers=threads,
                      cluster_tolerance=scene.cluster_tolerance, round_sides=scene.round_sides)
     groups = pose_groups.pose_groups(found)
@@ -95,7 +94,7 @@ def _described(name: str, content: bytes | errors.PoseStatsError | None, request
            **_row(part, found, groups), "refusal": "",
            "poses": [_pose_row(group, pose) for group in groups for pose in group.poses]}
     return (_finite(row), pose_thumbnail(part, groups[0].first, found.radius),
-            bool(target) and not drop and estimate_bound(prior_of(
+            bool(target) and not drop and confidence.estimate_bound(confidence.prior_of(
                 found, poses_in(part, scene), scene)) > target)
 
 

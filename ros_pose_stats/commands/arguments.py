@@ -4,8 +4,6 @@ A count may be typed as 1e5, poses as 0,1 or 0 1 or 0-3, a length as 0.2, 200mm 
 is one line, and every help ends with an example.
 """
 
-from __future__ import annotations
-
 import argparse
 import re
 import sys
@@ -211,7 +209,7 @@ POSES_OF = ("--cluster-tolerance", "--round-sides")  # what counts as a pose, an
 SCENE = ("--restitution", "--drop-height")
 
 
-def add(command: CommandParser, *names: str, **changes: Any) -> None:
+def add(command: "CommandParser", *names: str, **changes: Any) -> None:
     """Add options that commands share; `changes`: what is different about them here."""
     for name in names:
         group = command.advanced if name in ADVANCED else command
@@ -219,7 +217,7 @@ def add(command: CommandParser, *names: str, **changes: Any) -> None:
         group.add_argument(*words, **{**OPTIONS[name], **changes})
 
 
-def add_part(command: CommandParser, *names: str) -> None:
+def add_part(command: "CommandParser", *names: str) -> None:
     """Add the part file and what is known about it, then others of the shared options."""
     add(command, "part", "--unit", "--com")
     heavy = command.advanced.add_mutually_exclusive_group()
@@ -253,7 +251,7 @@ def scene_keywords(options: argparse.Namespace) -> dict[str, Any]:
             for name in ("restitution", "drop_height", "cluster_tolerance", "round_sides")}
 
 
-def add_drop_options(command: CommandParser, drops: int | None) -> None:
+def add_drop_options(command: "CommandParser", drops: int | None) -> None:
     """Add the number of drops (None: no default), the target error, the seed and the threads."""
     shown = "10000 for hybrid, no bound for auto" if drops is None else drops
     add(command, "--drops", default=drops, help="number of drops, or the most where a target "
@@ -265,7 +263,7 @@ def add_drop_options(command: CommandParser, drops: int | None) -> None:
     add(command, "--seed", "--workers")
 
 
-def load_named_part(options: argparse.Namespace) -> Part:
+def load_named_part(options: argparse.Namespace) -> "Part":
     """Load the part that the options name."""
     from ..mesh.parts import load_part
 

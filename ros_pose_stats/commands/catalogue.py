@@ -1,7 +1,5 @@
 """`catalogue FOLDER|FILE... -o DIR`: all parts of a folder in one table and on one page."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 import time
@@ -12,7 +10,7 @@ from ..text import printable, several
 from . import arguments as given, running
 
 if TYPE_CHECKING:
-    from ..catalogue.making import Catalogue, CatalogueProgress, Maker
+    from ..catalogue.making import Catalogue, CatalogueProgress
 
 NAMED = 10  # refused parts that are named on the terminal
 
@@ -63,7 +61,11 @@ def run(options: argparse.Namespace) -> int:
 
         request = CatalogueRequest(given.scene_of(options), options.unit, options.density,
                                    options.target_error)
-        maker = _maker(options)
+        if options.scheduler is None:
+            maker = making.on_processes(options.workers)
+        else:
+            with running.needing("distributed"):
+                maker = making.on_cluster(options.scheduler)
         if options.parquet:
             with running.needing("pyarrow"):
                 tables.load_parquet()
@@ -80,7 +82,7 @@ def run(options: argparse.Namespace) -> int:
     return 0 if made.complete else running.INTERRUPTED
 
 
-def done(progress: CatalogueProgress) -> tuple[float, str]:
+def done(progress: "CatalogueProgress") -> tuple[float, str]:
     """How far the run is, as a share and as a text."""
     own = progress.parts - progress.found
     left = (progress.bound - progress.parts) * progress.seconds / own if own else float("nan")
@@ -89,16 +91,7 @@ def done(progress: CatalogueProgress) -> tuple[float, str]:
             f"{'sure' if progress.dropping else 'estimated'}, {running.duration(left)} left")
 
 
-def _maker(options: argparse.Namespace) -> Maker:
-    from ..catalogue import making
-
-    if options.scheduler is None:
-        return making.on_processes(options.workers)
-    with running.needing("distributed"):
-        return making.on_cluster(options.scheduler)
-
-
-def _print_json(made: Catalogue, seconds: float) -> None:
+def _print_json(made: "Catalogue", seconds: float) -> None:
     state = {} if made.complete else {"interrupted": True}
     running.print_json({
         "folder": str(made.folder), "page": str(made.page), "tables": list(map(str, made.tables)),
@@ -109,7 +102,7 @@ def _print_json(made: Catalogue, seconds: float) -> None:
         "parts": list(made.rows or ())})
 
 
-def _print_words(made: Catalogue, seconds: float) -> None:
+def _print_words(made: "Catalogue", seconds: float) -> None:
     counted = made.tally
     found = f", {made.found} of them found there" if made.found else ""
     print(printable(f"{made.page}: {several(made.done, 'part')}{found}, "

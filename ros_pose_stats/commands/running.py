@@ -5,8 +5,6 @@ when kernels are compiled; and a command checks that it can write its file befor
 anything.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import math
@@ -45,7 +43,7 @@ class ProgressBar:
         self._begin = time.monotonic()
         self._next = self._begin + FIRST_AFTER
 
-    def __enter__(self) -> ProgressBar:
+    def __enter__(self) -> "ProgressBar":
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
@@ -60,7 +58,7 @@ class ProgressBar:
         except (OSError, ValueError):
             return COLUMNS
 
-    def show(self, progress: DropProgress) -> None:
+    def show(self, progress: "DropProgress") -> None:
         """Draw the state of a simulation, at most ten times a second."""
         self.draw(*drops_done(progress))
 
@@ -82,7 +80,7 @@ class ProgressBar:
         self._drawn = len(line)
 
 
-def drops_done(progress: DropProgress) -> tuple[float, str]:
+def drops_done(progress: "DropProgress") -> tuple[float, str]:
     """Progress of a simulation, as a share and as a text."""
     share = progress.drops / progress.bound
     if progress.target_error > 0.0 and math.isfinite(progress.error_bound):
@@ -203,7 +201,7 @@ def print_json(values: Any, *, interrupted: bool = False) -> None:
     print()
 
 
-def load_part_and_kernels(options: argparse.Namespace) -> Part:
+def load_part_and_kernels(options: argparse.Namespace) -> "Part":
     """Load the part that the options name, and the kernels of all that follows."""
     with announce_slow_start(), end_on_interrupt():
         from .. import estimators  # noqa: F401 - imported for their kernels
@@ -215,7 +213,7 @@ def load_part_and_kernels(options: argparse.Namespace) -> Part:
     return part
 
 
-def run_and_report(part: Part, simulate: Callable[..., PoseStatistics], bound: int,
+def run_and_report(part: "Part", simulate: "Callable[..., PoseStatistics]", bound: int,
                    options: argparse.Namespace) -> int:
     """Run a simulation of `bound` drops under a bar and print its answer; the exit status."""
     with stop_on_interrupt() as interrupted, ProgressBar(sys.stderr) as bar:
@@ -232,7 +230,7 @@ def run_and_report(part: Part, simulate: Callable[..., PoseStatistics], bound: i
     return INTERRUPTED if stopped else 0
 
 
-def print_report(found: PoseStatistics, part: Part | None, each: bool,
+def print_report(found: "PoseStatistics", part: "Part | None", each: bool,
                  explain: bool = False) -> None:
     """Print a method's answer, each pose by itself or those that are alike together."""
     from ..records.tables import report

@@ -1,7 +1,5 @@
 """`report PART` and `animate PART`: all about a part's poses on a page, and one drop in motion."""
 
-from __future__ import annotations
-
 import argparse
 import shlex
 import sys
@@ -82,7 +80,7 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def commands_to_reproduce(options: argparse.Namespace, found: PoseStatistics) -> tuple[str, ...]:
+def commands_to_reproduce(options: argparse.Namespace, found: "PoseStatistics") -> tuple[str, ...]:
     """Commands that give the same page again, and the same counts as a table."""
     typed = vars(options)
     named = [Path(options.part).name, *given.typed_again(
@@ -121,8 +119,7 @@ def animate(options: argparse.Namespace) -> int:
     file = running.output_file(options.output, ENDINGS)
     with running.announce_slow_start(), running.end_on_interrupt():
         from ..resting import poses, splitting_graph
-        from ..simulation.frames import drop_frames, watchable_drop
-        from ..simulation.request import drop_request
+        from ..simulation import frames as film, request
 
         if file.suffix.lower() == ".mp4":
             from ..plots.figures import ffmpeg
@@ -130,10 +127,10 @@ def animate(options: argparse.Namespace) -> int:
             ffmpeg()
         part = given.load_named_part(options)
         scene = given.scene_of(options)
-        seed = drop_request(None, options.seed).seed
-        found = watchable_drop(part, scene, seed, options.drop)
+        seed = request.drop_request(None, options.seed).seed
+        found = film.watchable_drop(part, scene, seed, options.drop)
         resting = poses.poses_in(part, scene)
-        frames = drop_frames(part, found, resting)
+        frames = film.drop_frames(part, found, resting)
         _write(file, part, found, frames, splitting_graph.splitting_graph(resting))
     print(f"{part.part_id}: {found.scene}\n"
           f"drop {options.drop}, seed {seed}: {found.impacts} impacts, at rest in pose "
@@ -141,8 +138,8 @@ def animate(options: argparse.Namespace) -> int:
     return 0
 
 
-def _write(file: Path, part: Part, found: Trajectory, frames: DropFrames,
-           root: SplittingNode) -> None:
+def _write(file: Path, part: "Part", found: "Trajectory", frames: "DropFrames",
+           root: "SplittingNode") -> None:
     from ..files import write_whole
 
     def write(folder: Path) -> None:
@@ -160,7 +157,7 @@ def _write(file: Path, part: Part, found: Trajectory, frames: DropFrames,
     write_whole(file.parent, write)
 
 
-def _watched(pictures: Iterable[Picture], count: int) -> Iterator[Picture]:
+def _watched(pictures: "Iterable[Picture]", count: int) -> "Iterator[Picture]":
     """The same pictures, while a bar says how many there have been."""
     with running.ProgressBar(sys.stderr) as bar:
         for number, picture in enumerate(pictures):
@@ -168,8 +165,8 @@ def _watched(pictures: Iterable[Picture], count: int) -> Iterator[Picture]:
             yield picture
 
 
-def _film(file: Path, part: Part, found: Trajectory, frames: DropFrames,
-          root: SplittingNode) -> None:
+def _film(file: Path, part: "Part", found: "Trajectory", frames: "DropFrames",
+          root: "SplittingNode") -> None:
     from ..recording.writer.drop_film import write_film
     from ..resting.splitting_graph import levels_above, poses_within
 

@@ -7,8 +7,6 @@ that says less than it announces (cut off by a full disk, say) is refused; and t
 scene are set in place by their transforms and joined into one mesh.
 """
 
-from __future__ import annotations
-
 import io
 import os
 import re
@@ -54,7 +52,7 @@ class FileMesh(NamedTuple):
 
 
 def read_mesh(file: str | os.PathLike[str], unit: str | float | None = None, *,
-              unless_declared: bool = False) -> FileMesh:
+              unless_declared: bool = False) -> "FileMesh":
     """Vertices and triangles of a mesh file.
 
     `unit`: as for `metres_per_unit`; default: what the file declares (3MF, STEP), else metres;
@@ -69,7 +67,7 @@ def read_mesh(file: str | os.PathLike[str], unit: str | float | None = None, *,
 
 
 def parse_mesh(path: Path, content: bytes, unit: str | float | None = None, *,
-               unless_declared: bool = False) -> FileMesh:
+               unless_declared: bool = False) -> "FileMesh":
     """The same of what a file holds; `path`: for the format, and for messages."""
     asked = units.asked_unit(unit)
     suffix = path.suffix.lower()
@@ -131,7 +129,7 @@ def _tessellated(path: Path, data: bytes, unit: float
     return (vertices / unit).astype(np.float32).astype(np.float64), triangles
 
 
-def _parsed(path: Path, suffix: str, data: bytes) -> Scene:
+def _parsed(path: Path, suffix: str, data: bytes) -> "Scene":
     """Parse the file into a trimesh scene."""
     import trimesh  # takes as long to import as an estimate takes from start to end
 
@@ -170,7 +168,7 @@ def _joined(objects: Iterable[step.Placed]) -> tuple[NDArray[np.float64], NDArra
     return np.concatenate(vertices), np.concatenate(triangles)
 
 
-def _placed(scene: Scene) -> Iterator[step.Placed]:
+def _placed(scene: "Scene") -> Iterator[step.Placed]:
     """The meshes of a scene."""
     for node in scene.graph.nodes_geometry:
         mesh = scene.geometry[scene.graph[node][1]]
@@ -180,7 +178,7 @@ def _placed(scene: Scene) -> Iterator[step.Placed]:
                    _placement(scene, node))
 
 
-def _placement(scene: Scene, node: str) -> NDArray[np.float64]:
+def _placement(scene: "Scene", node: str) -> NDArray[np.float64]:
     """Matrix (4, 4) that puts a node in place, the product of those of its ancestors.
 
     They are multiplied here, because trimesh leaves the product, and its rounding, to BLAS.

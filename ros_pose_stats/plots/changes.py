@@ -6,8 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from ..design.describe import name_step
-from ..design.sensitivity import Effect, Sensitivity
+from ..design import describe, sensitivity
 from ..mesh.decimation import visible_triangles
 from ..records import Array, Index
 from ..resting.convex_body import ConvexBody
@@ -31,7 +30,7 @@ SHADES = ("the stronger the colour of a face, the more a step gains; grey: no ga
                  "the error")
 
 
-def changes_figure(found: Sensitivity) -> Figure:
+def changes_figure(found: sensitivity.Sensitivity) -> Figure:
     """Draw a part from two sides: blue faces are better moved out, orange ones moved in.
 
     The stronger the colour, the more a step gains; effects within their error are grey. The arrow
@@ -62,13 +61,14 @@ def changes_figure(found: Sensitivity) -> Figure:
     return figure
 
 
-def _line(found: Sensitivity, one: Effect) -> str:
-    text = f"{100.0 * one.change:+.1f} points: {name_step(found.space, one.number, one.step)}"
+def _line(found: sensitivity.Sensitivity, one: sensitivity.Effect) -> str:
+    step = describe.name_step(found.space, one.number, one.step)
+    text = f"{100.0 * one.change:+.1f} points: {step}"
     return text if one.check is None else (
         f"{text} (drops: {100.0 * one.check.low:+.1f} to {100.0 * one.check.high:+.1f})")
 
 
-def _face_colors(found: Sensitivity) -> Array:
+def _face_colors(found: sensitivity.Sensitivity) -> Array:
     """Colours (F + 1, 3) of the faces of the hull; the last is that of what lies on none."""
     space = found.space
     colors = np.tile(PLAIN, (space.body.faces + 1, 1))
@@ -97,7 +97,7 @@ def _faces_of(triangles: Array, body: ConvexBody) -> Index:
     return found
 
 
-def _gradient(found: Sensitivity) -> Array:
+def _gradient(found: sensitivity.Sensitivity) -> Array:
     """Direction (3,) in which the centre of mass is better moved; zero where none is clear."""
     slope = np.zeros(3)
     for one in found.best:

@@ -11,8 +11,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from ..records import Part, PoseStatistics
 from ..resting.splitting_graph import SplittingNode, with_shares
-from ..statistics.feeding import Bounded
-from ..statistics.pose_groups import pose_groups
+from ..statistics import feeding, pose_groups
 from ..text import name_poses, shortened
 from . import poses, splitting
 from .figures import BLUE, INK, RASTER, REFERENCE, Picture, in_digits, new_figure, open_axes
@@ -33,7 +32,7 @@ def shares_figure(found: Sequence[PoseStatistics], size: tuple[float, float] = (
     """
     figure = new_figure(*size, layout="constrained")
     axes = figure.add_subplot()
-    shown = [group.indices for group in pose_groups(found[0])[:MOST]]
+    shown = [group.indices for group in pose_groups.pose_groups(found[0])[:MOST]]
     for place, (one, style) in enumerate(zip(found, STYLES, strict=False)):
         _draw_bars(axes, one, shown, (place - 0.5 * (len(found) - 1)) * BAR, style)
     axes.set_yticks(range(len(shown)), [shortened(name_poses(some), 16) for some in shown],
@@ -55,7 +54,7 @@ def name_method(found: PoseStatistics) -> str:
 def _draw_bars(axes: Axes, found: PoseStatistics, shown: Sequence[tuple[int, ...]], aside: float,
                style: tuple[str, str]) -> None:
     color, hatch = style
-    groups = {group.indices: group for group in pose_groups(found)}
+    groups = {group.indices: group for group in pose_groups.pose_groups(found)}
     places = [place + aside for place in range(len(shown))]
     axes.barh(places, [100.0 * groups[indices].probability for indices in shown], height=0.9 * BAR,
               color=color, hatch=hatch, edgecolor="#4f7f9f" if hatch else color, linewidth=0.5,
@@ -133,8 +132,8 @@ TICKS = (1.0, 2.0, 5.0)
 ROOM = 1.1  # height of the axes over that of what is drawn, so that the best one's numbers fit in
 
 
-def kick_figure(part_id: str, rate: float, cycle_time: float, without: Bounded,
-                kicks: Sequence[tuple[float, Bounded]]) -> Figure:
+def kick_figure(part_id: str, rate: float, cycle_time: float, without: feeding.Bounded,
+                kicks: Sequence[tuple[float, feeding.Bounded]]) -> Figure:
     """Draw the parts a minute that a feeder gets over the kick height; the best is marked.
 
     `rate`: parts dropped a minute; `cycle_time`: seconds from kick to kick; `without`: what it

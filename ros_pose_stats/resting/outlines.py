@@ -1,7 +1,5 @@
 """True outlines of a part at rest: its shadow on the plate, and its section at a height."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
@@ -73,7 +71,7 @@ def outline_at(part: Part, pose: StablePose, height: float | None = None) -> tup
     return tuple(tuple(_rings(one, scale)) for one in found if not one.is_empty())
 
 
-def _solid(part: Part, points: Array) -> Manifold:
+def _solid(part: Part, points: Array) -> "Manifold":
     from manifold3d import Error, Manifold, Mesh64  # only outlines need it
 
     solid = Manifold(Mesh64(vert_properties=points,
@@ -84,7 +82,7 @@ def _solid(part: Part, points: Array) -> Manifold:
     return solid
 
 
-def _without_spurs(seen: CrossSection) -> CrossSection:
+def _without_spurs(seen: "CrossSection") -> "CrossSection":
     """The same without what has no width: walls that stand upright but for rounding leave that."""
     from manifold3d import JoinType
 
@@ -93,7 +91,7 @@ def _without_spurs(seen: CrossSection) -> CrossSection:
     return seen.simplify(tolerances.COPLANAR)
 
 
-def _rings(polygon: CrossSection, scale: float) -> Iterator[Array]:
+def _rings(polygon: "CrossSection", scale: float) -> Iterator[Array]:
     """Rings of one polygon in metres, its boundary first."""
     rings = [np.asarray(ring) for ring in polygon.to_polygons()]
     for ring in sorted(rings, key=_twice_area, reverse=True):

@@ -1,7 +1,5 @@
 """The request for a simulation, checked before anything runs, and who watches it."""
 
-from __future__ import annotations
-
 import os
 import secrets
 from collections.abc import Callable
@@ -46,12 +44,12 @@ class Watch(NamedTuple):
     on_progress: Callable[[DropProgress], object] | None = None
     should_stop: Callable[[], bool] = lambda: False  # asked now and then
     # given all drops that count, in their order
-    on_drops: Callable[[DropChunk], object] | None = None
+    on_drops: "Callable[[DropChunk], object] | None" = None
     background: bool = False  # whether workers give way to other threads of this machine
 
     @classmethod
     def of(cls, on_progress: Callable[[DropProgress], object] | None,
-           should_stop: Callable[[], bool] | None, *others: Any) -> Watch:
+           should_stop: Callable[[], bool] | None, *others: Any) -> "Watch":
         """From what a caller gives, or leaves out."""
         return cls(on_progress, should_stop or (lambda: False), *others)
 
@@ -60,7 +58,7 @@ ALONE = Watch()
 
 
 def drop_request(drops: int | None, seed: int | None, target_error: float = 0.0,
-                 workers: int | None = None, starts: ArrayLike | None = None) -> DropRequest:
+                 workers: int | None = None, starts: ArrayLike | None = None) -> "DropRequest":
     """Fill in defaults and check the values."""
     target = real_number("target_error", target_error)
     if not 0.0 <= target < 1.0:

@@ -1,7 +1,5 @@
 """`bag DIR...`: parts, jobs and counts of cameras in recorded bags, also as CSV files."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Iterator, Sequence
@@ -81,7 +79,7 @@ HEADS: dict[str, tuple[str, ...]] = {
 """Columns of each file. Probabilities, shares and errors are fractions."""
 
 
-def write_csv(found: BagAnalysis, folder: Path) -> list[Path]:
+def write_csv(found: "BagAnalysis", folder: Path) -> list[Path]:
     """Write all files, each at once under its name; return their paths."""
     folder.mkdir(parents=True, exist_ok=True)
     written = []
@@ -111,22 +109,22 @@ def _values(source: Any, names: str) -> list[Any]:
 ABOUT = "method restitution drop_height drops"
 
 
-def _name(part: PartAnalysis, history: ResultHistory) -> tuple[Any, ...]:
+def _name(part: "PartAnalysis", history: "ResultHistory") -> tuple[Any, ...]:
     return part.record.part_id, part.record.part_digest, *history.numbering
 
 
-def _histories(found: BagAnalysis) -> Iterator[tuple[ResultHistory, tuple[Any, ...]]]:
+def _histories(found: "BagAnalysis") -> "Iterator[tuple[ResultHistory, tuple[Any, ...]]]":
     """Yield every numbering of every part, with the first cells of its rows."""
     for part in found.parts:
         for history in part.record.histories:
             yield history, _name(part, history)
 
 
-def _files(found: BagAnalysis) -> Rows:
+def _files(found: "BagAnalysis") -> Rows:
     return (_values(file, "bag path state note messages") for file in found.contents.files)
 
 
-def _poses(found: BagAnalysis) -> Rows:
+def _poses(found: "BagAnalysis") -> Rows:
     for history, head in _histories(found):
         poses = history.poses
         shapes = _values(poses, "index group height top margin barrier spread")
@@ -136,7 +134,7 @@ def _poses(found: BagAnalysis) -> Rows:
                 yield *head, *_values(one, ABOUT), *row, number
 
 
-def _answers(found: BagAnalysis) -> Rows:
+def _answers(found: "BagAnalysis") -> Rows:
     for history, head in _histories(found):
         poses = history.poses.index.tolist()
         rows = _columns(*_values(
@@ -148,7 +146,7 @@ def _answers(found: BagAnalysis) -> Rows:
                 yield *head, _utc(time), *cells, scene, number, prediction, pose, probability
 
 
-def _jobs(found: BagAnalysis) -> Rows:
+def _jobs(found: "BagAnalysis") -> Rows:
     for part in found.parts:
         for job in part.record.jobs:
             yield (part.record.part_id, part.record.part_digest,
@@ -158,7 +156,7 @@ def _jobs(found: BagAnalysis) -> Rows:
                             "round_sides target_error max_seconds message"))
 
 
-def _counts(found: BagAnalysis) -> Rows:
+def _counts(found: "BagAnalysis") -> Rows:
     for one in (*(each for part in found.parts for each in part.counts), *found.strays):
         of = one.counts
         head = (of.part_id, of.part_digest, *of.numbering, of.plate, of.drop_height,
@@ -172,7 +170,7 @@ def _counts(found: BagAnalysis) -> Rows:
         yield *head, "unclassified", of.unclassified, of.unclassified_share, "", "", one.problem
 
 
-def _comparison(found: BagAnalysis) -> Rows:
+def _comparison(found: "BagAnalysis") -> Rows:
     for part in found.parts:
         compared = [("simulation", int(one.simulation.count.sum()), each, history)
                     for history, simulations in zip(part.record.histories, part.simulations,

@@ -1,7 +1,5 @@
 """`compare A B...`: variants of a part side by side, and whether they differ."""
 
-from __future__ import annotations
-
 import argparse
 import math
 import shlex
@@ -18,7 +16,6 @@ from .. import arguments as given, running
 if TYPE_CHECKING:
     from ...design.comparison import Comparison, VariantComparison
     from ...records import Part
-    from ...statistics.feeding import Bounded
 
 MOST_DROPS = 20_000
 
@@ -90,7 +87,7 @@ def run(options: argparse.Namespace) -> int:
     return running.INTERRUPTED if stopped else 0
 
 
-def load_variants(options: argparse.Namespace) -> list[Part]:
+def load_variants(options: argparse.Namespace) -> "list[Part]":
     """Load the parts that the options name."""
     from ...mesh.parts import load_part
 
@@ -122,7 +119,7 @@ def _name_apart(path: Path, others: Sequence[Path]) -> str:
     return f"./{path.with_suffix('')}"
 
 
-def command_to_reproduce(options: argparse.Namespace, found: Comparison) -> str:
+def command_to_reproduce(options: argparse.Namespace, found: "Comparison") -> str:
     """The command that gives the same answer again."""
     words = ["ros_pose_stats", "compare", *options.parts, "--unit", options.unit]
     for center in options.com:
@@ -135,7 +132,7 @@ def command_to_reproduce(options: argparse.Namespace, found: Comparison) -> str:
 MOST_ROWS = 40
 
 
-def comparison_table(found: Comparison) -> str:
+def comparison_table(found: "Comparison") -> str:
     """The verdicts, then all variants beside the first one, as text."""
     from ...design import describe
 
@@ -156,7 +153,7 @@ def comparison_table(found: Comparison) -> str:
                       f"computed in {found.seconds:.1f} s"])
 
 
-def _variant(one: VariantComparison) -> list[str]:
+def _variant(one: "VariantComparison") -> list[str]:
     from ...design import describe
 
     other = describe.letter(one.second)
@@ -202,7 +199,6 @@ def _numbers(poses: Sequence[int]) -> str:
     return ranges(poses) or "no partner"
 
 
-def _share(share: Bounded, poses: Sequence[int]) -> tuple[str, str]:
-    if not poses:
-        return "-", "-"
-    return percent(share.value), interval(share.low, share.high)
+def _share(share: tuple[float, float, float], poses: Sequence[int]) -> tuple[str, str]:
+    value, low, high = share
+    return (percent(value), interval(low, high)) if poses else ("-", "-")

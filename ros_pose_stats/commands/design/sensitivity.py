@@ -1,11 +1,9 @@
 """`sensitivity PART --wanted I...`: which change of a part feeds better, and by how much."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ...errors import RequestError
 from ...text import Column, columns, name_poses, several
@@ -14,8 +12,6 @@ from .. import arguments as given, running
 if TYPE_CHECKING:
     from ...design.sensitivity import Sensitivity
     from ...design.suggest import Suggestion
-    from ...statistics.feeding import Bounded
-    from ...statistics.paired_counts import PairedDifference
 
 
 def register(commands: given.Commands) -> None:
@@ -99,8 +95,8 @@ def run(options: argparse.Namespace) -> int:
     return running.INTERRUPTED if stopped else 0
 
 
-def _write_files(picture: Path | None, hull: Path | None, found: Sensitivity,
-                 proposed: Suggestion | None) -> list[Path]:
+def _write_files(picture: Path | None, hull: Path | None, found: "Sensitivity",
+                 proposed: "Suggestion | None") -> list[Path]:
     """Write what was asked for and is there; returns the files written."""
     from ...files import write_file
 
@@ -123,7 +119,7 @@ def _write_files(picture: Path | None, hull: Path | None, found: Sensitivity,
 MOST_ROWS = 30
 
 
-def sensitivity_table(found: Sensitivity) -> list[str]:
+def sensitivity_table(found: "Sensitivity") -> list[str]:
     """Lines: what gains most, the share as it is, and the steps that gain, with their checks."""
     from ...design import describe
 
@@ -158,7 +154,7 @@ def sensitivity_table(found: Sensitivity) -> list[str]:
             "effects with their errors", describe.JUDGED]
 
 
-def suggestion_table(found: Suggestion) -> list[str]:
+def suggestion_table(found: "Suggestion") -> list[str]:
     """Lines: the steps, and what they gain by estimate and by drops."""
     from ...design import describe
 
@@ -182,10 +178,9 @@ def _points(share: float) -> str:
     return f"{100.0 * share:+.1f}"
 
 
-def _interval(known: PairedDifference) -> str:
+def _interval(known: Any) -> str:
     return f"{_points(known.low)} to {_points(known.high)}"
 
 
-def _bounded(share: Bounded) -> str:
-    return (f"{100.0 * share.value:.1f} % [{100.0 * share.low:.1f} to "
-            f"{100.0 * share.high:.1f} %]")
+def _bounded(share: tuple[float, float, float]) -> str:
+    return "{:.1f} % [{:.1f} to {:.1f} %]".format(*(100.0 * each for each in share))

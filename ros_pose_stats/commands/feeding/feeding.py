@@ -1,7 +1,5 @@
 """`feeding PART`: what a vision feeder is to do with a part, and what it gets."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from pathlib import Path
@@ -61,30 +59,29 @@ def run(options: argparse.Namespace) -> int:
     picture = None if options.png is None else running.output_file(options.png, (".png",))
     part = running.load_part_and_kernels(options)
     from ...planning.auto import estimate
-    from ...simulation.flips import flips_by_kick, usual_kicks
-    from ...simulation.request import Watch, drop_request
-    from ...statistics.counted_flips import learn_flips
-    from ...statistics.feeding_plan import FeederCell, plan_feeding
-    from ...statistics.pose_groups import warn_of_alike
+    from ...simulation import flips as kicking, request as requests
+    from ...statistics import counted_flips, feeding_plan, pose_groups
 
-    cell = FeederCell(options.rate, tuple(options.plate), options.clearance, options.cycle_time,
-                      options.pick_time, options.camera_time, options.drop_time)
+    cell = feeding_plan.FeederCell(
+        options.rate, tuple(options.plate), options.clearance, options.cycle_time,
+        options.pick_time, options.camera_time, options.drop_time)
     dropped = estimate(part, **given.scene_keywords(options))
-    plan = plan_feeding(dropped, options.wanted, cell)  # what is refused is refused at once
+    # What is refused is refused at once.
+    plan = feeding_plan.plan_feeding(dropped, options.wanted, cell)
     counted = {} if options.counts is None else read_flips(Path(options.counts),
                                                            len(dropped.poses))
-    warnings = [*dropped.warnings, *warn_of_alike(dropped, options.wanted)]
-    kicks = usual_kicks(dropped.radius) if options.kicks is None else options.kicks
+    warnings = [*dropped.warnings, *pose_groups.warn_of_alike(dropped, options.wanted)]
+    kicks = kicking.usual_kicks(dropped.radius) if options.kicks is None else options.kicks
     each = max(1, FLIPS // len(dropped.poses)) if options.flips is None else options.flips
-    request = drop_request(each, options.seed, 0.0, options.workers)
+    request = requests.drop_request(each, options.seed, 0.0, options.workers)
     with running.stop_on_interrupt() as interrupted, running.ProgressBar(sys.stderr) as bar:
-        flips = flips_by_kick(
-            part, given.scene_of(options), kicks, request, Watch.of(None, interrupted),
+        flips = kicking.flips_by_kick(
+            part, given.scene_of(options), kicks, request, requests.Watch.of(None, interrupted),
             lambda done, total: bar.draw(done / total, f"kick {done + 1} of {total}"))
     stopped = interrupted()
     if counted and flips and not stopped:
-        flips = [learn_flips(flips, each, speed) for speed, each in counted.items()]
-    plan = plan_feeding(dropped, options.wanted, cell, flips) if flips else plan
+        flips = [counted_flips.learn_flips(flips, each, speed) for speed, each in counted.items()]
+    plan = feeding_plan.plan_feeding(dropped, options.wanted, cell, flips) if flips else plan
     if picture is not None and flips:
         from ...files import write_file
         from ...plots import figures, shares
@@ -108,7 +105,7 @@ def run(options: argparse.Namespace) -> int:
     return running.INTERRUPTED if stopped else 0
 
 
-def _lines(dropped: PoseStatistics, plan: FeedingPlan, cell: FeederCell, seed: int,
+def _lines(dropped: "PoseStatistics", plan: "FeedingPlan", cell: "FeederCell", seed: int,
            warnings: list[str]) -> list[str]:
     """The plan for people."""
     poses = {action: [index for index, each in enumerate(plan.actions) if each == action]

@@ -1,7 +1,5 @@
 """`fit COUNTS...`: the restitution and drop height that stand for a plate, from what it did."""
 
-from __future__ import annotations
-
 import argparse
 import math
 import sys
@@ -83,7 +81,7 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _read_counts(options: argparse.Namespace) -> tuple[list[CountedPart], list[str]]:
+def _read_counts(options: argparse.Namespace) -> "tuple[list[CountedPart], list[str]]":
     from ...mesh.parts import load_part
     from ...plates import count_part, read_count_rows
 
@@ -100,7 +98,7 @@ def _read_counts(options: argparse.Namespace) -> tuple[list[CountedPart], list[s
     return [*counted, *recorded], notes
 
 
-def _lines(profile: PlateProfile, found: PlateFit) -> list[str]:
+def _lines(profile: "PlateProfile", found: "PlateFit") -> list[str]:
     heads = [Column("part", left=True), Column("counted"), Column("error", "points"),
              Column("if left out", "points")]
     rows = [[part.part_id, str(part.counted), percent(part.error), percent(part.left_out_error)]
@@ -121,7 +119,7 @@ def _lines(profile: PlateProfile, found: PlateFit) -> list[str]:
             "error: of the part's shares in this scene, and in the one that the others ask for"]
 
 
-def _evidence(part: PartEvidence) -> dict[str, Any]:
+def _evidence(part: "PartEvidence") -> dict[str, Any]:
     return {"part_id": part.part_id, "part_digest": part.part_digest, "counted": part.counted,
             "groups": [{"poses": list(poses), "observed": observed, "expected": expected}
                        for poses, observed, expected in zip(
@@ -132,7 +130,7 @@ def _evidence(part: PartEvidence) -> dict[str, Any]:
 
 def counts_on_plate(paths: Sequence[Path], plate: str,
                     on_progress: Callable[[int, int], None] | None = None
-                    ) -> tuple[list[CountedPart], list[str]]:
+                    ) -> "tuple[list[CountedPart], list[str]]":
     """Counts of a plate with their parts from the same bags, and what could not be used.
 
     Counts that name no plate are taken too, as those of the only plate there was.
@@ -157,8 +155,8 @@ def counts_on_plate(paths: Sequence[Path], plate: str,
     return counted, notes
 
 
-def _parts_of(wanted: Iterable[CameraCounts],
-              meshes: Iterable[PartMeshRecord]) -> dict[str, Part]:
+def _parts_of(wanted: "Iterable[CameraCounts]",
+              meshes: "Iterable[PartMeshRecord]") -> "dict[str, Part]":
     """Parts by digest, of all meshes in the bags until those counted are there."""
     missing = {one.part_digest for one in wanted}
     found: dict[str, Part] = {}
@@ -172,7 +170,7 @@ def _parts_of(wanted: Iterable[CameraCounts],
     return found
 
 
-def _built(mesh: PartMeshRecord) -> Part | None:
+def _built(mesh: "PartMeshRecord") -> "Part | None":
     from ...mesh.parts import part_from_mesh
 
     weighed = mesh.mass != 0.0
@@ -186,7 +184,7 @@ def _built(mesh: PartMeshRecord) -> Part | None:
         return None  # one that the node refused too; a part without a mesh is named by its counts
 
 
-def _join(one: CameraCounts, parts: dict[str, Part]) -> CountedPart | str:
+def _join(one: "CameraCounts", parts: "dict[str, Part]") -> "CountedPart | str":
     """The counts with their part, or why they cannot be used."""
     from ...plates import count_part
 

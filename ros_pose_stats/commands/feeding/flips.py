@@ -1,7 +1,5 @@
 """`flips PART`: where a kicked part comes to rest, and what kicking gains a feeder."""
 
-from __future__ import annotations
-
 import argparse
 import math
 import sys
@@ -52,7 +50,7 @@ def add_counts_option(command: argparse._ActionsContainer) -> None:
                          "with the columns speed (its name), from and to (index of a pose), count")
 
 
-def read_flips(file: Path, poses: int) -> dict[str, Index]:
+def read_flips(file: Path, poses: int) -> "dict[str, Index]":
     """Flips (K, K) from pose to pose by the feeder's speed."""
     import numpy as np
 
@@ -72,23 +70,21 @@ def run(options: argparse.Namespace) -> int:
     """Kick, drop where poses are wanted, and print."""
     part = running.load_part_and_kernels(options)
     from ...resting.poses import poses_in
-    from ...simulation import flips, simulate
-    from ...simulation.request import Watch, drop_request
-    from ...statistics.counted_flips import learn_flips
-    from ...statistics.pose_groups import warn_of_alike
+    from ...simulation import flips, request as requests, simulate
+    from ...statistics import counted_flips, pose_groups
 
     scene, fresh = given.scene_of(options), None
     resting = poses_in(part, scene)
     counted = {} if options.counts is None else read_flips(Path(options.counts),
                                                            len(resting.poses))
-    request = drop_request(options.flips, options.seed, 0.0, options.workers)
+    request = requests.drop_request(options.flips, options.seed, 0.0, options.workers)
     with running.stop_on_interrupt() as interrupted, running.ProgressBar(sys.stderr) as bar:
-        watch = Watch.of(None, interrupted)
+        watch = requests.Watch.of(None, interrupted)
         if counted:
             kicks = flips.flips_by_kick(
                 part, scene, flips.usual_kicks(resting.body.radius), request, watch,
                 lambda done, total: bar.draw(done / total, f"kick {done + 1} of {total}"))
-            found = [] if interrupted() else [learn_flips(kicks, each, speed)
+            found = [] if interrupted() else [counted_flips.learn_flips(kicks, each, speed)
                                               for speed, each in counted.items()]
         else:
             found = [flips.count_flips(
@@ -104,7 +100,7 @@ def run(options: argparse.Namespace) -> int:
         ways = {} if fresh is None or stopped else _feedings(options, each, fresh)
         if fresh is not None:
             each = replace(each, warnings=(*each.warnings,
-                                           *warn_of_alike(fresh, options.wanted)))
+                                           *pose_groups.warn_of_alike(fresh, options.wanted)))
         feeding = {name: write_feeding(way) for name, way in ways.items()}
         plain.append({**each.as_dict(), **({"feeding": feeding} if ways else {})})
         lines += [*([""] if lines else []), *_table(part, each, ways)]
@@ -117,19 +113,18 @@ def run(options: argparse.Namespace) -> int:
     return running.INTERRUPTED if stopped else 0
 
 
-def _feedings(options: argparse.Namespace, found: FlipStatistics,
-              fresh: PoseStatistics) -> dict[str, Feeding]:
+def _feedings(options: argparse.Namespace, found: "FlipStatistics",
+              fresh: "PoseStatistics") -> "dict[str, Feeding]":
     """What a feeder gets, both ways."""
-    from ...statistics.feeding import drop_afresh, flip_wrong_ones
-    from ...statistics.pose_shares import pose_shares
+    from ...statistics import feeding, pose_shares
 
-    dropped = pose_shares(fresh)
-    return {"dropped_again": drop_afresh(dropped, options.wanted, options.rate),
-            "kicked": flip_wrong_ones(dropped, found.counts, options.wanted, options.rate,
-                                      options.cycle_time)}
+    dropped = pose_shares.pose_shares(fresh)
+    return {"dropped_again": feeding.drop_afresh(dropped, options.wanted, options.rate),
+            "kicked": feeding.flip_wrong_ones(dropped, found.counts, options.wanted,
+                                              options.rate, options.cycle_time)}
 
 
-def _table(part: Part, found: FlipStatistics, ways: dict[str, Feeding]) -> list[str]:
+def _table(part: "Part", found: "FlipStatistics", ways: "dict[str, Feeding]") -> list[str]:
     heads = [Column("out of"), *(Column(f"{pose.index}") for pose in found.poses), Column("error")]
     rows = [[str(i), *(percent(share) for share in row), percent(float(max(errors)))]
             for i, (row, errors) in enumerate(zip(found.transition.tolist(),
@@ -154,7 +149,7 @@ def _table(part: Part, found: FlipStatistics, ways: dict[str, Feeding]) -> list[
     return [*lines, *remarks(found.warnings, found.notes)]
 
 
-def write_feeding(found: Feeding) -> dict[str, dict[str, float | None]]:
+def write_feeding(found: "Feeding") -> dict[str, dict[str, float | None]]:
     """What a feeder gets as plain values; null stands for what is not known or has no bound."""
     return {key: {name: number if math.isfinite(number) else None
                   for name, number in one._asdict().items()}
