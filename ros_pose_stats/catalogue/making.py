@@ -10,8 +10,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from ..batch import processes, worker
-from ..batch.folder import WorkFolder
+from ..batch import folder as folders, processes, worker
 from ..errors import BatchError, PoseStatsError, RequestError, reason
 from ..files import remove_unfinished
 from .page import CHUNKS, PAGE, PageState, write_page
@@ -74,7 +73,7 @@ def make_catalogue(folder: Path, parts: Sequence[PartFile], request: CatalogueRe
     `keep_rows`: whether to return the rows; hundreds of thousands fill the memory.
     """
     ours = (ROWS, PAGE, *TABLES)
-    with (WorkFolder(folder, CLAIM, request.as_dict(),
+    with (folders.WorkFolder(folder, CLAIM, request.as_dict(),
                      lambda: any((folder / name).exists() for name in ours), "a catalogue"),
           closing(RowStore(folder)) as store):
         for place in (folder, folder / CHUNKS):

@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
 from .. import errors, text
-from ..mesh import mass_properties
-from ..mesh.files import SUFFIXES
+from ..mesh import files as meshes, mass_properties
 from ..records import DropScene
 from ..simulation.request import drop_request
 
@@ -55,7 +54,7 @@ def find_parts(paths: Sequence[str | os.PathLike[str]]) -> list[PartFile]:
     """
     names = {_no_formula(str(name)) for path in paths for name in _files_of(Path(path))}
     if not names:
-        raise errors.RequestError(f"files of parts ({', '.join(SUFFIXES)})",
+        raise errors.RequestError(f"files of parts ({', '.join(meshes.SUFFIXES)})",
                                   f"none in {', '.join(map(str, paths))}",
                                   "name a folder that holds some, or the files themselves")
     return [_looked_at(name) for name in sorted(names)]
@@ -74,7 +73,7 @@ def _files_of(path: Path) -> Iterator[Path]:
         return
     for folder, files in _folders(path):
         for name in files:
-            if not name.startswith(".") and name.lower().endswith(SUFFIXES):
+            if not name.startswith(".") and name.lower().endswith(meshes.SUFFIXES):
                 yield Path(folder, name)
 
 

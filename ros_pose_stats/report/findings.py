@@ -11,9 +11,7 @@ from ..estimators import best_method, estimate_all
 from ..kernels.compilation import prepare_kernels
 from ..planning import confidence, hybrid
 from ..records import DropScene, FlipStatistics, Part, PoseStatistics, scene as scenes
-from ..resting.pose_sphere import PoseSphere, pose_sphere
-from ..resting.poses import resting_poses
-from ..resting.splitting_graph import SplittingNode, splitting_graph, with_shares
+from ..resting import pose_sphere as spheres, poses, splitting_graph as graphs
 from ..simulation import flips, request, simulate
 from ..statistics import feeding, pose_groups, pose_shares
 from ..text import code_of
@@ -69,8 +67,8 @@ class Findings:
     simulated: PoseStatistics  # counted from drops
     hybrid: PoseStatistics  # the same drops and an estimate, combined
     estimates: tuple[PoseStatistics, ...]  # by every estimator, in the registry's order
-    graph: SplittingNode  # splitting graph with the shares of the simulated drops
-    sphere: PoseSphere
+    graph: graphs.SplittingNode  # splitting graph with the shares of the simulated drops
+    sphere: spheres.PoseSphere
     feeder: Feeder  # what was asked; without wanted poses there is no feeder
     afresh: feeding.Feeding | None  # what it gets if parts that lie wrong are dropped again
     # what it gets by kicking them, from several heights, with that of the feeder among them
@@ -117,7 +115,7 @@ def investigate(part: Part, *, drops: int | None = None, seed: int | None = None
     `drops`: default: as many as bring the error over the poses within a point, at most 10 000;
     `on_progress`: takes the share done, 0 to 1, and what is done.
     """
-    resting = resting_poses(part, cluster_tolerance, round_sides)
+    resting = poses.resting_poses(part, cluster_tolerance, round_sides)
     asked = Feeder(()) if feeder is None else feeder
     asked.check(len(resting.poses))
     prepare_kernels()
@@ -146,9 +144,9 @@ def investigate(part: Part, *, drops: int | None = None, seed: int | None = None
                     on_kick=lambda place, count: on_progress(place / count, "flips")))
     estimates = estimate_all(part, **keywords)
     combined = hybrid.hybrid_statistics(simulated, confidence.pose_prior(resting, scene))
-    graph = with_shares(splitting_graph(resting), simulated.poses)
+    graph = graphs.with_shares(graphs.splitting_graph(resting), simulated.poses)
     if asked.changes:
         changes = sensitivity(part, asked.wanted, seed=simulated.seed, workers=workers,
                               on_progress=lambda share: on_progress(share, "changes"), **keywords)
-    return Findings(part, simulated, combined, tuple(estimates), graph, pose_sphere(resting),
-                    asked, afresh, kicks, target, changes)
+    return Findings(part, simulated, combined, tuple(estimates), graph,
+                    spheres.pose_sphere(resting), asked, afresh, kicks, target, changes)

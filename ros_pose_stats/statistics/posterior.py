@@ -7,8 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import betainc, gammainc
 
-from ..records import Array, Index
-from ..records.statistics import Shares
+from ..records import Array, Index, statistics
 from .errors import DEFAULT_LEVEL, largest_error
 
 HALVINGS = 16  # of the logarithm of the bound, from a factor of `FARTHEST` each way
@@ -120,9 +119,9 @@ class Posterior:
         """Root mean square over the poses of their standard errors, as a fraction."""
         return math.sqrt(self._error.expected)
 
-    def shares(self, counts: Index) -> Shares:
+    def shares(self, counts: Index) -> statistics.Shares:
         """The probabilities with their errors, beside what was counted (P,)."""
-        return Shares(self.probability, *self.interval(), self.standard_error, counts,
+        return statistics.Shares(self.probability, *self.interval(), self.standard_error, counts,
                       self.expected_error, self.largest_error())
 
     def error_quantile(self, level: float = DEFAULT_LEVEL) -> float:

@@ -11,8 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..records import Index
-from ..records.statistics import Shares
+from ..records import Index, statistics
 from . import errors
 
 FIRST_CHECKPOINT = 100  # drops before the first look; fewer say little about their own error
@@ -163,12 +162,13 @@ class Prefix:
             return self.judged()
         return self._judged[1]
 
-    def shares(self) -> Shares:
+    def shares(self) -> statistics.Shares:
         """Shares of the settled drops with their errors; NaN as long as nothing has settled."""
         settled, counts = self.settled, self.counts
         deviations = errors.standard_errors(counts, settled)
         low, high = ((np.ones(1), np.ones(1)) if counts.size == 1 and settled
                      else errors.jeffreys_interval(counts, settled))
         share = counts / settled if settled else np.full(deviations.shape, math.nan)
-        return Shares(share, low, high, deviations, counts, errors.root_mean_square(deviations),
-                      errors.largest_error(deviations, errors.DEFAULT_LEVEL))
+        return statistics.Shares(share, low, high, deviations, counts,
+                                 errors.root_mean_square(deviations),
+                                 errors.largest_error(deviations, errors.DEFAULT_LEVEL))

@@ -52,25 +52,23 @@ def run(options: argparse.Namespace) -> int:
     with running.announce_slow_start(), running.end_on_interrupt():
         from ...files import refuse_unwritable
         from ...kernels.compilation import prepare_kernels
-        from ...plates import fit_plate, profile_of, refuse_name, write_profile
-        from ...plates.fit import MOST_PARTS
-        from ...plates.profile import refuse_foreign
+        from ...plates import fit, profile as profiles
 
         file = Path(options.plates)
-        refuse_name(options.plate)
+        profiles.refuse_name(options.plate)
         refuse_unwritable(file.parent)
-        refuse_foreign(file)
+        profiles.refuse_foreign(file)
         counted, notes = _read_counts(options)
         prepare_kernels()
-        found = fit_plate(counted)
+        found = fit.fit_plate(counted)
     fitted = {part.part_digest for part in found.parts}
     if beside := {one.part.part_id: None for one in counted if one.part.digest not in fitted}:
-        notes.append(f"not in the fit: {listed(list(beside))}; it takes the {MOST_PARTS} parts "
-                     "counted most of those that can lie in two ways")
+        notes.append(f"not in the fit: {listed(list(beside))}; it takes the {fit.MOST_PARTS} "
+                     "parts counted most of those that can lie in two ways")
     for note in notes:
         print(f"ros_pose_stats: {note}", file=sys.stderr)
-    profile = profile_of(options.plate, found)
-    write_profile(file, profile)
+    profile = profiles.profile_of(options.plate, found)
+    profiles.write_profile(file, profile)
     if options.json:
         running.print_json({
             "plate": profile.name, **profile.as_dict(), "file": str(file),

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ...records import Index
-from ...records.scene import Numbering
+from ...records import Index, scene as scenes
 from .decoding import fingerprint, numbering_of
 
 MOST = 1 << 48  # parts that no camera counts; a number beyond it is damage
@@ -24,7 +23,7 @@ class CameraCounts:
 
     part_id: str  # the digest is empty where the camera did not know it
     part_digest: str
-    numbering: Numbering  # by which the camera names the poses
+    numbering: scenes.Numbering  # by which the camera names the poses
     plate: str
     drop_height: float  # metres; NaN where the camera did not know it
     messages: int

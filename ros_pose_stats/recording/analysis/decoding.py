@@ -11,8 +11,7 @@ from mcap_ros2.decoder import DecoderFactory
 from numpy.typing import NDArray
 
 from ...errors import BagError
-from ...records import Array
-from ...records.scene import Numbering
+from ...records import Array, scene as scenes
 from ..reader import RawMessage
 
 PACKAGE = "ros_pose_stats_msgs"
@@ -65,11 +64,11 @@ def _decoder(type_name: str, text: str) -> Callable[[bytes], Any] | None:
         return None  # a definition that does not parse
 
 
-def numbering_of(message: Any) -> Numbering:
+def numbering_of(message: Any) -> scenes.Numbering:
     """What a message says, the tolerance to 12 digits; older ones took round surfaces as given."""
     tolerance = float(f"{float(getattr(message, 'cluster_tolerance', math.nan)):.12g}")
     # One object for all that are not known: a NaN as a key equals itself alone.
-    return Numbering(tolerance if math.isfinite(tolerance) else math.nan,
+    return scenes.Numbering(tolerance if math.isfinite(tolerance) else math.nan,
                      int(getattr(message, "round_sides", 0)))
 
 
