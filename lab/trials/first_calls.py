@@ -45,7 +45,7 @@ def serve(kind: str) -> None:
         response.success = True
         return response
 
-    node.create_service(CancelDropSimulation, SERVICE, answer)
+    (node.serve if kind == "node" else node.create_service)(CancelDropSimulation, SERVICE, answer)
     executor = MultiThreadedExecutor(8)
     executor.add_node(node)
     threading.Thread(target=executor.spin, daemon=True).start()

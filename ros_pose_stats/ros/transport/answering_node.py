@@ -1,9 +1,19 @@
-"""The node class behind `pose_stats`: what rclpy leaves undone for services and clocks."""
+"""The node class behind `pose_stats`: what rclpy leaves undone for services and clocks.
 
+A client that sends a thousand requests at once would keep all others waiting, for the middleware
+hands them over in the order in which they came. And for a client whose quality of service does
+not fit, `rcl_send_response` waits a tenth of a second with the interpreter locked before the
+answer is thrown away.
+"""
+
+import threading
+import time
+import warnings
+from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
@@ -15,13 +25,144 @@ from rclpy.service import Service
 from rclpy.subscription import Subscription
 from rosgraph_msgs.msg import Clock
 
-from ..messages.times import steady_timer
-from .answers import PAUSE, QUIET, Answers, Asked
-
 SERVICE_QUALITY = QoSProfile(
     history=HistoryPolicy.KEEP_LAST, depth=1000, reliability=ReliabilityPolicy.RELIABLE,
     durability=DurabilityPolicy.VOLATILE)
 """ROS's own depth of ten loses all other requests of a thousand silently."""
+
+THREADS = 3  # those that wait for the disk at the same time wait for it together
+MOST_WAITING = 2000  # requests; the others are left to the middleware
+MOST_NUMBERS, MOST_ALIKE = 1000, 16  # by which clients are told apart; clients of one number
+MISSES = 2  # in a row, after which a client is taken for one that cannot be reached
+AGAIN = 10.0  # seconds between tries to reach such clients, all together
+QUIET = 60.0  # seconds between two warnings of a kind
+
+warnings.filterwarnings("error", message="failed to send response", category=RuntimeWarning)
+"""rclpy warns so of each answer that was thrown away, and that is what tells which ones were."""
+
+
+@dataclass(slots=True, eq=False)
+class Client:
+    """Requests to one service that seem to be one client's.
+
+    rclpy does not tell which client a request is from, but a client numbers its requests one
+    after the other: the request that has the next number is taken for its next one.
+    """
+
+    requests: deque[Callable[[], object]] = field(default_factory=deque)  # that wait
+    misses: int = 0  # answers in a row that did not reach it
+    due: float = 0.0  # when it may be tried again, by the monotonic clock
+    is_mixed_up: bool = False  # maybe with another one that gave its last request that number
+
+
+class Answers:
+    """Works off requests in threads of its own, the clients in turn, and sends the answers.
+
+    While `changed` is held nobody is answered.
+    """
+
+    def __init__(self, warn: Callable[[str], object]) -> None:
+        self._warn = warn
+        self._by_number: dict[tuple[str, int], list[Client]] = {}  # of their last requests
+        self._lines: deque[Client] = deque()  # clients whose requests wait
+        self._waiting, self._closed = 0, False
+        self._next_try, self._warned = 0.0, dict[str, float]()
+        self.changed = threading.Condition()
+        self.last = 0.0
+        self._threads = [threading.Thread(target=self._run, name="answers", daemon=True)
+                         for _ in range(THREADS)]
+        for thread in self._threads:
+            thread.start()
+
+    def asked(self, service: str, number: int) -> tuple[Client, bool]:
+        """Tell who gave its request this number, of several the best; and whether that is sure."""
+        with self.changed:
+            # Of equal ones the last that asked: many at once come one right after the other.
+            alike = sorted(self._by_number.pop((service, number - 1), []),
+                           key=lambda candidate: -candidate.misses)
+            for candidate in alike[1:] and alike:
+                candidate.is_mixed_up = True
+            client = alike.pop() if alike else Client()
+            if alike:
+                self._by_number[service, number - 1] = alike
+            there = self._by_number.setdefault((service, number), [])
+            there.append(client)
+            del there[:-MOST_ALIKE]
+            if len(self._by_number) > MOST_NUMBERS:
+                del self._by_number[next(iter(self._by_number))]
+            is_sure, client.is_mixed_up = not client.is_mixed_up, False
+            return client, is_sure
+
+    def has_room(self) -> bool:
+        """Whether a further request may wait."""
+        return self._waiting < MOST_WAITING and not self._closed
+
+    def put(self, client: Client, act: Callable[[], object]) -> None:
+        """Have a request answered when it is its client's turn."""
+        with self.changed:
+            if not client.requests:
+                self._lines.append(client)
+            client.requests.append(act)
+            self._waiting += 1
+            self.changed.notify()
+
+    def _run(self) -> None:
+        while True:
+            with self.changed:
+                self.changed.wait_for(lambda: self._lines or self._closed)
+                if not self._lines:
+                    return
+                client = self._lines.popleft()
+                act = client.requests.popleft()
+                self._waiting -= 1
+                if client.requests:
+                    self._lines.append(client)
+            try:
+                act()
+            except Exception as error:  # must not end the thread
+                self._warn(f"a request could not be answered: {type(error).__name__}: {error}")
+
+    def send(self, service: str, client: Client, is_sure: bool,
+             send: Callable[[], object]) -> None:
+        """Send an answer, unless its client was not reached the last times."""
+        with self.changed:
+            now = time.monotonic()
+            if client.misses >= MISSES and is_sure:
+                if now < max(client.due, self._next_try):
+                    return
+                self._next_try = now + AGAIN
+        self.last = now
+        try:
+            with suppress(InvalidHandle):  # the service has ended, and the node with it
+                send()
+            client.misses = 0
+        except (RuntimeWarning, SystemError) as error:
+            if not isinstance(error.__cause__ or error, RuntimeWarning):  # as which it comes out
+                raise
+            client.misses += 1
+            client.due = now + AGAIN * 2.0**(client.misses - MISSES)
+            if client.misses >= MISSES and now - self._warned.get(service, -QUIET) >= QUIET:
+                self._warned[service] = now
+                self._warn(f"{service}: an answer could not be delivered: expected a client "
+                           "whose quality of service fits the node's (reliable, volatile), got "
+                           "one that cannot be reached; check its quality of service and call "
+                           "again")
+
+    def wait_until_quiet(self, pause: float, longest: float) -> None:
+        """Let whoever waits be answered, until nobody was for some seconds."""
+        begin = time.monotonic()
+        while time.monotonic() < min(max(begin, self.last) + pause, begin + longest):
+            time.sleep(0.01)
+
+    def close(self, seconds: float) -> bool:
+        """Answer all that wait; whether all have been answered within some seconds."""
+        with self.changed:
+            self._closed = True
+            self.changed.notify_all()
+        until = time.monotonic() + seconds
+        for thread in self._threads:
+            thread.join(max(0.0, until - time.monotonic()))
+        return not any(thread.is_alive() for thread in self._threads)
 
 
 class AnsweringNode(Node):
@@ -32,12 +173,11 @@ class AnsweringNode(Node):
         super().__init__(name, **options)
 
         def send(name: str, send_now: Callable[..., object], response: Any, header: Any) -> None:
-            self.answers.send(self.answers.asked(name, number_of(header)),
+            self.answers.send(name, *self.answers.asked(name, header.request_id.sequence_number),
                               lambda: send_now(response, header))
 
         for service in self.services:  # of parameters and types, which rclpy has made by itself
             service.send_response = partial(send, service.srv_name, service.send_response)
-        steady_timer(self, PAUSE, self.answers.retry)
 
     def serve(self, kind: Any, name: str, callback: Callable[..., Any],
               may_wait: Callable[[Any], bool] = lambda request: True) -> None:
@@ -48,15 +188,15 @@ class AnsweringNode(Node):
         service: Service = self.create_service(
             kind, name, _Taken, qos_profile=SERVICE_QUALITY,
             callback_group=MutuallyExclusiveCallbackGroup())
-        send_now = service.send_response
+        send_now, answers = service.send_response, self.answers
 
-        def send(asked: Asked, header: Any, response: Any) -> None:
+        def send(asked: tuple[Client, bool], header: Any, response: Any) -> None:
             if isinstance(response, Future):  # no thread waits until the answer is there
                 response.add_done_callback(lambda done: send(asked, header, done.result()))
             else:
-                self.answers.send(asked, lambda: send_now(response, header))
+                answers.send(name, *asked, lambda: send_now(response, header))
 
-        def answer(asked: Asked, header: Any, request: Any) -> None:
+        def answer(asked: tuple[Client, bool], header: Any, request: Any) -> None:
             send(asked, header, callback(request, kind.Response()))
 
         def sort_all(taken: _Taken, header: Any) -> None:
@@ -65,19 +205,21 @@ class AnsweringNode(Node):
             One that may not wait is answered now; the executor comes for what is behind it.
             """
             request: Any = taken.request
-            act: Callable[[], object] | None = None
-            with self.answers.sorting(), suppress(InvalidHandle):  # of a service that has ended
+            with answers.changed:
                 while header is not None:
-                    asked = self.answers.asked(name, number_of(header))
+                    asked = answers.asked(name, header.request_id.sequence_number)
                     act = partial(answer, asked, header, request)
-                    if not (may_wait(request) and self.answers.has_room()):
+                    if not (may_wait(request) and answers.has_room()):
                         break
-                    self.answers.put(asked.client, act)
-                    act = None
-                    with service.handle:
-                        request, header = service.handle.service_take_request(kind.Request)
-            if act is not None:
-                act()
+                    answers.put(asked[0], act)
+                    try:
+                        with service.handle:
+                            request, header = service.handle.service_take_request(kind.Request)
+                    except InvalidHandle:  # of a service that has ended
+                        return
+                else:
+                    return
+            act()
 
         service.send_response = sort_all
 
@@ -94,12 +236,6 @@ class AnsweringNode(Node):
 
         return super().create_subscription(
             msg_type, topic, follow if msg_type is Clock else callback, *arguments, **options)
-
-
-def number_of(header: Any) -> int:
-    """What a client numbered its request."""
-    number: int = header.request_id.sequence_number
-    return number
 
 
 @dataclass(slots=True, eq=False)
