@@ -18,15 +18,11 @@ from .messages import part_messages, part_requests, times
 from .messages.statistics_messages import statistics_of_message
 from .stop_signals import StopSignals
 
-PATIENCE = 5.0
-"""Seconds that a node is given to answer."""
-
+PATIENCE = 5.0  # seconds that a node is given to answer
 UNCHECKED = 1.5
 """An estimate without drops is taken for all that comes where it is the newest for so long."""
 
-GLANCE = 0.1
-"""Seconds between looks at whether the end is asked for."""
-
+GLANCE = 0.1  # seconds between looks at whether the end is asked for
 LATCHED = qos.QoSProfile(depth=1024, durability=qos.DurabilityPolicy.TRANSIENT_LOCAL)
 START = "start one: ros_pose_stats node"
 

@@ -6,8 +6,7 @@ import signal
 import time
 from types import FrameType
 
-GLANCE_SECONDS = 0.5
-"""Python handles signals between waits of its main thread."""
+GLANCE_SECONDS = 0.5  # Python handles signals between waits of its main thread
 
 
 class StopSignals:

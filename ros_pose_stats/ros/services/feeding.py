@@ -23,12 +23,8 @@ from ..settings import Settings
 from ..transport.answering_node import AnsweringNode
 from . import requests, services
 
-FLIP_SECONDS = 10.0
-"""Longest that an answer flips for; the fewer flips, the wider its intervals."""
-
-SEED = 1
-"""Of the flips of an answer: the same question has the same answer."""
-
+FLIP_SECONDS = 10.0  # longest that an answer flips for; the fewer flips, the wider its intervals
+SEED = 1  # of the flips of an answer: the same question has the same answer
 MOST_KICKS = 100
 
 ACTIONS = {PICK: FeedingAnswer.Response.PICK, FLIP: FeedingAnswer.Response.FLIP,
