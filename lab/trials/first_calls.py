@@ -35,7 +35,7 @@ BUSY = "while True: sum(range(100_000))"
 
 def serve(kind: str) -> None:
     """Answer until standard input ends."""
-    from ros_pose_stats.ros.transport.answering_node import AnsweringNode
+    from ros_pose_stats.ros.answering_node import AnsweringNode
 
     warnings.filterwarnings("ignore", message="failed to send response")
     rclpy.init()

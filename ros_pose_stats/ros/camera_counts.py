@@ -1,21 +1,21 @@
 """What cameras count, on `~/pose_counts`, and see, on `~/observed_parts`: recorded and learnt."""
 
 import math
-from collections.abc import Callable
 
 import numpy as np
-from rclpy import node as nodes, serialization
+from rclpy import serialization
 from ros_pose_stats_msgs.msg import ObservedParts, PoseCounts
 
 from ..errors import PoseStatsError, RequestError
 from ..recording.analysis.decoding import numbering_of
 from ..resting.observed_orientations import classify_orientations
+from .base import Base
+from .batches import BatchSubscription
 from .messages import part_messages, part_requests, times
-from .parts import announcer as announcers, count_store, known_part, part_store
-from .recorder import POSE_COUNTS, Recorder
-from .refusals import Refusals
+from .parts.known_part import KnownPart
+from .parts.result_store import Stores
+from .recorder import POSE_COUNTS
 from .settings import Settings
-from .transport.batches import BatchSubscription
 
 MOST_BYTES = 2**20  # of a camera's message: counts of some 80 000 poses, or some 16 000 parts seen
 
@@ -47,13 +47,12 @@ MOST_SPEEDS, LONGEST_SPEED = 100, 100  # of a feeder, and characters of a name
 class CountSubscription:
     """Records each count as it is, learns from it, and says if it cannot be compared."""
 
-    def __init__(self, node: nodes.Node, recorder: Recorder, parts: part_store.PartStore,
-                 refusals: Refusals, announcer: announcers.Announcer,
-                 counts: count_store.CountStore) -> None:
-        self._log, self._recorder, self._refusals = node.get_logger(), recorder, refusals
-        self._parts, self._announcer, self._counts = parts, announcer, counts
-        self.take_waiting = BatchSubscription(node, PoseCounts, COUNTS_TOPIC, "counts", self._take,
-                                              recorder.count_lost, refusals).take_waiting
+    def __init__(self, base: Base, stores: Stores) -> None:
+        self._log, self._recorder = base.node.get_logger(), base.recorder
+        self._parts, self._counts, _, self._announcer = stores
+        self._refusals = base.refusals
+        self.take_waiting = BatchSubscription(base, PoseCounts, COUNTS_TOPIC, "counts",
+                                              self._take).take_waiting
 
     def _take(self, received: list[bytes]) -> None:
         sound: list[tuple[bytes, PoseCounts]] = []
@@ -91,7 +90,7 @@ class CountSubscription:
             self._log.warning(f"{COUNTS_TOPIC}: recorded, but {problem}")
 
 
-def count_problem(counts: PoseCounts, part: known_part.KnownPart | None) -> str:
+def count_problem(counts: PoseCounts, part: KnownPart | None) -> str:
     """Why a camera's count of a part cannot be compared with anything; empty where it can."""
     if len(counts.index) != len(counts.count):
         return f"it has {len(counts.index)} pose indices and {len(counts.count)} counts"
@@ -126,14 +125,11 @@ LEAST_CONFIDENCE = 0.5  # a camera that is less sure of a part says nothing abou
 class ObservedSubscription:
     """Counts what each message shows, and hands that on as if a camera had counted it."""
 
-    def __init__(self, node: nodes.Node, settings: Callable[[], Settings],
-                 counts: CountSubscription, parts: part_store.PartStore, recorder: Recorder,
-                 refusals: Refusals) -> None:
-        self._settings, self._counts = settings, counts
-        self._parts, self._refusals = parts, refusals
-        self.take_waiting = BatchSubscription(node, ObservedParts, OBSERVED_TOPIC, "messages",
-                                              self._take, recorder.count_lost,
-                                              refusals).take_waiting
+    def __init__(self, base: Base, stores: Stores, counts: CountSubscription) -> None:
+        self._settings, self._refusals = base.settings, base.refusals
+        self._counts, self._parts = counts, stores.parts
+        self.take_waiting = BatchSubscription(base, ObservedParts, OBSERVED_TOPIC, "messages",
+                                              self._take).take_waiting
 
     def _take(self, received: list[bytes]) -> None:
         sound = []
@@ -149,7 +145,7 @@ class ObservedSubscription:
         self._counts.take_counts(sound)
 
 
-def count_observed(seen: part_messages.ObservedNumbers, part: known_part.KnownPart | None,
+def count_observed(seen: part_messages.ObservedNumbers, part: KnownPart | None,
                    settings: Settings) -> PoseCounts | None:
     """Count the poses of parts that a camera saw on the plate; None where it saw none."""
     if seen.frame_id not in ("", settings.plate_frame):

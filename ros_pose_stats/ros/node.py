@@ -6,17 +6,18 @@ from functools import partial
 from typing import Any
 
 from . import camera_counts, restore
+from .answering_node import AnsweringNode
+from .base import Base
 from .jobs import Jobs, job_reports, queue, refinement, run
+from .lanes import Lanes
 from .messages.times import follow_clock, steady_timer
 from .parameters import Parameters
 from .parts import announcer, count_store, intake, part_builder, part_store, result_store
-from .parts.lanes import Lanes
 from .recorder import Recorder
 from .refusals import Diagnostics, Refusals
 from .services import feeding, goals, plate_fits, requests, services
 from .settings import Settings
 from .state import State
-from .transport.answering_node import AnsweringNode
 
 PARTING_SECONDS = 0.1  # nobody has been answered for so long when the node stops answering
 LAST_SECONDS = 0.6  # requests that wait for their turn when the node ends are refused in that time
@@ -41,30 +42,28 @@ class PoseStatsNode(AnsweringNode):
         tail = restore.tail_of(state, log.warning)
         ended, cancelled = restore.restore_jobs(state, tail, settings())
         # Parts, and what is known of them.
-        self.refusals = refusals = Refusals(log.warning)
         self.lanes = lanes = Lanes(lambda: settings().max_mesh_bytes)
-        self.builder = part_builder.PartBuilder(settings, lanes)
-        self.outlines = part_builder.Outlines(lanes)
-        self.board = board = announcer.Announcer(self, recorder, state, refusals.floods)
-        self.parts = parts = part_store.PartStore(settings, recorder, state, board, self.builder)
-        self.cell_counts = counts = count_store.CountStore(settings, parts, state,
-                                                             log.warning)
-        self.results = results = result_store.ResultStore(settings, parts, counts, board, state)
+        refusals = Refusals(log.warning)
+        base = Base(self, settings, state, recorder, refusals, lanes)
+        self.builder, self.outlines = part_builder.PartBuilder(base), part_builder.Outlines(base)
+        self.board = board = announcer.Announcer(base)
+        self.parts = parts = part_store.PartStore(base, board, self.builder)
+        self.cell_counts = counts = count_store.CountStore(base, parts)
+        self.results = results = result_store.ResultStore(base, parts, counts, board)
+        stores = result_store.Stores(parts, counts, results, board)
         # Work in the background. Goals may flip for minutes: ~/feeding does not wait for them.
-        reports = job_reports.JobReports(results, parts, board, recorder, state, log.info)
+        reports = job_reports.JobReports(base, stores)
         prefix = recorder.log.directory.name.removeprefix("pose_stats_")
         self.jobs = jobs = Jobs(prefix, reports, log.error)
         jobs.add_ended(ended)
-        flips, fed = run.FlipReports(), run.FlipReports()
+        flips, answered = run.FlipReports(), run.FlipReports()
         self.flip_jobs = (Jobs(f"{prefix}_flips", flips, log.error, run.run_flips),
-                          Jobs(f"{prefix}_feeding", fed, log.error, run.run_flips))
-        refiner = refinement.Refinement(settings, results, jobs, board)
-        checker = intake.Checks(settings, parts, results, lanes, refiner.refine, log.error)
-        self.intake = intake.Intake(settings, parts, results, board, lanes, self.builder, refusals,
-                                    checker.follow, log)
+                          Jobs(f"{prefix}_feeding", answered, log.error, run.run_flips))
+        refiner = refinement.Refinement(base, stores, jobs)
+        checker = intake.Checks(base, stores, refiner.refine)
+        self.intake = intake.Intake(base, stores, self.builder, checker.follow)
         # The way in. What the bag has is learnt before cameras are heard.
-        self.counts = camera_counts.CountSubscription(self, recorder, parts, refusals, board,
-                                                      counts)
+        self.counts = camera_counts.CountSubscription(base, stores)
         if settings().restore:
             parts.restore()
             for known in parts.all():
@@ -77,16 +76,15 @@ class PoseStatsNode(AnsweringNode):
         state.commit()
         restore.record_cancelled(cancelled, recorder, state, log.warning)
         self._mending = threading.Thread(target=recorder.mend_bags, name="mend bags", daemon=True)
-        self.requests = requests.Requests(settings, parts, self.intake, jobs, refusals)
-        intake.MeshSubscriptions(self, settings, self.intake, refusals)
-        self.observed = camera_counts.ObservedSubscription(self, settings, self.counts, parts,
-                                                           recorder, refusals)
-        services.Services(self, settings, parts, results, board, self.requests, self.intake,
-                          checker, refiner, jobs, reports, self.outlines)
-        feeding.FeedingService(self, settings, parts, counts, self.flip_jobs[1], fed, flips)
-        plate_fits.PlateFits(self, settings, parts, counts, board, lanes, self.table.use_plate)
-        self.actions = [goals.SimulateDropsServer(self, self.requests, jobs, reports),
-                        goals.SimulateFlipsServer(self, settings, parts, self.flip_jobs[0], flips)]
+        self.requests = requests.Requests(base, stores, self.intake, jobs)
+        intake.MeshSubscriptions(base, self.intake)
+        self.observed = camera_counts.ObservedSubscription(base, stores, self.counts)
+        services.Services(base, stores, self.requests, self.intake, checker, refiner, jobs,
+                          reports, self.outlines)
+        feeding.FeedingService(base, stores, self.flip_jobs[1], answered, flips)
+        plate_fits.PlateFits(base, stores, self.table.use_plate)
+        self.actions = [goals.SimulateDropsServer(base, self.requests, jobs, reports),
+                        goals.SimulateFlipsServer(base, stores, self.flip_jobs[0], flips)]
         # Once a second.
         steady_timer(self, 1.0, self._write_down)
         Diagnostics(self, {

@@ -2,18 +2,19 @@
 
 import time
 from collections import deque
-from collections.abc import Callable
 
 from rclpy.serialization import deserialize_message, serialize_message
 from ros_pose_stats_msgs.msg import DropRecords, JobEvent, PoseStatistics
 
 from ...records import PoseStatistics as Statistics
 from ...simulation.drops import DropChunk
+from ..base import Base
 from ..messages import part_messages, times
-from ..parts import known_part, part_store, result_store
-from ..parts.announcer import NOT_RECORDED, Announcer
-from ..recorder import ANSWERS, DROP_RECORDS, JOB_EVENTS, Recorder
-from ..state import Change, State
+from ..parts import known_part
+from ..parts.announcer import NOT_RECORDED
+from ..parts.result_store import Stores
+from ..recorder import ANSWERS, DROP_RECORDS, JOB_EVENTS
+from ..state import Change
 from .run import Job, JobListener, State as JobState
 
 MOST_ANSWER_BYTES = 256 * 2**20
@@ -63,14 +64,13 @@ def job_change(event: JobEvent, answer: bytes = b"") -> Change:
 class JobReports(JobListener):
     """Keeps and records what happens to jobs of drops; says the end of each in one line."""
 
-    def __init__(self, results: result_store.ResultStore, parts: part_store.PartStore,
-                 announcer: Announcer, recorder: Recorder, state: State,
-                 log: Callable[[str], object]) -> None:
-        self._results, self._parts, self._announcer = results, parts, announcer
-        self._recorder, self._state, self._log = recorder, state, log
+    def __init__(self, base: Base, stores: Stores) -> None:
+        self._parts, _, self._results, self._announcer = stores
+        self._recorder, self._state = base.recorder, base.state
+        self._log = base.node.get_logger().info
         self._interims: dict[str, tuple[Statistics, PoseStatistics]] = {}
         self._kept_at = 0.0
-        self._answered = deque((row[0], len(row[3])) for row in state.rows("jobs") if row[3])
+        self._answered = deque((row[0], len(row[3])) for row in base.state.rows("jobs") if row[3])
         self._answer_bytes = sum(size for _, size in self._answered)
 
     def queued(self, job: Job) -> bool:

@@ -1,7 +1,5 @@
 """Drops in the background that make an estimate as good as somebody wants it."""
 
-from collections.abc import Callable
-
 import numpy as np
 from ros_pose_stats_msgs.msg import PoseStatistics
 
@@ -11,9 +9,10 @@ from ...methods import AUTO, HYBRID
 from ...planning import confidence, hybrid
 from ...records import DropScene, Part
 from ...resting.poses import poses_in
+from ..base import Base
 from ..messages import statistics_messages
-from ..parts import announcer, known_part, result_store
-from ..settings import Settings
+from ..parts import known_part
+from ..parts.result_store import Stores
 from . import JobRequest, Jobs
 
 
@@ -32,10 +31,9 @@ def credible_bound(part: Part, message: PoseStatistics, scene: DropScene) -> flo
 class Refinement:
     """Starts drops where an estimate alone is not good enough."""
 
-    def __init__(self, settings: Callable[[], Settings], results: result_store.ResultStore,
-                 jobs: Jobs, announcer: announcer.Announcer) -> None:
-        self._settings, self._results = settings, results
-        self._jobs, self._announcer = jobs, announcer
+    def __init__(self, base: Base, stores: Stores, jobs: Jobs) -> None:
+        self._settings, self._jobs = base.settings, jobs
+        self._results, self._announcer = stores.results, stores.announcer
 
     def refine(self, known: known_part.KnownPart) -> None:
         """Refine a part's latched result in the background, if that is wanted and not done."""

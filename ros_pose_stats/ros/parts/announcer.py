@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 from rclpy.duration import Duration
 from rclpy.event_handler import PublisherEventCallbacks
-from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
@@ -21,10 +20,10 @@ from visualization_msgs.msg import MarkerArray
 from ...mesh.decimation import visible_triangles
 from ...recording.writer import cdr as drawing
 from ...text import most_probable
+from ..base import Base
 from ..messages import part_requests, statistics_messages, times
-from ..recorder import PART_MESH, POSE_STATISTICS, Recorder
-from ..refusals import MOST_SWAPS, Floods
-from ..state import State
+from ..recorder import PART_MESH, POSE_STATISTICS
+from ..refusals import MOST_SWAPS
 from .known_part import KnownPart, Memory
 
 Array = NDArray[np.float64]
@@ -115,16 +114,17 @@ class Announcer:
     Nothing of a part goes on record before its mesh, which does so once a bag.
     """
 
-    def __init__(self, node: Node, recorder: Recorder, state: State, floods: Floods) -> None:
-        self._node, self._recorder, self._state, self._floods = node, recorder, state, floods
+    def __init__(self, base: Base) -> None:
+        self._node, self._recorder, self._state = base.node, base.recorder, base.state
+        self._floods = base.refusals.floods
         self._introduced: Memory[tuple[Path, str, str], bool] = Memory(INTRODUCED)  # by bag
         self._introducing = threading.RLock()
         self._shown: dict[str, _Shown] = {}
         self._leaving: dict[str, tuple[Publisher, float]] = {}
         self._lock = threading.Lock()
         self._changed = threading.Event()
-        self._markers = node.create_publisher(MarkerArray, "~/markers", LATCHED)
-        times.steady_timer(node, SECONDS_BETWEEN, self._look)
+        self._markers = base.node.create_publisher(MarkerArray, "~/markers", LATCHED)
+        times.steady_timer(base.node, SECONDS_BETWEEN, self._look)
 
     def introduce(self, known: KnownPart) -> None:
         """Put a part's mesh on record, and the result that a start has latched, once a bag."""

@@ -5,7 +5,7 @@ import json
 import threading
 import time
 from collections import Counter, deque
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -22,10 +22,10 @@ from ...records.scene import Numbering
 from ...resting.poses import resting_poses
 from ...statistics.chi_square import homogeneity
 from ...text import listed, percent
+from ..base import Base
 from ..messages import part_requests, statistics_messages
 from ..refusals import Health
-from ..settings import Settings
-from ..state import Change, State
+from ..state import Change
 from . import known_part, part_store
 
 Array = NDArray[np.float64]
@@ -137,9 +137,9 @@ def count_health(parts: Mapping[str, CellCounts | None]) -> Health:
 class CountStore:
     """Learns counts of known parts on the node's plate."""
 
-    def __init__(self, settings: Callable[[], Settings], parts: part_store.PartStore,
-                 state: State, warn: Callable[[str], object]) -> None:
-        self._settings, self._parts, self._state, self._warn = settings, parts, state, warn
+    def __init__(self, base: Base, parts: part_store.PartStore) -> None:
+        self._settings, self._parts, self._state = base.settings, parts, base.state
+        self._warn = base.node.get_logger().warning
         self._new: dict[str, known_part.KnownPart] = {}
 
     def restore(self, known: known_part.KnownPart) -> None:

@@ -7,7 +7,7 @@ from contextlib import suppress
 from functools import partial
 from typing import Any
 
-from rclpy import callback_groups, event_handler, node as nodes, qos
+from rclpy import callback_groups, event_handler, qos
 from ros_pose_stats_msgs.msg import PartMesh, PoseStatistics
 from shape_msgs.msg import Mesh
 
@@ -15,13 +15,14 @@ from ...errors import PoseStatsError
 from ...mesh.overlap import TakesLongError
 from ...records import DropScene
 from ...resting.poses import are_found
-from .. import settings as parameters
+from ..base import Base
+from ..batches import SequenceGaps
+from ..lanes import Lane, Rank
 from ..messages import part_messages, part_requests
-from ..refusals import Refusals
-from ..transport.batches import SequenceGaps
-from . import announcer, part_builder, part_store, result_store
+from ..settings import mesh_topics
+from . import part_builder
 from .known_part import KnownPart, at_hand
-from .lanes import Lane, Lanes, Rank
+from .result_store import Stores
 
 DEPTH = 100  # messages that wait in the middleware
 TRIES = 3  # of building a part of an earlier run, where something fails inside the program
@@ -36,14 +37,12 @@ LONGEST_ACCEPTANCE = 0.5
 class Intake:
     """Builds known parts in the lanes; `follow` is called with each that is shown anew."""
 
-    def __init__(self, settings: Callable[[], parameters.Settings], parts: part_store.PartStore,
-                 results: result_store.ResultStore, announcer: announcer.Announcer,
-                 lanes: Lanes, builder: part_builder.PartBuilder,
-                 refusals: Refusals, follow: Callable[[KnownPart], object], log: Any) -> None:
-        self._settings, self._parts = settings, parts
-        self._results, self._announcer = results, announcer
-        self._lanes, self._builder, self._refusals = lanes, builder, refusals
-        self._follow, self._log = follow, log
+    def __init__(self, base: Base, stores: Stores, builder: part_builder.PartBuilder,
+                 follow: Callable[[KnownPart], object]) -> None:
+        self._settings, self._lanes, self._refusals = base.settings, base.lanes, base.refusals
+        self._parts, _, self._results, self._announcer = stores
+        self._builder, self._follow = builder, follow
+        self._log = base.node.get_logger()
         self._coming: list[Future[None]] = []
 
     def take(self, request: part_requests.PartRequest) -> KnownPart:
@@ -167,12 +166,10 @@ def _lane_of(part: KnownPart | part_requests.PartRequest) -> Lane:
 class Checks:
     """Checks estimates in a lane of their own, equal ones once; `refine` comes after a check."""
 
-    def __init__(self, settings: Callable[[], parameters.Settings], parts: part_store.PartStore,
-                 results: result_store.ResultStore, lanes: Lanes,
-                 refine: Callable[[KnownPart], object],
-                 report_failure: Callable[[str], object]) -> None:
-        self._settings, self._parts, self._results = settings, parts, results
-        self._lanes, self._refine, self._report_failure = lanes, refine, report_failure
+    def __init__(self, base: Base, stores: Stores, refine: Callable[[KnownPart], object]) -> None:
+        self._settings, self._parts, self._results = base.settings, stores.parts, stores.results
+        self._lanes, self._refine = base.lanes, refine
+        self._report_failure = base.node.get_logger().error
         self._coming: dict[tuple[str, str, DropScene], Future[PoseStatistics]] = {}
         self._shown: dict[str, None] = {}  # names of parts that are shown anew, in their order
         self._follows = False  # whether the next one of them is in the lane
@@ -244,12 +241,12 @@ class Checks:
 class MeshSubscriptions:
     """Subscribes to `~/part_mesh` and to each of `mesh_topics`, and hands on what comes."""
 
-    def __init__(self, node: nodes.Node, settings: Callable[[], parameters.Settings],
-                 intake: Intake, refusals: Refusals) -> None:
-        self._node, self._intake, self._refusals = node, intake, refusals
+    def __init__(self, base: Base, intake: Intake) -> None:
+        self._node, self._intake, self._refusals = base.node, intake, base.refusals
+        settings = base.settings
         self._group = callback_groups.MutuallyExclusiveCallbackGroup()
         self._subscribe(PartMesh, "~/part_mesh", part_messages.request_of_part_bytes)
-        for part_id, topic in parameters.mesh_topics(settings().mesh_topics).items():
+        for part_id, topic in mesh_topics(settings().mesh_topics).items():
             self._subscribe(Mesh, topic, lambda data, part_id=part_id: (  # type: ignore[misc]
                 part_messages.request_of_mesh_bytes(data, part_id, settings().mesh_unit)))
 

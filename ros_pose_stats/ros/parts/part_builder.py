@@ -18,9 +18,9 @@ from ...mesh.overlap import TakesLongError, within
 from ...records import DropScene, Part
 from ...resting.outlines import outline_at
 from ...resting.poses import are_found, resting_poses
+from ..base import Base
+from ..lanes import Lane, Rank
 from ..messages.part_requests import PartRequest, part_of
-from ..settings import Settings
-from .lanes import Lane, Lanes, Rank
 
 T = TypeVar("T")
 
@@ -99,9 +99,9 @@ def _build(request: PartRequest | Part, scene: DropScene) -> tuple[Part, dict[An
 class PartBuilder(PartWorker):
     """Builds parts, such as take long with their poses for the node's scene."""
 
-    def __init__(self, settings: Callable[[], Settings], lanes: Lanes) -> None:
+    def __init__(self, base: Base) -> None:
         super().__init__()
-        self._settings, self._lanes = settings, lanes
+        self._settings, self._lanes = base.settings, base.lanes
 
     def build(self, request: PartRequest) -> Part:
         """Build a part; raises TakesLongError in the quick lane where it is none for that."""
@@ -140,9 +140,9 @@ Outline = tuple[list[int], bytes]
 class Outlines(PartWorker):
     """Computes outlines in a lane, those of large parts in a process: they lock Python."""
 
-    def __init__(self, lanes: Lanes) -> None:
+    def __init__(self, base: Base) -> None:
         super().__init__()
-        self._lanes = lanes
+        self._lanes = base.lanes
 
     def begin(self, part: Part, result: PoseStatistics,
               heights: Sequence[float]) -> Future[list[PoseOutline]]:

@@ -3,7 +3,6 @@
 import itertools
 import threading
 from collections import OrderedDict
-from collections.abc import Callable
 from functools import partial
 
 from rclpy.serialization import serialize_message
@@ -11,10 +10,10 @@ from ros_pose_stats_msgs.msg import JobEvent
 
 from ...errors import MeshError, PoseStatsError, RequestError
 from ...records import Part, part
+from ..base import Base
 from ..messages import part_messages, part_requests, times
-from ..recorder import JOB_EVENTS, Recorder
-from ..settings import Settings
-from ..state import Change, State
+from ..recorder import JOB_EVENTS
+from ..state import Change
 from ..state.tables import Row
 from . import part_builder
 from .announcer import Announcer
@@ -27,9 +26,9 @@ NUMBERED = 1024  # forgotten parts whose revisions go on where they come again
 class PartStore:
     """Known parts by their id."""
 
-    def __init__(self, settings: Callable[[], Settings], recorder: Recorder, state: State,
-                 announcer: Announcer, builder: part_builder.PartBuilder) -> None:
-        self._settings, self._recorder, self._state = settings, recorder, state
+    def __init__(self, base: Base, announcer: Announcer,
+                 builder: part_builder.PartBuilder) -> None:
+        self._settings, self._recorder, self._state = base.settings, base.recorder, base.state
         self._announcer, self._builder = announcer, builder
         self._parts: OrderedDict[str, KnownPart] = OrderedDict()
         self._used: set[str] = set()

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import CancelledError
 from contextlib import suppress
 from dataclasses import replace
+from typing import NamedTuple
 
 from rclpy.serialization import deserialize_message, serialize_message
 from ros_pose_stats_msgs.msg import PoseStatistics
@@ -15,10 +16,11 @@ from ...estimators.estimate import estimate_in
 from ...methods import AUTO, OBSERVED
 from ...planning import hybrid
 from ...simulation.request import Watch, drop_request
+from ..base import Base
 from ..messages import part_requests, statistics_messages as messages
 from ..recorder import POSE_STATISTICS
 from ..settings import Settings
-from ..state import Change, State
+from ..state import Change
 from . import announcer, count_store, part_store
 from .known_part import KnownPart, Memory
 
@@ -43,11 +45,10 @@ Key = tuple[str, str, str, records.DropScene, str, float, str]
 class ResultStore:
     """Estimates, numbers and remembers results, and latches the best one of each part."""
 
-    def __init__(self, settings: Callable[[], Settings], parts: part_store.PartStore,
-                 counts: count_store.CountStore, announcer: announcer.Announcer,
-                 state: State) -> None:
-        self._settings, self._parts, self._counts = settings, parts, counts
-        self._announcer, self._state = announcer, state
+    def __init__(self, base: Base, parts: part_store.PartStore, counts: count_store.CountStore,
+                 announcer: announcer.Announcer) -> None:
+        self._settings, self._parts, self._counts = base.settings, parts, counts
+        self._announcer, self._state = announcer, base.state
         self._waiting: dict[str, KnownPart] = {}
         self._results: Memory[Key, PoseStatistics] = Memory(
             REMEMBERED_POSES, lambda message: len(message.poses))
@@ -255,6 +256,15 @@ class ResultStore:
         settings = self._settings()
         return (role, known.part_id, known.digest, scene, settings.plate, settings.plate_error,
                 settings.plate_frame)
+
+
+class Stores(NamedTuple):
+    """What the node knows of parts, and says of them."""
+
+    parts: part_store.PartStore
+    counts: count_store.CountStore
+    results: ResultStore
+    announcer: announcer.Announcer
 
 
 def _labelled(message: PoseStatistics, settings: Settings) -> PoseStatistics:

@@ -1,7 +1,6 @@
 """The service `~/feeding`: what a feeder is to do with a part, by its present result."""
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -15,12 +14,12 @@ from ...statistics import feeding
 from ...statistics.counted_flips import learn_flips
 from ...statistics.feeding_plan import FLIP, LEAVE, PICK, FeederCell, plan_feeding
 from ...statistics.pose_shares import pose_shares
+from ..base import Base
 from ..jobs import FlipRequest, Jobs, State
 from ..jobs.run import FlipReports, flip_key, flips_in_all
 from ..messages import part_messages, part_requests, statistics_messages
-from ..parts import count_store, known_part, part_store
-from ..settings import Settings
-from ..transport.answering_node import AnsweringNode
+from ..parts import known_part
+from ..parts.result_store import Stores
 from . import requests, services
 
 FLIP_SECONDS = 10.0  # longest that an answer flips for; the fewer flips, the wider its intervals
@@ -38,16 +37,13 @@ class FeedingService:
     flips that goals asked for, which serve here too if there are enough.
     """
 
-    def __init__(self, node: AnsweringNode, settings: Callable[[], Settings],
-                 parts: part_store.PartStore, learnt: count_store.CountStore,
-                 jobs: Jobs, reports: FlipReports, goals: FlipReports) -> None:
-        self._settings = settings
-        self._parts, self._learnt = parts, learnt
-        self._jobs = jobs
-        self._reports = reports
-        self._goals = goals
-        self.say_failure = node.get_logger().error
-        node.serve(FeedingAnswer, "~/feeding", self.answer)
+    def __init__(self, base: Base, stores: Stores, jobs: Jobs, reports: FlipReports,
+                 goals: FlipReports) -> None:
+        self._settings = base.settings
+        self._parts, self._learnt, _, _ = stores
+        self._jobs, self._reports, self._goals = jobs, reports, goals
+        self.say_failure = base.node.get_logger().error
+        base.node.serve(FeedingAnswer, "~/feeding", self.answer)
 
     @services.refusing
     def answer(self, request: Any, response: Any) -> services.Steps:

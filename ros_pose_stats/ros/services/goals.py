@@ -3,7 +3,6 @@
 import threading
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable
 from typing import Any
 
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
@@ -14,11 +13,12 @@ from ros_pose_stats_msgs.msg import PartMesh
 
 from ...errors import PoseStatsError, RequestError
 from ...resting.poses import are_found
+from ..answering_node import SERVICE_QUALITY, AnsweringNode
+from ..base import Base
 from ..jobs import FlipRequest, Job, Jobs, State, job_reports, run
 from ..messages.part_messages import flat
-from ..parts import known_part, part_builder, part_store
-from ..settings import Settings
-from ..transport.answering_node import SERVICE_QUALITY, AnsweringNode
+from ..parts import known_part, part_builder
+from ..parts.result_store import Stores
 from .requests import Requests
 
 FEEDBACK_SECONDS = 0.1
@@ -193,10 +193,10 @@ class GoalServer(ABC):
 class SimulateDropsServer(GoalServer):
     """Goals that are drop simulations."""
 
-    def __init__(self, node: AnsweringNode, requests: Requests, jobs: Jobs,
+    def __init__(self, base: Base, requests: Requests, jobs: Jobs,
                  reports: job_reports.JobReports) -> None:
         self._requests, self._reports = requests, reports
-        super().__init__(node, SimulateDrops, "simulate_drops", jobs)
+        super().__init__(base.node, SimulateDrops, "simulate_drops", jobs)
 
     def start_job(self, request: Any) -> Job:
         """Accept a drop simulation."""
@@ -222,10 +222,9 @@ class SimulateDropsServer(GoalServer):
 class SimulateFlipsServer(GoalServer):
     """Goals that are flips."""
 
-    def __init__(self, node: AnsweringNode, settings: Callable[[], Settings],
-                 parts: part_store.PartStore, jobs: Jobs, reports: run.FlipReports) -> None:
-        self._settings, self._parts, self._reports = settings, parts, reports
-        super().__init__(node, SimulateFlips, "simulate_flips", jobs)
+    def __init__(self, base: Base, stores: Stores, jobs: Jobs, reports: run.FlipReports) -> None:
+        self._settings, self._parts, self._reports = base.settings, stores.parts, reports
+        super().__init__(base.node, SimulateFlips, "simulate_flips", jobs)
 
     def start_job(self, request: Any) -> Job:
         """Accept flips; too many are refused at once where the part's poses are at hand."""

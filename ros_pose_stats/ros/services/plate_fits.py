@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 from ros_pose_stats_msgs.srv import FitPlate
 
 from ... import errors, text
+from ..base import Base
+from ..lanes import Lane, Rank
 from ..messages.part_requests import shown
-from ..parts import count_store, known_part, part_store
-from ..parts.announcer import Announcer
-from ..parts.lanes import Lane, Lanes, Rank
+from ..parts import count_store, known_part
+from ..parts.result_store import Stores
 from ..settings import Settings
-from ..transport.answering_node import AnsweringNode
 from . import services
 
 if TYPE_CHECKING:
@@ -25,16 +25,13 @@ if TYPE_CHECKING:
 class PlateFits:
     """Answers with fits, and applies them, one after the other in a lane of their own."""
 
-    def __init__(self, node: AnsweringNode, settings: Callable[[], Settings],
-                 parts: part_store.PartStore, counts: count_store.CountStore, announcer: Announcer,
-                 lanes: Lanes, use_plate: Callable[[str], object]) -> None:
-        self._settings = settings
-        self._parts, self._counts = parts, counts
-        self._announcer, self._lanes = announcer, lanes
+    def __init__(self, base: Base, stores: Stores, use_plate: Callable[[str], object]) -> None:
+        self._settings, self._lanes = base.settings, base.lanes
+        self._parts, self._counts, _, self._announcer = stores
         self._use_plate = use_plate
-        self._log = node.get_logger()
+        self._log = base.node.get_logger()
         self.say_failure = self._log.error
-        node.serve(FitPlate, "~/fit_plate", self.answer)
+        base.node.serve(FitPlate, "~/fit_plate", self.answer)
 
     @services.refusing
     def answer(self, request: Any, response: Any) -> services.Steps:

@@ -9,12 +9,12 @@ from typing import Any, NamedTuple, TypeVar
 
 from ...errors import PoseStatsError, RequestError
 from ...records import Part
+from ..base import Base
 from ..jobs import Job, JobRequest, Jobs
 from ..messages import part_messages, part_requests
-from ..parts import intake as intakes, part_store
+from ..parts.intake import Intake
 from ..parts.known_part import KnownPart, at_hand
-from ..refusals import Refusals
-from ..settings import Settings
+from ..parts.result_store import Stores
 
 T = TypeVar("T")
 
@@ -39,10 +39,9 @@ class ResolvedPart(NamedTuple):
 class Requests:
     """Resolves parts and starts jobs, for services and the action."""
 
-    def __init__(self, settings: Callable[[], Settings], parts: part_store.PartStore,
-                 intake: intakes.Intake, jobs: Jobs, refusals: Refusals) -> None:
-        self._settings, self._parts, self._intake = settings, parts, intake
-        self._jobs, self._refusals = jobs, refusals
+    def __init__(self, base: Base, stores: Stores, intake: Intake, jobs: Jobs) -> None:
+        self._settings, self._refusals = base.settings, base.refusals
+        self._parts, self._intake, self._jobs = stores.parts, intake, jobs
         self._closed = False
 
     def close(self) -> None:

@@ -15,13 +15,14 @@ from ...mesh import mass_properties, parts as meshes
 from ...planning.confidence import not_enough
 from ...records import DropScene, Part
 from ...text import listed, millimetres
+from ..base import Base
 from ..jobs import Job, Jobs, State, job_reports, refinement as refining
 from ..messages import part_messages, part_requests
 from ..messages.statistics_messages import with_warning
-from ..parts import announcer, intake, known_part, part_builder, part_store, result_store
+from ..parts import known_part, part_builder
+from ..parts.intake import Checks, Intake
+from ..parts.result_store import Stores
 from ..recorder import ANSWERS
-from ..settings import Settings
-from ..transport.answering_node import AnsweringNode
 from .requests import Requests, check_target, wait_for
 
 BY_DROPS = "ask for the method auto, or start a drop simulation"
@@ -100,17 +101,15 @@ def refusing(callback: Callback) -> Callback:
 class Services:
     """All services of the node."""
 
-    def __init__(self, node: AnsweringNode, settings: Callable[[], Settings],
-                 parts: part_store.PartStore, results: result_store.ResultStore,
-                 announcer: announcer.Announcer, requests: Requests, intake: intake.Intake,
-                 checks: intake.Checks, refinement: refining.Refinement, jobs: Jobs,
+    def __init__(self, base: Base, stores: Stores, requests: Requests, intake: Intake,
+                 checks: Checks, refinement: refining.Refinement, jobs: Jobs,
                  reports: job_reports.JobReports, outlines: part_builder.Outlines) -> None:
-        self._settings, self._parts, self._results = settings, parts, results
-        self._announcer, self._requests, self._intake = announcer, requests, intake
+        self._settings, self._requests, self._intake = base.settings, requests, intake
+        self._parts, _, self._results, self._announcer = stores
         self._checks, self._refinement = checks, refinement
         self._jobs, self._reports, self._outlines = jobs, reports, outlines
         self._shifted: known_part.Memory[Any, Part] = known_part.memory_of_parts()
-        self.say_failure = node.get_logger().error
+        self.say_failure = base.node.get_logger().error
         for kind, name, callback in (
                 (srv.EstimatePoses, "estimate", self.estimate),
                 (srv.StartDropSimulation, "start_drop_simulation", self.start),
@@ -119,7 +118,7 @@ class Services:
                 (srv.GetDropSimulation, "get_drop_simulation", self.get),
                 (srv.ListDropSimulations, "list_drop_simulations", self.list),
                 (srv.CancelDropSimulation, "cancel_drop_simulation", self.cancel)):
-            node.serve(kind, f"~/{name}", callback, lambda request: not (  # meshes have lanes
+            base.node.serve(kind, f"~/{name}", callback, lambda request: not (  # meshes have lanes
                 hasattr(request, "part") and part_messages.is_given(request.part)))
 
     @refusing

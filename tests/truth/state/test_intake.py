@@ -17,12 +17,14 @@ from ros_pose_stats.batch.worker import WorkerProcess
 from ros_pose_stats.errors import BatchError, MeshError, RequestError
 from ros_pose_stats.mesh.overlap import TakesLongError
 from ros_pose_stats.records.scene import Numbering
+from ros_pose_stats.ros.base import Base
+from ros_pose_stats.ros.lanes import Lane, Lanes, Rank
 from ros_pose_stats.ros.messages.part_requests import PartRequest
 from ros_pose_stats.ros.parts.count_store import CellCounts, CountStore, Ground
 from ros_pose_stats.ros.parts.intake import LARGE_BYTES, Checks, Intake
 from ros_pose_stats.ros.parts.known_part import NODE_SCENE, KnownPart, PartSource
-from ros_pose_stats.ros.parts.lanes import Lane, Lanes, Rank
 from ros_pose_stats.ros.parts.part_store import PartStore
+from ros_pose_stats.ros.parts.result_store import Stores
 from ros_pose_stats.ros.services.plate_fits import PlateFits
 
 TETRAHEDRON = ([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]],
@@ -35,6 +37,10 @@ def lanes():
     queue.start()
     yield queue
     queue.close()
+
+
+def base_of(lanes=None, state=None, node=None, **settings):
+    return Base(node or Mock(), lambda: SimpleNamespace(**settings), state, None, Mock(), lanes)
 
 
 def occupied(lanes, lane):
@@ -62,7 +68,7 @@ def large_part(begun, may_end):
 def test_a_large_part_that_is_asked_for_is_built_beside_quick_ones(lanes):
     begun, may_end = threading.Event(), threading.Event()
     known = large_part(begun, may_end)
-    intake = Intake(None, None, None, None, lanes, None, None, None, None)
+    intake = Intake(base_of(lanes), Stores(None, None, None, None), None, None)
     try:
         large = intake.built(known)
         assert begun.wait(60.0)
@@ -121,7 +127,7 @@ def test_an_older_mesh_of_a_name_comes_first_though_it_takes_long(lanes):
 
 
 def test_a_failing_refinement_keeps_no_other_part_from_being_checked(lanes):
-    done, failures = threading.Event(), []
+    done, node = threading.Event(), Mock()
 
     def refine(known):
         if known.part_id == "last":
@@ -130,21 +136,23 @@ def test_a_failing_refinement_keeps_no_other_part_from_being_checked(lanes):
 
     parts = {name: SimpleNamespace(part_id=name, digest="", scene_override=NODE_SCENE)
              for name in ("first", "last")}
-    checks = Checks(lambda: SimpleNamespace(max_parts=2, scene=lambda override: override),
-                    Mock(current=parts.get), Mock(), lanes, refine, failures.append)
+    checks = Checks(base_of(lanes, node=node, max_parts=2, scene=lambda override: override),
+                    Stores(Mock(current=parts.get), None, Mock(), None), refine)
     may_end = occupied(lanes, Lane.CHECK)
     for known in parts.values():
         checks.follow(known)
     may_end.set()
-    assert done.wait(60.0) and "'first' could not be refined: OSError: no room" in failures[0]
+    assert done.wait(60.0)
+    (failure,) = node.get_logger().error.call_args_list[0].args
+    assert "'first' could not be refined: OSError: no room" in failure
 
 
 def test_fits_hold_up_no_other_answer_and_are_refused_at_the_end(lanes):
     begun, may_end = threading.Event(), threading.Event()
     known = large_part(begun, may_end)
     known.counts = CellCounts(Ground(Numbering(0.0, 0), ""), np.array([50]), 1)
-    service = PlateFits(Mock(), lambda: SimpleNamespace(plate=""), Mock(all=lambda: [known]),
-                        None, None, lanes, None)
+    service = PlateFits(base_of(lanes, plate=""),
+                        Stores(Mock(all=lambda: [known]), None, None, None), None)
     answers = [service.answer(SimpleNamespace(plate="", apply=False), SimpleNamespace())
                for _ in range(2)]
     assert begun.wait(60.0) and not any(answer.done() for answer in answers)
@@ -157,14 +165,14 @@ def test_fits_hold_up_no_other_answer_and_are_refused_at_the_end(lanes):
     ("oak", 0, 4, 0, 0), ("glass", 192, 4, 1, 0), ("glass", 0, 3, 0, 1)])
 def test_counts_that_do_not_fit_a_result_are_left_out_of_it(plate, sides, total, builds, warnings):
     """Those of another plate without building the part, which may be damaged."""
-    build, warn = Mock(side_effect=MeshError("a mesh", "none", "send it again")), Mock()
-    store = CountStore(lambda: SimpleNamespace(plate="glass", profile=None), None,
-                       Mock(get=lambda *key: None), warn)
+    build, node = Mock(side_effect=MeshError("a mesh", "none", "send it again")), Mock()
+    store = CountStore(base_of(state=Mock(get=lambda *key: None), node=node, plate="glass",
+                               profile=None), None)
     known = KnownPart("clamp", "", b"", NODE_SCENE, PartSource(None, build))
     known.counts = CellCounts(Ground(Numbering(0.0, sides), plate), np.ones(total, np.int64), 1)
     message = PoseStatistics(cluster_tolerance=0.0, round_sides=0, poses=[StablePose()] * 4)
     assert store.observe(known, message) is None
-    assert (build.call_count, warn.call_count) == (builds, warnings)
+    assert (build.call_count, node.get_logger().warning.call_count) == (builds, warnings)
 
 
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")  # of a parser of rclpy
@@ -187,8 +195,7 @@ def test_the_use_of_a_mesh_is_not_kept_over_the_next_of_its_name():
 
     state = SimpleNamespace(put=put, put_mesh=put_mesh, rows=lambda table: [
         ("clamp", "old", b"", -1.0, -1.0, 1, 1)])
-    parts = PartStore(lambda: SimpleNamespace(max_parts=9, max_part_bytes=10**6), None, state,
-                      Mock(), None)
+    parts = PartStore(base_of(state=state, max_parts=9, max_part_bytes=10**6), Mock(), None)
     uses = threading.Thread(target=parts.keep_uses)
     parts.restore()
     numbers = parts.find("clamp").numbers

@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import Any, TypeVar
 
-from ...errors import RequestError
-from ...mesh.overlap import TakesLongError
+from ..errors import RequestError
+from ..mesh.overlap import TakesLongError
 
 T = TypeVar("T")
 

@@ -13,10 +13,11 @@ from collections import OrderedDict
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from rclpy import event_handler, node as nodes, qos
+from rclpy import event_handler, qos
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 
-from ..refusals import MINUTE, Refusals
+from .base import Base
+from .refusals import MINUTE
 
 DEPTH = 1000  # messages that wait in the middleware
 MOST_AT_ONCE = 2**22  # bytes of messages that are taken together
@@ -48,26 +49,24 @@ class SequenceGaps:
 class BatchSubscription:
     """Hands over all serialised messages that wait, in their order, while more come.
 
-    `take`: called by one thread at a time; `count_lost`: counts messages that were overrun, and
-    returns how many that is by now.
+    `take`: called by one thread at a time.
     """
 
-    def __init__(self, node: nodes.Node, kind: type, topic: str, noun: str,
-                 take: Callable[[list[bytes]], object], count_lost: Callable[[int], int],
-                 refusals: Refusals) -> None:
-        self._log, self._refusals = node.get_logger(), refusals
+    def __init__(self, base: Base, kind: type, topic: str, noun: str,
+                 take: Callable[[list[bytes]], object]) -> None:
+        self._log, self._floods = base.node.get_logger(), base.refusals.floods
         self._kind, self._topic, self._noun = kind, topic, noun
-        self._hand_over, self._add_lost = take, count_lost
+        self._hand_over, self._add_lost = take, base.recorder.count_lost
         self._gaps, self._warned = SequenceGaps(), -math.inf
         self._lock = threading.Lock()
         self._came: OrderedDict[tuple[bool, int], int] = OrderedDict()
         group = MutuallyExclusiveCallbackGroup()
-        self._subscription: Any = node.create_subscription(
+        self._subscription: Any = base.node.create_subscription(
             kind, topic, lambda data, info: self._take_with([(data, info)]), DEPTH, raw=True,
             callback_group=group,
             event_callbacks=event_handler.SubscriptionEventCallbacks(
                 incompatible_qos=lambda info: None))
-        node.create_subscription(kind, topic, self._take_unreliable, qos.QoSProfile(
+        base.node.create_subscription(kind, topic, self._take_unreliable, qos.QoSProfile(
             depth=DEPTH, reliability=qos.ReliabilityPolicy.BEST_EFFORT), raw=True,
             callback_group=group)
 
@@ -89,7 +88,7 @@ class BatchSubscription:
             for _, info in received:
                 number = info["publication_sequence_number"] or 0
                 lost += self._gaps.missing_before(number)
-                self._refusals.floods.count(f"{self._noun} on {self._topic}")
+                self._floods.count(f"{self._noun} on {self._topic}")
             total = self._add_lost(lost)
             if lost and time.monotonic() - self._warned > MINUTE:
                 self._warned = time.monotonic()

@@ -1,1 +1,0 @@
-"""What rclpy leaves undone: answers that reach slow clients, requests that are not lost."""
