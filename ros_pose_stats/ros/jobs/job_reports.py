@@ -10,8 +10,8 @@ from ...records import PoseStatistics as Statistics
 from ...simulation.drops import DropChunk
 from ..base import Base
 from ..messages import part_messages, times
-from ..parts import known_part
 from ..parts.announcer import NOT_RECORDED
+from ..parts.known_part import KnownPart
 from ..parts.result_store import Stores
 from ..recorder import ANSWERS, DROP_RECORDS, JOB_EVENTS
 from ..state import Change
@@ -37,9 +37,9 @@ def job_event(job: Job, event: int, message: str = "") -> JobEvent:
     report.round_sides = scene.round_sides
     height = scene.drop_height if job.snapshot is None else job.snapshot.drop_height
     report.drop_height = float("nan") if height is None else float(height)
-    part = job.built()
-    if part is not None:
-        report.part_digest = part.digest
+    known = job.known()
+    if known is not None:
+        report.part_digest = known.digest
     return report
 
 
@@ -109,7 +109,7 @@ class JobReports(JobListener):
 
     def ended(self, job: Job, state: JobState) -> None:
         """Keep the end and its result, and latch the result."""
-        known, event = self._known_or_own(job), job_event(job, int(state), job.message)
+        known, event = self._part_of(job) or job.known(), job_event(job, int(state), job.message)
         if job.snapshot is None or known is None:
             recorded, change = self._report(event)
             if not (recorded and job.recorded and self._is_kept(job, state, change)):
@@ -123,7 +123,7 @@ class JobReports(JobListener):
                   + (f": {job.message}" if job.message else ""))
 
     def _end_with(self, job: Job, state: JobState, event: JobEvent, message: PoseStatistics,
-                  known: known_part.KnownPart) -> None:
+                  known: KnownPart) -> None:
         with self._recorder.step:
             message = self._announcer.record(ANSWERS, known, message)
             recorded, change = self._report(event, serialize_message(message))
@@ -165,7 +165,7 @@ class JobReports(JobListener):
         made = self._interims.get(job.job_id)
         if made is not None and made[0] is snapshot:
             return made[1]
-        known = self._known_or_own(job)
+        known = self._part_of(job) or job.known()
         if known is None:  # has ended this moment
             return PoseStatistics()
         message = self._results.number_result(known, snapshot, job.settings, job.job_id, False)
@@ -181,18 +181,11 @@ class JobReports(JobListener):
                 PoseStatistics())
         return PoseStatistics() if snapshot is None else self.interim(job, snapshot)
 
-    def _part_of(self, job: Job) -> known_part.KnownPart | None:
+    def _part_of(self, job: Job) -> KnownPart | None:
         """The known part, as long as it is the part that the job drops."""
-        part = job.built()
-        if part is None:
-            return None
-        known = self._parts.current(part.part_id)
-        return known if known is not None and known.digest == part.digest else None
-
-    def _known_or_own(self, job: Job) -> known_part.KnownPart | None:
-        part = job.built()
-        known = self._part_of(job)
-        return known_part.known_as(part) if known is None and part is not None else known
+        known = job.known()
+        current = None if known is None else self._parts.current(known.part_id)
+        return current if known and current and current.digest == known.digest else None
 
     def _warnings(self, job: Job) -> tuple[str, ...]:
         return () if job.recorded else (NOT_RECORDED.format("its acceptance could not be"),)

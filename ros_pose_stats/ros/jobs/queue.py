@@ -15,6 +15,7 @@ from typing import Any
 
 from ...errors import PoseStatsError, RequestError
 from ...records import FlipStatistics, Part, PoseStatistics
+from ..parts.known_part import KnownPart, result_of
 from ..refusals import Health
 from .run import Ending, Job, JobListener, JobRequest, State, run_drops
 
@@ -56,7 +57,7 @@ class Jobs:
         """Begin to work."""
         self._thread.start()
 
-    def submit(self, request: JobRequest, part: Future[Part], settings: Any,
+    def submit(self, request: JobRequest, part: Future[KnownPart], settings: Any,
                is_accepted: bool = False) -> Job:
         """Accept a simulation, or join the same in flight; refused if the queue is full.
 
@@ -177,7 +178,7 @@ class Jobs:
         if job.cancel_reason:
             self._end(job, State.CANCELLED, job.cancel_reason)
             return
-        part = job.part.result()
+        part = result_of(job.part).part
         self._listener.started(job)
         job.tell_followers()
         outcome, ending = self._compute(

@@ -51,7 +51,7 @@ class Refinement:
             model.drops >= drops or (target and (
                 credible_bound(known.part, model, scene) <= target)))
         if (settings.refine_drops or target) and not fine:
-            self._jobs.submit(request, known_part.at_hand(known.part), settings)
+            self._jobs.submit(request, known_part.done_with(known), settings)
 
     def answer_checked(self, known: known_part.KnownPart, checked: PoseStatistics,
                        scene: DropScene) -> tuple[PoseStatistics, str]:
@@ -85,7 +85,7 @@ class Refinement:
                              self._aim(known, target_error, scene), settings.max_job_seconds,
                              hybrid=True)
         try:
-            job = self._jobs.submit(request, known_part.at_hand(known.part), settings)
+            job = self._jobs.submit(request, known_part.done_with(known), settings)
         except RequestError as refusal:  # the estimate is an answer all the same
             return _missed(best, f"{short}; drops cannot refine it now: {refusal}")
         promise = f"at most {most} drops in the background will refine it, job {job.job_id}."

@@ -18,7 +18,7 @@ from ...resting.poses import poses_in
 from ...simulation import drops, flips, simulate
 from ...simulation.request import Watch, drop_request
 from ...statistics.prefix import Judge, target_reached
-from ..parts.known_part import Memory
+from ..parts.known_part import KnownPart, Memory
 
 SNAPSHOT_SECONDS = 0.2
 COMBINED_SECONDS = 1.0
@@ -74,7 +74,7 @@ class Job:
 
     job_id: str
     request: JobRequest
-    part: Future[Part]  # the mesh may still be on its way through the hull
+    part: Future[KnownPart]  # the mesh may still be on its way through the hull
     seed: int
     settings: Any  # the node's settings when the job was accepted
     state: State = State.QUEUED
@@ -98,10 +98,10 @@ class Job:
     @property
     def part_id(self) -> str:
         """Name of the part; of a nameless one, the name it got, once it is there."""
-        part = self.built()
-        return self.request.part_id or (self.name if part is None else part.part_id)
+        known = self.known()
+        return self.request.part_id or (self.name if known is None else known.part_id)
 
-    def built(self) -> Part | None:
+    def known(self) -> KnownPart | None:
         """The part, if it is there; never waits, also while the job lets go of it."""
         part = self.part
         good = part.done() and not part.cancelled() and part.exception() is None

@@ -46,6 +46,11 @@ class PartRequest:
         digest.update(np.array(numbers, dtype="<f8").tobytes())
         return digest.digest()
 
+    @property
+    def scene_override(self) -> tuple[float, float]:
+        """Restitution and drop height of the part's own scene; negative: the node's."""
+        return self.restitution, self.drop_height
+
     def bytes(self) -> int:
         """Size of the mesh."""
         return int(self.vertices.nbytes + self.triangles.nbytes)

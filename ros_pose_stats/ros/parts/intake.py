@@ -21,7 +21,7 @@ from ..lanes import Lane, Rank
 from ..messages import part_messages, part_requests
 from ..settings import mesh_topics
 from . import part_builder
-from .known_part import KnownPart, at_hand
+from .known_part import KnownPart, done_with
 from .result_store import Stores
 
 DEPTH = 100  # messages that wait in the middleware
@@ -29,9 +29,6 @@ TRIES = 3  # of building a part of an earlier run, where something fails inside 
 
 LARGE_BYTES = 36 * part_builder.LARGE_TRIANGLES
 """Of a part that is not built yet; it may take longer than others should wait."""
-
-LONGEST_ACCEPTANCE = 0.5
-"""Seconds that a mesh waits for the acceptance of its simulation; a disk may be slow."""
 
 
 class Intake:
@@ -49,7 +46,7 @@ class Intake:
         """Make a mesh that is no copy a known part, and latch it; raises PoseStatsError."""
         settings = self._settings()
         part_requests.check_request(request, settings.max_mesh_bytes)
-        scene = settings.scene((request.restitution, request.drop_height))
+        scene = settings.scene(request.scene_override)
         known, new = self._parts.resolve(request)
         if new:
             self._results.estimate(known, "", scene)  # what has no equilibrium is no part
@@ -66,23 +63,17 @@ class Intake:
             self._lanes.put(partial(self.take, request), Rank.PUBLISHED, _lane_of(request), size,
                             request.part_id))
 
-    def take_sent(self, request: part_requests.PartRequest, source: str,
-                  accepted: threading.Event | None) -> Future[KnownPart]:
-        """Queue a mesh of a request, to be begun once `accepted`."""
-        def take() -> KnownPart:
-            if accepted is not None:
-                accepted.wait(LONGEST_ACCEPTANCE)
-            return self.take(request)
-
-        coming = self._lanes.put(take, Rank.SENT, _lane_of(request), request.bytes(),
-                                 request.part_id)
+    def take_sent(self, request: part_requests.PartRequest, source: str) -> Future[KnownPart]:
+        """Queue a mesh of a request."""
+        coming = self._lanes.put(partial(self.take, request), Rank.SENT, _lane_of(request),
+                                 request.bytes(), request.part_id)
         self._refusals.watch_mesh(source, coming)
         return coming
 
     def built(self, known: KnownPart) -> Future[KnownPart]:
         """A known part once it is built; one of an earlier run is built before others."""
         if known.source.is_built:
-            return at_hand(known)
+            return done_with(known)
 
         def build() -> KnownPart:
             known.source.get()
@@ -94,7 +85,7 @@ class Intake:
         """Done once the poses of a part are at hand, whose estimate is a moment's work then."""
         lane = _lane_of(known)
         if not known.source.is_built or lane is Lane.QUICK or are_found(known.part, scene):
-            return at_hand(None)
+            return done_with(None)
         return self._lanes.put(partial(self._builder.find_poses, known.part, scene), Rank.KNOWN,
                                lane)
 
@@ -180,7 +171,7 @@ class Checks:
         with self._lock:
             message = self._results.checked(known, scene)
             if message is not None:
-                return at_hand(message)
+                return done_with(message)
             key = known.part_id, known.digest, scene
             coming = self._coming.get(key)
             if coming is None:

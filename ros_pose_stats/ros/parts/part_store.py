@@ -77,7 +77,7 @@ class PartStore:
         else:
             part_id, digest, source = same.part_id, same.digest, same.source
         old = self.find(part_id)
-        override = (request.restitution, request.drop_height)
+        override = request.scene_override
         if old is not None and (old.digest, old.scene_override) == (digest, override):
             return old, False
         numbers = self._numbers.get(part_id) if old is None else old.numbers

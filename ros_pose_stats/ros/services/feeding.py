@@ -20,7 +20,7 @@ from ..jobs.run import FlipReports, flip_key, flips_in_all
 from ..messages import part_messages, part_requests, statistics_messages
 from ..parts import known_part
 from ..parts.result_store import Stores
-from . import requests, services
+from .requests import Steps, refusing
 
 FLIP_SECONDS = 10.0  # longest that an answer flips for; the fewer flips, the wider its intervals
 SEED = 1  # of the flips of an answer: the same question has the same answer
@@ -45,8 +45,8 @@ class FeedingService:
         self.say_failure = base.node.get_logger().error
         base.node.serve(FeedingAnswer, "~/feeding", self.answer)
 
-    @services.refusing
-    def answer(self, request: Any, response: Any) -> services.Steps:
+    @refusing
+    def answer(self, request: Any, response: Any) -> Steps:
         """What to do and what a feeder gets, from the result that is latched now."""
         known, settings = self._parts.known(request.part_id), self._settings()
         with known.numbers.lock:  # both of one result
@@ -81,12 +81,12 @@ class FeedingService:
             if found is None:
                 job = self._jobs.submit(
                     FlipRequest(known.part_id, known.content, scene, 0, SEED, 0.0, seconds,
-                                kick_height=height), known_part.at_hand(known.part), settings,
+                                kick_height=height), known_part.done_with(known), settings,
                     is_accepted=job is not None)
                 yield job.finished
                 found = self._reports.of_job(job.job_id)
                 if job.state is State.CANCELLED:  # nobody but the node itself cancels
-                    raise requests.ending()
+                    raise known_part.ending()
                 if found is None:
                     response.success, response.message = False, job.message
                     return

@@ -240,14 +240,14 @@ class SimulateFlipsServer(GoalServer):
         return self._jobs.submit(
             FlipRequest(known.part_id, known.content, scene, request.drops, request.seed,
                         0.0, settings.max_job_seconds, kick_height=kick),
-            known_part.at_hand(known.part), settings)
+            known_part.done_with(known), settings)
 
     def feedback(self, job: Job) -> Any:
         """How far the flips are."""
-        feedback, part = SimulateFlips.Feedback(flips_done=job.drops_done), job.built()
-        if part is not None:
-            feedback.flips_total = run.flips_in_all(run.pose_count(part, job.request.scene),
-                                             job.request.drops, job.settings)
+        feedback, known = SimulateFlips.Feedback(flips_done=job.drops_done), job.known()
+        if known is not None:
+            poses = run.pose_count(known.part, job.request.scene)
+            feedback.flips_total = run.flips_in_all(poses, job.request.drops, job.settings)
         return feedback
 
     def result(self, job: Job | None, success: bool, message: str) -> Any:

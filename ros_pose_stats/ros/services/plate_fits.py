@@ -16,7 +16,7 @@ from ..messages.part_requests import shown
 from ..parts import count_store, known_part
 from ..parts.result_store import Stores
 from ..settings import Settings
-from . import services
+from .requests import Steps, refusing
 
 if TYPE_CHECKING:
     from ...plates import PlateFit
@@ -33,8 +33,8 @@ class PlateFits:
         self.say_failure = self._log.error
         base.node.serve(FitPlate, "~/fit_plate", self.answer)
 
-    @services.refusing
-    def answer(self, request: Any, response: Any) -> services.Steps:
+    @refusing
+    def answer(self, request: Any, response: Any) -> Steps:
         """Fit, and work with what was found if that is wanted."""
         settings = self._settings()
         plate = request.plate or settings.plate

@@ -1,43 +1,80 @@
-"""From what clients ask to parts and jobs."""
+"""From what clients ask to parts, jobs and answers."""
 
+import functools
 import math
-import threading
-from collections.abc import Callable
-from concurrent import futures
-from concurrent.futures import CancelledError, Future
-from typing import Any, NamedTuple, TypeVar
+from collections.abc import Callable, Generator
+from concurrent.futures import Future, wait
+from functools import partial
+from typing import Any, Protocol
 
 from ...errors import PoseStatsError, RequestError
-from ...records import Part
 from ..base import Base
 from ..jobs import Job, JobRequest, Jobs
 from ..messages import part_messages, part_requests
 from ..parts.intake import Intake
-from ..parts.known_part import KnownPart, at_hand
+from ..parts.known_part import KnownPart, done_with, ending, result_of
 from ..parts.result_store import Stores
-
-T = TypeVar("T")
 
 PATIENCE = 0.004
 """Seconds that a start waits for a small part, so that most bad meshes are refused at once."""
 
-QUICK_TRIANGLES = 1000
-"""A larger carried mesh is begun with when the start of its simulation has been accepted."""
+QUICK_TRIANGLES = 1000  # most of a mesh that a start waits for
+
+Callback = Callable[..., Any]
 
 
-class ResolvedPart(NamedTuple):
-    """The part of a request."""
+class Answering(Protocol):
+    """Whoever answers requests."""
 
-    coming: Future[KnownPart]
-    part_id: str
-    # gives the digest of the mesh as it was sent, which takes a while for a large one
-    content: Callable[[], bytes]
-    scene_override: tuple[float, float]  # of the part's own scene; negative: the node's
-    slow: bool = False  # it may take longer than an answer should
+    say_failure: Callable[[str], object]
+
+
+Steps = Generator[Future[Any], Any, None]
+"""What a callback waits for in turn; it is given what comes of each."""
+
+
+def refusing(callback: Callback) -> Callback:
+    """Turn refusals into `success = false` and their message, and what waits into a future."""
+    @functools.wraps(callback)
+    def answer(self: Answering, request: Any, response: Any) -> Any:
+        answered: Future[Any] = Future()
+
+        def begin() -> Steps:
+            outcome: Steps | None = callback(self, request, response)
+            if outcome is not None:
+                yield from outcome
+
+        def go_on(steps: Steps, done: Future[Any] | None = None) -> None:
+            coming = None
+            try:
+                try:
+                    value = None if done is None else result_of(done)
+                except BaseException as error:
+                    coming = steps.throw(error)
+                else:
+                    coming = steps.send(value)
+            except StopIteration:
+                pass
+            except PoseStatsError as refusal:
+                response.success, response.message = False, str(refusal)
+            except Exception as error:  # the client gets an answer in any case
+                response.success = False
+                response.message = f"internal failure: {type(error).__name__}: {error}"
+                self.say_failure(f"{callback.__name__}: {response.message}")
+            if coming is None:
+                answered.set_result(response)
+            else:  # no thread waits
+                coming.add_done_callback(partial(go_on, steps))
+
+        response.success = True
+        go_on(begin())
+        return response if answered.done() else answered
+
+    return answer
 
 
 class Requests:
-    """Resolves parts and starts jobs, for services and the action."""
+    """Finds parts and starts jobs, for services and the action."""
 
     def __init__(self, base: Base, stores: Stores, intake: Intake, jobs: Jobs) -> None:
         self._settings, self._refusals = base.settings, base.refusals
@@ -48,13 +85,13 @@ class Requests:
         """Refuse whatever comes from now on."""
         self._closed = True
 
-    def resolve_part(self, part_id: str, message: Any, accepted: threading.Event | None = None,
-                     is_enough: Callable[[KnownPart], bool] = lambda known: False
-                     ) -> ResolvedPart:
-        """The part of a request, known or on its way; lets go of the message, which may be large.
+    def find_part(self, part_id: str, message: Any,
+                  is_enough: Callable[[KnownPart], bool] = lambda known: False
+                  ) -> tuple[Future[KnownPart], KnownPart | part_requests.PartRequest]:
+        """The part of a request, on its way, and as far as it is there by now.
 
-        `accepted`: a mesh that takes longer than its answer should is begun with only then;
-        `is_enough`: whether a known part will do though it is not built yet.
+        Empties the message, which may be large; `is_enough`: whether a known part will do though
+        it is not built yet.
         """
         if self._closed:
             raise ending()
@@ -67,7 +104,6 @@ class Requests:
                                                   part_requests.shown(message.part_id)),
                                "fill one of the two")
         message.part_id = message.part_id or part_id
-        known, content, override = None, b"", (-1.0, -1.0)
         if not carried:
             known = self._parts.known(message.part_id)
         else:
@@ -78,21 +114,15 @@ class Requests:
             try:
                 request = part_messages.taken_request(message)
                 part_requests.check_request(request, self._settings().max_mesh_bytes)
-                override = request.restitution, request.drop_height
-                self._settings().scene(override)
+                self._settings().scene(request.scene_override)
             except PoseStatsError as refusal:
                 self._refusals.refuse(source, str(refusal))
                 raise
-            if same is not None and (same.content, same.scene_override) == (
-                    request.content, override):
-                known = same
-        if known is not None:
-            content = known.content
-            coming = at_hand(known) if is_enough(known) else self._intake.built(known)
-            return ResolvedPart(coming, known.part_id, lambda: content, known.scene_override)
-        slow = accepted is not None and len(request.triangles) > QUICK_TRIANGLES
-        coming = self._intake.take_sent(request, source, accepted if slow else None)
-        return ResolvedPart(coming, request.part_id, lambda: request.content, override, slow)
+            if same is None or (same.content, same.scene_override) != (
+                    request.content, request.scene_override):
+                return self._intake.take_sent(request, source), request
+            known = same
+        return done_with(known) if is_enough(known) else self._intake.built(known), known
 
     def start_job(self, request: Any) -> Job:
         """Accept a drop simulation out of a `StartDropSimulation` or a goal."""
@@ -107,30 +137,15 @@ class Requests:
             raise RequestError(
                 f"max_seconds from 0 to {most:g} s (parameter max_job_seconds)",
                 f"{request.max_seconds:g} s", "0 stands for the node's")
-        accepted, part = threading.Event(), Future[Part]()
-
-        def pass_on(done: Future[KnownPart]) -> None:
-            try:
-                part.set_result(wait_for(done).part)
-            except BaseException as error:  # belongs to whoever asks for the part
-                part.set_exception(error)
-
-        try:
-            resolved = self.resolve_part(request.part_id, request.part, accepted)
-            if resolved.coming.done() or not resolved.slow:
-                try:
-                    wait_for(resolved.coming, PATIENCE)
-                except futures.TimeoutError:  # up to Python 3.10 not the builtin one
-                    if resolved.coming.done():
-                        raise
-            scene = settings.scene((request.restitution, request.drop_height),
-                                   resolved.scene_override)
-            resolved.coming.add_done_callback(pass_on)
-            return self._jobs.submit(
-                JobRequest(resolved.part_id, resolved.content(), scene, drops, request.seed,
-                           request.target_error, seconds), part, settings)
-        finally:
-            accepted.set()
+        coming, mesh = self.find_part(request.part_id, request.part)
+        if isinstance(mesh, KnownPart) or len(mesh.triangles) <= QUICK_TRIANGLES:
+            wait([coming], PATIENCE)
+        if coming.done():
+            result_of(coming)
+        scene = settings.scene((request.restitution, request.drop_height), mesh.scene_override)
+        return self._jobs.submit(
+            JobRequest(mesh.part_id, mesh.content, scene, drops, request.seed,
+                       request.target_error, seconds), coming, settings)
 
 
 def check_target(value: float) -> None:
@@ -138,16 +153,3 @@ def check_target(value: float) -> None:
     if not 0.0 <= value < 1.0:
         raise RequestError("a target_error from 0 to below 1, as a fraction", f"{value}",
                            "0.01 is one point; 0 stands for none")
-
-
-def ending() -> RequestError:
-    """The refusal of whatever a node that ends is asked for."""
-    return RequestError("a running node", "one that is ending", "start it again")
-
-
-def wait_for(coming: Future[T], timeout: float | None = None) -> T:
-    """What is coming, once it is there; raises PoseStatsError if it is refused."""
-    try:
-        return coming.result(timeout)
-    except CancelledError as error:
-        raise ending() from error

@@ -1,11 +1,8 @@
 """Service callbacks: a request in, a response out, refusals as messages."""
 
-import functools
 import math
-from collections.abc import Callable, Generator
-from concurrent.futures import Future, wait
-from functools import partial
-from typing import Any, NamedTuple, Protocol
+from concurrent.futures import wait
+from typing import Any
 
 from ros_pose_stats_msgs import srv
 from ros_pose_stats_msgs.msg import JobStatus, PoseStatistics
@@ -23,7 +20,7 @@ from ..parts import known_part, part_builder
 from ..parts.intake import Checks, Intake
 from ..parts.result_store import Stores
 from ..recorder import ANSWERS
-from .requests import Requests, check_target, wait_for
+from .requests import Requests, Steps, check_target, refusing
 
 BY_DROPS = "ask for the method auto, or start a drop simulation"
 AS_ITSELF = "for drops, send the part with this centre of mass in its inertia"
@@ -31,72 +28,6 @@ AS_ITSELF = "for drops, send the part with this centre of mass in its inertia"
 
 CANCEL_PATIENCE = 0.06
 """Seconds that a cancel waits for the simulation's end, so that its state is told right."""
-
-Callback = Callable[..., Any]
-
-
-class Answering(Protocol):
-    """Whoever answers requests."""
-
-    say_failure: Callable[[str], object]
-
-
-class Later(NamedTuple):
-    """What a callback has to wait for, and how it goes on then."""
-
-    coming: Future[Any]
-    go_on: Callable[[], "Later | None"]
-
-
-Steps = Generator[Future[Any], Any, None]
-"""What a callback waits for in turn; it is given what comes of each."""
-
-
-def _next(steps: Steps, done: Future[Any] | None = None) -> Later | None:
-    try:
-        try:
-            value = None if done is None else wait_for(done)
-        except BaseException as error:
-            coming = steps.throw(error)
-        else:
-            coming = steps.send(value)
-    except StopIteration:
-        return None
-    return Later(coming, partial(_next, steps, coming))
-
-
-def refusing(callback: Callback) -> Callback:
-    """Turn refusals into `success = false` and their message, and what waits into a future."""
-    @functools.wraps(callback)
-    def answer(self: Answering, request: Any, response: Any) -> Any:
-        answered: Future[Any] = Future()
-
-        def begin() -> Later | None:
-            outcome: Later | Steps | None = callback(self, request, response)
-            return _next(outcome) if isinstance(outcome, Generator) else outcome
-
-        def go_on(act: Callable[[], Later | None]) -> None:
-            later = None
-            try:
-                later = act()
-            except errors.PoseStatsError as refusal:
-                response.success, response.message = False, str(refusal)
-            except Exception as error:  # the client gets an answer in any case
-                response.success = False
-                response.message = f"internal failure: {type(error).__name__}: {error}"
-                self.say_failure(f"{callback.__name__}: {response.message}")
-            if later is None:
-                answered.set_result(response)
-            else:  # no thread waits
-                then = later.go_on
-                later.coming.add_done_callback(lambda _: go_on(then))
-
-        response.success = True
-        go_on(begin)
-        return response if answered.done() else answered
-
-    return answer
-
 
 class Services:
     """All services of the node."""
@@ -138,15 +69,15 @@ class Services:
             return not (offset.any() or request.target_error) and self._results.remembers(
                 known, request.method, scene)
 
-        resolved = self._requests.resolve_part(request.part_id, request.part, None, is_enough)
-        known = received = yield resolved.coming
+        coming, mesh = self._requests.find_part(request.part_id, request.part, is_enough)
+        known = received = yield coming
         if offset.any():
             key = received.part_id, received.digest, offset.tobytes()
             part = self._shifted.get(key) or meshes.shift_center(received.part, offset)
             self._shifted.put(key, part)
             known = known_part.known_as(part, received)
         scene = self._settings().scene((request.restitution, request.drop_height),
-                                       resolved.scene_override)
+                                       mesh.scene_override)
         yield self._intake.prepared(known, scene)
         is_auto = (request.method or self._settings().default_method) == methods.AUTO
         if is_auto and not request.target_error:
