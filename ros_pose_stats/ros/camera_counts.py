@@ -20,12 +20,12 @@ from .settings import Settings
 MOST_BYTES = 2**20  # of a camera's message: counts of some 80 000 poses, or some 16 000 parts seen
 
 
-def observed_of_bytes(data: bytes) -> part_messages.ObservedNumbers:
+def observed_of_bytes(data: bytes) -> part_messages.ObservedArrays:
     """What a camera saw; raises RequestError if the bytes or its confidences are none."""
     if len(data) > MOST_BYTES:
         raise RequestError(f"an ObservedParts of at most {MOST_BYTES} bytes", f"{len(data)} bytes",
                            "check the publisher")
-    numbers = part_messages.see(data, ObservedParts, part_messages.observed_numbers)
+    numbers = part_messages.see(data, ObservedParts, part_messages.observed_arrays)
     parts, confidence = len(numbers.poses), numbers.confidence
     if not len(confidence):
         confidence = np.ones(parts)
@@ -94,9 +94,9 @@ def count_problem(counts: PoseCounts, part: KnownPart | None) -> str:
     """Why a camera's count of a part cannot be compared with anything; empty where it can."""
     if len(counts.index) != len(counts.count):
         return f"it has {len(counts.index)} pose indices and {len(counts.count)} counts"
-    latched = None if part is None else part.shown.latched
-    if part is None or latched is None:
+    if part is None or part.shown is None:
         return f"no part {part_requests.shown(counts.part_id)} is known"
+    latched = part.shown.latched
     if counts.part_digest and counts.part_digest != part.digest:
         return f"{part_requests.shown(counts.part_id)} has another part_digest by now"
     if sum(counts.count) > MOST_PARTS:
@@ -145,29 +145,28 @@ class ObservedSubscription:
         self._counts.take_counts(sound)
 
 
-def count_observed(seen: part_messages.ObservedNumbers, part: KnownPart | None,
+def count_observed(seen: part_messages.ObservedArrays, part: KnownPart | None,
                    settings: Settings) -> PoseCounts | None:
     """Count the poses of parts that a camera saw on the plate; None where it saw none."""
     if seen.frame_id not in ("", settings.plate_frame):
         frame = part_requests.shown(settings.plate_frame)
         raise RequestError(f"poses in the frame {frame} (parameter plate_frame)",
                            part_requests.shown(seen.frame_id), "transform them to the plate, z up")
-    if part is None or part.shown.latched is None or part.shown.scene is None:
+    if part is None or part.shown is None:
         raise RequestError("the part_id of a known part", part_requests.shown(seen.part_id),
                            "publish its mesh on ~/part_mesh first")
     if not len(seen.poses):
         return None
-    latched = part.shown.latched
+    latched, scene = part.shown.latched, part.shown.scene
     poses = classify_orientations(part.part, seen.poses[:, 3:],
                                   cluster_tolerance=latched.cluster_tolerance,
                                   round_sides=latched.round_sides)
     sure = (poses >= 0) & (seen.confidence >= LEAST_CONFIDENCE)
     index, count = np.unique(poses[sure], return_counts=True)
-    height = part.shown.scene.drop_height
     counts = PoseCounts(
         part_id=part.part_id, part_digest=part.digest,
         cluster_tolerance=latched.cluster_tolerance, round_sides=latched.round_sides,
-        plate=settings.plate, drop_height=-1.0 if height is None else height,
+        plate=settings.plate, drop_height=-1.0 if scene.drop_height is None else scene.drop_height,
         index=index.astype(np.uint32), count=count.astype(np.uint64),
         unclassified=int((~sure).sum()), from_pose=seen.from_pose,
         feeder_speed=seen.feeder_speed)

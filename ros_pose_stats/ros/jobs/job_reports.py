@@ -140,7 +140,7 @@ class JobReports(JobListener):
         """Whether what a client hears of the end is on the disk; of others nobody hears."""
         return not (job.asked or state is JobState.DONE) or self._state.commit(change)
 
-    def let_go(self, job_id: str) -> None:
+    def forgotten(self, job_id: str) -> None:
         """Keep nothing of a job any more."""
         self._state.put(Change("jobs", job_id, None))
 

@@ -217,7 +217,7 @@ class Jobs:
         while len(self._ended) > KEPT:
             oldest = self._ended.popleft()
             self._known.pop(oldest, None)
-            self._listener.let_go(oldest)
+            self._listener.forgotten(oldest)
 
 
 def _is_twin(request: JobRequest, job: Job) -> bool:

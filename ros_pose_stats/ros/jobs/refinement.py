@@ -46,10 +46,9 @@ class Refinement:
                              settings.max_job_seconds, True, hybrid)
         self._jobs.cancel_refinement(known.part_id, "the part or its scene has changed",
                                      but=request)
-        model = known.shown.model
-        fine = model is not None and known.shown.scene == scene and (model.drops or hybrid) and (
-            model.drops >= drops or (target and (
-                credible_bound(known.part, model, scene) <= target)))
+        model = known.model_in(scene)
+        fine = model is not None and (model.drops or hybrid) and (model.drops >= drops or (
+            target and credible_bound(known.part, model, scene) <= target))
         if (settings.refine_drops or target) and not fine:
             self._jobs.submit(request, known_part.done_with(known), settings)
 
@@ -95,10 +94,9 @@ class Refinement:
 
     def _aim(self, known: known_part.KnownPart, target_error: float, scene: DropScene) -> float:
         """The bound at which drops may end; with a higher one they might not be latched."""
-        model = known.shown.model
-        if model is None or known.shown.scene != scene:
-            return target_error
-        return min(target_error, statistics_messages.known_error(model))
+        model = known.model_in(scene)
+        return target_error if model is None else min(target_error,
+                                                      statistics_messages.known_error(model))
 
 
 def _means(message: PoseStatistics) -> str:

@@ -167,7 +167,7 @@ class JobListener:
     def ended(self, job: Job, state: State) -> None:
         """Has ended with `state`, which is seen by others once this has returned."""
 
-    def let_go(self, job_id: str) -> None:
+    def forgotten(self, job_id: str) -> None:
         """Nobody can ask for it any more."""
 
 

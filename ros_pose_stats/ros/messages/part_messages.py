@@ -33,7 +33,7 @@ class NotPlainCdrError(Exception):
     """The bytes are in another encapsulation, or not what they should be."""
 
 
-class Numbers(NamedTuple):
+class PartArrays(NamedTuple):
     """Content of a `PartMesh`; arrays view the buffer."""
 
     stamp: int  # nanoseconds
@@ -47,7 +47,7 @@ class Numbers(NamedTuple):
     resource: str
 
 
-class ObservedNumbers(NamedTuple):
+class ObservedArrays(NamedTuple):
     """Content of an `ObservedParts`; arrays view the buffer."""
 
     stamp: int  # nanoseconds
@@ -108,7 +108,7 @@ def _mesh(cursor: _Cursor) -> tuple[NDArray[np.float64], NDArray[np.uint32]]:
     return cursor.array(3 * cursor.count(), "<f8").reshape(-1, 3), triangles
 
 
-def mesh_numbers(data: bytes) -> tuple[NDArray[np.float64], NDArray[np.uint32]]:
+def mesh_arrays(data: bytes) -> tuple[NDArray[np.float64], NDArray[np.uint32]]:
     """See vertices and triangles of a serialised `shape_msgs/Mesh`, or raise NotPlainCdrError."""
     cursor = _Cursor(data)
     surface = _mesh(cursor)
@@ -116,8 +116,8 @@ def mesh_numbers(data: bytes) -> tuple[NDArray[np.float64], NDArray[np.uint32]]:
     return surface
 
 
-def part_mesh_numbers(data: bytes) -> Numbers:
-    """See a serialised `ros_pose_stats_msgs/PartMesh`; see `mesh_numbers`."""
+def part_mesh_arrays(data: bytes) -> PartArrays:
+    """See a serialised `ros_pose_stats_msgs/PartMesh`; see `mesh_arrays`."""
     cursor = _Cursor(data)
     stamp = cursor.stamp()
     cursor.text()  # frame_id
@@ -127,19 +127,19 @@ def part_mesh_numbers(data: bytes) -> Numbers:
     triangles = cursor.array(cursor.count(), "<u4")
     scalars, resource = cursor.array(SCALARS, "<f8"), cursor.text()
     cursor.end()
-    return Numbers(stamp, part_id, mesh_vertices, mesh_triangles, vertices, triangles, scalars,
+    return PartArrays(stamp, part_id, mesh_vertices, mesh_triangles, vertices, triangles, scalars,
                    resource)
 
 
-def observed_numbers(data: bytes) -> ObservedNumbers:
-    """See a serialised `ros_pose_stats_msgs/ObservedParts`; see `mesh_numbers`."""
+def observed_arrays(data: bytes) -> ObservedArrays:
+    """See a serialised `ros_pose_stats_msgs/ObservedParts`; see `mesh_arrays`."""
     cursor = _Cursor(data)
     stamp, frame_id, part_id = cursor.stamp(), cursor.text(), cursor.text()
     poses = cursor.array(7 * cursor.count(), "<f8").reshape(-1, 7)
     confidence = cursor.array(cursor.count(), "<f8")
     from_pose, feeder_speed = int(cursor.array(1, "<i4")[0]), cursor.text()
     cursor.end()
-    return ObservedNumbers(stamp, frame_id, part_id, poses, confidence, from_pose, feeder_speed)
+    return ObservedArrays(stamp, frame_id, part_id, poses, confidence, from_pose, feeder_speed)
 
 
 T = TypeVar("T")
@@ -152,13 +152,13 @@ times as many and take a third of a second for each of them [MiB]."""
 
 def request_of_mesh_bytes(data: bytes, part_id: str, unit: float) -> part_requests.PartRequest:
     """Take a serialised `shape_msgs/Mesh`; raises MeshError, RequestError."""
-    vertices, triangles = see(data, Mesh, mesh_numbers)
+    vertices, triangles = see(data, Mesh, mesh_arrays)
     return part_requests.PartRequest(part_id, vertices, triangles, unit)
 
 
 def request_of_part_bytes(data: bytes) -> part_requests.PartRequest:
     """Take a serialised `PartMesh`; raises MeshError, RequestError."""
-    return _request(see(data, PartMesh, part_mesh_numbers))
+    return _request(see(data, PartMesh, part_mesh_arrays))
 
 
 def taken_request(message: PartMesh) -> part_requests.PartRequest:
@@ -171,10 +171,10 @@ def taken_request(message: PartMesh) -> part_requests.PartRequest:
                                    f"{count}", "publish it on ~/part_mesh or use the flat arrays")
         return request_of_part_bytes(serialize_message(message))
     finally:
-        let_go(message)
+        empty_mesh(message)
 
 
-def let_go(message: PartMesh) -> None:
+def empty_mesh(message: PartMesh) -> None:
     """Let go of the mesh that a message holds."""
     message.mesh, message.vertices, message.triangles = Mesh(), array("d"), array("I")
 
@@ -214,7 +214,7 @@ def flat(values: NDArray[Any], code: str = "d") -> Any:
     return array(code, np.ascontiguousarray(values, dtype=np.dtype(code)).tobytes())
 
 
-def _request(numbers: Numbers) -> part_requests.PartRequest:
+def _request(numbers: PartArrays) -> part_requests.PartRequest:
     filled = [name for name, there in (
         ("mesh", numbers.mesh_vertices.size + numbers.mesh_triangles.size),
         ("the flat arrays", numbers.vertices.size + numbers.triangles.size),

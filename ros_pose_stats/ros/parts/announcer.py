@@ -148,9 +148,8 @@ class Announcer:
         if not (self._floods.count("new parts") and of_part):
             return
         log = self._node.get_logger()
-        latched = known.shown.latched
-        poses = "" if latched is None else (
-            f", {len(latched.poses)} stable poses ({most_probable(latched.poses)} %)")
+        found = [] if known.shown is None else known.shown.latched.poses
+        poses = f", {len(found)} stable poses ({most_probable(found)} %)" if found else ""
         line, bag = part_requests.part_line(known.part), self._recorder.log.directory
         log.info(f"{line}{poses}; bag {bag}")
         for warning in known.part.warnings:
@@ -186,7 +185,7 @@ class Announcer:
         if shown is None:
             return
         data = serialize_message(statistics_messages.farewell_message(
-            shown.message, stamp, known.numbers.next(), reason))
+            shown.message, stamp, known.revisions.next(), reason))
         self._recorder.record(POSE_STATISTICS, data)
         with self._lock:
             shown.publisher.publish(data)

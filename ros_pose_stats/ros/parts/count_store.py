@@ -164,18 +164,18 @@ class CountStore:
         if counts.plate not in ("", self._settings().plate):
             return True
         ground = self._ground(counts)
-        with known.numbers.lock:
+        with known.revisions.lock:
             current = self._parts.current(known.part_id)
             if current is None or current.digest != known.digest:
                 return True
             # The same part may have come with another scene meanwhile, and show nothing yet.
-            latched, known = current.shown.latched or known.shown.latched, current
-            if latched is None:
+            shown, known = current.shown or known.shown, current
+            if shown is None:
                 return True
             self.restore(known)
-            self._drop_misfits(known, ground, latched)
+            self._drop_misfits(known, ground, shown.latched)
             if known.counts is None or known.counts.ground != ground:
-                known.counts = CellCounts(ground, np.zeros(len(latched.poses), np.int64),
+                known.counts = CellCounts(ground, np.zeros(len(shown.latched.poses), np.int64),
                                           time.time_ns())
             content = hashlib.sha256(str(counts).encode()).digest()[:16]
             identity = known.counts.series.to_bytes(8, "big") + content
@@ -206,7 +206,7 @@ class CountStore:
 
         Raises RequestError if there are none.
         """
-        with known.numbers.lock:
+        with known.revisions.lock:
             counts = known.counts
             fitting = counts is not None and counts.ground == self._ground(message)
             flips = counts.flips if counts is not None and fitting else {}
@@ -225,7 +225,7 @@ class CountStore:
         """Take counts of a nameless plate for counts of this one; whether the disk has that."""
         changes = []
         for known in self._parts.all():
-            with known.numbers.lock:
+            with known.revisions.lock:
                 counts = known.counts
                 if counts is not None and not counts.ground.plate:
                     counts.ground = counts.ground._replace(plate=plate)
@@ -274,15 +274,15 @@ class CountStore:
     def _evidence_beside(self, known: known_part.KnownPart) -> Iterator[Array]:
         """What the other parts counted on this part's plate say of its error."""
         for other in self._parts.all():
-            counts, model = other.counts, other.shown.model
-            if other is known or counts is None or model is None or (
+            counts, shown = other.counts, other.shown
+            if other is known or counts is None or shown is None or (
                     known.counts is None or counts.ground.plate != known.counts.ground.plate):
                 continue
             evidence, total = counts.evidence, counts.total  # a camera may count meanwhile
             if evidence is None and (counts.ground, total.size) == (
-                    self._ground(model), len(model.poses)):
+                    self._ground(shown.model), len(shown.model.poses)):
                 evidence = counts.evidence = plate_evidence(
-                    statistics_messages.statistics_of_message(model), total)
+                    statistics_messages.statistics_of_message(shown.model), total)
             if evidence is not None:
                 yield evidence
 

@@ -47,7 +47,7 @@ class Intake:
         settings = self._settings()
         part_requests.check_request(request, settings.max_mesh_bytes)
         scene = settings.scene(request.scene_override)
-        known, new = self._parts.resolve(request)
+        known, new = self._parts.identify(request)
         if new:
             self._results.estimate(known, "", scene)  # what has no equilibrium is no part
             self._parts.put(known, request)
@@ -96,7 +96,7 @@ class Intake:
             self._lanes.check_room(part_builder.lane_of(triangles, vertices),
                                    12 * triangles + 24 * vertices, message.part_id)
         except PoseStatsError:
-            part_messages.let_go(message)
+            part_messages.empty_mesh(message)
             raise
 
     def show_all_again(self) -> None:

@@ -70,8 +70,8 @@ class Memory(Generic[K, V]):
 
 
 @dataclass(eq=False)
-class Numbers:
-    """Numbers of the results of one name, whichever meshes come under it."""
+class Revisions:
+    """Revisions of the results of one name, whichever meshes come under it."""
 
     newest: int = 0  # given to a result
     shown: int = 0  # of what was latched last
@@ -86,16 +86,16 @@ class Numbers:
             return self.newest
 
 
-@dataclass(eq=False)
+@dataclass(frozen=True, eq=False)
 class Shown:
-    """What a part shows at present; written by the result store."""
+    """What a part shows at a time."""
 
-    latched: PoseStatistics | None = None  # the current result, which late joiners get
+    latched: PoseStatistics  # which late joiners get
     # the best estimate or simulation for that scene, as it was before it was latched: under
     # another number, and combined with the counts where there are any
-    model: PoseStatistics | None = None
-    scene: DropScene | None = None  # that the latched result is for
-    published: float = 0.0  # when it was published, by the monotonic clock
+    model: PoseStatistics
+    scene: DropScene  # that the latched result is for
+    published: float = -math.inf  # when, by the monotonic clock
 
 
 class PartSource:
@@ -128,24 +128,21 @@ class KnownPart:
     content: bytes  # digest of the mesh as it was sent
     scene_override: tuple[float, float]  # of the part's own scene; negative: the node's
     source: PartSource
-    numbers: Numbers = field(default_factory=Numbers)  # of its name
-    shown: Shown = field(default_factory=Shown)
+    revisions: Revisions = field(default_factory=Revisions)  # of its name
+    shown: Shown | None = None  # written by the result store
     counts: "CellCounts | None" = None  # what cameras counted of it; written by the count store
     size: int = 0  # bytes of the mesh as it is kept, and of the part when it became known
     change: int = 0  # number of the change of the state that has it
+
+    def model_in(self, scene: DropScene) -> PoseStatistics | None:
+        """The model behind what is shown, where that is for this scene."""
+        shown = self.shown
+        return shown.model if shown is not None and shown.scene == scene else None
 
     @property
     def part(self) -> Part:
         """The part itself. Raises PoseStatsError if it cannot be built."""
         return self.source.get()
-
-
-def known_as(part: Part, like: KnownPart | None = None) -> KnownPart:
-    """A part of which nothing is shown, for an answer alone; named and numbered like another."""
-    if like is None:
-        return KnownPart(part.part_id, part.digest, b"", NODE_SCENE, PartSource(part))
-    return KnownPart(like.part_id, part.digest, like.content, like.scene_override,
-                     PartSource(part), like.numbers)
 
 
 BUILT_BYTES = 64 * 2**20  # of parts that are kept because they may come again

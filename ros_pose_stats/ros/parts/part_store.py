@@ -17,7 +17,7 @@ from ..state import Change
 from ..state.tables import Row
 from . import part_builder
 from .announcer import Announcer
-from .known_part import KnownPart, Memory, Numbers, PartSource, memory_of_parts
+from .known_part import KnownPart, Memory, PartSource, Revisions, memory_of_parts
 
 REFUSED = 1024  # refused meshes kept for when they come again
 NUMBERED = 1024  # forgotten parts whose revisions go on where they come again
@@ -37,7 +37,7 @@ class PartStore:
         self._refused: Memory[tuple[str, bytes], PoseStatsError] = Memory(REFUSED)
         # also after another mesh of the same name has come
         self._built: Memory[tuple[str, bytes], Part] = memory_of_parts()
-        self._numbers: Memory[str, Numbers] = Memory(NUMBERED)
+        self._revisions: Memory[str, Revisions] = Memory(NUMBERED)
 
     def restore(self) -> None:
         """Know the parts of the state again, the last used ones; each is built when asked for."""
@@ -62,7 +62,7 @@ class PartStore:
                             "another one", "send the part again")
         return part
 
-    def resolve(self, request: part_requests.PartRequest) -> tuple[KnownPart, bool]:
+    def identify(self, request: part_requests.PartRequest) -> tuple[KnownPart, bool]:
         """The part that a mesh is, and whether it is to be `put`; raises PoseStatsError.
 
         A mesh without a name is the same as one that is named by its digest.
@@ -80,8 +80,8 @@ class PartStore:
         override = request.scene_override
         if old is not None and (old.digest, old.scene_override) == (digest, override):
             return old, False
-        numbers = self._numbers.get(part_id) if old is None else old.numbers
-        return KnownPart(part_id, digest, content, override, source, numbers or Numbers()), True
+        of_name = self._revisions.get(part_id) if old is None else old.revisions
+        return KnownPart(part_id, digest, content, override, source, of_name or Revisions()), True
 
     def _build(self, request: part_requests.PartRequest) -> Part:
         key = request.part_id, request.content
@@ -111,7 +111,7 @@ class PartStore:
                             "decimate the mesh, or raise the parameter")
         message = serialize_message(part_messages.part_message(request, known.part_id,
                                                                request.stamp or times.now()))
-        with known.numbers.lock:
+        with known.revisions.lock:
             other = self.current(known.part_id)
             if other is not None:
                 self._announcer.introduce(other)
@@ -135,7 +135,7 @@ class PartStore:
             used, self._used = self._used, set()
             latest_last = [known for part_id, known in self._parts.items() if part_id in used]
         for known in latest_last:
-            with known.numbers.lock:  # another mesh, or none, may be about to take its place
+            with known.revisions.lock:  # another mesh, or none, may be about to take its place
                 if self.current(known.part_id) is known:
                     self._state.put(Change("parts", known.part_id, self._row(known)))
 
@@ -177,7 +177,7 @@ class PartStore:
 
     def forget(self, known: KnownPart, why: str = "a client had the part forgotten") -> bool:
         """Forget a part; whether the state has that on the disk."""
-        return self._state.commit(self._let_go(known, why))
+        return self._state.commit(self._forget(known, why))
 
     def shrink(self) -> None:
         """Forget the least recently used ones beyond the bounds; the last is kept."""
@@ -189,17 +189,17 @@ class PartStore:
                                             and total <= settings.max_part_bytes):
                     return
                 oldest = next(iter(self._parts.values()))
-            self._let_go(oldest, "the part made room for others that were used more recently "
+            self._forget(oldest, "the part made room for others that were used more recently "
                          "(parameters max_parts, max_part_bytes)")
 
-    def _let_go(self, known: KnownPart, why: str) -> int | None:
+    def _forget(self, known: KnownPart, why: str) -> int | None:
         """Forget a part, unless another one has taken its place; the number of that change.
 
         While its name is locked nothing is recorded of that: neither a result of it after the
         word that it is forgotten, nor that word after the same part has come again.
         """
         part_id, stamp = known.part_id, times.now()
-        with known.numbers.lock:
+        with known.revisions.lock:
             if self.current(part_id) is not known:
                 return None
             self._announcer.withdraw_result(known, stamp, why)
@@ -207,8 +207,8 @@ class PartStore:
                              part_digest=known.digest)
             event.header.stamp = times.time_message(stamp)
             self._recorder.record(JOB_EVENTS, serialize_message(event))
-            known.numbers.shown = known.numbers.newest
-            self._numbers.put(part_id, known.numbers)
+            known.revisions.shown = known.revisions.newest
+            self._revisions.put(part_id, known.revisions)
             with self._lock:
                 self._parts.pop(part_id, None)
             return self._state.put(*(Change(table, part_id, None)

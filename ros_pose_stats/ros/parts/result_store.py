@@ -22,7 +22,7 @@ from ..recorder import POSE_STATISTICS
 from ..settings import Settings
 from ..state import Change
 from . import announcer, count_store, part_store
-from .known_part import KnownPart, Memory
+from .known_part import KnownPart, Memory, Shown
 
 REMEMBERED_POSES = 20_000
 """Poses of results kept for parts and scenes that come again; some 2 kB each."""
@@ -55,56 +55,56 @@ class ResultStore:
 
     def restore(self, known: KnownPart) -> None:
         """Give a part what the state has of it: its last result, and what was counted."""
-        shown, row = known.shown, self._state.get("results", known.part_id)
+        row = self._state.get("results", known.part_id)
         if row is not None:
-            _, latched, model, known.numbers.newest = row
-            known.numbers.shown = known.numbers.newest
+            _, latched, model, known.revisions.newest = row
+            known.revisions.shown = known.revisions.newest
             with suppress(Exception):  # of the bindings: then it is estimated anew
-                shown.latched = deserialize_message(latched, PoseStatistics)
-                shown.latched.final = True  # nothing is going to refine it any more
-                shown.model = shown.latched if not model else deserialize_message(
-                    model, PoseStatistics)
+                last = deserialize_message(latched, PoseStatistics)
+                last.final = True  # nothing is going to refine it any more
+                known.shown = Shown(
+                    last, deserialize_message(model, PoseStatistics) if model else last,
+                    self._settings().scene(known.scene_override))
         self._counts.restore(known)
 
     def show_restored(self, known: KnownPart) -> bool:
         """Latch what an earlier run has latched; whether it holds in the present scene."""
         shown, settings = known.shown, self._settings()
-        scene, last, model = settings.scene(known.scene_override), shown.latched, shown.model
-        if last is None or model is None or last.part_digest != known.digest or not (
-                messages.still_true(model, scene)):
-            shown.latched = shown.model = None
+        scene = settings.scene(known.scene_override)
+        if shown is None or shown.latched.part_digest != known.digest or not (
+                messages.still_true(shown.model, scene)):
+            known.shown = None
             return False
-        with known.numbers.lock:
-            if last is model:
-                last = model = _labelled(model, settings)
-            shown.model, shown.latched, shown.scene = _labelled(model, settings), last, scene
-            shown.published = time.monotonic()
-            known.numbers.newest = known.numbers.shown = max(known.numbers.newest, last.revision)
+        with known.revisions.lock:
+            model = _labelled(shown.model, settings)
+            last = model if shown.latched is shown.model else shown.latched
+            known.shown = Shown(last, model, scene, time.monotonic())
+            revisions = known.revisions
+            revisions.newest = revisions.shown = max(revisions.newest, last.revision)
             observed = last.method == OBSERVED
             if self._counts.counted_as(known, model) != last.observed * observed or (
                     observed and last.header.frame_id != settings.plate_frame):
-                self._latch(known, shown.model, scene)
+                self._latch(known, model, scene)
             else:
                 self._announcer.publish_result(known, last, serialize_message(last), False)
         roles = [BEST] if model.job_id else [BEST, CHECKED if model.drops else model.method]
         for role in roles:
-            self._results.put(self._key(role, known, scene), shown.model)
+            self._results.put(self._key(role, known, scene), model)
         return True
 
     def show_waiting(self) -> None:
         """Show what was counted, and put on record what was not when it was latched again."""
         for known in self._counts.take_new():
-            with known.numbers.lock:
+            with known.revisions.lock:
                 shown = known.shown
-                if (self._parts.current(known.part_id) is known and shown.model is not None
-                        and shown.scene is not None):
+                if shown is not None and self._parts.current(known.part_id) is known:
                     self._latch(known, shown.model, shown.scene)
         for part_id in list(self._waiting):
             waiting = self._waiting.pop(part_id, None)
-            if waiting is None or waiting.shown.latched is None:
+            if waiting is None:
                 continue
-            with waiting.numbers.lock:
-                if self._parts.current(part_id) is waiting:
+            with waiting.revisions.lock:
+                if waiting.shown is not None and self._parts.current(part_id) is waiting:
                     self._announcer.record(POSE_STATISTICS, waiting, waiting.shown.latched)
 
     def show_best(self, known: KnownPart) -> None:
@@ -117,9 +117,10 @@ class ResultStore:
         best, settings = self._results.get(self._key(BEST, known, scene)), self._settings()
         if best is not None:
             yield best
-        with known.numbers.lock:  # until it is offered, so that nothing comes in between
-            if known.shown.model is not None and known.shown.scene == scene:
-                model = _labelled(known.shown.model, settings)
+        with known.revisions.lock:  # until it is offered, so that nothing comes in between
+            model = known.model_in(scene)
+            if model is not None:
+                model = _labelled(model, settings)
                 if model.drops and not model.job_id:
                     self._results.put(self._key(CHECKED, known, scene), model)
                 yield model
@@ -140,10 +141,11 @@ class ResultStore:
 
     def lacks_check(self, known: KnownPart) -> bool:
         """Whether a part shows an estimate alone where a checked one is wanted."""
-        settings, shown = self._settings(), known.shown
+        settings = self._settings()
         scene = settings.scene(known.scene_override)
+        model = known.model_in(scene)
         return (settings.default_method == AUTO and self.checked(known, scene) is None
-                and not (shown.model is not None and shown.model.drops and shown.scene == scene))
+                and not (model is not None and model.drops))
 
     def check(self, known: KnownPart, scene: records.DropScene,
               should_stop: Callable[[], bool]) -> PoseStatistics:
@@ -200,24 +202,24 @@ class ResultStore:
             statistics = replace(statistics, plate_error=settings.plate_error)
         return messages.statistics_message(
             statistics, settings.plate_frame, warnings, plate=settings.plate,
-            revision=known.numbers.next(), job_id=job_id, final=final)
+            revision=known.revisions.next(), job_id=job_id, final=final)
 
     def is_due(self, known: KnownPart, scene: records.DropScene) -> bool:
         """Whether an intermediate result for this scene may be latched again by now."""
         return (self._settings().scene(known.scene_override) == scene
-                and time.monotonic() - known.shown.published >= SECONDS_BETWEEN)
+                and (known.shown is None
+                     or time.monotonic() - known.shown.published >= SECONDS_BETWEEN))
 
     def offer_results(self, known: KnownPart, scene: records.DropScene,
                       candidates: Iterable[PoseStatistics]) -> None:
         """Latch, one after the other, the results that are better than what is latched."""
-        shown = known.shown
         for message in candidates:
-            with known.numbers.lock:
-                is_new = message is not shown.latched and message is not shown.model
+            with known.revisions.lock:
+                shown, model = known.shown, known.model_in(scene)
+                is_new = shown is None or not (message is shown.latched or message is shown.model)
                 better = (is_new and self._parts.current(known.part_id) is known
                           and self._settings().scene(known.scene_override) == scene
-                          and (shown.scene != scene or shown.model is None
-                               or messages.replaces(message, shown.model)))
+                          and (model is None or messages.replaces(message, model)))
                 if not (better and (message.final or self.is_due(known, scene))):
                     continue
                 self._latch(known, message, scene)
@@ -225,31 +227,30 @@ class ResultStore:
 
     def _latch(self, known: KnownPart, model: PoseStatistics, scene: records.DropScene) -> None:
         """Show a result under a number above that of the one before, record and keep it."""
-        shown, numbers, at = known.shown, known.numbers, time.monotonic()
+        revisions, at = known.revisions, time.monotonic()
         observed = self._counts.observe(known, model)
         message = model if observed is None else self.number_result(
             known, observed, self._settings(), final=model.final)
-        again = message.revision <= numbers.shown
+        again = message.revision <= revisions.shown
         if again:
             message = messages.copied(message)
-            message.revision = numbers.next()
+            message.revision = revisions.next()
         if known.counts is not None and message.method == OBSERVED and not (
                 self._state.commit(known.counts.change)):
             message = self._announcer.warn_unrecorded(message)
-        if again and at - numbers.recorded_at < SECONDS_BETWEEN:  # `show_waiting` records it
+        if again and at - revisions.recorded_at < SECONDS_BETWEEN:  # `show_waiting` records it
             self._waiting[known.part_id] = known
         else:
             self._waiting.pop(known.part_id, None)
             message = self._announcer.record(POSE_STATISTICS, known, message)
-            numbers.recorded_at = at
-        numbers.shown = message.revision
-        shown.model, shown.latched, shown.scene = model, message, scene
-        shown.published = at
+            revisions.recorded_at = at
+        revisions.shown = message.revision
+        known.shown = Shown(message, model, scene, at)
         data = serialize_message(message)
         self._announcer.publish_result(known, message, data)
         self._state.put(Change("results", known.part_id, (
             known.part_id, data, serialize_message(model) if message.method == OBSERVED else b"",
-            numbers.newest)))
+            revisions.newest)))
 
     def _key(self, role: str, known: KnownPart, scene: records.DropScene) -> Key:
         """The key of a role (`BEST`, `CHECKED`, `REFINED` or a method) of a part in a scene."""

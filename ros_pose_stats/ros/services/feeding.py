@@ -49,12 +49,12 @@ class FeedingService:
     def answer(self, request: Any, response: Any) -> Steps:
         """What to do and what a feeder gets, from the result that is latched now."""
         known, settings = self._parts.known(request.part_id), self._settings()
-        with known.numbers.lock:  # both of one result
-            latched, scene = known.shown.latched, known.shown.scene
-        if latched is None or scene is None:
+        shown = known.shown
+        if shown is None:
             raise RequestError("a part with a result",
                                f"{part_requests.shown(request.part_id)} without one yet",
                                "ask again in a moment")
+        latched, scene = shown.latched, shown.scene
         kick = settings.kick(request.kick_height)
         feeding.check_wanted(request.wanted, len(latched.poses))
         feeding.check_rate(request.rate)

@@ -2,6 +2,7 @@
 
 import math
 from concurrent.futures import wait
+from dataclasses import replace
 from typing import Any
 
 from ros_pose_stats_msgs import srv
@@ -75,7 +76,8 @@ class Services:
             key = received.part_id, received.digest, offset.tobytes()
             part = self._shifted.get(key) or meshes.shift_center(received.part, offset)
             self._shifted.put(key, part)
-            known = known_part.known_as(part, received)
+            known = replace(received, digest=part.digest, source=known_part.PartSource(part),
+                            shown=None, counts=None)
         scene = self._settings().scene((request.restitution, request.drop_height),
                                        mesh.scene_override)
         yield self._intake.prepared(known, scene)
@@ -127,12 +129,11 @@ class Services:
             raise errors.RequestError("a part_id with heights", "none",
                                       "ask for one part's outlines")
         chosen = [parts.known(request.part_id)] if request.part_id else parts.all()
-        rows = [(known, latched) for known in chosen
-                if (latched := known.shown.latched) is not None]
-        response.statistics = [latched for _, latched in rows]
-        if request.heights and rows:
-            known, latched = rows[0]
-            response.outlines = yield self._outlines.begin(known.part, latched, request.heights)
+        latched = [shown.latched for known in chosen if (shown := known.shown) is not None]
+        response.statistics = latched
+        if request.heights and latched:
+            response.outlines = yield self._outlines.begin(chosen[0].part, latched[0],
+                                                           request.heights)
 
     @refusing
     def forget(self, request: Any, response: Any) -> None:

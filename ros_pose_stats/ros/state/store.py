@@ -53,7 +53,7 @@ class State:
             self.problem = tables.problem_of(file, error)
             say(f"NOT_RECORDED: {self.problem}")
         except errors.RequestError:
-            self._let_go()
+            self._release()
             raise
         self._thread = threading.Thread(target=self._run, name="state", daemon=True)
         self._thread.start()
@@ -130,10 +130,10 @@ class State:
             self._changed.notify_all()
         self._thread.join()
         with self._using:
-            self._let_go()
+            self._release()
         return written
 
-    def _let_go(self) -> None:
+    def _release(self) -> None:
         with self._reading:
             for link in filter(None, (self._reader, self._link)):
                 with suppress(sqlite3.Error):

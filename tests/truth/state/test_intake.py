@@ -198,11 +198,11 @@ def test_the_use_of_a_mesh_is_not_kept_over_the_next_of_its_name():
     parts = PartStore(base_of(state=state, max_parts=9, max_part_bytes=10**6), Mock(), None)
     uses = threading.Thread(target=parts.keep_uses)
     parts.restore()
-    numbers = parts.find("clamp").numbers
-    numbers.lock = MagicMock(**{"__enter__.side_effect": acquire,
+    revisions = parts.find("clamp").revisions
+    revisions.lock = MagicMock(**{"__enter__.side_effect": acquire,
                                 "__exit__.side_effect": lambda *error: lock.release()})
     source = PartSource(part_from_mesh(*TETRAHEDRON))
-    parts.put(KnownPart("clamp", "new", b"", NODE_SCENE, source, numbers),
+    parts.put(KnownPart("clamp", "new", b"", NODE_SCENE, source, revisions),
               PartRequest("clamp", *map(np.array, TETRAHEDRON)))
     uses.join()
     assert digests == ["new"]
