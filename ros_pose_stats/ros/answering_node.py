@@ -43,11 +43,7 @@ warnings.filterwarnings("error", message="failed to send response", category=Run
 
 @dataclass(slots=True, eq=False)
 class Client:
-    """Requests to one service that seem to be one client's.
-
-    rclpy does not tell which client a request is from, but a client numbers its requests one
-    after the other: the request that has the next number is taken for its next one.
-    """
+    """What seems to be one client of a service: rclpy tells only the numbers of its requests."""
 
     requests: deque[Callable[[], object]] = field(default_factory=deque)  # that wait
     misses: int = 0  # answers in a row that did not reach it
@@ -56,10 +52,7 @@ class Client:
 
 
 class Answers:
-    """Works off requests in threads of its own, the clients in turn, and sends the answers.
-
-    While `changed` is held nobody is answered.
-    """
+    """Works off requests, the clients in turn; while `changed` is held nobody is answered."""
 
     def __init__(self, warn: Callable[[str], object]) -> None:
         self._warn = warn
@@ -181,29 +174,24 @@ class AnsweringNode(Node):
 
     def serve(self, kind: Any, name: str, callback: Callable[..., Any],
               may_wait: Callable[[Any], bool] = lambda request: True) -> None:
-        """Make a service whose clients are answered in turn, also by a future of the answer.
-
-        `may_wait`: whether a request may wait for its client's turn; it must hold on to little.
-        """
+        """Make a service that answers in turn, also by a future; `may_wait`: what is not large."""
         service: Service = self.create_service(
             kind, name, _Taken, qos_profile=SERVICE_QUALITY,
             callback_group=MutuallyExclusiveCallbackGroup())
         send_now, answers = service.send_response, self.answers
 
-        def send(asked: tuple[Client, bool], header: Any, response: Any) -> None:
-            if isinstance(response, Future):  # no thread waits until the answer is there
-                response.add_done_callback(lambda done: send(asked, header, done.result()))
-            else:
+        def answer(asked: tuple[Client, bool], header: Any, request: Any) -> None:
+            def send(response: Any) -> None:
                 answers.send(name, *asked, lambda: send_now(response, header))
 
-        def answer(asked: tuple[Client, bool], header: Any, request: Any) -> None:
-            send(asked, header, callback(request, kind.Response()))
+            response = callback(request, kind.Response())
+            if isinstance(response, Future):  # no thread waits until the answer is there
+                response.add_done_callback(lambda done: send(done.result()))
+            else:
+                send(response)
 
         def sort_all(taken: _Taken, header: Any) -> None:
-            """Sort a request that the executor took, and those that wait behind it.
-
-            One that may not wait is answered now; the executor comes for what is behind it.
-            """
+            """Sort a request and those behind it; one that may not wait is answered now."""
             request: Any = taken.request
             with answers.changed:
                 while header is not None:

@@ -47,10 +47,7 @@ class SequenceGaps:
 
 
 class BatchSubscription:
-    """Hands over all serialised messages that wait, in their order, while more come.
-
-    `take`: called by one thread at a time.
-    """
+    """Hands all messages that wait over to `take`, in their order, by one thread at a time."""
 
     def __init__(self, base: Base, kind: type, topic: str, noun: str,
                  take: Callable[[list[bytes]], object]) -> None:

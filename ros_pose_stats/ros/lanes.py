@@ -41,12 +41,7 @@ MOST_WAITING = {Lane.QUICK: (64, "meshes of a kind"), Lane.SLOW: (64, "large mes
                 Lane.OUTLINE: (16, "requests for outlines"), Lane.FIT: (16, "fits of plates")}
 MOST_SENT = 8  # large meshes that wait with their requests; each may take a minute
 
-ROOM = 4
-"""All meshes that wait or are in hand share so many times `max_mesh_bytes`.
-
-The large ones take half of that at most, so that there is always room for small ones.
-"""
-
+ROOM = 4  # times `max_mesh_bytes`, for all that wait or are in hand; half of it for large ones
 LAST_SECONDS = 0.5  # what is in hand may be finished for so long when the lanes are closed
 
 
@@ -97,10 +92,9 @@ class Lanes:
 
     def put(self, work: Callable[[], T], rank: Rank, lane: Lane = Lane.QUICK, size: int = 0,
             part_id: str = "") -> Future[T]:
-        """Queue a task; where there is no room that is what comes of it: a RequestError.
+        """Queue a task; where there is no room a RequestError comes of it, or `put` waits.
 
-        A small published mesh waits for room. Work of the quick lane may raise `TakesLongError`,
-        and is called again in the slow one then. Tasks of one name and rank keep their order.
+        Work of the quick lane that raises `TakesLongError` is called again in the slow one.
         """
         with self._changed:
             task = _Task(work, rank, lane, size, part_id, next(self._numbers))
@@ -114,14 +108,6 @@ class Lanes:
             else:
                 self._wait_in(self._place(task), task)
         return task.future
-
-    def check_room(self, lane: Lane, size: int, part_id: str) -> None:
-        """Refuse a mesh of a request that `put` would refuse; raises RequestError."""
-        with self._changed:
-            problem = self._lack_of_room(_Task(lambda: None, Rank.SENT, lane, size, part_id,
-                                               next(self._numbers)))
-        if problem is not None:
-            raise problem
 
     def _tasks(self, *lanes: Lane) -> Iterator[_Task]:
         """All that wait or are in hand, but for what is done later."""

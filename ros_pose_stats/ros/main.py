@@ -30,9 +30,8 @@ SWITCH_SECONDS = 0.001  # threads that wait for the interpreter get it this soon
 def run_node(stop: StopSignals, arguments: Sequence[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM, and then end the process with status 0.
 
-    `stop`: made before ROS was imported, which takes a second; `arguments`: with `--ros-args`;
-    default: the process's own. Ends with 1 after an internal failure; returns 2 for a refused
-    parameter.
+    `arguments`: with `--ros-args`; default: the process's own. Ends with 1 after an internal
+    failure; returns 2 for a refused parameter.
     """
     sys.setswitchinterval(SWITCH_SECONDS)
     try:
@@ -90,14 +89,11 @@ class Life:
             self._stop.ask()
 
     def _end(self) -> None:
-        """End what goes on, and leave ROS once nothing is called back any more.
-
-        `Executor.shutdown` of rclpy 7.1.6 does not wait for callbacks, so its pool is waited for.
-        """
+        """End what goes on, and leave ROS once nothing is called back any more."""
         self._node.close()
         self._executor.shutdown(timeout_sec=0.0)
         self._living.join()
-        self._executor._executor.shutdown(wait=True)
+        self._executor._executor.shutdown(wait=True)  # for which rclpy 7.1.6 does not wait
         self._node.destroy_node()
         rclpy.try_shutdown()
 

@@ -25,10 +25,7 @@ MENDING_SECONDS = 1.0  # a start waits for the bags of earlier runs to be mended
 
 
 class PoseStatsNode(AnsweringNode):
-    """Takes meshes, answers with stable poses and their probabilities, drops parts.
-
-    Nothing is computed before `start`.
-    """
+    """Takes meshes, answers with stable poses and probabilities; computes only after `start`."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__("pose_stats", **options)
@@ -124,11 +121,7 @@ class PoseStatsNode(AnsweringNode):
         self.recorder.sync()
 
     def close(self) -> None:
-        """End jobs and goals, and write all down; what was done is kept.
-
-        Whoever waits for a part is told that the node ends. What does not end in its time is left
-        as it is.
-        """
+        """End jobs and goals, and write all down; what does not end in its time is left so."""
         self.requests.close()
         self.builder.close()
         self.outlines.close()

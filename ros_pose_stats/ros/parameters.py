@@ -21,8 +21,7 @@ PLATE = {"plate", "plates"}  # what the profile of the plate hangs on
 class Parameters:
     """Declares the parameters, refuses bad values and keeps a snapshot.
 
-    A whole number is taken where a fraction could stand. The file of plates is read whenever
-    `plate` or `plates` is set, be it to the same value.
+    The file of plates is read whenever `plate` or `plates` is set, be it to the same value.
     """
 
     def __init__(self, node: Node, on_change: Callable[[Settings], object]) -> None:

@@ -48,8 +48,7 @@ def bag_types() -> dict[str, MessageType]:
 class Recorder:
     """The run's bag: a log of what came, was answered, latched, counted and dropped.
 
-    The state knows up to where it has all that counts. `warn` is called when recording fails and
-    when it works again; `step` is held while something goes on record and then into the state.
+    `step` is held while something goes on record and then into the state.
     """
 
     def __init__(self, settings: Settings, node: str, state: State,

@@ -107,10 +107,7 @@ def tail_of(state: State, warn: Callable[[str], object]) -> Tail:
 
 
 def restore_jobs(state: State, tail: Tail, settings: Settings) -> tuple[list[Job], list[Change]]:
-    """Jobs of earlier runs, oldest first, out of the state and the end of the last bag.
-
-    Those that had not ended are cancelled as they were: what has to be kept and recorded of that.
-    """
+    """Jobs of earlier runs, oldest first, and what is to be recorded of those cancelled now."""
     rows: dict[str, tuple[msg.JobEvent, bytes]] = {}
     for job_id, _, event, answer in state.rows("jobs"):
         with suppress(Exception):  # of the bindings; the checksums were right, so it is an old one

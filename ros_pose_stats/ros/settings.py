@@ -37,10 +37,7 @@ def _parameter(default: T, description: str, low: float | None = None, high: flo
 
 @dataclass(frozen=True)
 class Settings:
-    """The parameters, and their values at one time.
-
-    This is the one table: the declaration, the bounds, the descriptions and the documents follow.
-    """
+    """The parameters and their values at one time: declaration, bounds and documents follow."""
 
     mesh_topics: tuple[str, ...] = _parameter(
         (), "Topics of type shape_msgs/Mesh to take parts from, each `topic` or `part_id=topic`; "

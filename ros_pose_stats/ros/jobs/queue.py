@@ -30,9 +30,7 @@ CUT_SHORT = ("TIME_LIMIT", "TARGET_MISSED")
 
 POLL_SECONDS = 0.02
 
-LAST_SECONDS = 0.6
-"""What runs may be ended for so long when the queue is closed; a huge part is prepared for minutes
-before its first drop."""
+LAST_SECONDS = 0.6  # for what runs when the queue is closed; some parts are prepared for minutes
 
 
 class Jobs:
@@ -59,10 +57,7 @@ class Jobs:
 
     def submit(self, request: JobRequest, part: Future[KnownPart], settings: Any,
                is_accepted: bool = False) -> Job:
-        """Accept a simulation, or join the same in flight; refused if the queue is full.
-
-        `is_accepted`: it goes on with what was accepted before, and has room in any case.
-        """
+        """Accept a simulation, or join the same in flight; what `is_accepted` has room."""
         with self._accepting:  # acceptance goes on record one at a time
             with self._changed:
                 twin = next(filter(partial(_is_twin, request), self._known.values()), None)

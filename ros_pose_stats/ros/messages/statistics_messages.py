@@ -122,11 +122,7 @@ def _pose_of(message: msg.StablePose) -> records.StablePose:
 
 
 def known_error(message: msg.PoseStatistics) -> float:
-    """Expected error of a result; where none has been measured, what a real plate leaves.
-
-    An estimate whose error nobody knows is taken to be as good as that, so that a handful of
-    drops does not push it aside.
-    """
+    """Expected error; a plate's where nobody knows it, so that few drops push nothing aside."""
     error: float = message.expected_error
     return float(message.plate_error) if math.isnan(error) else error
 
@@ -139,11 +135,8 @@ def refutes(message: msg.PoseStatistics) -> bool:
 def replaces(new: msg.PoseStatistics, old: msg.PoseStatistics) -> bool:
     """Whether a result takes the place of the latched one for the same scene.
 
-    A larger expected error never replaces a smaller one for the same digest, but that a
-    simulation ends what it has shown of itself: its last drops may raise the error a little.
-    Of two results that no job made, estimates alone or checked, the newer one counts: it is by
-    the method that is wanted now, or has drops beside it. What drops have refuted comes back only
-    with as many drops behind it, however small the error that it tells of itself.
+    A larger expected error never replaces a smaller one, but that a simulation ends what it has
+    shown of itself, and that a newer method counts. What drops refuted needs as many drops.
     """
     if new.part_digest == old.part_digest and refutes(new) != refutes(old):
         return new.drops >= old.drops

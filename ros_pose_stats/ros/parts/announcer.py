@@ -109,10 +109,7 @@ class _Shown:
 
 
 class Announcer:
-    """Publishes results, each part's by a publisher of its own so that late joiners get all.
-
-    Nothing of a part goes on record before its mesh, which does so once a bag.
-    """
+    """Publishes results, each part's by its own publisher, and records them after its mesh."""
 
     def __init__(self, base: Base) -> None:
         self._node, self._recorder, self._state = base.node, base.recorder, base.state

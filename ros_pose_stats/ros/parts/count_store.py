@@ -34,8 +34,7 @@ Index = NDArray[np.int64]
 RECENT = 400  # parts that are compared with all those before
 
 CHANCE = 1e-4
-"""Below it, a change is more than chance: a cell that does not change alarms once in some
-hundred thousand parts."""
+"""Below it a change is more: one false alarm in some hundred thousand parts."""
 
 
 class Ground(NamedTuple):
@@ -202,10 +201,7 @@ class CountStore:
             self._state.put(*(Change(table, known.part_id, None) for table in ("counts", "flips")))
 
     def flips(self, known: known_part.KnownPart, message: PoseStatistics, speed: str) -> Index:
-        """Flips (K, K) that were counted at a feeder's speed on the ground of a result.
-
-        Raises RequestError if there are none.
-        """
+        """Flips (K, K) counted at a speed on the ground of a result, or RequestError."""
         with known.revisions.lock:
             counts = known.counts
             fitting = counts is not None and counts.ground == self._ground(message)

@@ -89,16 +89,6 @@ class Intake:
         return self._lanes.put(partial(self._builder.find_poses, known.part, scene), Rank.KNOWN,
                                lane)
 
-    def check_room(self, message: PartMesh) -> None:
-        """Refuse a mesh that there is no room for before it is looked at, and let go of it."""
-        triangles, vertices = part_messages.mesh_size(message)
-        try:
-            self._lanes.check_room(part_builder.lane_of(triangles, vertices),
-                                   12 * triangles + 24 * vertices, message.part_id)
-        except PoseStatsError:
-            part_messages.empty_mesh(message)
-            raise
-
     def show_all_again(self) -> None:
         """Show known parts in another scene, when nothing else waits."""
         for known in self._parts.all():

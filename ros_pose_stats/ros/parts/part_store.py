@@ -63,10 +63,7 @@ class PartStore:
         return part
 
     def identify(self, request: part_requests.PartRequest) -> tuple[KnownPart, bool]:
-        """The part that a mesh is, and whether it is to be `put`; raises PoseStatsError.
-
-        A mesh without a name is the same as one that is named by its digest.
-        """
+        """The part that a mesh is, and whether it is to be `put`; raises PoseStatsError."""
         part_id, content = request.part_id, request.content
         same = self.find(part_id) if part_id else next(
             (known for known in self.all() if known.content == content
@@ -193,13 +190,9 @@ class PartStore:
                          "(parameters max_parts, max_part_bytes)")
 
     def _forget(self, known: KnownPart, why: str) -> int | None:
-        """Forget a part, unless another one has taken its place; the number of that change.
-
-        While its name is locked nothing is recorded of that: neither a result of it after the
-        word that it is forgotten, nor that word after the same part has come again.
-        """
+        """Forget a part, unless another one has taken its place; the number of that change."""
         part_id, stamp = known.part_id, times.now()
-        with known.revisions.lock:
+        with known.revisions.lock:  # no result of it is recorded meanwhile
             if self.current(part_id) is not known:
                 return None
             self._announcer.withdraw_result(known, stamp, why)

@@ -151,7 +151,7 @@ class ResultStore:
               should_stop: Callable[[], bool]) -> PoseStatistics:
         """Drop a part some times beside its estimate, as the library does, and offer the outcome.
 
-        Raises PoseStatsError if the part cannot be built, CancelledError if it is to stop.
+        Raises PoseStatsError, CancelledError.
         """
         settings, message = self._settings(), self.checked(known, scene)
         if message is None:

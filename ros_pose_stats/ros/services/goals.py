@@ -33,11 +33,7 @@ RESULT_SECONDS = 900  # results can be asked for this long after the end
 
 
 class GoalServer(ABC):
-    """Ties goals to jobs; several goals that ask for the same have one job.
-
-    A goal that waits in the queue holds no thread; one thread waits for the end of the job
-    that runs.
-    """
+    """Ties goals to jobs; one thread waits for the end of the job that runs, none for others."""
 
     def __init__(self, node: AnsweringNode, kind: Any, name: str, jobs: Jobs) -> None:
         self._node, self._name, self._jobs = node, name, jobs
@@ -76,10 +72,7 @@ class GoalServer(ABC):
             time.sleep(0.1)
 
     def _ask(self, request: Any) -> GoalResponse:
-        """Queue the job, so that it is on record before the goal is accepted.
-
-        A refused goal is accepted too, and aborted: a rejection could carry no message.
-        """
+        """Queue the job; a refused goal is accepted and aborted: a rejection has no message."""
         answer: Job | str
         try:
             answer = self.start_job(request)

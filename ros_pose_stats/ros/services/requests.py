@@ -88,10 +88,9 @@ class Requests:
     def find_part(self, part_id: str, message: Any,
                   is_enough: Callable[[KnownPart], bool] = lambda known: False
                   ) -> tuple[Future[KnownPart], KnownPart | part_requests.PartRequest]:
-        """The part of a request, on its way, and as far as it is there by now.
+        """The part of a request, on its way, and as far as it is there; empties the message.
 
-        Empties the message, which may be large; `is_enough`: whether a known part will do though
-        it is not built yet.
+        `is_enough`: whether a known part will do though it is not built yet.
         """
         if self._closed:
             raise ending()
@@ -108,8 +107,6 @@ class Requests:
             known = self._parts.known(message.part_id)
         else:
             same = self._parts.find(message.part_id) if message.part_id else None
-            if same is None:
-                self._intake.check_room(message)
             source = f"request for {part_requests.shown(message.part_id)}"
             try:
                 request = part_messages.taken_request(message)

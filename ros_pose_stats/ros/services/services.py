@@ -55,10 +55,7 @@ class Services:
 
     @refusing
     def estimate(self, request: Any, response: Any) -> Steps:
-        """An analytic answer, at once where the part is at hand.
-
-        An estimate that nobody chose is checked by drops; with a target others may do.
-        """
+        """An analytic answer; one that nobody chose is checked by drops, or refined by them."""
         check_target(request.target_error)
         step = request.com_offset
         offset = mass_properties.check_offset((step.x, step.y, step.z))

@@ -19,9 +19,8 @@ SECONDS = 1.0
 class State:
     """Rows of the tables in `tables.COLUMNS`, in a file that one living node has.
 
-    `convert` brings messages up to date whose `definitions` were others; `problem` says why
-    changes cannot be written now, which are kept and tried again; `set_aside` names a file that
-    could not be read.
+    `problem` says why changes cannot be written now, which are kept and tried again; `set_aside`
+    names a file that could not be read.
     """
 
     def __init__(self, file: Path, definitions: Mapping[str, str] | None = None,
@@ -68,10 +67,7 @@ class State:
             return self._number
 
     def put_mesh(self, part_id: str, message: bytes, *changes: Change) -> int:
-        """Hand in the mesh of a part, and changes that belong to it.
-
-        A large one is in a file of its own by then.
-        """
+        """Hand in the mesh of a part, a large one as a file, and changes that belong to it."""
         row: Row = (part_id, message, "")
         if len(message) < LARGE:
             return self.put(Change("meshes", part_id, row), *changes)

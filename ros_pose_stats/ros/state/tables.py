@@ -69,10 +69,7 @@ class StateInUseError(PoseStatsError):
 
 
 class FileLock:
-    """The kernel's lock of a state file, beside it, with the process that holds it.
-
-    It ends with that process, however that ends.
-    """
+    """The kernel's lock of a state file, beside it; it ends with the process that holds it."""
 
     def __init__(self, file: Path, seconds: float) -> None:
         path, until = file.with_name(f"{file.name}.lock"), time.monotonic() + seconds
@@ -237,10 +234,7 @@ def files_of_meshes(link: sqlite3.Connection) -> set[str]:
 
 
 def update_messages(link: sqlite3.Connection, today: Mapping[str, str], convert: Convert) -> None:
-    """Write messages anew whose types had other definitions when they were written.
-
-    `today`: definitions by type. A row whose message cannot be read any more goes.
-    """
+    """Write messages anew whose definitions are others `today`; what is unreadable now goes."""
     fact = look_up(link, "facts", "definitions")
     then = {} if fact is None else json.loads(fact[1])
     if then == today:
