@@ -17,17 +17,12 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
-from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
-from rclpy.exceptions import InvalidHandle
-from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.service import Service
-from rclpy.subscription import Subscription
+from rclpy import callback_groups, exceptions, node as nodes, qos
 from rosgraph_msgs.msg import Clock
 
-SERVICE_QUALITY = QoSProfile(
-    history=HistoryPolicy.KEEP_LAST, depth=1000, reliability=ReliabilityPolicy.RELIABLE,
-    durability=DurabilityPolicy.VOLATILE)
+SERVICE_QUALITY = qos.QoSProfile(
+    history=qos.HistoryPolicy.KEEP_LAST, depth=1000, reliability=qos.ReliabilityPolicy.RELIABLE,
+    durability=qos.DurabilityPolicy.VOLATILE)
 """ROS's own depth of ten loses all other requests of a thousand silently."""
 
 THREADS = 3  # those that wait for the disk at the same time wait for it together
@@ -126,7 +121,7 @@ class Answers:
                 self._next_try = now + AGAIN
         self.last = now
         try:
-            with suppress(InvalidHandle):  # the service has ended, and the node with it
+            with suppress(exceptions.InvalidHandle):  # the service has ended, and the node with it
                 send()
             client.misses = 0
         except (RuntimeWarning, SystemError) as error:
@@ -158,7 +153,7 @@ class Answers:
         return not any(thread.is_alive() for thread in self._threads)
 
 
-class AnsweringNode(Node):
+class AnsweringNode(nodes.Node):
     """A node that no single client holds up, and no simulated time that rclpy cannot hold ends."""
 
     def __init__(self, name: str, **options: Any) -> None:
@@ -175,9 +170,9 @@ class AnsweringNode(Node):
     def serve(self, kind: Any, name: str, callback: Callable[..., Any],
               may_wait: Callable[[Any], bool] = lambda request: True) -> None:
         """Make a service that answers in turn, also by a future; `may_wait`: what is not large."""
-        service: Service = self.create_service(
+        service: Any = self.create_service(
             kind, name, _Taken, qos_profile=SERVICE_QUALITY,
-            callback_group=MutuallyExclusiveCallbackGroup())
+            callback_group=callback_groups.MutuallyExclusiveCallbackGroup())
         send_now, answers = service.send_response, self.answers
 
         def answer(asked: tuple[Client, bool], header: Any, request: Any) -> None:
@@ -203,7 +198,7 @@ class AnsweringNode(Node):
                     try:
                         with service.handle:
                             request, header = service.handle.service_take_request(kind.Request)
-                    except InvalidHandle:  # of a service that has ended
+                    except exceptions.InvalidHandle:  # of a service that has ended
                         return
                 else:
                     return
@@ -212,7 +207,7 @@ class AnsweringNode(Node):
         service.send_response = sort_all
 
     def create_subscription(self, msg_type: Any, topic: str, callback: Callable[..., Any],
-                            *arguments: Any, **options: Any) -> Subscription:
+                            *arguments: Any, **options: Any) -> Any:
         """Make a subscription; a time on /clock that rclpy cannot hold would end the executor."""
         def follow(message: Clock) -> None:
             try:

@@ -12,8 +12,7 @@ from ..resting.observed_orientations import classify_orientations
 from .base import Base
 from .batches import BatchSubscription
 from .messages import part_messages, part_requests, times
-from .parts.known_part import KnownPart
-from .parts.result_store import Stores
+from .parts import known_part, result_store
 from .recorder import POSE_COUNTS
 from .settings import Settings
 
@@ -47,7 +46,7 @@ MOST_SPEEDS, LONGEST_SPEED = 100, 100  # of a feeder, and characters of a name
 class CountSubscription:
     """Records each count as it is, learns from it, and says if it cannot be compared."""
 
-    def __init__(self, base: Base, stores: Stores) -> None:
+    def __init__(self, base: Base, stores: result_store.Stores) -> None:
         self._log, self._recorder = base.node.get_logger(), base.recorder
         self._parts, self._counts, _, self._announcer = stores
         self._refusals = base.refusals
@@ -90,7 +89,7 @@ class CountSubscription:
             self._log.warning(f"{COUNTS_TOPIC}: recorded, but {problem}")
 
 
-def count_problem(counts: PoseCounts, part: KnownPart | None) -> str:
+def count_problem(counts: PoseCounts, part: known_part.KnownPart | None) -> str:
     """Why a camera's count of a part cannot be compared with anything; empty where it can."""
     if len(counts.index) != len(counts.count):
         return f"it has {len(counts.index)} pose indices and {len(counts.count)} counts"
@@ -125,7 +124,7 @@ LEAST_CONFIDENCE = 0.5  # a camera that is less sure of a part says nothing abou
 class ObservedSubscription:
     """Counts what each message shows, and hands that on as if a camera had counted it."""
 
-    def __init__(self, base: Base, stores: Stores, counts: CountSubscription) -> None:
+    def __init__(self, base: Base, stores: result_store.Stores, counts: CountSubscription) -> None:
         self._settings, self._refusals = base.settings, base.refusals
         self._counts, self._parts = counts, stores.parts
         self.take_waiting = BatchSubscription(base, ObservedParts, OBSERVED_TOPIC, "messages",
@@ -145,7 +144,7 @@ class ObservedSubscription:
         self._counts.take_counts(sound)
 
 
-def count_observed(seen: part_messages.ObservedArrays, part: KnownPart | None,
+def count_observed(seen: part_messages.ObservedArrays, part: known_part.KnownPart | None,
                    settings: Settings) -> PoseCounts | None:
     """Count the poses of parts that a camera saw on the plate; None where it saw none."""
     if seen.frame_id not in ("", settings.plate_frame):

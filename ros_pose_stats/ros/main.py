@@ -6,9 +6,7 @@ import threading
 from collections.abc import Callable, Sequence
 
 import rclpy
-from rclpy.exceptions import InvalidParameterException, InvalidParameterValueException
-from rclpy.executors import MultiThreadedExecutor
-from rclpy.signals import SignalHandlerOptions
+from rclpy import exceptions, executors, signals
 
 from ..errors import PoseStatsError
 from ..kernels.compilation import all_kernels, compile_missing, filling_store, prepare_kernels
@@ -35,13 +33,14 @@ def run_node(stop: StopSignals, arguments: Sequence[str] | None = None) -> int:
     """
     sys.setswitchinterval(SWITCH_SECONDS)
     try:
-        rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+        rclpy.init(args=arguments, signal_handler_options=signals.SignalHandlerOptions.NO)
     except Exception as error:  # what rcl raises for arguments it cannot parse has no base
         print(f"pose_stats: {str(error).strip()}", file=sys.stderr)
         return REFUSED
     try:
         node = None if stop.asked else PoseStatsNode()
-    except (PoseStatsError, InvalidParameterException, InvalidParameterValueException) as refusal:
+    except (PoseStatsError, exceptions.InvalidParameterException,
+            exceptions.InvalidParameterValueException) as refusal:
         print(f"pose_stats: {refusal}", file=sys.stderr)
         node = None
     if node is None:
@@ -55,7 +54,7 @@ class Life:
 
     def __init__(self, node: PoseStatsNode, stop: StopSignals) -> None:
         self._node, self._stop = node, stop
-        self._executor = MultiThreadedExecutor(num_threads=THREADS)
+        self._executor = executors.MultiThreadedExecutor(num_threads=THREADS)
         self._living = threading.Thread(target=self._live, name="executor", daemon=True)
         self._failure: BaseException | None = None
 

@@ -22,8 +22,7 @@ from .jobs import Job, JobRequest, State as JobState
 from .jobs.job_reports import job_change
 from .recorder import ANSWERS, JOB_EVENTS, PACKAGE, PLACE, POSE_COUNTS, Recorder, share_directory
 from .settings import Settings
-from .state import Change, State
-from .state.tables import MESSAGES
+from .state import MESSAGES, Change, State
 
 INTERRUPTED = "the node ended before the simulation did"
 

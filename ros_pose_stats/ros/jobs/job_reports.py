@@ -10,9 +10,7 @@ from ...records import PoseStatistics as Statistics
 from ...simulation.drops import DropChunk
 from ..base import Base
 from ..messages import part_messages, times
-from ..parts.announcer import NOT_RECORDED
-from ..parts.known_part import KnownPart
-from ..parts.result_store import Stores
+from ..parts import announcer, known_part, result_store
 from ..recorder import ANSWERS, DROP_RECORDS, JOB_EVENTS
 from ..state import Change
 from .run import Job, JobListener, State as JobState
@@ -64,7 +62,7 @@ def job_change(event: JobEvent, answer: bytes = b"") -> Change:
 class JobReports(JobListener):
     """Keeps and records what happens to jobs of drops; says the end of each in one line."""
 
-    def __init__(self, base: Base, stores: Stores) -> None:
+    def __init__(self, base: Base, stores: result_store.Stores) -> None:
         self._parts, _, self._results, self._announcer = stores
         self._recorder, self._state = base.recorder, base.state
         self._log = base.node.get_logger().info
@@ -123,7 +121,7 @@ class JobReports(JobListener):
                   + (f": {job.message}" if job.message else ""))
 
     def _end_with(self, job: Job, state: JobState, event: JobEvent, message: PoseStatistics,
-                  known: KnownPart) -> None:
+                  known: known_part.KnownPart) -> None:
         with self._recorder.step:
             message = self._announcer.record(ANSWERS, known, message)
             recorded, change = self._report(event, serialize_message(message))
@@ -181,11 +179,12 @@ class JobReports(JobListener):
                 PoseStatistics())
         return PoseStatistics() if snapshot is None else self.interim(job, snapshot)
 
-    def _part_of(self, job: Job) -> KnownPart | None:
+    def _part_of(self, job: Job) -> known_part.KnownPart | None:
         """The known part, as long as it is the part that the job drops."""
         known = job.known()
         current = None if known is None else self._parts.current(known.part_id)
         return current if known and current and current.digest == known.digest else None
 
     def _warnings(self, job: Job) -> tuple[str, ...]:
-        return () if job.recorded else (NOT_RECORDED.format("its acceptance could not be"),)
+        why = announcer.NOT_RECORDED.format("its acceptance could not be")
+        return () if job.recorded else (why,)

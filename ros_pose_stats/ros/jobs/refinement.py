@@ -3,16 +3,14 @@
 import numpy as np
 from ros_pose_stats_msgs.msg import PoseStatistics
 
-from ...errors import RequestError
+from ... import errors, methods
 from ...estimators import best_method
-from ...methods import AUTO, HYBRID
 from ...planning import confidence, hybrid
 from ...records import DropScene, Part
 from ...resting.poses import poses_in
 from ..base import Base
 from ..messages import statistics_messages
-from ..parts import known_part
-from ..parts.result_store import Stores
+from ..parts import known_part, result_store
 from . import JobRequest, Jobs
 
 
@@ -24,14 +22,14 @@ def credible_bound(part: Part, message: PoseStatistics, scene: DropScene) -> flo
     counts = np.zeros(len(resting.poses), dtype=np.int64)
     for pose in message.poses:
         counts[pose.index] = pose.count
-    prior = confidence.pose_prior(resting, scene) if message.method == HYBRID else None
+    prior = confidence.pose_prior(resting, scene) if message.method == methods.HYBRID else None
     return confidence.judge_drops(prior, counts).bound
 
 
 class Refinement:
     """Starts drops where an estimate alone is not good enough."""
 
-    def __init__(self, base: Base, stores: Stores, jobs: Jobs) -> None:
+    def __init__(self, base: Base, stores: result_store.Stores, jobs: Jobs) -> None:
         self._settings, self._jobs = base.settings, jobs
         self._results, self._announcer = stores.results, stores.announcer
 
@@ -40,7 +38,7 @@ class Refinement:
         settings = self._settings()
         drops = min(settings.refine_drops or settings.drops, settings.max_drops)
         scene, target = settings.scene(known.scene_override), settings.target_error
-        hybrid = settings.default_method == AUTO
+        hybrid = settings.default_method == methods.AUTO
         request = JobRequest(known.part_id, known.content, scene, drops, 0,
                              self._aim(known, target, scene) if hybrid else target,
                              settings.max_job_seconds, True, hybrid)
@@ -64,8 +62,8 @@ class Refinement:
     def answer(self, known: known_part.KnownPart, target_error: float,
                scene: DropScene) -> tuple[PoseStatistics, str]:
         """The best that can be said at once, and why; drops follow if it misses the target."""
-        best, dropped = self._results.estimate(known, AUTO, scene), self._results.find_drops(
-            known, scene)
+        best = self._results.estimate(known, methods.AUTO, scene)
+        dropped = self._results.find_drops(known, scene)
         if dropped is not None and statistics_messages.refutes(dropped):
             best = dropped
         settings = self._settings()
@@ -85,7 +83,7 @@ class Refinement:
                              hybrid=True)
         try:
             job = self._jobs.submit(request, known_part.done_with(known), settings)
-        except RequestError as refusal:  # the estimate is an answer all the same
+        except errors.RequestError as refusal:  # the estimate is an answer all the same
             return _missed(best, f"{short}; drops cannot refine it now: {refusal}")
         promise = f"at most {most} drops in the background will refine it, job {job.job_id}."
         if not job.recorded:

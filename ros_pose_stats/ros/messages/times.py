@@ -4,10 +4,7 @@ import time
 from collections.abc import Callable
 
 from builtin_interfaces.msg import Duration, Time
-from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
-from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
-from rclpy.timer import Timer
+from rclpy import callback_groups, clock as clocks, node as nodes, timer
 
 FIRST, LAST = -2**31 * 10**9, 2**31 * 10**9 - 1  # nanoseconds that a stamp can hold
 
@@ -15,7 +12,7 @@ FIRST, LAST = -2**31 * 10**9, 2**31 * 10**9 - 1  # nanoseconds that a stamp can 
 _read_clock: Callable[[], int] = time.time_ns
 
 
-def follow_clock(clock: Clock) -> None:
+def follow_clock(clock: clocks.Clock) -> None:
     """Take the stamps of this process from a node's clock; until then they are the system's."""
     global _read_clock
     _read_clock = lambda: clock.now().nanoseconds  # noqa: E731
@@ -26,10 +23,10 @@ def now() -> int:
     return _read_clock()
 
 
-def steady_timer(node: Node, seconds: float, callback: Callable[[], None]) -> Timer:
+def steady_timer(node: nodes.Node, seconds: float, callback: Callable[[], None]) -> timer.Timer:
     """Make a timer that goes on beside all else, where simulated time stands still or jumps."""
-    return node.create_timer(seconds, callback, MutuallyExclusiveCallbackGroup(),
-                             Clock(clock_type=ClockType.STEADY_TIME))
+    return node.create_timer(seconds, callback, callback_groups.MutuallyExclusiveCallbackGroup(),
+                             clocks.Clock(clock_type=clocks.ClockType.STEADY_TIME))
 
 
 def time_message(stamp: int) -> Time:

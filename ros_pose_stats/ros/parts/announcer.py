@@ -9,11 +9,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from rclpy.duration import Duration
-from rclpy.event_handler import PublisherEventCallbacks
-from rclpy.publisher import Publisher
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.serialization import serialize_message
+from rclpy import duration, event_handler, publisher as publishers, qos, serialization
 from ros_pose_stats_msgs.msg import PoseStatistics
 from visualization_msgs.msg import MarkerArray
 
@@ -84,9 +80,9 @@ def _label(result: PoseStatistics, number: int, text: str,
         text=text, number=number)
 
 
-LATCHED = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE,
-                     durability=DurabilityPolicy.TRANSIENT_LOCAL)
-NO_EVENTS = PublisherEventCallbacks(use_default_callbacks=False)
+LATCHED = qos.QoSProfile(depth=1, reliability=qos.ReliabilityPolicy.RELIABLE,
+                     durability=qos.DurabilityPolicy.TRANSIENT_LOCAL)
+NO_EVENTS = event_handler.PublisherEventCallbacks(use_default_callbacks=False)
 """The executor fails on handlers of events that are destroyed while it waits for them."""
 
 SECONDS_BETWEEN = 1.0  # markers
@@ -102,7 +98,7 @@ NOT_RECORDED = "NOT_RECORDED: this could not be written down: {}."
 class _Shown:
     """A part's own publisher, and what it latches."""
 
-    publisher: Publisher
+    publisher: publishers.Publisher
     known: KnownPart
     message: PoseStatistics
     recorded: bool  # whether that is in the bag; not so where a start shows it
@@ -117,7 +113,7 @@ class Announcer:
         self._introduced: Memory[tuple[Path, str, str], bool] = Memory(INTRODUCED)  # by bag
         self._introducing = threading.RLock()
         self._shown: dict[str, _Shown] = {}
-        self._leaving: dict[str, tuple[Publisher, float]] = {}
+        self._leaving: dict[str, tuple[publishers.Publisher, float]] = {}
         self._lock = threading.Lock()
         self._changed = threading.Event()
         self._markers = base.node.create_publisher(MarkerArray, "~/markers", LATCHED)
@@ -136,7 +132,7 @@ class Announcer:
             shown = self._shown.get(known.part_id)
             if shown is not None and not shown.recorded:
                 shown.recorded = self._recorder.record(POSE_STATISTICS,
-                                                       serialize_message(shown.message))
+                                                       serialization.serialize_message(shown.message))
 
     def log_part(self, known: KnownPart) -> None:
         """Say what has come, so that a wrong unit is seen at once; of a flood not each."""
@@ -165,7 +161,7 @@ class Announcer:
         """Have markers drawn anew: something has changed in what they show."""
         self._changed.set()
 
-    def _publisher(self, part_id: str) -> Publisher:
+    def _publisher(self, part_id: str) -> publishers.Publisher:
         """The part's own publisher, also one that was about to go."""
         if part_id in self._shown:
             return self._shown[part_id].publisher
@@ -181,7 +177,7 @@ class Announcer:
             shown = self._shown.pop(part_id, None)
         if shown is None:
             return
-        data = serialize_message(statistics_messages.farewell_message(
+        data = serialization.serialize_message(statistics_messages.farewell_message(
             shown.message, stamp, known.revisions.next(), reason))
         self._recorder.record(POSE_STATISTICS, data)
         with self._lock:
@@ -194,7 +190,7 @@ class Announcer:
         with self._lock:
             for part_id, (publisher, since) in list(self._leaving.items()):
                 if (time.monotonic() - since > PARTING_SECONDS  # to wait would lock Python
-                        or publisher.wait_for_all_acked(Duration(seconds=0))):
+                        or publisher.wait_for_all_acked(duration.Duration(seconds=0))):
                     del self._leaving[part_id]
                     self._node.destroy_publisher(publisher)
         if not self._changed.is_set():
@@ -218,7 +214,7 @@ class Announcer:
     def record(self, topic: str, known: KnownPart, message: PoseStatistics) -> PoseStatistics:
         """Put a result on record before anybody has it; the same, with a warning if that fails."""
         self.introduce(known)
-        if self._recorder.record(topic, serialize_message(message)):
+        if self._recorder.record(topic, serialization.serialize_message(message)):
             return message
         return self.warn_unrecorded(message)
 

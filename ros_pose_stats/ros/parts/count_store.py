@@ -13,15 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 from ros_pose_stats_msgs.msg import PoseCounts, PoseStatistics
 
-from ... import records
-from ...errors import RequestError
-from ...methods import OBSERVED
+from ... import errors, methods, records, text
 from ...planning.confidence import learnt_plate_error, observe_counts, plate_evidence
 from ...recording.analysis.decoding import numbering_of
 from ...records.scene import Numbering
 from ...resting.poses import resting_poses
 from ...statistics.chi_square import homogeneity
-from ...text import listed, percent
 from ..base import Base
 from ..messages import part_requests, statistics_messages
 from ..refusals import Health
@@ -117,8 +114,8 @@ def _describe_drift(recent: Index, before: Index) -> str:
         return ""
     now, then = recent / recent.sum(), before / before.sum()
     most = int(np.abs(now - then).argmax())
-    return (f"of the last {recent.sum()} parts {percent(now[most])} % lie in pose {most}, of the "
-            f"{before.sum()} before {percent(then[most])} % did")
+    return (f"of the last {recent.sum()} parts {text.percent(now[most])} % lie in pose {most}, "
+            f"of the {before.sum()} before {text.percent(then[most])} % did")
 
 
 def count_health(parts: Mapping[str, CellCounts | None]) -> Health:
@@ -207,10 +204,11 @@ class CountStore:
             fitting = counts is not None and counts.ground == self._ground(message)
             flips = counts.flips if counts is not None and fitting else {}
             if counts is None or speed not in flips:
-                there = listed([part_requests.shown(each) for each in sorted(flips)] or ["none"])
-                raise RequestError("a feeder_speed whose flips were counted",
-                                   f"{part_requests.shown(speed)}; there is {there}",
-                                   "publish ~/pose_counts with from_pose and feeder_speed")
+                there = text.listed([*map(part_requests.shown, sorted(flips))] or ["none"])
+                raise errors.RequestError(
+                    "a feeder_speed whose flips were counted",
+                    f"{part_requests.shown(speed)}; there is {there}",
+                    "publish ~/pose_counts with from_pose and feeder_speed")
             found = np.zeros((counts.total.size, counts.total.size), np.int64)
             for moved, count in flips[speed].items():
                 found[moved] = count
@@ -265,7 +263,7 @@ class CountStore:
             counts.evidence = plate_evidence(model, counts.total)
             model = replace(model, plate_error=learnt_plate_error(self._evidence_beside(known)))
         combined = observe_counts(model, counts.total, told)
-        return combined if combined.method == OBSERVED else None
+        return combined if combined.method == methods.OBSERVED else None
 
     def _evidence_beside(self, known: known_part.KnownPart) -> Iterator[Array]:
         """What the other parts counted on this part's plate say of its error."""

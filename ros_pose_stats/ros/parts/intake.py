@@ -20,9 +20,8 @@ from ..batches import SequenceGaps
 from ..lanes import Lane, Rank
 from ..messages import part_messages, part_requests
 from ..settings import mesh_topics
-from . import part_builder
+from . import part_builder, result_store
 from .known_part import KnownPart, done_with
-from .result_store import Stores
 
 DEPTH = 100  # messages that wait in the middleware
 TRIES = 3  # of building a part of an earlier run, where something fails inside the program
@@ -34,7 +33,7 @@ LARGE_BYTES = 36 * part_builder.LARGE_TRIANGLES
 class Intake:
     """Builds known parts in the lanes; `follow` is called with each that is shown anew."""
 
-    def __init__(self, base: Base, stores: Stores, builder: part_builder.PartBuilder,
+    def __init__(self, base: Base, stores: result_store.Stores, builder: part_builder.PartBuilder,
                  follow: Callable[[KnownPart], object]) -> None:
         self._settings, self._lanes, self._refusals = base.settings, base.lanes, base.refusals
         self._parts, _, self._results, self._announcer = stores
@@ -147,7 +146,8 @@ def _lane_of(part: KnownPart | part_requests.PartRequest) -> Lane:
 class Checks:
     """Checks estimates in a lane of their own, equal ones once; `refine` comes after a check."""
 
-    def __init__(self, base: Base, stores: Stores, refine: Callable[[KnownPart], object]) -> None:
+    def __init__(self, base: Base, stores: result_store.Stores,
+                 refine: Callable[[KnownPart], object]) -> None:
         self._settings, self._parts, self._results = base.settings, stores.parts, stores.results
         self._lanes, self._refine = base.lanes, refine
         self._report_failure = base.node.get_logger().error

@@ -13,8 +13,7 @@ from ... import errors, methods
 from ...batch.worker import ProcessDiedError, TookLongError, Worker
 from ...estimators.estimate import estimate_in
 from ...kernels.compilation import all_kernels, prepare_kernels
-from ...mesh.decimation import visible_triangles
-from ...mesh.overlap import TakesLongError, within
+from ...mesh import decimation, overlap
 from ...records import DropScene, Part
 from ...resting.outlines import outline_at
 from ...resting.poses import are_found, resting_poses
@@ -92,7 +91,7 @@ def _build(request: PartRequest | Part, scene: DropScene) -> tuple[Part, dict[An
     """A part with all that is prepared on the way to its first estimate and picture."""
     part = request if isinstance(request, Part) else part_of(request)
     estimate_in(part, scene, methods.AUTO)
-    visible_triangles(part)  # for its markers
+    decimation.visible_triangles(part)  # for its markers
     return part, part.all_prepared()
 
 
@@ -107,9 +106,9 @@ class PartBuilder(PartWorker):
         """Build a part; raises TakesLongError in the quick lane where it is none for that."""
         if not is_large(request):
             try:
-                with within(HERE_SECONDS):
+                with overlap.within(HERE_SECONDS):
                     return part_of(request)
-            except TakesLongError:
+            except overlap.TakesLongError:
                 if self._lanes.is_quick():
                     raise
         part, prepared = self._ask(request, self._settings().scene())

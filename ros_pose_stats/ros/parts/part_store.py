@@ -13,8 +13,7 @@ from ...records import Part, part
 from ..base import Base
 from ..messages import part_messages, part_requests, times
 from ..recorder import JOB_EVENTS
-from ..state import Change
-from ..state.tables import Row
+from ..state import Change, Row
 from . import part_builder
 from .announcer import Announcer
 from .known_part import KnownPart, Memory, PartSource, Revisions, memory_of_parts

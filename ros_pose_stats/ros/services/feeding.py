@@ -10,16 +10,12 @@ from ros_pose_stats_msgs.srv import FeedingAnswer
 from ...errors import RequestError
 from ...records import DropScene, FlipStatistics, Index
 from ...simulation.flips import check_kick, usual_kicks
-from ...statistics import feeding
-from ...statistics.counted_flips import learn_flips
+from ...statistics import counted_flips, feeding, pose_shares
 from ...statistics.feeding_plan import FLIP, LEAVE, PICK, FeederCell, plan_feeding
-from ...statistics.pose_shares import pose_shares
 from ..base import Base
-from ..jobs import FlipRequest, Jobs, State
-from ..jobs.run import FlipReports, flip_key, flips_in_all
+from ..jobs import FlipRequest, Jobs, State, run
 from ..messages import part_messages, part_requests, statistics_messages
-from ..parts import known_part
-from ..parts.result_store import Stores
+from ..parts import known_part, result_store
 from .requests import Steps, refusing
 
 FLIP_SECONDS = 10.0  # longest that an answer flips for; the fewer flips, the wider its intervals
@@ -37,8 +33,8 @@ class FeedingService:
     flips that goals asked for, which serve here too if there are enough.
     """
 
-    def __init__(self, base: Base, stores: Stores, jobs: Jobs, reports: FlipReports,
-                 goals: FlipReports) -> None:
+    def __init__(self, base: Base, stores: result_store.Stores, jobs: Jobs,
+                 reports: run.FlipReports, goals: run.FlipReports) -> None:
         self._settings = base.settings
         self._parts, self._learnt, _, _ = stores
         self._jobs, self._reports, self._goals = jobs, reports, goals
@@ -96,9 +92,9 @@ class FeedingService:
     def _remembered(self, known: known_part.KnownPart, scene: DropScene, kick: float,
                     poses: int) -> FlipStatistics | None:
         """Flips as many as an answer takes, of goals too, or what there was time for."""
-        key = flip_key(known.digest, scene, kick)
+        key = run.flip_key(known.digest, scene, kick)
         own, of_goals = self._reports.best(key), self._goals.best(key)
-        enough = flips_in_all(poses, 0, self._settings()) if own is None else own.flips
+        enough = run.flips_in_all(poses, 0, self._settings()) if own is None else own.flips
         return of_goals if of_goals is not None and of_goals.flips >= enough else own
 
 
@@ -106,7 +102,7 @@ def _answer(request: Any, response: Any, latched: PoseStatistics, cell: FeederCe
             flips: list[FlipStatistics], counted: Index | None) -> None:
     """Fill in the plan, and what a feeder gets that kicks wrong parts or drops them afresh."""
     found = statistics_messages.statistics_of_message(latched)
-    dropped = pose_shares(found)
+    dropped = pose_shares.pose_shares(found)
     basis = f"{latched.drops} drops" if latched.drops else "an estimate"
     if latched.observed:
         basis = f"{latched.observed} parts seen"
@@ -115,7 +111,7 @@ def _answer(request: Any, response: Any, latched: PoseStatistics, cell: FeederCe
         basis += f" and {sum(kick.flips for kick in flips)} flips"
     if counted is not None:
         poses = tuple(sorted(found.poses, key=lambda pose: pose.index))
-        flips = [learn_flips([replace(kick, poses=poses) for kick in flips], counted,
+        flips = [counted_flips.learn_flips([replace(kick, poses=poses) for kick in flips], counted,
                              request.feeder_speed)]
         basis += f" and {flips[0].observed} seen"
     chosen = flips[0] if flips else None

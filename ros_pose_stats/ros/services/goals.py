@@ -5,8 +5,7 @@ import time
 from abc import ABC, abstractmethod
 from typing import Any
 
-from rclpy.action import ActionServer, CancelResponse, GoalResponse
-from rclpy.action.server import ServerGoalHandle
+from rclpy.action import ActionServer, CancelResponse, GoalResponse, server
 from rclpy.callback_groups import ReentrantCallbackGroup
 from ros_pose_stats_msgs.action import SimulateDrops, SimulateFlips
 from ros_pose_stats_msgs.msg import PartMesh
@@ -17,8 +16,7 @@ from ..answering_node import SERVICE_QUALITY, AnsweringNode
 from ..base import Base
 from ..jobs import FlipRequest, Job, Jobs, State, job_reports, run
 from ..messages.part_messages import flat
-from ..parts import known_part, part_builder
-from ..parts.result_store import Stores
+from ..parts import known_part, part_builder, result_store
 from .requests import Requests
 
 FEEDBACK_SECONDS = 0.1
@@ -37,7 +35,7 @@ class GoalServer(ABC):
 
     def __init__(self, node: AnsweringNode, kind: Any, name: str, jobs: Jobs) -> None:
         self._node, self._name, self._jobs = node, name, jobs
-        self._goals: dict[str, list[ServerGoalHandle]] = {}  # by job
+        self._goals: dict[str, list[server.ServerGoalHandle]] = {}  # by job
         self._begun: set[str] = set()  # jobs whose first goal is shown as executing
         # requests that are being accepted, with their jobs or why they are refused
         self._asked: dict[int, tuple[Any, Job | str]] = {}
@@ -87,7 +85,7 @@ class GoalServer(ABC):
                 del self._asked[next(iter(self._asked))]
         return GoalResponse.ACCEPT
 
-    def _accepted(self, goal: ServerGoalHandle) -> None:
+    def _accepted(self, goal: server.ServerGoalHandle) -> None:
         """Tie the goal to its job."""
         with self._lock:
             answer = self._asked[id(goal.request)][1]
@@ -116,7 +114,7 @@ class GoalServer(ABC):
                 if goal.is_active:
                     goal.publish_feedback(feedback)
 
-    def _cancel(self, goal: ServerGoalHandle) -> CancelResponse:
+    def _cancel(self, goal: server.ServerGoalHandle) -> CancelResponse:
         """Cancel the job once the goal is known to be cancelled, which follows the callback."""
         with self._lock:
             job_id = next((job_id for job_id, goals in self._goals.items() if goal in goals), "")
@@ -153,7 +151,7 @@ class GoalServer(ABC):
         for goal in goals:
             self._execute(goal, job)
 
-    def _execute(self, goal: ServerGoalHandle, job: Job) -> None:
+    def _execute(self, goal: server.ServerGoalHandle, job: Job) -> None:
         """Have the executor wait for the job's end and tell the goal of it."""
         with self._lock:
             self._ending += 1
@@ -162,7 +160,7 @@ class GoalServer(ABC):
         except RuntimeError:  # of rcl: cancelled just before it was to be shown as executing
             goal.execute(lambda handle: self._end(handle, job))
 
-    def _end(self, goal: ServerGoalHandle, job: Job) -> Any:
+    def _end(self, goal: server.ServerGoalHandle, job: Job) -> Any:
         job.finished.result()
         result = self.result(job, job.state == State.DONE, job.message)
         if job.state == State.DONE:
@@ -175,7 +173,7 @@ class GoalServer(ABC):
             self._ending -= 1
         return result
 
-    def _refuse(self, goal: ServerGoalHandle) -> Any:
+    def _refuse(self, goal: server.ServerGoalHandle) -> Any:
         """End a refused goal."""
         with self._lock:
             _, refusal = self._asked.pop(id(goal.request))
@@ -215,7 +213,8 @@ class SimulateDropsServer(GoalServer):
 class SimulateFlipsServer(GoalServer):
     """Goals that are flips."""
 
-    def __init__(self, base: Base, stores: Stores, jobs: Jobs, reports: run.FlipReports) -> None:
+    def __init__(self, base: Base, stores: result_store.Stores, jobs: Jobs,
+                 reports: run.FlipReports) -> None:
         self._settings, self._parts, self._reports = base.settings, stores.parts, reports
         super().__init__(base.node, SimulateFlips, "simulate_flips", jobs)
 

@@ -13,8 +13,7 @@ from ... import errors, text
 from ..base import Base
 from ..lanes import Lane, Rank
 from ..messages.part_requests import shown
-from ..parts import count_store, known_part
-from ..parts.result_store import Stores
+from ..parts import count_store, known_part, result_store
 from ..settings import Settings
 from .requests import Steps, refusing
 
@@ -25,7 +24,8 @@ if TYPE_CHECKING:
 class PlateFits:
     """Answers with fits, and applies them, one after the other in a lane of their own."""
 
-    def __init__(self, base: Base, stores: Stores, use_plate: Callable[[str], object]) -> None:
+    def __init__(self, base: Base, stores: result_store.Stores,
+                 use_plate: Callable[[str], object]) -> None:
         self._settings, self._lanes = base.settings, base.lanes
         self._parts, self._counts, _, self._announcer = stores
         self._use_plate = use_plate

@@ -15,11 +15,9 @@ from ...records import DropScene, Part
 from ...text import listed, millimetres
 from ..base import Base
 from ..jobs import Job, Jobs, State, job_reports, refinement as refining
-from ..messages import part_messages, part_requests
-from ..messages.statistics_messages import with_warning
-from ..parts import known_part, part_builder
+from ..messages import part_messages, part_requests, statistics_messages
+from ..parts import known_part, part_builder, result_store
 from ..parts.intake import Checks, Intake
-from ..parts.result_store import Stores
 from ..recorder import ANSWERS
 from .requests import Requests, Steps, check_target, refusing
 
@@ -33,7 +31,7 @@ CANCEL_PATIENCE = 0.06
 class Services:
     """All services of the node."""
 
-    def __init__(self, base: Base, stores: Stores, requests: Requests, intake: Intake,
+    def __init__(self, base: Base, stores: result_store.Stores, requests: Requests, intake: Intake,
                  checks: Checks, refinement: refining.Refinement, jobs: Jobs,
                  reports: job_reports.JobReports, outlines: part_builder.Outlines) -> None:
         self._settings, self._requests, self._intake = base.settings, requests, intake
@@ -88,10 +86,11 @@ class Services:
             message = self._named(known, request, scene,
                                   BY_DROPS if known is received else AS_ITSELF)
         if known is not received:
-            message = with_warning(message, "COM_SHIFTED: the centre of mass is shifted by "
-                                   f"{listed([millimetres(x) for x in offset.tolist()])} mm along "
-                                   "the part's axes, the inertia about it stays; what is "
-                                   "latched is of the part as it was sent.")
+            shift = listed([millimetres(x) for x in offset.tolist()])
+            message = statistics_messages.with_warning(
+                message, f"COM_SHIFTED: the centre of mass is shifted by {shift} mm along the "
+                "part's axes, the inertia about it stays; what is latched is of the part as it "
+                "was sent.")
         if not self._parts.is_kept(received):
             message = self._announcer.warn_unrecorded(message)
         response.statistics = self._announcer.record(ANSWERS, received, message)
@@ -107,7 +106,8 @@ class Services:
             short = f"the error of {message.method} is not known here"
             if math.isfinite(bound):
                 short = not_enough(message.method, bound, request.target_error)
-            message = with_warning(message, f"TARGET_MISSED: {short}; {advice}.")
+            message = statistics_messages.with_warning(
+                message, f"TARGET_MISSED: {short}; {advice}.")
         return message
 
     @refusing
