@@ -76,9 +76,10 @@ def symmetric_steps(space: changes.DesignSpace, within: float) -> Array:
         np.abs(tensors * (1.0 - np.eye(3))).max(axis=(1, 2)) < NOTHING, 1.0, 0.0)[:, None] \
         * np.diagonal(tensors, axis1=1, axis2=2)
     np.add.at(mean, (np.tile(np.arange(6, count), order), images[:, 6:].ravel()), 1.0 / order)
+    mean[np.abs(mean) < NOTHING] = 0.0
     most = np.abs(mean).max(axis=1)
     largest = (np.abs(mean) > most[:, None] - SAME_STEP).argmax(axis=1)
-    mean /= np.where(most > NOTHING, mean[np.arange(count), largest], np.inf)[:, None]
+    mean /= np.where(most > 0.0, mean[np.arange(count), largest], np.inf)[:, None]
     first = (cdist(mean, mean, "chebyshev") < NOTHING).argmax(axis=1) == np.arange(count)
     steps = np.array([row for row in mean[first] if row.any()])
     reach = np.abs(space.body.points).max(axis=0) * space.body.radius

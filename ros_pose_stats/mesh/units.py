@@ -124,9 +124,11 @@ def unit_that_counts(
         return declared, "declared"
     if asked != AUTO:
         return (1.0, "assumed") if asked is None else (float(asked), "given")
+    extent = float(np.ptp(vertices[triangles.ravel()], axis=0).max())
+    if not math.isfinite(extent):
+        return 1.0, "assumed"  # refused with its vertex where the part is built
     likely = likely_units(vertices, triangles)
     if not likely:
-        extent = float(np.ptp(vertices[triangles.ravel()], axis=0).max())
         raise errors.RequestError("a mesh that in mm, m, inch or cm is 0.5 mm to 1 m long",
                                   f"one {extent:.3g} units long", "give its unit")
     return METRES_PER_UNIT[likely[0]], "guessed"

@@ -148,7 +148,7 @@ class StablePose:
     def as_dict(self) -> dict[str, Any]:
         """The pose as plain values under the keys of the JSON contract."""
         return {**{name: plain_number(getattr(self, name)) for name in POSE_FIELDS},
-                **{name: _without_rounding(getattr(self, name)) for name in POSE_VECTORS},
+                **{name: without_rounding(getattr(self, name)) for name in POSE_VECTORS},
                 "members": list(self.members)}
 
 
@@ -327,6 +327,7 @@ def plain_number(value: Any) -> Any:
     return value
 
 
-def _without_rounding(vector: Array) -> list[float]:
+def without_rounding(vector: Array) -> list[float]:
+    """Components of a vector, with 0 for those that are rounding."""
     least = NOTHING * float(np.abs(vector).max())
     return [x if abs(x) > least else 0.0 for x in vector.tolist()]

@@ -5,6 +5,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ...records import scene as scenes
 from ...text import Column, columns, listed, millimetres, remarks
 from .. import arguments as given, running
 from .flips import add_counts_option, read_flips, show_bounded
@@ -70,8 +71,10 @@ def run(options: argparse.Namespace) -> int:
     plan = feeding_plan.plan_feeding(dropped, options.wanted, cell)
     counted = {} if options.counts is None else read_flips(Path(options.counts),
                                                            len(dropped.poses))
-    warnings = [*dropped.warnings, *pose_groups.warn_of_alike(dropped, options.wanted)]
     kicks = kicking.usual_kicks(dropped.radius) if options.kicks is None else options.kicks
+    warnings = [*dropped.warnings, *pose_groups.warn_of_alike(dropped, options.wanted),
+                *scenes.height_warnings("kick", max(kicks, default=0.0), dropped.radius,
+                                        scenes.HIGHEST_KICK)]
     each = max(1, FLIPS // len(dropped.poses)) if options.flips is None else options.flips
     request = requests.drop_request(each, options.seed, 0.0, options.workers)
     with running.stop_on_interrupt() as interrupted, running.ProgressBar(sys.stderr) as bar:
@@ -114,8 +117,9 @@ def _lines(dropped: "PoseStatistics", plan: "FeedingPlan", cell: "FeederCell", s
     heads = [Column("kick height", "mm"), Column("parts on the plate"),
              Column("kicks until it is emptied"), Column("picked a minute"), Column("", left=True)]
     rows = [[millimetres(each.kick_height), str(each.parts), str(each.kicks),
-             show_bounded(each.per_minute), f"{each.feeder_speed} best".strip()
-             if each is best else each.feeder_speed]
+             show_bounded(each.per_minute), each.feeder_speed + (
+                 " best" if each is best else " as good, within its error"
+                 if each.per_minute.high >= best.per_minute.value else "")]
             for each in plan.options]
     return [f"{dropped.part_id}: {dropped.scene}, method {dropped.method}",
             *(f"{action}: {listed(which)}" for action, which in poses.items() if which),

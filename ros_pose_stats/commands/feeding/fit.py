@@ -39,8 +39,7 @@ def register(commands: given.Commands) -> None:
     command.add_argument("--plates", default="plates.yaml", metavar="FILE",
                          help="file of plates to write the plate into; its other plates stay "
                          "(default: %(default)s)")
-    given.add(command, "--unit", default=None, help="unit of those part files in the CSV that "
-              "declare none, in any spelling (default: m)")
+    given.add(command, "--unit", help=given.SHARED_UNIT)
     given.add(command, *given.POSES_OF, help="with which the poses in the CSV are numbered "
               "(default: %(default)s)")
     given.add(command, "--json")
@@ -89,11 +88,12 @@ def _read_counts(options: argparse.Namespace) -> "tuple[list[CountedPart], list[
                           cluster_tolerance=options.cluster_tolerance,
                           round_sides=options.round_sides)
                for table in tables for part, counts in read_count_rows(table).items()]
+    notes = [f"{one.part.part_id}: {warning}" for one in counted for warning in one.part.warnings]
     if not bags:
-        return counted, []
+        return counted, notes
     with running.ProgressBar(sys.stderr) as bar:
-        recorded, notes = counts_on_plate(bags, options.plate, bar.show_bytes)
-    return [*counted, *recorded], notes
+        recorded, left_out = counts_on_plate(bags, options.plate, bar.show_bytes)
+    return [*counted, *recorded], [*notes, *left_out]
 
 
 def _lines(profile: "PlateProfile", found: "PlateFit") -> list[str]:

@@ -99,8 +99,9 @@ def run(options: argparse.Namespace) -> int:
     for each in found:
         ways = {} if fresh is None or stopped else _feedings(options, each, fresh)
         if fresh is not None:
-            each = replace(each, warnings=(*each.warnings,
-                                           *pose_groups.warn_of_alike(fresh, options.wanted)))
+            each = replace(each, warnings=tuple(dict.fromkeys((
+                *each.warnings, *fresh.warnings,
+                *pose_groups.warn_of_alike(fresh, options.wanted)))))
         feeding = {name: write_feeding(way) for name, way in ways.items()}
         plain.append({**each.as_dict(), **({"feeding": feeding} if ways else {})})
         lines += [*([""] if lines else []), *_table(part, each, ways)]

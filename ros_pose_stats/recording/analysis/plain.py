@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ...records.statistics import without_rounding
 from . import comparisons as compared, decoding
 from .jobs import TERMINAL, Job
 from .results import ABOUT, POSE, PREDICTED, Prediction, ResultHistory
@@ -89,7 +90,8 @@ def _history(history: ResultHistory,
                "scene": np.array(history.scene, dtype=np.str_)}
     return {
         **history.numbering._asdict(),
-        "poses": _rows({name: getattr(history.poses, name) for name in POSE}),
+        "poses": [{**pose, "down": without_rounding(np.array(pose["down"]))} for pose in
+                  _rows({name: getattr(history.poses, name) for name in POSE})],
         "predictions": [{**_fields(one, (*ABOUT, "scene")), "poses": _rows({
             "index": history.poses.index, **{name: getattr(one, name) for name in PREDICTED}})}
             for one in history.predictions],

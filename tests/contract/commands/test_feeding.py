@@ -23,8 +23,9 @@ def test_the_plan_is_the_librarys(box):
 def test_the_table_and_a_picture_mark_the_best_kick(box, tmp_path):
     from matplotlib.image import imread
 
-    lines = answer("feeding", *box, "--wanted", 0, *ASKED, "--png",
+    lines = answer("feeding", *box, "--wanted", 0, *ASKED, 20, "--png",
                    tmp_path / "kicks.png").splitlines()
+    assert any(line.startswith("HEIGHT_SUSPECT: a kick height of 20 m") for line in lines)
     assert imread(tmp_path / "kicks.png").std() > 0.0
     assert sum(line.endswith("best") for line in lines) == 1
     assert any(line.startswith("WANTED_ALIKE: pose 1 looks the same as pose 0") for line in lines)

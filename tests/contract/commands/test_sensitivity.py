@@ -37,6 +37,8 @@ def test_effects_are_the_librarys(box, suggested):
 def test_a_suggestion_gains_within_its_bound(suggested):
     suggestion = suggested[0]["suggestion"]
     assert suggestion["within"] == 1e-3
+    assert all(abs(change["step"]) > 1e-6 for step in suggestion["steps"]
+               for change in step["changes"])
     assert suggestion["estimate"]["gain"] > 0.0
     assert "convex hull" in suggestion["judged"]
 

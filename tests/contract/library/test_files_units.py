@@ -47,6 +47,13 @@ def test_what_is_no_unit_is_refused(unit, tmp_path):
             make()
 
 
+def test_no_unit_is_asked_for_where_a_vertex_is_none(tmp_path):
+    file = tmp_path / "nan.obj"
+    file.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv nan 0 1\nf 1 2 3\nf 1 2 4\nf 2 3 4\nf 1 3 4\n")
+    with pytest.raises(PoseStatsError, match="finite vertices"):
+        load_part(file, "auto")
+
+
 @pytest.mark.parametrize(("length", "unit", "suspect"), [
     (2100.0, "mm", True), (1900.0, "mm", False), (0.21, "mm", False), (0.19, "mm", True),
     # Doubted sooner where nobody named a unit.

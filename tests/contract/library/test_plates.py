@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
+
 import pytest
 import yaml
 
 from ros_pose_stats import estimate, load_part, shapes
 from tests.bodies import write_stl
-from tests.running import answer_json, refusal
+from tests.running import answer_json, call, refusal
 
 RESTITUTION, HEIGHT = 0.2, 0.02
 SIZES = {"a": (20.0, 30.0, 12.0), "b": (10.0, 10.0, 7.5), "c": (16.0, 22.0, 20.0)}
@@ -55,11 +57,14 @@ def test_the_scene_of_a_plate_is_found(fitted):
     assert found["default_weight"] < 0.5
 
 
-def test_the_order_of_counts_says_nothing(folder, fitted):
+def test_the_order_of_counts_says_nothing_and_a_unit_is_guessed(folder, fitted):
     table = folder / "turned.csv"
     table.write_text("\n".join((folder / "a-c-0.2.csv").read_text().splitlines()[::-1]))
-    times = dict.fromkeys(("date", "file", "seconds"))
-    assert fit(table) | times == fitted[0] | times
+    found = json.loads(call("fit", table, "--plate", "glass", "--plates", folder / "turned.yaml",
+                            "--json").stdout)
+    assert [note.split(":")[1] for note in found["notes"]] == [" UNIT_GUESSED"] * 2
+    others = dict.fromkeys(("date", "file", "seconds", "notes"))
+    assert found | others == fitted[0] | others
 
 
 def test_the_file_stays_where_it_is_with_what_else_it_holds(fitted):
