@@ -116,11 +116,11 @@ def _lines(dropped: "PoseStatistics", plan: "FeedingPlan", cell: "FeederCell", s
     best = plan.best
     heads = [Column("kick height", "mm"), Column("parts on the plate"),
              Column("kicks until it is emptied"), Column("picked a minute"), Column("", left=True)]
+    marks = ["best" if each is best else "as good, within its error"
+             if each.per_minute.high >= best.per_minute.value else "" for each in plan.options]
     rows = [[millimetres(each.kick_height), str(each.parts), str(each.kicks),
-             show_bounded(each.per_minute), each.feeder_speed + (
-                 " best" if each is best else " as good, within its error"
-                 if each.per_minute.high >= best.per_minute.value else "")]
-            for each in plan.options]
+             show_bounded(each.per_minute), f"{each.feeder_speed} {mark}".strip()]
+            for each, mark in zip(plan.options, marks, strict=True)]
     return [f"{dropped.part_id}: {dropped.scene}, method {dropped.method}",
             *(f"{action}: {listed(which)}" for action, which in poses.items() if which),
             f"{best.parts} parts on a plate of {millimetres(cell.plate[0])} by "
