@@ -10,6 +10,7 @@ import numpy as np
 
 from .array_types import Array, Fixed2
 from .compilation import entry_kernel, kernel
+from .vectors import dot, point_at, turned
 
 _SWEEPS = 12
 """Convergence is quadratic: five sweeps do for any tensor of doubles."""
@@ -18,6 +19,19 @@ _NEGLIGIBLE = 2.0 ** -53
 """Entries below this share of both diagonal ones are lost in their rounding."""
 
 _PAIRS = ((0, 1, 2), (0, 2, 1), (1, 2, 0))
+
+
+@entry_kernel
+def is_kept(tensor: Fixed2, rotation: Fixed2, tolerance: float) -> bool:
+    """Whether a rotation carries a symmetric tensor into itself, within a share of its trace."""
+    most = tolerance * (tensor[0, 0] + tensor[1, 1] + tensor[2, 2])
+    for i in range(3):
+        row = point_at(rotation, i)
+        for j in range(3):
+            there = turned(tensor, point_at(rotation, j))
+            if abs(dot(row, there) - tensor[i, j]) > most:
+                return False
+    return True
 
 
 @entry_kernel

@@ -5,8 +5,9 @@ import numpy as np
 from .array_types import Array, Fixed1, FixedIndex1, Index
 from .compilation import entry_kernel, kernel
 
-DIGIT = 11
-"""Bits looked at in one pass: the counters of a digit stay in the fastest memory."""
+DIGIT, SHORT_DIGIT = 11, 6
+"""Bits looked at in one pass: the counters of a digit stay in the fastest memory; and where there
+are fewer keys than counters."""
 
 RUN = 16
 """Values that are sorted by insertion before runs are merged."""
@@ -21,7 +22,8 @@ def rising_order(keys: Index) -> Index:
     largest = 0
     for i in range(count):
         largest = max(largest, keys[i])
-    mask = (1 << DIGIT) - 1
+    bits = SHORT_DIGIT if count < 1 << DIGIT else DIGIT
+    mask = (1 << bits) - 1
     place = np.empty(mask + 1, np.int64)
     shift = 0
     while shift < 63 and (largest >> shift) > 0:
@@ -40,7 +42,7 @@ def rising_order(keys: Index) -> Index:
             place[digit] += 1
         order, other = other, order
         sorted_keys, other_keys = other_keys, sorted_keys
-        shift += DIGIT
+        shift += bits
     return order
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..kernels.body.convex_body import BodyArrays
 from ..kernels.principal_axes import principal_axes
-from ..mesh.vectors import lengths, scatter
+from ..mesh.vectors import cross, lengths, scatter
 from ..records import Array, Index, Mask
 
 Kind = Literal["round", "toothed"]
@@ -155,7 +155,7 @@ def group_by_axis(points: Array, rims: list[Rim], rounding: float) -> list[Group
     for k, first in enumerate(rims):
         if not waiting[k]:
             continue
-        tilt = lengths(np.cross(axis, first.axis)) * radius
+        tilt = lengths(cross(axis, first.axis)) * radius
         away = center - first.center
         along = (away * first.axis).sum(axis=1)
         offset = lengths(away - along[:, None] * first.axis)
@@ -225,7 +225,7 @@ def _with_frame(points: Array, rims: Sequence[Rim]) -> Group:
     across[int(np.abs(axis).argmin())] = 1.0
     x_axis = across - (across * axis).sum() * axis
     x_axis = x_axis / lengths(x_axis[None])[0]
-    return Group(center, np.stack([x_axis, np.cross(axis, x_axis), axis]), list(rims))
+    return Group(center, np.stack([x_axis, cross(axis, x_axis), axis]), list(rims))
 
 
 def strips(points: Array, arrays: BodyArrays, groups: Sequence[Group], chains: Sequence[Chain]

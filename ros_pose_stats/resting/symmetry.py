@@ -9,12 +9,12 @@ from collections.abc import Callable, Iterator
 from functools import lru_cache, partial
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from ..kernels.features.surface_features import moments_along, regions_and_corners
+from ..kernels.mesh.connections import component_labels
 from ..kernels.mesh.nearness import FeatureGrid, feature_grid, first_unmatched
+from ..kernels.principal_axes import is_kept
 from ..records import Array, Index, Part
 from ..tolerances import COPLANAR, SYMMETRY
 from .convex_body import ConvexBody
@@ -74,8 +74,8 @@ def _orbits(found: Equilibria, kind: Index, pose: Index, frames: Callable[[int],
             if trial.holds(rotation):
                 gap, image = trees.query(found.downs @ rotation.T)
                 carried = (gap < SYMMETRY) & (pose >= 0) & (pose[image] >= 0)
-                joined = _connected(orbit[carried], orbit[image[carried]], pose.shape[0])
-                orbit = joined[orbit]
+                links = np.column_stack((orbit[carried], orbit[image[carried]]))
+                orbit = component_labels(pose.shape[0], links)[orbit]
                 break
     return orbit
 
@@ -83,15 +83,8 @@ def _orbits(found: Equilibria, kind: Index, pose: Index, frames: Callable[[int],
 def _gather(orbit: Index, pose: Index, poses: int) -> Index:
     """Group of each pose: those with faces in one orbit, numbered by their first pose."""
     rests = pose >= 0
-    joined = _connected(pose[rests], poses + orbit[rests], poses + pose.shape[0])[:poses]
-    _, first, group = np.unique(joined, return_index=True, return_inverse=True)
-    return np.asarray(np.argsort(np.argsort(first))[group], dtype=np.int64)
-
-
-def _connected(one: Index, other: Index, count: int) -> Index:
-    """Number (count,) of the connected component of each node."""
-    edges = coo_array((np.ones(one.shape[0], np.int8), (one, other)), shape=(count, count))
-    return np.asarray(connected_components(edges, directed=False)[1], dtype=np.int64)
+    links = np.column_stack((pose[rests], poses + orbit[rests]))
+    return component_labels(poses + pose.shape[0], links)[:poses]
 
 
 def _hopeless(part: Part, frames: Callable[[int], Frame], kind: Index, pose: Index) -> bool:
@@ -174,8 +167,7 @@ _ALL = np.empty(0, dtype=np.int64)
 
 def keeps_inertia(part: Part, rotation: Array) -> bool:
     """Whether a rotation carries the inertia into itself."""
-    inertia = part.inertia / np.trace(part.inertia)
-    return bool(np.abs(rotation @ inertia @ rotation.T - inertia).max() <= SYMMETRY)
+    return is_kept(part.inertia, rotation, SYMMETRY)
 
 
 class SurfaceTrial:

@@ -9,7 +9,7 @@ import numpy as np
 
 from .. import text, tolerances
 from ..mesh.vectors import lengths
-from ..records import StablePose
+from ..records import Mask, StablePose
 from . import convex_body, poses
 
 MOST_NAMED = 3  # most poses that a warning names; it counts the others
@@ -61,6 +61,23 @@ def curve_angle(resting: poses.RestingPoses) -> float:
     the part lies is narrow.
     """
     found, body, arrays = resting.equilibria, resting.body, resting.body.arrays
+    there = arrays.face[arrays.twin]
+    turn = 2.0 * np.arcsin(0.5 * lengths(arrays.normal[arrays.face] - arrays.normal[there]))
+    small = turn < tolerances.CURVED
+    narrow = arrays.inset < tolerances.NARROW * turn * arrays.distance[arrays.face]
+    bent = arrays.face[~small & (turn < tolerances.BENT)]
+    lowest = found.faces[resting.clusters.lowest]
+    stays = np.array([not one.rolls for one in resting.poses])
+
+    def facets() -> tuple[Mask, Mask]:
+        """Which faces are facets of curves, and which poses lie on one."""
+        curved = np.bincount(arrays.face[small], minlength=body.faces) > 1
+        curved[bent] = False
+        lies = np.bincount(arrays.face[small & narrow], minlength=body.faces) > 1
+        return curved, (lies & curved)[lowest] & stays
+
+    if not facets()[1].any():
+        return 0.0
     on_run = np.zeros(len(body.points), dtype=np.bool_)
     for run in body.runs:
         away = body.points - run.center
@@ -68,16 +85,9 @@ def curve_angle(resting: poses.RestingPoses) -> float:
         off = lengths(away - above[:, None] * run.axis) - run.radius
         on_run |= above * above + off * off < tolerances.ON_RUN * tolerances.ON_RUN
     as_given = ~np.logical_or.reduceat(on_run[arrays.corner], arrays.face_start[:-1])
-    there = arrays.face[arrays.twin]
-    turn = 2.0 * np.arcsin(0.5 * lengths(arrays.normal[arrays.face] - arrays.normal[there]))
-    small = (turn < tolerances.CURVED) & as_given[arrays.face] & as_given[there]
-    narrow = arrays.inset < tolerances.NARROW * turn * arrays.distance[arrays.face]
-    curved = np.bincount(arrays.face[small], minlength=body.faces) > 1
-    curved[arrays.face[(turn >= tolerances.CURVED) & (turn < tolerances.BENT)]] = False
-    pose = resting.clusters.pose[found.rank][found.arrays.basin]
-    lies = np.bincount(arrays.face[small & narrow], minlength=body.faces) > 1
-    lies = (lies & curved)[found.faces[resting.clusters.lowest]]
-    curved &= (lies & np.array([not one.rolls for one in resting.poses]))[pose]
+    small &= as_given[arrays.face] & as_given[there]
+    curved, lies = facets()
+    curved &= lies[resting.clusters.pose[found.rank][found.arrays.basin]]
     if curved.sum() < tolerances.FEWEST_FACETS:
         return 0.0
     return float(np.median(turn[small & curved[arrays.face]]))

@@ -5,13 +5,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..mesh.vectors import lengths
+from ..kernels.body.standing import can_roll
+from ..mesh.vectors import cross, lengths
 from ..records import Array, Index, Mask, Part
 from ..tolerances import SYMMETRY
 from . import convex_body, equilibria, rims, symmetry
 
-ROLL = 0.5 * np.pi  # least turn that is a roll
-STEPS = 180  # of half a degree each; a polygon of 192 sides rises by 0.00013 between them at most
 UPRIGHT = 0.985  # cosine of an axis' angle to the vertical above which a turn about it is no roll
 LARGEST_STEP = np.radians(24.8)  # facets of a round surface turn by less
 SAME_AXIS = 1e-3  # sine of the angle within which two axes are one
@@ -74,10 +73,9 @@ def rolling_axes(body: convex_body.ConvexBody, downs: Array, heights: Array, tol
     others = np.array([run.axis for run in body.runs])
     while len(others):
         candidate = others[0]
-        others = others[lengths(np.cross(others, candidate)) > SAME_AXIS]
+        others = others[lengths(cross(others, candidate)) > SAME_AXIS]
         for pose in np.flatnonzero(np.abs(_along(downs, candidate)) < UPRIGHT).tolist():
-            if _turn_without_rise(body, downs[pose], candidate,
-                                  (1.0 + tolerance) * heights[pose]) >= ROLL:
+            if can_roll(body.points, downs[pose], candidate, (1.0 + tolerance) * heights[pose]):
                 axis[pose] = 0.0 if rolls[pose] else candidate
                 rolls[pose] = True
     return rolls, axis
@@ -86,29 +84,6 @@ def rolling_axes(body: convex_body.ConvexBody, downs: Array, heights: Array, tol
 def _along(vectors: Array, axis: Array) -> Array:
     return np.asarray(vectors[:, 0] * axis[0] + vectors[:, 1] * axis[1]
                       + vectors[:, 2] * axis[2])
-
-
-def _turn_without_rise(body: convex_body.ConvexBody, down: Array, axis: Array,
-                       height: float) -> float:
-    """How far (radians) the part can be turned about an axis and stays below a height."""
-    total = 0.0
-    for sign in (1.0, -1.0):
-        for begin, end in ((0, 10), (10, STEPS)):
-            angles = sign * ROLL * np.arange(begin + 1, end + 1) / STEPS
-            above = body.R(_turned(down, axis, angles)) > height
-            free = int(np.argmax(above)) if above.any() else len(angles)
-            total += ROLL * free / STEPS
-            if free < len(angles):
-                break
-    return total * (1.0 + 1e-12)
-
-
-def _turned(vector: Array, axis: Array, angles: Array) -> Array:
-    """Turn a vector about a unit axis by each of the angles, radians (Rodrigues)."""
-    cos, sin = np.cos(angles)[:, None], np.sin(angles)[:, None]
-    along = float(_along(vector[None], axis)[0])
-    return np.asarray(cos * vector + sin * np.cross(axis, vector)
-                      + (1.0 - cos) * along * axis)
 
 
 def yaw_symmetries(part: Part, found: equilibria.Equilibria, lowest: Index,

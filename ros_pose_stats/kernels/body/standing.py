@@ -5,14 +5,41 @@ import math
 import numpy as np
 
 from ...tolerances import COPLANAR, SAME_POINT
-from ..array_types import Array, Fixed2
+from ..array_types import Array, Fixed1, Fixed2
 from ..compilation import entry_kernel, kernel
+from ..elementary import sine_cosine
 from ..sorting import stable_order
-from ..vectors import dot, point_at
+from ..vectors import cross, dot, plus, point_at, read_vector, scaled
 from .convex_body import BodyArrays
 
 POLE = 1e-6
 """Closer than this to +z the axis of the smallest rotation would be rounding noise."""
+
+STEPS = 180
+"""Of half a degree each; a polygon of 192 sides rises by 0.00013 between them at most."""
+
+
+@entry_kernel
+def can_roll(points: Fixed2, down: Fixed1, axis: Fixed1, height: float) -> bool:
+    """Whether a body can be turned by 90 degrees about an axis and its origin stays that low.
+
+    Turns both ways count together; `down` (3,): what points down at first.
+    """
+    begin, along = read_vector(down, 0), read_vector(axis, 0)
+    across, still = cross(along, begin), scaled(along, dot(along, begin))
+    free = 0
+    for sign in (1.0, -1.0):
+        for step in range(1, STEPS + 1):
+            sine, cosine = sine_cosine(sign * step * (0.5 * math.pi / STEPS))
+            turned = plus(plus(scaled(begin, cosine), scaled(across, sine)),
+                          scaled(still, 1.0 - cosine))
+            above = -math.inf
+            for i in range(points.shape[0]):
+                above = max(above, dot(point_at(points, i), turned))
+            if above > height:
+                break
+            free += 1
+    return free >= STEPS
 
 
 @entry_kernel
