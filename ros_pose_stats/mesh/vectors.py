@@ -4,6 +4,8 @@ A matrix product rounds differently from one processor to the next, and with the
 rows; single additions and multiplications do not.
 """
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -30,11 +32,23 @@ def cross(a: Array, b: Array) -> Array:
     return np.array((y * w - z * v, z * u - x * w, x * v - y * u)).T
 
 
+def length(vector: Array) -> float:
+    """Length of a vector (3,)."""
+    x, y, z = vector.tolist()
+    return math.sqrt(x * x + y * y + z * z)
+
+
+def along(vectors: Array, axis: Array) -> Array:
+    """Components (n,) of vectors (n, 3) along an axis."""
+    x, y, z = vectors.T
+    return np.asarray(x * axis[0] + y * axis[1] + z * axis[2])
+
+
 def scatter(points: Array) -> Array:
     """Mean products (3, 3) of the components of points (n, 3) about their mean."""
-    x, y, z = (points - points.sum(axis=0) / len(points)).T
-    xx, yy, zz, xy, xz, yz = (float((a * b).sum()) / len(points) for a, b in (
-        (x, x), (y, y), (z, z), (x, y), (x, z), (y, z)))
+    rows = np.ascontiguousarray((points - points.sum(axis=0) / len(points)).T)
+    products = rows[[0, 1, 2, 0, 0, 1]] * rows[[0, 1, 2, 1, 2, 2]]
+    xx, yy, zz, xy, xz, yz = (products.sum(axis=1) / len(points)).tolist()
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 

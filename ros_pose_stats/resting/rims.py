@@ -4,6 +4,7 @@ The facets between two rims about one axis are those of one cylinder, cone or to
 found in the hull of the file (`round_surfaces`), and may get other corners (`reshaping`).
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
@@ -13,7 +14,7 @@ import numpy as np
 
 from ..kernels.body.convex_body import BodyArrays
 from ..kernels.principal_axes import principal_axes
-from ..mesh.vectors import cross, lengths, scatter
+from ..mesh.vectors import along, cross, length, lengths, scatter
 from ..records import Array, Index, Mask
 
 Kind = Literal["round", "toothed"]
@@ -136,7 +137,7 @@ def loops_of(arrays: BodyArrays, faces: Index) -> tuple[Index, Index]:
 def off_axis(points: Array, group: Group) -> Array:
     """Distance (n,) of points from the axis of a group."""
     away = points - group.center
-    x, y = (away * group.frame[0]).sum(axis=1), (away * group.frame[1]).sum(axis=1)
+    x, y = along(away, group.frame[0]), along(away, group.frame[1])
     return np.asarray(np.sqrt(x * x + y * y))
 
 
@@ -157,8 +158,7 @@ def group_by_axis(points: Array, rims: list[Rim], rounding: float) -> list[Group
             continue
         tilt = lengths(cross(axis, first.axis)) * radius
         away = center - first.center
-        along = (away * first.axis).sum(axis=1)
-        offset = lengths(away - along[:, None] * first.axis)
+        offset = lengths(away - along(away, first.axis)[:, None] * first.axis)
         mine = waiting & (np.maximum(tilt, offset) <= COAXIAL + slack + slack[k])
         mine[k] = True
         waiting &= ~mine
@@ -180,10 +180,11 @@ def keep_turned(points: Array, arrays: BodyArrays, group: Group) -> bool:
     for rim in group.rims:
         for side in (rim.side, arrays.twin[rim.side]):
             faces = arrays.face[side]
-            corner, begin = loops_of(arrays, faces)
-            turned = int(np.logical_and.reduceat(on_rims[corner], begin).sum())
-            largest = int(np.unique(faces, return_counts=True)[1].max())
-            if max(turned, largest) >= ROUND_SHARE * len(faces):
+            turned = int(np.bincount(faces).max())
+            if turned < ROUND_SHARE * len(faces):
+                corner, begin = loops_of(arrays, faces)
+                turned = int(np.logical_and.reduceat(on_rims[corner], begin).sum())
+            if turned >= ROUND_SHARE * len(faces):
                 kept.append(rim)
                 break
     group.rims[:] = kept
@@ -192,13 +193,11 @@ def keep_turned(points: Array, arrays: BodyArrays, group: Group) -> bool:
 
 def _looseness(points: Array, rim: Rim) -> float:
     """How far errors of the corners reach: the radius over the height of the arc."""
-    if rim.closed:
+    if rim.closed or rim.chord.sum() > np.pi * rim.radius:
         return 1.0
-    half = 0.5 * float(lengths(points[rim.corner[-1:]] - points[rim.corner[:1]])[0])
-    if rim.chord.sum() > np.pi * rim.radius:
-        return 1.0
+    half = 0.5 * length(points[rim.corner[-1]] - points[rim.corner[0]])
     inside = max(rim.radius * rim.radius - half * half, 0.0)
-    return rim.radius / max(rim.radius - float(np.sqrt(inside)), 1e-3 * rim.radius)
+    return rim.radius / max(rim.radius - math.sqrt(inside), 1e-3 * rim.radius)
 
 
 def _with_frame(points: Array, rims: Sequence[Rim]) -> Group:
@@ -224,7 +223,7 @@ def _with_frame(points: Array, rims: Sequence[Rim]) -> Group:
     across = np.zeros(3)
     across[int(np.abs(axis).argmin())] = 1.0
     x_axis = across - (across * axis).sum() * axis
-    x_axis = x_axis / lengths(x_axis[None])[0]
+    x_axis = x_axis / length(x_axis)
     return Group(center, np.stack([x_axis, cross(axis, x_axis), axis]), list(rims))
 
 
@@ -243,18 +242,18 @@ def _number_strips(points: Array, arrays: BodyArrays, group: Group, chains: Sequ
                    found: Index, count: int) -> int:
     """Number the strips about one axis from `count` on, in place; return the next number."""
     rim, place, size = np.full((3, len(points)), -1, dtype=np.int64)
-    tips = np.flatnonzero(off_axis(points, group) < ON_AXIS)
-    rim[tips] = len(chains)
+    off = off_axis(points, group)
+    rim[off < ON_AXIS] = len(chains)
     is_corner = np.zeros(len(points), dtype=np.bool_)
     is_corner[arrays.corner] = True
     for k, chain in enumerate(chains):
         there = chain.point[is_corner[chain.point]]
         rim[there], place[there] = k, np.arange(len(there))
         size[there] = len(there) if chain.closed else -1
-    faces = np.unique(arrays.face[rim[arrays.corner] >= 0])
+    faces = np.flatnonzero(np.bincount(arrays.face[rim[arrays.corner] >= 0]))
     corner, begin = loops_of(arrays, faces)
-    sizes = np.diff(np.append(begin, len(corner)))
-    following = np.roll(corner, -1)
+    sizes = np.diff(begin, append=len(corner))
+    following = np.append(corner[1:], corner[:1])
     following[begin + sizes - 1] = corner[begin]
     low, high = (one.reduceat(rim[corner], begin) for one in (np.minimum, np.maximum))
     fits = (rim[corner] == np.repeat(low, sizes)) | (rim[corner] == np.repeat(high, sizes))
@@ -266,19 +265,16 @@ def _number_strips(points: Array, arrays: BodyArrays, group: Group, chains: Sequ
         numbers = np.unique(pair, return_inverse=True)[1]
         found[faces[strip]] = count + numbers
         count += int(numbers.max()) + 1
-    return _add_divided(points, arrays, group, chains, rim < 0, found, count)
-
-
-def _add_divided(points: Array, arrays: BodyArrays, group: Group, chains: Sequence[Chain],
-                 between: Mask, found: Index, count: int) -> int:
-    """Add facets with corners between their rims, as teeth have that wind about the axis."""
-    begin, along = arrays.face_start[:-1], ((points - group.center) * group.frame[2]).sum(axis=1)
-    off, heights = off_axis(points, group), [along[chain.point].mean() for chain in chains]
-    divided = np.logical_or.reduceat(between[arrays.corner], begin) & (found < 0)
+    # Facets with corners between their rims, as teeth have that wind about the axis.
+    begin, up = arrays.face_start[:-1], along(points - group.center, group.frame[2])
+    divided = np.logical_or.reduceat((rim < 0)[arrays.corner], begin) & (found < 0)
+    if not divided.any():
+        return count
+    heights = [up[chain.point].mean() for chain in chains]
     for k, j in pairwise(np.argsort(heights, kind="stable").tolist()):
-        if not divided.any() or heights[j] - heights[k] < ON_LATERAL:
+        if heights[j] - heights[k] < ON_LATERAL:
             continue
-        share = (along - heights[k]) / (heights[j] - heights[k])
+        share = (up - heights[k]) / (heights[j] - heights[k])
         radius = chains[k].rim.radius + share * (chains[j].rim.radius - chains[k].rim.radius)
         on = (np.abs(off - radius) < ON_LATERAL) & (np.abs(share - 0.5) < 0.5 + ON_LATERAL)
         inside = np.logical_and.reduceat(on[arrays.corner], begin)

@@ -7,6 +7,7 @@ pockets and bores, and on the inertia. When in doubt, poses stay in separate gro
 
 from collections.abc import Callable, Iterator
 from functools import lru_cache, partial
+from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -20,7 +21,14 @@ from ..tolerances import COPLANAR, SYMMETRY
 from .convex_body import ConvexBody
 from .equilibria import Equilibria, ties
 
-Frame = tuple[Array, Array]
+
+class Frame(NamedTuple):
+    """A face about the foot of the centre of mass on it."""
+
+    corners: Array  # (k, 3)
+    size: Array  # (k,); their distances
+    normal: Array
+
 
 MOST_EFFORT = 2**21
 """Most features compared on one part, in about a second. Where more would be needed (thousands of
@@ -128,17 +136,15 @@ def _pairs(kind: Index, pose: Index) -> Iterator[tuple[int, int]]:
 def candidates(frames: Callable[[int], Frame], face: int, other: int) -> Iterator[Array]:
     """Rotations but the identity that take one contact polygon to the other, corner to corner."""
     here, there = frames(face), frames(other)
-    size = [np.sqrt((frame[0] ** 2).sum(axis=1)) for frame in (here, there)]
-    start = int(np.argmax(size[0]))
-    count = len(size[0])
-    twice = np.concatenate([size[1], size[1]])
+    start, count = int(np.argmax(here.size)), len(here.size)
+    axes = _axes(here.normal, here.corners[start] / here.size[start])
+    like = (np.abs(there.size - here.size[start]) <= SYMMETRY).tolist()
+    twice = np.concatenate([there.size, there.size])
     for turn in range(1 if face == other else 0, count):
         begin = turn if face == other else (turn - start) % count
         shift = (begin + start) % count
-        if np.abs(twice[begin:begin + count] - size[0]).max() > SYMMETRY:
-            continue
-        a, b = here[0][start] / size[0][start], there[0][shift] / size[1][shift]
-        yield _axes(there[1], b).T @ _axes(here[1], a)
+        if like[shift] and np.abs(twice[begin:begin + count] - here.size).max() <= SYMMETRY:
+            yield _axes(there.normal, there.corners[shift] / there.size[shift]).T @ axes
 
 
 def _axes(normal: Array, along: Array) -> Array:
@@ -148,12 +154,13 @@ def _axes(normal: Array, along: Array) -> Array:
 
 
 def frame_of(found: Equilibria, stable: int) -> Frame:
-    """Corners about the foot of the centre of mass, and the face's normal."""
+    """Frame of a stable face."""
     face = found.faces[stable]
     normal = found.body.arrays.normal[face]
     foot = found.body.arrays.distance[face] * normal
     corners = found.body.polygon(face) - foot
-    return corners - np.outer(corners @ normal, normal), normal
+    corners = corners - np.outer(corners @ normal, normal)
+    return Frame(corners, np.sqrt((corners ** 2).sum(axis=1)), normal)
 
 
 OVERHEAD = 64  # cost of setting up one comparison, in features compared

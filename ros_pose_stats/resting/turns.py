@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ..kernels.body.standing import can_roll
-from ..mesh.vectors import cross, lengths
+from ..mesh.vectors import along, cross, length, lengths
 from ..records import Array, Index, Mask, Part
 from ..tolerances import SYMMETRY
 from . import convex_body, equilibria, rims, symmetry
@@ -33,10 +33,9 @@ def axis_offsets(body: convex_body.ConvexBody, pose_of_face: Index, poses: int) 
     for run in body.runs:
         if run.kind != "round" or not run.full:
             continue
-        mine = (body.run_of_face >= 0) & (np.abs(_along(normal, run.axis)) < LEVEL)
-        mine &= np.abs(distance - _along(normal, run.center) - run.radius) < NEAR * run.radius
-        center = run.center[None]
-        beside = lengths(center - _along(center, run.axis)[:, None] * run.axis)
+        mine = (body.run_of_face >= 0) & (np.abs(along(normal, run.axis)) < LEVEL)
+        mine &= np.abs(distance - along(normal, run.center) - run.radius) < NEAR * run.radius
+        beside = length(run.center - along(run.center[None], run.axis) * run.axis)
         np.maximum.at(found, pose_of_face[mine], beside)
     return found
 
@@ -52,9 +51,9 @@ def curved_faces(body: convex_body.ConvexBody) -> Array:
     rolls = np.zeros(body.faces, dtype=np.bool_)
     for run in body.runs:
         if run.full:
-            along = _along(arrays.normal, run.axis)
-            reach = np.sqrt(np.maximum(1.0 - along * along, 0.0)) * run.radius
-            rolls |= np.abs(arrays.distance - _along(arrays.normal, run.center)
+            up = along(arrays.normal, run.axis)
+            reach = np.sqrt(np.maximum(1.0 - up * up, 0.0)) * run.radius
+            rolls |= np.abs(arrays.distance - along(arrays.normal, run.center)
                             - reach) < NEAR * run.radius
     bend = np.where(rolls, np.maximum.reduceat(turn, first), np.minimum.reduceat(turn, first))
     small = np.maximum(1.0 - np.square(arrays.angle / LARGEST_FACET), 0.0)
@@ -74,16 +73,11 @@ def rolling_axes(body: convex_body.ConvexBody, downs: Array, heights: Array, tol
     while len(others):
         candidate = others[0]
         others = others[lengths(cross(others, candidate)) > SAME_AXIS]
-        for pose in np.flatnonzero(np.abs(_along(downs, candidate)) < UPRIGHT).tolist():
+        for pose in np.flatnonzero(np.abs(along(downs, candidate)) < UPRIGHT).tolist():
             if can_roll(body.points, downs[pose], candidate, (1.0 + tolerance) * heights[pose]):
                 axis[pose] = 0.0 if rolls[pose] else candidate
                 rolls[pose] = True
     return rolls, axis
-
-
-def _along(vectors: Array, axis: Array) -> Array:
-    return np.asarray(vectors[:, 0] * axis[0] + vectors[:, 1] * axis[1]
-                      + vectors[:, 2] * axis[2])
 
 
 def yaw_symmetries(part: Part, found: equilibria.Equilibria, lowest: Index,
@@ -98,7 +92,7 @@ def yaw_symmetries(part: Part, found: equilibria.Equilibria, lowest: Index,
         if not symmetry.keeps_inertia(part, _turn_matrix(down, np.pi)):
             continue  # whose axis would be a principal one
         runs = [run for run in found.body.runs if run.full
-                and abs(float(_along(down[None], run.axis)[0])) > 1.0 - SYMMETRY]
+                and abs(float(along(down[None], run.axis)[0])) > 1.0 - SYMMETRY]
         number[pose] = _order(part, found, face, runs, trial)
     return number
 
