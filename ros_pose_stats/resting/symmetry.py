@@ -7,6 +7,7 @@ pockets and bores, and on the inertia. When in doubt, poses stay in separate gro
 
 from collections.abc import Callable, Iterator
 from functools import lru_cache, partial
+from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
@@ -55,10 +56,15 @@ def symmetry_groups(part: Part, found: Equilibria, pose: Index,
     if poses == 1 or found.order.shape[0] > MOST_FACES:
         return alone
     kind = kinds_of(found)
-    if not len(_shared(kind, pose)):
+    shared = _shared(kind, pose)
+    if not len(shared):
         return alone
     frames = lru_cache(maxsize=None)(partial(frame_of, found))
-    if _hopeless(part, frames, kind, pose):
+    # Few pairs of like faces, and no rotation that fits polygons and inertia.
+    tried = list(islice(_pairs(kind, shared), FEW_PAIRS + 1))
+    if len(tried) <= FEW_PAIRS and not any(
+            is_kept(part.inertia, rotation, SYMMETRY)
+            for face, other in tried for rotation in candidates(frames, face, other)):
         return alone
     trial = surface()
     return _gather(_orbits(found, trial.refine(found, kind), pose, frames, trial), pose, poses)
@@ -73,7 +79,7 @@ def _orbits(found: Equilibria, kind: Index, pose: Index, frames: Callable[[int],
     """
     orbit = np.arange(pose.shape[0])
     trees = cKDTree(found.downs)
-    for face, other in _pairs(kind, pose):
+    for face, other in _pairs(kind, _shared(kind, pose)):
         if face != other and orbit[face] == orbit[other]:
             continue
         for rotation in candidates(frames, face, other):
@@ -95,16 +101,6 @@ def _gather(orbit: Index, pose: Index, poses: int) -> Index:
     return component_labels(poses + pose.shape[0], links)[:poses]
 
 
-def _hopeless(part: Part, frames: Callable[[int], Frame], kind: Index, pose: Index) -> bool:
-    """Whether there are few pairs of like faces, and no rotation fits polygons and inertia."""
-    for looked_at, (face, other) in enumerate(_pairs(kind, pose)):
-        if looked_at == FEW_PAIRS:
-            return False
-        if any(keeps_inertia(part, rotation) for rotation in candidates(frames, face, other)):
-            return False
-    return True
-
-
 def kinds_of(found: Equilibria) -> Index:
     """Stable faces that agree in height, area, solid angle and number of corners."""
     arrays, faces = found.body.arrays, found.faces
@@ -114,23 +110,21 @@ def kinds_of(found: Equilibria) -> Index:
 
 
 def _shared(kind: Index, pose: Index) -> Index:
-    """Stable faces whose kind has members in two poses at least."""
+    """Stable faces whose kind has members in two poses at least, kind by kind."""
     if int(kind.max()) + 1 == kind.shape[0]:
         return np.empty(0, dtype=np.int64)
-    rests = pose >= 0
-    pairs = np.unique(np.column_stack([kind, pose])[rests], axis=0)
-    several = np.bincount(pairs[:, 0], minlength=int(kind.max()) + 1) > 1
-    return np.flatnonzero(several[kind] & rests)
+    rests, poses = pose >= 0, int(pose.max()) + 1
+    pairs = np.unique((kind * poses + pose)[rests])
+    several = np.bincount(pairs // poses, minlength=int(kind.max()) + 1) > 1
+    shared = np.flatnonzero(several[kind] & rests)
+    return shared[np.argsort(kind[shared], kind="stable")]
 
 
-def _pairs(kind: Index, pose: Index) -> Iterator[tuple[int, int]]:
-    """The first face of each kind that lies in several poses, with itself and its like."""
-    shared = _shared(kind, pose)
-    shared = shared[np.argsort(kind[shared], kind="stable")]
-    for faces in np.split(shared, np.flatnonzero(np.diff(kind[shared])) + 1):
-        listed = faces.tolist()
-        for other in listed:
-            yield listed[0], other
+def _pairs(kind: Index, shared: Index) -> Iterator[tuple[int, int]]:
+    """The first of the shared faces of each kind, with itself and its like."""
+    kinds: dict[int, int] = {}
+    for number, face in zip(kind[shared].tolist(), shared.tolist(), strict=True):
+        yield kinds.setdefault(number, face), face
 
 
 def candidates(frames: Callable[[int], Frame], face: int, other: int) -> Iterator[Array]:
@@ -172,11 +166,6 @@ and those that refuted earlier candidates."""
 _ALL = np.empty(0, dtype=np.int64)
 
 
-def keeps_inertia(part: Part, rotation: Array) -> bool:
-    """Whether a rotation carries the inertia into itself."""
-    return is_kept(part.inertia, rotation, SYMMETRY)
-
-
 class SurfaceTrial:
     """The whole surface of one part, on which rotations are tried."""
 
@@ -190,7 +179,7 @@ class SurfaceTrial:
         self.regions = feature_grid(regions, SYMMETRY)
         # (C, 3); vertices where at least three regions meet
         self.corners = feature_grid(points[corners], SYMMETRY)
-        self.part = part
+        self.inertia = part.inertia
         self.probes = list(range(min(PROBES, len(regions))))
         self.effort = 0
 
@@ -201,7 +190,7 @@ class SurfaceTrial:
 
     def holds(self, rotation: Array) -> bool:
         """Whether the rotation carries surface and inertia into themselves."""
-        if not keeps_inertia(self.part, rotation):
+        if not is_kept(self.inertia, rotation, SYMMETRY):
             return False
         probes = np.array(self.probes, dtype=np.int64)
         if self._first_unmatched(self.regions, rotation, probes) >= 0:

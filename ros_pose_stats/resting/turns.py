@@ -6,6 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ..kernels.body.standing import can_roll
+from ..kernels.principal_axes import is_kept
 from ..mesh.vectors import along, cross, length, lengths
 from ..records import Array, Index, Mask, Part
 from ..tolerances import SYMMETRY
@@ -89,7 +90,7 @@ def yaw_symmetries(part: Part, found: equilibria.Equilibria, lowest: Index,
     number = np.ones(len(lowest), dtype=np.int64)
     for pose, face in enumerate(lowest.tolist()):
         down = found.downs[face]
-        if not symmetry.keeps_inertia(part, _turn_matrix(down, np.pi)):
+        if not is_kept(part.inertia, _turn_matrix(down, np.pi), SYMMETRY):
             continue  # whose axis would be a principal one
         runs = [run for run in found.body.runs if run.full
                 and abs(float(along(down[None], run.axis)[0])) > 1.0 - SYMMETRY]
@@ -107,7 +108,7 @@ def _order(part: Part, found: equilibria.Equilibria, face: int, runs: list[rims.
               for order in range(2, sides + 1) if sides % order == 0}
     for order in sorted(orders, reverse=True):
         turn = _turn_matrix(down, 2.0 * np.pi / order)
-        if not symmetry.keeps_inertia(part, turn):
+        if not is_kept(part.inertia, turn, SYMMETRY):
             continue
         if trial().effort > symmetry.MOST_EFFORT:
             return 1
