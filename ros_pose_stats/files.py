@@ -67,10 +67,7 @@ def refuse_irregular(file: Path) -> None:
 
 
 def read_file(file: str | os.PathLike[str], most: int | None = None) -> bytes:
-    """Bytes of a regular file, one more than `most` where there are more than that.
-
-    Raises NotAFileError, OSError as `open_file` does.
-    """
+    """Bytes of a regular file, one more than `most` where there are more than that."""
     with open_file(file) as stream:
         return stream.read() if most is None else stream.read(most + 1)
 
@@ -78,9 +75,8 @@ def read_file(file: str | os.PathLike[str], most: int | None = None) -> bytes:
 def write_whole(folder: Path, write: Callable[[Path], object]) -> list[Path]:
     """Write files in a temporary folder, then move them into their folder.
 
-    `folder`: created where it does not exist; `write`: given an empty folder on the same file
-    system, writes files into it. If that fails or is interrupted, nothing has changed. Returns the
-    files where they are now, in the order of their names.
+    `write`: given an empty folder on the same file system, writes files into it. If that fails or
+    is interrupted, nothing has changed. Returns the files in the order of their names.
     """
     folder.mkdir(parents=True, exist_ok=True)
     with TemporaryDirectory(prefix=PREFIX, dir=folder) as name:
@@ -101,19 +97,13 @@ def write_file(file: Path, data: bytes) -> None:
 
 
 def remove_unfinished(folder: Path) -> None:
-    """Remove what `write_whole` had begun there when its process was killed.
-
-    Only for whoever knows that nobody else is writing there.
-    """
+    """Remove what a killed `write_whole` had begun, where nobody else is writing."""
     for left in folder.glob(f"{PREFIX}*"):
         shutil.rmtree(left, ignore_errors=True)  # leftovers do no harm
 
 
 def refuse_unwritable(folder: Path) -> None:
-    """Check, before anything is measured, that files can be written to a folder.
-
-    The folder need not exist, and is not created.
-    """
+    """Check, before anything is measured, that files can be written to a folder to be."""
     path = folder.absolute()
     try:
         there = next(one for one in (path, *path.parents) if one.exists())
@@ -147,11 +137,7 @@ def make_directories(directory: Path) -> None:
 
 
 def write_all(number: int, buffers: Sequence[bytes | memoryview], offset: int) -> int:
-    """Write buffers one after the other, whatever pieces the kernel takes.
-
-    `offset`: where in the file the first byte goes. Returns offset behind the last byte. On an
-    OSError some of it may be written.
-    """
+    """Write buffers one after the other from `offset` on; return the offset behind them."""
     waiting = [memoryview(buffer).cast("B") for buffer in buffers]
     while waiting:
         written = os.pwritev(number, waiting, offset)
@@ -185,11 +171,7 @@ def replace_file(path: Path, content: bytes) -> None:
 
 
 class DirectoryLock:
-    """The lock of one directory, held until released or until the process ends.
-
-    It is the kernel's (flock on a file in the directory), so that it ends with its process,
-    however that ends.
-    """
+    """The kernel's lock (flock) of one directory, held until its process ends, however it does."""
 
     def __init__(self, number: int) -> None:
         self._number = number

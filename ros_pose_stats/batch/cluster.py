@@ -47,9 +47,8 @@ def work_on_cluster(address: str, work: ClusterWork[Piece, Made], pieces: Sequen
                     ) -> Generator[tuple[Piece, Made], None, None]:
     """Have the workers of a scheduler do work; pieces of lost workers are done by others.
 
-    `address`: of the scheduler, such as `tcp://10.0.0.1:8786`. It and the workers need this
-    package in this version; `should_stop`: asked some twenty times a second; `worker_seconds`: how
-    long to wait while there is no worker at all.
+    `address`: such as `tcp://10.0.0.1:8786`; it and the workers need this package in this version;
+    `worker_seconds`: how long to wait while there is no worker at all.
     """
     if not pieces:
         return

@@ -14,9 +14,9 @@ from ..errors import BatchError, reason
 class WorkFolder:
     """A folder, locked while in use, with a file that says what work lies in it.
 
-    `directory`: created where it is missing; `request`: all that the work depends on, besides the
-    program: plain values, for JSON; `has_work`: whether anything is there that depends on it;
-    `what`: the work, in words: `a dataset`.
+    `request`: all that the work depends on, besides the program: plain values, for JSON;
+    `has_work`: whether anything is there that depends on it; `what`: the work, in words: `a
+    dataset`.
     """
 
     def __init__(self, directory: Path, claim: str, request: dict[str, Any],
@@ -72,8 +72,7 @@ class WorkFolder:
             return
         if has_work():
             told = theirs if isinstance(theirs, dict) else {claim: "unreadable"}
-            others = [f"{name} {value}" for name, value in told.items()
-                      if value != mine.get(name)]
+            others = [f"{name} {value}" for name, value in told.items() if value != mine.get(name)]
             raise BatchError(f"work on the same {what.removeprefix('a ')}",
                              f"that on another one in {self.directory} ({', '.join(others)})",
                              "finish that one, delete the directory, or name another one")

@@ -16,9 +16,8 @@ def in_flight(submit: Callable[[Piece], Future[Made]],
               most: Callable[[], int]) -> Generator[tuple[Piece, Made], None, None]:
     """Hand out pieces, a few at a time, and give each as it is done.
 
-    `submit`: hands out a piece, to a thread or to a cluster; `receive`: takes what was made of a
-    piece; None where it is to be handed out anew; `should_stop`: asked some twenty times a second;
-    `most`: most pieces that are handed out at a time; asked for each.
+    `receive`: takes what was made of a piece; None where it is to be handed out anew; `most`: most
+    pieces that are handed out at a time; asked for each.
     """
     waiting = list(reversed(pieces))
     busy: dict[Future[Made], Piece] = {}

@@ -20,10 +20,8 @@ def work_in_processes(workers: int, call: Callable[[WorkerProcess, Piece], Made]
                       ) -> Generator[tuple[Piece, Made], None, None]:
     """Have several processes do work; the death of one costs nobody else anything.
 
-    `workers`: processes; no more are started than there are pieces; `call`: has a piece done in a
-    process; `stand_in`: what comes of a piece whose process died twice, or once for taking too
-    long; from the `ProcessDiedError`; `should_stop`: asked some twenty times a second; what is in
-    hand then is given up.
+    `call`: has a piece done in a process; `stand_in`: what comes of a piece whose process died
+    twice, or once for taking too long.
     """
     threads = min(workers, len(pieces))
     if not threads:

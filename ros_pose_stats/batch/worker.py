@@ -42,10 +42,7 @@ class TookLongError(ProcessDiedError):
 
 
 class WorkerProcess:
-    """A process that does one thing at a time.
-
-    Raises BatchError if it cannot be started, or says nothing for some seconds then.
-    """
+    """A process that does one thing at a time; BatchError if it cannot be started."""
 
     def __init__(self, seconds: float = START_SECONDS) -> None:
         program = _PROGRAM.format(path=sys.path, module=__name__)
@@ -60,10 +57,7 @@ class WorkerProcess:
         assert ready == READY
 
     def call(self, function: Callable[..., Made], *arguments: Any) -> Made:
-        """Have a function of a module called there.
-
-        Raises ProcessDiedError if the process ended, by itself or by `kill`.
-        """
+        """Have a function of a module called there."""
         assert self._process.stdin is not None
         try:
             pickle.dump((function, arguments), self._process.stdin, pickle.HIGHEST_PROTOCOL)
@@ -74,12 +68,7 @@ class WorkerProcess:
         return made
 
     def call_within(self, seconds: float, function: Callable[..., Made], *arguments: Any) -> Made:
-        """Have a function of a module called there; the process ends if that takes longer.
-
-        Time in which this process is suspended does not count.
-
-        Raises TookLongError if it did. Raises ProcessDiedError if the process ended otherwise.
-        """
+        """Have a function called there; the process ends if that takes longer while it runs."""
         with self._ended_after(seconds):
             return self.call(function, *arguments)
 
@@ -137,10 +126,7 @@ class WorkerProcess:
 
 
 class Worker:
-    """A process that is there while somebody needs it, for one caller after the other.
-
-    `prepare`: a function of a module, called there at first.
-    """
+    """A process that is there while somebody needs it, for one caller after the other."""
 
     def __init__(self, prepare: Callable[[], object]) -> None:
         self._prepare = prepare
@@ -150,11 +136,7 @@ class Worker:
         self.closed = False
 
     def call_within(self, seconds: float, function: Callable[..., Made], *arguments: Any) -> Made:
-        """Have a function of a module called there.
-
-        Raises TookLongError, ProcessDiedError as `WorkerProcess.call_within` does; the next call
-        has another process then. Raises BatchError if none can be started.
-        """
+        """Have a function of a module called there; after a TookLongError in another process."""
         with self._turn:
             self._idle.cancel()
             try:

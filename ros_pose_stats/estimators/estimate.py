@@ -12,10 +12,7 @@ from .registry import ESTIMATORS, Estimator, estimator
 
 
 def estimate_in(part: Part, scene: DropScene, method: str = AUTO) -> PoseStatistics:
-    """Estimate the probabilities of a part in a scene, without drops.
-
-    `method`: an estimator by its name, or `auto` for the one that errs least.
-    """
+    """Estimate by an estimator's name, or `auto` for the one that errs least, without drops."""
     begin = time.perf_counter()
     chosen = estimator(best_method(scene.restitution) if method == AUTO else method)
     resting = poses.poses_in(part, scene)

@@ -88,11 +88,7 @@ class ExpectedError(NamedTuple):
 
 def expected_error(name: str, resting: RestingPoses, probability: Array, scene: DropScene,
                    fits: dict[str, fitted.ErrorFit] = fitted.ERROR_FITS) -> ExpectedError:
-    """Expected error of one estimate.
-
-    `probability` (P,): its estimate, in the order of `index`; `fits`: by method; default: the
-    shipped ones.
-    """
+    """Expected error of one estimate (P,), by index."""
     if name not in fits:
         return ExpectedError(math.nan, math.nan, math.nan, np.full(probability.shape, math.nan))
     fit, known = fits[name], fitted.known_answers(resting)
@@ -128,9 +124,9 @@ def rocking_errors(resting: RestingPoses, probability: Array) -> Array:
 def rolling_errors(resting: RestingPoses, probability: Array) -> Array:
     """Error (P,) of lopsided parts: those that roll with the centre of mass beside the axis.
 
-    Their roll begins with the first impact and lasts: without friction nothing turns a part about
-    the vertical, so it cannot lie down before it has lost that spin. No estimator knows of it.
-    The error is what the probabilities would change by if the odds of poses that roll so grew.
+    Without friction nothing turns a part about the vertical, so it cannot lie down before it has
+    lost the spin of its roll. No estimator knows of it. The error is what the probabilities would
+    change by if the odds of poses that roll so grew.
     """
     offset = np.minimum(resting.axis_offsets, MOST_LOPSIDED)
     if not offset.any():
@@ -143,8 +139,7 @@ def largest_of(errors: Array, group: Index, fit: fitted.ErrorFit,
                noise: Array | None = None) -> float:
     """Bound that errors of poses keep together with 90 % confidence, by the scatter over parts.
 
-    `errors` (P,): expected ones, as fractions; `group` (P,) int: poses of one number share their
-    error; `noise` (P,): variances of the drops that the estimate is to be compared with.
+    Poses of one `group` share their error; `noise`: variances of the drops to compare with.
     """
     weight, factor = scatter(fit.scatter)
     if noise is not None:  # each pose has its own
@@ -165,11 +160,7 @@ def single_reach(width: float) -> float:
 
 @cache
 def scatter(width: float) -> tuple[Array, Array]:
-    """Weights and errors over the expected one (13,) of parts of which the same is expected.
-
-    The logarithms of their square errors scatter normally with this standard deviation; their
-    mean square is 1.
-    """
+    """Weights and errors over the expected one (13,), mean square 1, of parts alike in that."""
     weight = np.exp(-0.5 * SCATTER_AT * SCATTER_AT)
     square = np.exp(width * SCATTER_AT)
     weight /= weight.sum()
@@ -194,9 +185,9 @@ def _usual_square(name: str, restitution: float) -> float:
 def pose_errors(resting: RestingPoses, probability: Array, expected: float) -> Array:
     """Expected error (P,) of each pose, with the root mean square `expected`.
 
-    Its square is shared among the poses in proportion to p (1 - p), as for drops; poses that
-    symmetry makes equal share the error of their sum. Where symmetry decides all, no pose has an
-    error; where an estimate is certain and may be wrong, all poses have the same.
+    Its square is shared among the poses in proportion to p (1 - p), as for drops. Where symmetry
+    decides all, no pose has an error; where an estimate is certain and may be wrong, all have the
+    same.
     """
     spread = fitted.single_drop(resting, probability)
     total = float(spread.sum())

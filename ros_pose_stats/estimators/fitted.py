@@ -22,11 +22,7 @@ LEAST_RANGE = 0.1  # of an input of expected errors that hardly varies in the fi
 
 
 class TanhNetwork(NamedTuple):
-    """A network with one hidden layer of hyperbolic tangents, beside a linear function.
-
-    Its value is bias + skip x + output_weights tanh(hidden_weights x + hidden_bias) for K inputs
-    x.
-    """
+    """bias + skip x + output_weights tanh(hidden_weights x + hidden_bias) for K inputs x."""
 
     bias: float
     skip: Array  # (K,); weights of the inputs themselves, which skip the hidden layer
@@ -69,10 +65,7 @@ class ErrorFit(NamedTuple):
     scatter: float
 
     def __call__(self, inputs: Array) -> Array:
-        """Logarithm (...) of the expected square error over the mean of `error_scale`.
-
-        `inputs` (..., K): as from `error_inputs`.
-        """
+        """Logarithm of the expected square error over the mean of `error_scale`."""
         return self.network(np.clip(inputs, self.lowest, self.highest))
 
     def outside(self, inputs: Array) -> float:
@@ -116,10 +109,7 @@ SHALLOWEST = 1e-3  # added to the barrier of a pose, in radii, before its logari
 
 
 def scene_inputs(resting: RestingPoses, scene: DropScene) -> Array:
-    """Of restitution -log(1 - restitution), and log of the drop height in radii (2,).
-
-    Both are cut to the range of the fit.
-    """
+    """-log(1 - restitution), log of the drop height in radii (2,), cut to the range of the fit."""
     return np.array([-math.log1p(-min(scene.restitution, HIGHEST_RESTITUTION)),
                      math.log(min(max(drop_radii(resting, scene), LOWEST_DROP), HIGHEST_DROP))])
 
@@ -139,9 +129,8 @@ def corner_inputs(resting: RestingPoses) -> Array:
 def rolling_inputs(resting: RestingPoses) -> Array:
     """How far the components of the K splits are facets that the body rolls on, (3 K, 2).
 
-    The share of the facets of round and toothed runs in the solid angle of a component's faces,
-    and the mean over that angle of the log of how many facets their run has, 0 off all runs. The
-    rows of a split are its two children and the whole.
+    The share of the facets of runs in the solid angle of a component's faces, and the mean over
+    that angle of the log of how many facets their run has, 0 off all runs.
     """
     body, tree = resting.body, resting.equilibria.arrays.tree
     joins = np.flatnonzero(resting.clusters.split)
@@ -169,9 +158,6 @@ def error_inputs(resting: RestingPoses, probability: Array, scene: DropScene,
     scale; logs of the number of poses and of the sum of the scales; means of the logs of the
     poses' barriers in radii, weighed by the scales and by p; then body and corners as `split` has
     them.
-
-    `probability` (P,): the estimate; `known` (3, P): from `known_answers`; `scale` (P,): from
-    `error_scale`.
     """
     energy, around, toppled = known
     total = float(scale.sum())
@@ -188,9 +174,8 @@ def error_inputs(resting: RestingPoses, probability: Array, scene: DropScene,
 def error_scale(resting: RestingPoses, probability: Array, known: Array) -> Array:
     """Scale of the square error of each pose (P,): p (1 - p) plus the square distance from MEAE.
 
-    The first is the square error of a single drop, the second is for an estimate that is
-    certain and wrong. Poses that symmetry makes equal count as one in p (1 - p), shared evenly,
-    since symmetry makes no errors. The parameters are those of `error_inputs`.
+    The first is the square error of a single drop, the second is for an estimate that is certain
+    and wrong. Poses that symmetry makes equal count as one in p (1 - p).
     """
     return np.asarray(single_drop(resting, probability) + np.square(probability - known[1]))
 

@@ -14,31 +14,19 @@ def normalized(weights: Array) -> Array:
 
 
 def area(resting: poses.RestingPoses) -> Array:
-    """Probabilities (P,) proportional to the surface area of the stable faces [24].
-
-    The paper names it in section 4.B beside Eq. 5, with an error of 0.112. The estimate jumps
-    where a face becomes stable.
-    """
+    """Probabilities (P,) proportional to the stable faces' surface area [24], beside Eq. 5."""
     found = resting.equilibria
     return normalized(resting.gather(found.body.arrays.area[found.faces]))
 
 
 def csae(resting: poses.RestingPoses) -> Array:
-    """Centroid solid angle estimator, Eq. 5 [27].
-
-    Probabilities (P,) proportional to the centroid solid angle of the stable faces. It jumps
-    where a face becomes stable.
-    """
+    """Centroid solid angle estimator, Eq. 5 [27]; it jumps where a face becomes stable."""
     found = resting.equilibria
     return normalized(resting.gather(found.body.arrays.angle[found.faces]))
 
 
 def adre(resting: poses.RestingPoses) -> Array:
-    """Angle-distance ratio estimator [28], [29]: Eq. 5 with the ratio of section 4.B.
-
-    Probabilities (P,) proportional to the centroid solid angle of a stable face over its
-    distance from the centre of mass. It jumps where a face becomes stable.
-    """
+    """Angle-distance ratio estimator [28], [29]: Eq. 5 with the solid angle over the distance."""
     found = resting.equilibria
     arrays = found.body.arrays
     return normalized(resting.gather(arrays.angle[found.faces] / arrays.distance[found.faces]))
@@ -52,13 +40,7 @@ paper's Table I, and neither over- nor underestimates large faces (`python -m st
 
 
 def qse(resting: poses.RestingPoses) -> Array:
-    """Quasi-static estimator [26], section 4.B.
-
-    Every face starts with its centroid solid angle over 4 pi. An unstable face topples over
-    the side pierced by the segment from its centroid to the foot of the centre of mass, and
-    hands its probability to the neighbour there (half to each of two where the segment
-    leaves through a corner).
-    """
+    """Quasi-static estimator [26], section 4.B: solid angles, carried down the toppling graph."""
     found = resting.equilibria
     return normalized(resting.gather(found.arrays.toppled[found.faces]))
 
@@ -66,8 +48,7 @@ def qse(resting: poses.RestingPoses) -> Array:
 def nqse(resting: poses.RestingPoses) -> Array:
     """Nonlinear quasi-static estimator, Eq. 6 with the published coefficients.
 
-    Probabilities proportional to f(e_j), e_j the quasi-static estimate of pose j. For a
-    cluster e_j is the sum over its members: taken facet by facet, f would give a tessellated
+    For a cluster e_j is the sum over its members: taken facet by facet, f would give a tessellated
     curve the less the finer it is.
     """
     return normalized(nonlinear(qse(resting)))
@@ -76,16 +57,13 @@ def nqse(resting: poses.RestingPoses) -> Array:
 def pqse(resting: poses.RestingPoses) -> Array:
     """Perturbed quasi-static estimator [25], in this project's reading.
 
-    The paper says that probability moves between each pair of adjacent faces to the larger one,
-    by a simple rule. In our reading the side between faces i and j moves by an angle, and the
-    strip that it sweeps changes hands: i takes `share * arc / (4 pi) * (area_i - area_j) / mean`
-    from j, where arc is the angle that the side spans seen from the centre of mass, and mean the
-    area of all faces over their number. A face that would give more than it has gives all it
-    has, in proportion (the paper's remedy against negative probabilities). The result then
-    topples as in the quasi-static estimator, to which a share of 0 leads back.
-
-    The faces of one pose count as one surface with the sum of their areas: a finer tessellation
-    of the same curve changes nothing.
+    The paper says that probability moves between each pair of adjacent faces to the larger one, by
+    a simple rule. In our reading the side between faces i and j moves by an angle, and the strip
+    that it sweeps changes hands: i takes `share * arc / (4 pi) * (area_i - area_j) / mean` from j,
+    where arc is the angle that the side spans seen from the centre of mass, and mean the area of
+    all faces over their number. A face that would give more than it has gives all it has, in
+    proportion (the paper's remedy against negative probabilities). The result then topples as in
+    the quasi-static estimator. The faces of one pose count as one surface.
     """
     found = resting.equilibria
     start = _redistribute(found.body, _surfaces(resting))
@@ -143,12 +121,7 @@ COMBINED_WEIGHT = 0.75  # c of Eq. 9 as published: the weight of MEAE beside NQS
 
 
 def eae(resting: poses.RestingPoses) -> Array:
-    """Energy absorption estimator, Eqs. 7 and 8.
-
-    At each split of the reachable set {R < E} the two components are taken with
-    probabilities proportional to their centroid solid angles. Continuous where a face
-    becomes marginal; ties between saddles give the same answer in any order.
-    """
+    """Energy absorption estimator, Eqs. 7 and 8, by the reachable set {R < E}."""
     _, probability = resting.passage_R
     return normalized(resting.clusters.gather(probability))
 

@@ -35,8 +35,7 @@ def split(resting: RestingPoses, scene: DropScene) -> Array:
     """Probabilities (P,) from fitted weights of the components at each split.
 
     They are exact where symmetry decides, and continuous in the shape where the modified energy
-    absorption estimator is. Beyond the range of restitutions and drop heights of the fit
-    (`fitted`) they are those of the nearest scene.
+    absorption estimator is. Beyond the scenes of the fit they are those of the nearest.
     """
     rows = split_inputs(resting, scene)
     tree, wanted = resting.equilibria.arrays.tree, resting.clusters.split
@@ -47,10 +46,7 @@ def split(resting: RestingPoses, scene: DropScene) -> Array:
 
 
 def split_inputs(resting: RestingPoses, scene: DropScene) -> Array:
-    """Inputs (3 K, 26) of the weights of the K splits: of both children and of the whole.
-
-    Those are the features, then what tells of the body, the scene and the corners, then rolling.
-    """
+    """Inputs (3 K, 26) of the weights of the K splits: of both children and of the whole."""
     wanted = resting.clusters.split
     features = resting.split_features[wanted]
     rows = features.reshape(-1, features.shape[2])
@@ -93,10 +89,7 @@ def component_weights(rows: NDArray[np.floating],
 
 
 def component_bases(rows: NDArray[np.floating]) -> tuple[Array, Array]:
-    """Logarithms (n,) of the area and of the angle that holds, without their fitted factors.
-
-    The angle vanishes with the depth, where the level is hardly above the lowest face.
-    """
+    """Logarithms (n,) of the area and of the angle that holds, which vanishes with the depth."""
     depth = np.maximum(rows[:, DEPTH], SHALLOWEST)
     holding = rows[:, LOG_HELD] + np.log(depth / (depth + HOLDING))
     return np.asarray(rows[:, LOG_AREA]), np.asarray(holding)

@@ -30,8 +30,8 @@ INLINED: dict[str, Any] = {"forceinline": True, "_nrt": False}
 class Helper:
     """A function that becomes part of the kernels that call it.
 
-    numba's dispatcher of it is made when a kernel is compiled: most processes load machine
-    code, and to make a hundred dispatchers takes as long as loading it.
+    numba's dispatcher of it is made when a kernel is compiled: to make a hundred takes as long as
+    loading the machine code.
     """
 
     def __init__(self, function: Callable[..., Any], **options: Any) -> None:
@@ -61,10 +61,9 @@ class EntryKernel(KernelDispatcher):
     """An outermost kernel: one signature, its machine code on disk.
 
     Arguments of other types are refused, for to compile anew takes as long as a thousand runs.
-
-    Attributes `declared`: of the arguments. They are made with the kernel: numba gives two numbers
-    to a type that two threads make at once, and the kernel would then refuse what it was made for.
-    `_cache` is where numba's dispatcher looks before it compiles, and keeps what it has compiled.
+    Types are made with the kernel (`declared`): numba gives two numbers to a type that two threads
+    make at once. `_cache` is where numba's dispatcher looks before it compiles, and keeps what it
+    has compiled.
     """
 
     def __init__(self, function: Callable[..., Any]) -> None:
@@ -74,11 +73,7 @@ class EntryKernel(KernelDispatcher):
         self._first_call, self._was_called = RLock(), False
 
     def __call__(self, *arguments: Any) -> Any:
-        """Run the kernel, alone the first time.
-
-        Where several threads make the first call at once, numba now and then finds no machine
-        code for the arguments of one of them.
-        """
+        """Run the kernel, alone the first time: in other threads numba might find no code."""
         if self._was_called:
             return super().__call__(*arguments)
         with self._first_call:
@@ -115,8 +110,8 @@ def kernel(function: Function) -> Function:
 def inlined(function: Function) -> Function:
     """Compile a helper that is merged into its caller and borrows the arrays it is handed.
 
-    Counting their references would cost more than a short helper's arithmetic. It cannot
-    make arrays of its own.
+    Counting their references would cost more than its arithmetic. It cannot make arrays of its
+    own.
     """
     if config.DISABLE_JIT:
         return function
@@ -169,8 +164,7 @@ GLANCE = 0.1  # seconds between looks at what has been stored
 def compile_missing(on_progress: Callable[[int, int], object]) -> int:
     """Compile all kernels that are not stored, on all cores; how many there were to compile.
 
-    `on_progress` is called with how many are done, of how many. Nothing is done where the code
-    could be kept for this process alone.
+    Nothing is done where the code could be kept for this process alone.
     """
     import multiprocessing  # which nothing else wants
     from concurrent.futures import ProcessPoolExecutor, wait

@@ -124,10 +124,7 @@ def logarithm(x: float) -> float:
 
 @kernel
 def rough_root(x: float, order: int) -> float:
-    """Root of an order above 0 of a normal number above 0, to 1e-5 of it.
-
-    Enough for the length of a step, and twice as quick as the functions above.
-    """
+    """Root of a normal number above 0, to 1e-5 of it: enough for the length of a step."""
     m, n = split_binary(x)
     s = (m - 1.0) / (m + 1.0)
     q = s * s

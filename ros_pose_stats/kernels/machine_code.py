@@ -60,10 +60,7 @@ SEAL = 32
 
 
 def baseline() -> str:
-    """LLVM's name of the processors that kernels are compiled for.
-
-    `$NUMBA_CPU_NAME` wins; an x86-64 of 2015 or later is taken as x86-64-v3.
-    """
+    """LLVM's name of the processors that kernels are compiled for; `$NUMBA_CPU_NAME` wins."""
     if config.CPU_NAME:
         return str(config.CPU_NAME)
     return _baseline_of_this_machine()
@@ -112,10 +109,7 @@ class KernelLibrary(codegen.JITCodeLibrary):
         return int(super().get_pointer_to_function(name))
 
     def serialize_using_object_code(self) -> tuple[str, str, tuple[bytes, bytes]]:
-        """Machine code and the names in it, for nothing is linked to a kernel from the disk.
-
-        numba would add all of it in LLVM's form, and files would be five times as large.
-        """
+        """Machine code and the names in it; LLVM's form would make files five times as large."""
         self._ensure_finalized()
         return self.name, "object", (self._get_compiled_object(), _names_of(self._final_module))
 
@@ -221,8 +215,7 @@ def source_digest() -> str:
 def cache_directory() -> Path:
     """Directory of the machine code: `$NUMBA_CACHE_DIR` or the user's cache, by digest.
 
-    Where none can be written, a folder for this process alone is used. The code is unpickled,
-    so a directory that somebody else owns is not taken.
+    Else a folder for this process alone. The code is unpickled, so none of another owner is taken.
     """
     name = source_digest()
     roots = [os.environ.get("NUMBA_CACHE_DIR"), os.environ.get("XDG_CACHE_HOME"), "~/.cache"]
@@ -247,8 +240,8 @@ class KernelFile:
     """The file of one kernel, behind the interface of numba's caches.
 
     `_reduce` takes a compiled kernel apart into what can be pickled, and `_rebuild` puts it
-    together again; numba's own cache uses no other. `fill_store` is called once, where code is
-    missing for the first time; it may make all that is.
+    together again. `fill_store` is called once, where code is missing for the first time; it may
+    make all that is.
     """
 
     cache_path = None

@@ -36,13 +36,10 @@ def is_kept(tensor: Fixed2, rotation: Fixed2, tolerance: float) -> bool:
 
 @entry_kernel
 def principal_axes(tensor: Fixed2) -> tuple[Array, Array]:
-    """Eigenvalues and eigenvectors of a symmetric tensor by Jacobi's rotations.
+    """Rising eigenvalues, and right-handed eigenvectors as columns, by Jacobi's rotations.
 
-    Golub and Van Loan, Matrix Computations, section 8.5.
-
-    `tensor` (3, 3): finite; only what stands on and above the diagonal is read. Returns `moment`
-    (3,): rising; `axes` (3, 3): unit vectors as columns, right-handed; in the first two the
-    largest component is positive.
+    Golub and Van Loan, Matrix Computations, section 8.5. In the first two the largest component is
+    positive.
     """
     a, axes = tensor.copy(), np.eye(3)
     for _ in range(_SWEEPS):

@@ -75,8 +75,7 @@ def stable_order(values: Array) -> Index:
             middle, end = min(begin + width, count), min(begin + 2 * width, count)
             left, right = begin, middle
             for k in range(begin, end):
-                if right == end or (left < middle
-                                    and values[order[left]] <= values[order[right]]):
+                if right == end or (left < middle and values[order[left]] <= values[order[right]]):
                     other[k] = order[left]
                     left += 1
                 else:
@@ -90,10 +89,9 @@ def stable_order(values: Array) -> Index:
 @entry_kernel
 def number_ties(values: Fixed1, tolerance: float, group: FixedIndex1,
                 order: FixedIndex1) -> tuple[Index, int]:
-    """Split groups into ties, each of which opens at its smallest value.
+    """Numbers of the ties, each of which opens at its smallest value, and how many there are.
 
-    `values` (S,); `group` (S,) int; `order` (S,) int: by rising group, within a group by rising
-    value. Returns `numbers` (S,) int: of the ties, in that order; `count`: how many there are.
+    `order` (S,): by rising group, within a group by rising value.
     """
     numbers = np.empty(values.shape[0], np.int64)
     number, opened = -1, 0

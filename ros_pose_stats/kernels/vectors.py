@@ -114,10 +114,7 @@ def cross(a: Vec3, b: Vec3) -> Vec3:
 
 @inlined
 def length(a: Vec3) -> float:
-    """Length.
-
-    Written as products, for Python's power rounds by the C library where it runs kernels itself.
-    """
+    """Length, by products: Python's power rounds by the C library where it runs kernels itself."""
     return math.sqrt(a.x * a.x + a.y * a.y + a.z * a.z)
 
 

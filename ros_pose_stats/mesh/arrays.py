@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MeshError
 from ..kernels.mesh.measures import largest_used_extent
+from ..records import Array, Index
 
 NOT_NUMBERS = (TypeError, ValueError, OverflowError)
 """Errors that the functions below raise for values that are no real numbers."""
@@ -32,7 +33,7 @@ def unmasked(values: Any) -> NDArray[Any]:
     return array
 
 
-def real_array(values: Any) -> NDArray[np.float64]:
+def real_array(values: Any) -> Array:
     """Convert to float64, without a copy where it is that already; too large numbers: infinite."""
     with np.errstate(over="ignore", invalid="ignore"):  # a signalling NaN becomes a quiet one
         return unmasked(values).astype(np.float64, copy=False)
@@ -45,9 +46,8 @@ def real_number(value: Any) -> float:
     return float(real_array(value))
 
 
-def checked_mesh(
-    vertices: ArrayLike, triangles: ArrayLike, unit: float
-) -> tuple[NDArray[np.float64], NDArray[np.uint32]]:
+def checked_mesh(vertices: ArrayLike, triangles: ArrayLike, unit: float
+                 ) -> tuple[Array, NDArray[np.uint32]]:
     """Copy a mesh into arrays of its own: vertices (V, 3) in metres, triangles (T, 3) uint32."""
     with np.errstate(over="ignore", invalid="ignore"):  # refused below
         places = np.ascontiguousarray(_numbers(vertices, "vertices") * unit)
@@ -66,7 +66,7 @@ def checked_mesh(
     return places, corners
 
 
-def _numbers(values: ArrayLike, what: str) -> NDArray[np.float64]:
+def _numbers(values: ArrayLike, what: str) -> Array:
     """Make a float64 array of whatever was given."""
     try:
         return real_array(values)
@@ -102,7 +102,7 @@ def _indices(triangles: ArrayLike, vertex_count: int) -> NDArray[np.uint32]:
     return np.ascontiguousarray(given.astype(np.uint32))
 
 
-def _check_integers(given: NDArray[np.float64]) -> None:
+def _check_integers(given: Array) -> None:
     """Refuse fractions, NaN and infinity as vertex numbers."""
     whole = np.isfinite(given) & (np.floor(given) == given)
     if not whole.all():
@@ -111,11 +111,8 @@ def _check_integers(given: NDArray[np.float64]) -> None:
                         "give integers")
 
 
-def in_standard_order(triangles: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Triangles (T, 3), each begun at its smallest corner, in the order of their corners.
-
-    So the order in which a modeller or a hull emits them leaves no trace.
-    """
+def in_standard_order(triangles: Index) -> Index:
+    """Triangles in the order of their corners, so that that of a modeller leaves no trace."""
     first = triangles.argmin(axis=1)[:, None]
     turned = np.take_along_axis(triangles, (first + np.arange(3)) % 3, axis=1)
     return np.asarray(turned[np.lexsort(turned.T[::-1])], dtype=np.int64)
@@ -124,8 +121,7 @@ def in_standard_order(triangles: NDArray[np.int64]) -> NDArray[np.int64]:
 def coordinate_rounding(vertices: ArrayLike, triangles: NDArray[np.uint32]) -> float:
     """Largest rounding error of the coordinates (V, 3), in their unit.
 
-    Those that are all float32 numbers come from a file that stores no more (STL, mostly); the
-    rounding is 6e-8 of the largest then, however far the part lies from its origin.
+    Those that are all float32 numbers come from a file that stores no more (STL, mostly).
     """
     points = real_array(vertices)
     used = np.zeros(len(points), dtype=bool)

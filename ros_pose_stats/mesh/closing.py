@@ -12,11 +12,11 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from .. import text, tolerances
 from ..kernels.mesh import connections, measures
+from ..records import Array, Index
 from . import overlap, vectors, winding
 
 LARGEST_SHARE = 0.5
@@ -46,11 +46,8 @@ class Closing(NamedTuple):
     open_volume: float = 0.0
 
 
-def close_holes(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> Closing:
-    """Close the holes of a mesh.
-
-    `vertices` (V, 3): welded; `triangles` (T, 3): of no closed surface.
-    """
+def close_holes(vertices: Array, triangles: Index) -> Closing:
+    """Close the holes of a mesh whose vertices are welded."""
     wound = winding.wound_alike(vertices, triangles)
     if wound is None:
         return Closing(None, "is one-sided like a Möbius strip")
@@ -83,13 +80,9 @@ def close_holes(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> 
     return Closing(shells, "", len(loops), volume * size * size * size)
 
 
-def _wall_lost(points: NDArray[np.float64], edges: "OpenEdges", rims: Sequence[NDArray[np.int64]]
-               ) -> bool:
-    """Whether two rims, each within a flat face of its own, have the same shape.
-
-    They may be ends of a bore whose wall is lost, for which the caps of other holes are wrong.
-    """
-    shapes: list[tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]] = []
+def _wall_lost(points: Array, edges: "OpenEdges", rims: Sequence[Index]) -> bool:
+    """Whether two rims, each within a flat face, have one shape: ends of a lost bore."""
+    shapes: list[tuple[Array, Array, Array]] = []
     for rim in rims:
         if len(rim) < _FEWEST_AROUND:
             continue
@@ -108,15 +101,14 @@ def _wall_lost(points: NDArray[np.float64], edges: "OpenEdges", rims: Sequence[N
     return False
 
 
-def _coplanar(points: NDArray[np.float64], loops: Sequence[NDArray[np.int64]]
-              ) -> list[list[NDArray[np.int64]]]:
+def _coplanar(points: Array, loops: Sequence[Index]) -> list[list[Index]]:
     """Loops that lie in one plane together, each of the others alone."""
-    planes: list[NDArray[np.float64]] = []
-    groups: list[list[NDArray[np.int64]]] = []
+    planes: list[Array] = []
+    groups: list[list[Index]] = []
     for loop in loops:
         normal = _normal(points[loop]) if len(loop) > 3 else np.zeros(3)
         heights = (points[loop] * normal).sum(axis=1)
-        plane: NDArray[np.float64] = np.full(4, np.nan)  # of a loop alone: equal to none
+        plane: Array = np.full(4, np.nan)  # of a loop alone: equal to none
         if normal.any() and float(np.ptp(heights)) < tolerances.COPLANAR:
             plane = np.append(normal, heights.mean())
         same = [k for k, other in enumerate(planes) if any(
@@ -129,7 +121,7 @@ def _coplanar(points: NDArray[np.float64], loops: Sequence[NDArray[np.int64]]
     return groups
 
 
-def _cap(points: NDArray[np.float64], loops: Sequence[NDArray[np.int64]]) -> NDArray[np.int64]:
+def _cap(points: Array, loops: Sequence[Index]) -> Index:
     """Triangles that close one loop, or several that lie in a plane."""
     if len(loops) == 1 and len(loops[0]) == 3:
         return loops[0][None]
@@ -140,8 +132,7 @@ def _cap(points: NDArray[np.float64], loops: Sequence[NDArray[np.int64]]) -> NDA
     return np.asarray(np.concatenate(loops)[triangulate(flat)], dtype=np.int64)
 
 
-def _across(points: NDArray[np.float64], loops: Sequence[NDArray[np.int64]]
-            ) -> NDArray[np.float64]:
+def _across(points: Array, loops: Sequence[Index]) -> Array:
     """Two axes (3, 2) of the plane onto which loops are projected, the largest one's own."""
     spokes = points[loops[0]] - points[loops[0][0]]
     longest = spokes[vectors.lengths(spokes).argmax()]
@@ -156,34 +147,34 @@ def _across(points: NDArray[np.float64], loops: Sequence[NDArray[np.int64]]
     return np.asarray((axes / vectors.lengths(axes)[:, None]).T)
 
 
-def _least_axis(vector: NDArray[np.float64]) -> NDArray[np.float64]:
+def _least_axis(vector: Array) -> Array:
     """The coordinate axis that is farthest from the direction of a vector."""
     axis = np.zeros(3)
     axis[np.abs(vector).argmin()] = 1.0
     return axis
 
 
-def _area_vector(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+def _area_vector(corners: Array) -> Array:
     """Normal of a loop (n, 3), as long as its area is large."""
     spokes = corners - corners[0]
-    crosses: NDArray[np.float64] = np.cross(spokes, np.roll(spokes, -1, axis=0))
+    crosses: Array = np.cross(spokes, np.roll(spokes, -1, axis=0))
     return np.asarray(crosses.sum(axis=0) / 2.0)
 
 
-def _normal(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+def _normal(corners: Array) -> Array:
     """Unit normal of a loop (n, 3); zeros where it has no area."""
     area = _area_vector(corners)
     length = float(vectors.lengths(area[None])[0])
     return area / length if length > 0.0 else area
 
 
-def _area(points: NDArray[np.float64], triangles: NDArray[np.int64]) -> float:
+def _area(points: Array, triangles: Index) -> float:
     """Area of triangles (T, 3)."""
     a, b, c = (points[triangles[:, k]] for k in range(3))
     return float(vectors.lengths(np.asarray(np.cross(b - a, c - a), dtype=np.float64)).sum()) / 2.0
 
 
-def _hull_volume(corners: NDArray[np.float64]) -> float:
+def _hull_volume(corners: Array) -> float:
     """Volume of the convex hull of a loop (n, 3); 0 where it is flat."""
     if len(corners) == 3:
         return 0.0
@@ -196,15 +187,15 @@ def _hull_volume(corners: NDArray[np.float64]) -> float:
 class OpenEdges(NamedTuple):
     """Edges that lack a triangle, directed as that triangle would run along them."""
 
-    begin: NDArray[np.int64]  # (E,); vertices
-    end: NDArray[np.int64]
-    beside: NDArray[np.int64]  # (E,); the third vertex of the triangle that is there
+    begin: Index  # (E,); vertices
+    end: Index
+    beside: Index  # (E,); the third vertex of the triangle that is there
     # (E,); which fan of linked triangles around the vertex it borders on
-    begin_fan: NDArray[np.int64]
-    end_fan: NDArray[np.int64]
+    begin_fan: Index
+    end_fan: Index
 
 
-def open_edges(triangles: NDArray[np.int64]) -> OpenEdges | None:
+def open_edges(triangles: Index) -> OpenEdges | None:
     """Edges that lack a triangle, of triangles (T, 3) wound alike; none where some lack more."""
     begin, end = triangles.ravel(), triangles[:, [1, 2, 0]].ravel()
     after = np.arange(len(begin)).reshape(-1, 3)[:, [1, 2, 0]].ravel()
@@ -229,11 +220,10 @@ def open_edges(triangles: NDArray[np.int64]) -> OpenEdges | None:
     return OpenEdges(end[owner], begin[owner], end[after[owner]], fan[after[owner]], fan[owner])
 
 
-def join_loops(edges: OpenEdges) -> list[NDArray[np.int64]]:
+def join_loops(edges: OpenEdges) -> list[Index]:
     """Join open edges to loops, each of which meets no vertex twice.
 
-    Where two holes touch at a vertex, a loop goes on along the hole, not along the fan of
-    triangles by which it came.
+    Where two holes touch, a loop goes on along its hole, not the fan of triangles it came by.
     """
     leaving: dict[int, list[int]] = {}
     for edge, vertex in enumerate(edges.begin.tolist()):

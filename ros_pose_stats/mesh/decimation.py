@@ -3,9 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from ..records import Part
+from ..records import Array, Part
 
-Array = NDArray[np.float64]
 Index = NDArray[np.integer]
 FINEST = 20_000  # triangles that a picture of some hundred pixels shows as well as the whole mesh
 
@@ -49,10 +48,7 @@ def _fewer_triangles(part: Part, most: int) -> tuple[Array, Index]:
 
 
 def decimate(vertices: Array, triangles: Index, most: int) -> tuple[Array, Index]:
-    """Collapse edges of any mesh within growing tolerances, until it has few enough triangles.
-
-    Where edges cannot be collapsed so far, as those of loose triangles, the largest ones stay.
-    """
+    """Collapse edges within growing tolerances, then keep the largest: `most` triangles."""
     from manifold3d import Manifold, Mesh64  # loaded for pictures alone
 
     extent = float(np.ptp(vertices, axis=0).max()) or 1.0
@@ -78,10 +74,7 @@ def decimate(vertices: Array, triangles: Index, most: int) -> tuple[Array, Index
 
 
 def _cone(triangles: Index, apex: int) -> Index:
-    """Triangles (r, 3) from all rims of a mesh to an apex, a vertex by its number.
-
-    They close it, as the modeller demands, and make rims sharp edges, which it keeps.
-    """
+    """Triangles (r, 3) from all rims of a mesh to an apex, to close it as the modeller demands."""
     ends = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     ends = ends.astype(np.int64)
     edges, edge = np.unique(ends.min(axis=1) * apex + ends.max(axis=1), return_inverse=True)

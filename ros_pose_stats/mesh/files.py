@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from ..errors import MeshFileError
 from ..files import NotAFileError, read_file
+from ..records import Array, Index
 from . import step, units, vectors
 
 if TYPE_CHECKING:
@@ -33,16 +34,15 @@ _3MF_UNITS = {"micron": 1e-6, "millimeter": 1e-3, "centimeter": 1e-2,
 # Lines of an OBJ file that make trimesh cut it into pieces with a copy of all vertices each.
 _OBJ_GROUPS = re.compile(rb"^[ \t]*(?:usemtl|mtllib|o|g)(?:[ \t][^\r\n]*)?$", re.MULTILINE)
 
-_STL_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)),
-                          ("attribute", "<u2")])
+_STL_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
 
 class FileMesh(NamedTuple):
     """The mesh of a file."""
 
     # (V, 3); in the file's unit, in the order of the file, not merged
-    vertices: NDArray[np.float64]
-    triangles: NDArray[np.int64]  # (T, 3)
+    vertices: Array
+    triangles: Index  # (T, 3)
     unit: float  # metres a unit
     # whether the unit was `given`, `declared` by the file, `guessed` from the size because that
     # was asked for, or `assumed` to be the metre
@@ -56,8 +56,7 @@ def read_mesh(file: str | os.PathLike[str], unit: str | float | None = None, *,
     """Vertices and triangles of a mesh file.
 
     `unit`: as for `metres_per_unit`; default: what the file declares (3MF, STEP), else metres;
-    `auto`: what the file declares, else a guess; `unless_declared`: whether it is for a file that
-    declares none only. Raises MeshFileError, RequestError.
+    `auto`: what it declares, else a guess; `unless_declared`: for a file that declares none only.
     """
     if not isinstance(file, (str, os.PathLike)):
         raise MeshFileError("the path of a mesh file", f"{type(file).__name__}",
@@ -114,15 +113,14 @@ def _plain(path: Path, suffix: str, data: bytes) -> bytes:
     return data
 
 
-def _binary_triangles(data: bytes) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def _binary_triangles(data: bytes) -> tuple[Array, Index]:
     """Vertices and triangles of a binary STL file, three vertices a triangle."""
     records = np.frombuffer(data, _STL_TRIANGLE, offset=84)
     vertices = records["corners"].reshape(-1, 3).astype(np.float64)
     return vertices, np.arange(len(vertices)).reshape(-1, 3)
 
 
-def _tessellated(path: Path, data: bytes, unit: float
-                 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def _tessellated(path: Path, data: bytes, unit: float) -> tuple[Array, Index]:
     """Vertices, in the file's unit, and triangles of a STEP file."""
     vertices, triangles = _joined(_placed(_parsed(path, ".glb", step.tessellate_step(path, data))))
     # They came in float32, and it has to show: whoever asks for their rounding looks for it.
@@ -151,10 +149,10 @@ def _parsed(path: Path, suffix: str, data: bytes) -> "Scene":
                             ) from error
 
 
-def _joined(objects: Iterable[step.Placed]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def _joined(objects: Iterable[step.Placed]) -> tuple[Array, Index]:
     """Join objects, each in its place, and rewind those that are mirrored."""
-    vertices: list[NDArray[np.float64]] = [np.zeros((0, 3))]
-    triangles: list[NDArray[np.int64]] = [np.zeros((0, 3), dtype=np.int64)]
+    vertices: list[Array] = [np.zeros((0, 3))]
+    triangles: list[Index] = [np.zeros((0, 3), dtype=np.int64)]
     offset = 0
     for points, corners, transform in objects:
         if not np.array_equal(transform, np.eye(4)):
@@ -178,11 +176,8 @@ def _placed(scene: "Scene") -> Iterator[step.Placed]:
                    _placement(scene, node))
 
 
-def _placement(scene: "Scene", node: str) -> NDArray[np.float64]:
-    """Matrix (4, 4) that puts a node in place, the product of those of its ancestors.
-
-    They are multiplied here, because trimesh leaves the product, and its rounding, to BLAS.
-    """
+def _placement(scene: "Scene", node: str) -> Array:
+    """Matrix (4, 4) that puts a node in place; trimesh would leave its rounding to BLAS."""
     tree, placed = scene.graph.transforms, np.eye(4)
     while node != scene.graph.base_frame:
         parent = tree.parents[node]
@@ -234,7 +229,7 @@ def read_bytes(path: Path) -> bytes:
     return data
 
 
-def stl_bytes(vertices: NDArray[np.float64], triangles: NDArray[np.integer]) -> bytes:
+def stl_bytes(vertices: Array, triangles: NDArray[np.integer]) -> bytes:
     """Binary STL of a surface: vertices (V, 3) as they are, in float32, and triangles (T, 3)."""
     from trimesh import Trimesh
     from trimesh.exchange.stl import export_stl

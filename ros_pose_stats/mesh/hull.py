@@ -16,9 +16,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from .. import errors, tolerances
 from ..kernels.mesh.measures import bounds, thinness
-from ..records.part import Part
-
-Array = NDArray[np.float64]
+from ..records import Array, Index, Part
 
 CROWD = 1000
 """Corners of one face from which on Qhull takes longer for them than for as many other points."""
@@ -42,7 +40,7 @@ class Facets(NamedTuple):
     volume: float
 
     @property
-    def vertices(self) -> NDArray[np.int64]:
+    def vertices(self) -> Index:
         """Points on the hull, rising."""
         on_hull = np.zeros(len(self.points), dtype=np.bool_)
         on_hull[self.simplices] = True
@@ -58,10 +56,7 @@ class Hull(NamedTuple):
 
 
 def hull_of(points: Array) -> Hull:
-    """Convex hull of points in space.
-
-    `points` (N, 3): metres, finite.
-    """
+    """Convex hull of points (N, 3) in space, metres."""
     points = np.ascontiguousarray(points)
     low, high = bounds(points)
     shift, scale = low + 0.5 * (high - low), float((high - low).max())
@@ -91,11 +86,11 @@ def _copy_facets(points: Array, qhull: ConvexHull) -> Facets:
     return Facets(points, qhull.simplices, qhull.neighbors, qhull.equations, float(qhull.volume))
 
 
-def hull_of_corners(points: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def hull_of_corners(points: Array) -> tuple[Index, Index]:
     """Triangles (M, 3) of the hull of points (N, 3) that are all its corners, and neighbours.
 
     Round ends are faces with hundreds of corners, so the points are moved at once, by less than
-    triangles are merged within, and only to find these.
+    triangles are merged within.
     """
     moves = np.random.default_rng(0).uniform(-CORNERS_SHAKEN, CORNERS_SHAKEN, points.shape)
     try:
@@ -122,10 +117,7 @@ def _hull_of_surface(part: Part) -> Hull:
 
 
 def is_crowded(points: Array) -> bool:
-    """Whether a face of the hull has more than about `CROWD` corners.
-
-    `points` (N, 3): of size one.
-    """
+    """Whether a face of the hull of points of size one has more than about `CROWD` corners."""
     if len(points) <= CROWD:
         return False
     # A random sample, since regular steps might pick all points from one ring of a mesh.

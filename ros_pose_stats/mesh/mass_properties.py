@@ -11,11 +11,12 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..errors import MassPropertiesError
 from ..kernels.mesh.measures import bounds, solid_moments
 from ..kernels.principal_axes import principal_axes
+from ..records import Array, Index
 from ..tolerances import TRIANGLE_INEQUALITY
 from .arrays import NOT_NUMBERS, real_array, real_number
 
@@ -33,15 +34,12 @@ class Solid(NamedTuple):
     """A solid of density one."""
 
     volume: float  # m³; negative when the surface is wound inward
-    centroid: NDArray[np.float64]  # (3,); metres; NaN when the volume is zero
-    inertia: NDArray[np.float64]  # (3, 3); about the centroid, m⁵ (times a density: kg m²)
+    centroid: Array  # (3,); metres; NaN when the volume is zero
+    inertia: Array  # (3, 3); about the centroid, m⁵ (times a density: kg m²)
 
 
-def solid_of(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> Solid:
-    """Integrate over the solid that a closed surface encloses.
-
-    `vertices` (V, 3): metres; `triangles` (T, 3): closed surface.
-    """
+def solid_of(vertices: Array, triangles: Index) -> Solid:
+    """Integrate over the solid that a closed surface encloses."""
     vertices, triangles = np.ascontiguousarray(vertices), np.ascontiguousarray(triangles)
     low, high = bounds(vertices)
     shift, scale = low + 0.5 * (high - low), float((high - low).max())
@@ -62,8 +60,8 @@ class GivenProperties(NamedTuple):
     """Given mass properties after their check; None for those that follow from the mesh."""
 
     mass: float | None  # kilograms
-    center_of_mass: NDArray[np.float64] | None  # (3,); metres, part frame
-    inertia: NDArray[np.float64] | None  # (3, 3); about the centre of mass in part axes, kg m²
+    center_of_mass: Array | None  # (3,); metres, part frame
+    inertia: Array | None  # (3, 3); about the centre of mass in part axes, kg m²
     density: float | None = None  # kg/m³, in place of the mass
 
 
@@ -107,7 +105,7 @@ def checked_mass(mass: float) -> float:
     return value
 
 
-def _given_center(center_of_mass: ArrayLike) -> NDArray[np.float64]:
+def _given_center(center_of_mass: ArrayLike) -> Array:
     center = _numbers(center_of_mass, "a centre of mass of three numbers in metres")
     if center.shape != (3,) or not np.isfinite(center).all():
         raise MassPropertiesError("a centre of mass of three finite numbers in metres",
@@ -115,11 +113,8 @@ def _given_center(center_of_mass: ArrayLike) -> NDArray[np.float64]:
     return center
 
 
-def check_offset(offset: ArrayLike) -> NDArray[np.float64]:
-    """Check by how much a centre of mass is to be shifted.
-
-    `offset` (3,): metres, part frame.
-    """
+def check_offset(offset: ArrayLike) -> Array:
+    """Check by how much (3,) a centre of mass is to be shifted."""
     step = _numbers(offset, "a shift of the centre of mass of three numbers in metres")
     if step.shape != (3,) or not np.isfinite(step).all():
         raise MassPropertiesError(
@@ -128,7 +123,7 @@ def check_offset(offset: ArrayLike) -> NDArray[np.float64]:
     return step
 
 
-def _given_inertia(inertia: ArrayLike, mass: float | None) -> NDArray[np.float64] | None:
+def _given_inertia(inertia: ArrayLike, mass: float | None) -> Array | None:
     tensor = _numbers(inertia, "an inertia tensor of 3 x 3 numbers in kg m²")
     if tensor.shape != (3, 3) or not np.isfinite(tensor).all():
         raise MassPropertiesError("an inertia tensor of 3 x 3 finite numbers in kg m²",
@@ -142,7 +137,7 @@ def _given_inertia(inertia: ArrayLike, mass: float | None) -> NDArray[np.float64
     return 0.5 * (tensor + tensor.T)
 
 
-def _numbers(values: ArrayLike, expected: str) -> NDArray[np.float64]:
+def _numbers(values: ArrayLike, expected: str) -> Array:
     """Copy as float64."""
     try:
         return real_array(values).copy()
@@ -150,7 +145,7 @@ def _numbers(values: ArrayLike, expected: str) -> NDArray[np.float64]:
         raise MassPropertiesError(expected, f"{values!r}", "give plain numbers") from error
 
 
-def _check_physical(tensor: NDArray[np.float64]) -> None:
+def _check_physical(tensor: Array) -> None:
     """Refuse a tensor that is not symmetric, not positive, or of no mass distribution."""
     size = np.abs(tensor).max()
     if not _SMALLEST_INERTIA <= size <= 1.0 / _SMALLEST_INERTIA:

@@ -17,8 +17,8 @@ from contextlib import contextmanager
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..records import Array, Index, Mask
 from ..tolerances import OVERLAP
 from .winding import crossings
 
@@ -48,13 +48,13 @@ _MOST_RIMS = 64
 class _Elements(NamedTuple):
     """Edges or triangles."""
 
-    low: NDArray[np.float64]  # (N, 3); boxes around them
-    high: NDArray[np.float64]
+    low: Array  # (N, 3); boxes around them
+    high: Array
     # (N, 3); vertex numbers; the third one of an edge is the far corner of a triangle at it
-    corners: NDArray[np.int64]
-    body: NDArray[np.int64]  # (N,)
+    corners: Index
+    body: Index  # (N,)
 
-    def pick(self, chosen: NDArray[np.bool_]) -> "_Elements":
+    def pick(self, chosen: Mask) -> "_Elements":
         if chosen.all():
             return self
         return _Elements(self.low[chosen], self.high[chosen], self.corners[chosen],
@@ -64,21 +64,15 @@ class _Elements(NamedTuple):
 class _Passages(NamedTuple):
     """Where edges pierce triangles, the way to their inner ends, and the bodies pierced."""
 
-    place: NDArray[np.float64]
-    to_inner_end: NDArray[np.float64]
-    edge: NDArray[np.int64]
-    body: NDArray[np.int64]
-    in_rim: NDArray[np.bool_]
+    place: Array
+    to_inner_end: Array
+    edge: Index
+    body: Index
+    in_rim: Mask
 
 
-def reach_into_each_other(
-    points: NDArray[np.float64], triangles: NDArray[np.int64], body: NDArray[np.int64]
-) -> bool:
-    """Whether bodies reach into each other by more than `OVERLAP`; within a body nothing counts.
-
-    `points` (V, 3): scaled to a largest extent of one; `triangles` (T, 3): normals out of the
-    material; `body` (T,).
-    """
+def reach_into_each_other(points: Array, triangles: Index, body: Index) -> bool:
+    """Whether bodies, scaled to size one, reach into each other by more than `OVERLAP`."""
     if (body == body[0]).all():
         return False
     begin, end, far = triangles.ravel(), triangles[:, [1, 2, 0]], triangles[:, [2, 0, 1]]
@@ -113,10 +107,7 @@ def reach_into_each_other(
     return False
 
 
-def _elements(
-    points: NDArray[np.float64], corners: NDArray[np.int64], count: int,
-    body: NDArray[np.int64],
-) -> _Elements:
+def _elements(points: Array, corners: Index, count: int, body: Index) -> _Elements:
     """Elements with boxes around the first `count` of their corners."""
     low = high = points[corners[:, 0]]
     for k in range(1, count):
@@ -125,7 +116,7 @@ def _elements(
     return _Elements(low, high, corners, body)
 
 
-def _near_others(own: _Elements, others: _Elements) -> NDArray[np.bool_]:
+def _near_others(own: _Elements, others: _Elements) -> Mask:
     """Which elements of one list (N,) reach into the box around those of other bodies."""
     near = np.ones(len(own.body), dtype=bool)
     if len(others.body) == 0:
@@ -156,9 +147,8 @@ def _halves(edges: _Elements, faces: _Elements) -> list[tuple[_Elements, _Elemen
     return [(edges.pick(side[0]), faces.pick(side[1])) for side in outcome]
 
 
-def _passages(
-    points: NDArray[np.float64], edges: _Elements, faces: _Elements
-) -> Iterator[tuple[int, _Passages]]:
+def _passages(points: Array, edges: _Elements, faces: _Elements
+              ) -> Iterator[tuple[int, _Passages]]:
     """Yield all passages between two lists, with the number of pairs tested for them."""
     rows = max(1, _AT_ONCE // max(1, len(faces.body)))
     normal = _normals(points[faces.corners])
@@ -172,19 +162,17 @@ def _passages(
         yield meet.size, _through(points, edges.corners, faces, normal, edge + start, face)
 
 
-def _normals(corner: NDArray[np.float64]) -> NDArray[np.float64]:
+def _normals(corner: Array) -> Array:
     """Unit normals of triangles (k, 3, 3); zeros where there is no area."""
     side = np.roll(corner, -1, axis=1) - corner
     normal = np.cross(side[:, 0], side[:, 1])
     length = np.linalg.norm(normal, axis=1)
-    unit: NDArray[np.float64] = normal / np.where(length > 0.0, length, 1.0)[:, None]
+    unit: Array = normal / np.where(length > 0.0, length, 1.0)[:, None]
     return unit
 
 
-def _through(
-    points: NDArray[np.float64], edges: NDArray[np.int64], faces: _Elements,
-    normals: NDArray[np.float64], edge: NDArray[np.int64], face: NDArray[np.int64],
-) -> _Passages:
+def _through(points: Array, edges: Index, faces: _Elements, normals: Array, edge: Index,
+             face: Index) -> _Passages:
     """Find the passages among pairs of edges (k,) and faces (k,), numbers in their lists.
 
     Most pairs drop out by what is cheap: the triangle's plane, then the box around it.
@@ -212,12 +200,10 @@ def _through(
                      faces.body[face[passes]], margin[passes] <= OVERLAP)
 
 
-def _meets_inside(
-    points: NDArray[np.float64], other: NDArray[np.int64], passages: _Passages, k: int
-) -> bool:
+def _meets_inside(points: Array, other: Index, passages: _Passages, k: int) -> bool:
     """Whether passage `k` leads to a point inside both bodies; `other` is the pierced one.
 
-    From the edge the point is a little way onto a triangle at it, and into the material.
+    From the edge it is a little way onto a triangle at it, and into the material.
     """
     begin, end, far = points[passages.edge[k]]
     along = (end - begin) / np.linalg.norm(end - begin)

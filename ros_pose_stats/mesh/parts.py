@@ -5,29 +5,22 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..errors import MassPropertiesError, MeshError, RequestError
 from ..kernels.mesh.measures import bounds
 from ..kernels.principal_axes import principal_axes
-from ..records.part import Part
+from ..records import Array, Part
 from ..tolerances import ON_HULL, TRIANGLE_INEQUALITY
 from . import arrays, files, mass_properties, units, vectors
 from .hull import Hull, hull_of_part, keep_hull
 from .surface import Surface, beyond_hull, surface_of
 
 
-def load_part(
-    file: str | os.PathLike[str],
-    unit: str | float | None = None,
-    center_of_mass: ArrayLike | None = None,
-    mass: float | None = None,
-    inertia: ArrayLike | None = None,
-    *,
-    density: float | None = None,
-    part_id: str = "",
-    unless_declared: bool = False,
-) -> Part:
+def load_part(file: str | os.PathLike[str], unit: str | float | None = None,
+              center_of_mass: ArrayLike | None = None, mass: float | None = None,
+              inertia: ArrayLike | None = None, *, density: float | None = None, part_id: str = "",
+              unless_declared: bool = False) -> Part:
     """Load a part from a mesh file.
 
     Parameters
@@ -61,25 +54,15 @@ def load_part(
 
 def part_of_file(mesh: files.FileMesh, given: mass_properties.GivenProperties,
                  part_id: str) -> Part:
-    """Make a part from the mesh of a file.
-
-    Raises MeshError, MassPropertiesError as `part_from_mesh`.
-    """
+    """Make a part from the mesh of a file."""
     return _part(mesh.vertices, mesh.triangles, mesh.unit, given, part_id, mesh.unit_source,
                  mesh.declared)
 
 
-def part_from_mesh(
-    vertices: ArrayLike | Any,
-    triangles: ArrayLike | None = None,
-    center_of_mass: ArrayLike | None = None,
-    mass: float | None = None,
-    inertia: ArrayLike | None = None,
-    *,
-    density: float | None = None,
-    part_id: str = "",
-    unit: str | float = 1.0,
-) -> Part:
+def part_from_mesh(vertices: ArrayLike | Any, triangles: ArrayLike | None = None,
+                   center_of_mass: ArrayLike | None = None, mass: float | None = None,
+                   inertia: ArrayLike | None = None, *, density: float | None = None,
+                   part_id: str = "", unit: str | float = 1.0) -> Part:
     """Make a part from a triangle mesh.
 
     Parameters
@@ -151,7 +134,7 @@ def _part(vertices: ArrayLike, triangles: ArrayLike, unit: float,
 
 
 def _mass_properties(given: mass_properties.GivenProperties, surface: Surface
-                     ) -> tuple[float, NDArray[np.float64], NDArray[np.float64]]:
+                     ) -> tuple[float, Array, Array]:
     """Mass, centre of mass and inertia as they are used: given ones, else those of the solid."""
     center, kilograms = surface.solid.centroid, 1.0 if given.mass is None else given.mass
     if given.density is not None:
@@ -201,8 +184,7 @@ def shift_center(part: Part, offset: ArrayLike) -> Part:
     return shifted
 
 
-def _check_inside(center: NDArray[np.float64], vertices: NDArray[np.float64],
-                  hull: Hull) -> None:
+def _check_inside(center: Array, vertices: Array, hull: Hull) -> None:
     """Refuse a centre of mass on or outside the convex hull."""
     beyond = beyond_hull(center, hull)
     # The square of a distance from far outside may be beyond float64.
@@ -216,12 +198,12 @@ def _check_inside(center: NDArray[np.float64], vertices: NDArray[np.float64],
                               "check its unit, and that it is in the mesh's own frame")
 
 
-def _reach(center: NDArray[np.float64], vertices: NDArray[np.float64]) -> float:
+def _reach(center: Array, vertices: Array) -> float:
     """Largest distance of a vertex from the centre of mass, metres."""
     return float(vectors.lengths(vertices - center).max())
 
 
-def _inertia_warning(inertia: NDArray[np.float64], mass: float, center: NDArray[np.float64],
+def _inertia_warning(inertia: Array, mass: float, center: Array,
                      surface: Surface) -> tuple[str, ...]:
     """Warn about an inertia that no material inside the convex hull can have."""
     reach = _reach(center, surface.vertices)

@@ -43,10 +43,7 @@ UNMOVED = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
 
 
 def main(parent: int, folder: str) -> None:
-    """Read standard input for a process that is the parent.
-
-    `folder`: where the package cascadio is, for STEP; empty for 3MF.
-    """
+    """Read standard input for a parent; `folder`: where cascadio is, for STEP; empty for 3MF."""
     end_with(parent)
     answer = os.dup(1)
     os.dup2(2, 1)
@@ -106,10 +103,7 @@ class Object:
 
 
 class Archive:
-    """A 3MF file: a zip file of models, one of which says what is built.
-
-    Raises RefusedError, or whatever the parsers raise.
-    """
+    """A 3MF file: a zip file of models, one of which says what is built."""
 
     def __init__(self, data: bytes) -> None:
         self._zip = zipfile.ZipFile(io.BytesIO(data))
@@ -204,9 +198,9 @@ class Archive:
 
 
 def stacked(placed: list[Reference]) -> list[Reference]:
-    """What is placed, the next one last: the first one, then the others from the last one on.
+    """What is placed: the first one, then the others from the last one on, instances together.
 
-    Instances of one object follow each other. So trimesh has it, and the order makes the digest.
+    So trimesh has it, and the order makes the digest.
     """
     alike: dict[tuple[str, str], list[Reference]] = {}
     for one in placed:

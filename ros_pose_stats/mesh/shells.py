@@ -10,9 +10,9 @@ nothing: the shells in it are voids and bodies in turn.
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..kernels.mesh.measures import bounds, boxes_around, tetrahedra
+from ..records import Array, Index, Mask
 from ..tolerances import OVERLAP
 from .overlap import check_patience, reach_into_each_other
 from .winding import Shells, crossings
@@ -27,20 +27,18 @@ _FEW = 4
 class Nesting(NamedTuple):
     """Nesting of the shells, from the largest to the smallest volume."""
 
-    parent: NDArray[np.int64]  # (S,); the smallest shell around each, -1 where there is none
-    outward: NDArray[np.bool_]  # (S,) bool; whether the shell has to bound material from outside
+    parent: Index  # (S,); the smallest shell around each, -1 where there is none
+    outward: Mask  # (S,) bool; whether the shell has to bound material from outside
     # (S,); number of the body a shell belongs to: a void to the body around it
-    body: NDArray[np.int64]
+    body: Index
     doubled: bool  # whether one body lies in the metal of another
 
 
-def oriented_outward(
-    vertices: NDArray[np.float64], shells: Shells
-) -> tuple[NDArray[np.int64], float]:
+def oriented_outward(vertices: Array, shells: Shells) -> tuple[Index, float]:
     """Turn the shells so that all normals point out of the material.
 
-    `vertices` (V, 3): welded, all in use. Returns `triangles` (T, 3); share of the volume that
-    counts twice where bodies reach into each other by more than `OVERLAP` of the size, else 0.
+    Returns the triangles, and the share of the volume that counts twice where bodies reach into
+    each other by more than `OVERLAP` of the size, else 0.
     """
     low, high = bounds(vertices)
     size = float((high - low).max())
@@ -49,13 +47,11 @@ def oriented_outward(
     if shells.total == 1:
         inverted = float(weights.sum()) < 0.0
         return np.ascontiguousarray(shells.triangles[:, ::-1 if inverted else 1]), 0.0
-    volumes = np.bincount(shells.shell, weights=weights, minlength=shells.total
-                          ).astype(np.float64)
+    volumes = np.bincount(shells.shell, weights=weights, minlength=shells.total).astype(np.float64)
     rank = np.empty(shells.total, dtype=np.int64)
     rank[np.argsort(-np.abs(volumes), kind="stable")] = np.arange(shells.total)
     order = np.argsort(rank[shells.shell], kind="stable")
-    ranked = shells._replace(triangles=shells.triangles[order],
-                             shell=rank[shells.shell][order])
+    ranked = shells._replace(triangles=shells.triangles[order], shell=rank[shells.shell][order])
     volumes = volumes[np.argsort(rank)]
     nesting = _nesting(points, ranked, volumes)
     turn = (nesting.outward != (volumes > 0.0))[ranked.shell]
@@ -67,8 +63,7 @@ def oriented_outward(
     return triangles, _share_counted_twice(points, triangles[order], body)
 
 
-def _share_counted_twice(points: NDArray[np.float64], triangles: NDArray[np.int64],
-                         body: NDArray[np.int64]) -> float:
+def _share_counted_twice(points: Array, triangles: Index, body: Index) -> float:
     """Share of the volume of all bodies beyond that of their union; 1 where none is known."""
     from manifold3d import Error, Manifold, Mesh64, OpType  # only bodies that overlap need it
 
@@ -79,9 +74,7 @@ def _share_counted_twice(points: NDArray[np.float64], triangles: NDArray[np.int6
     return 1.0 - union.volume() / whole if union.status() == Error.NoError else 1.0
 
 
-def _nesting(
-    points: NDArray[np.float64], shells: Shells, volumes: NDArray[np.float64]
-) -> Nesting:
+def _nesting(points: Array, shells: Shells, volumes: Array) -> Nesting:
     """Apply the rules of the module's docstring, from the outermost shells inward."""
     parent = _parents(points, shells, volumes)
     outward = volumes > 0.0
@@ -103,9 +96,7 @@ def _nesting(
     return Nesting(parent, outward, body, doubled)
 
 
-def _parents(
-    points: NDArray[np.float64], shells: Shells, volumes: NDArray[np.float64]
-) -> NDArray[np.int64]:
+def _parents(points: Array, shells: Shells, volumes: Array) -> Index:
     """Find the smallest shell around each (S,), -1 for none; shells by falling volume."""
     corners = points[shells.triangles]
     first = np.searchsorted(shells.shell, np.arange(shells.total + 1))
@@ -127,13 +118,11 @@ def _parents(
     return parent
 
 
-def _smallest_around(
-    points: NDArray[np.float64], shells: Shells, first: NDArray[np.int64],
-    candidates: NDArray[np.int64], inside: NDArray[np.float64],
-) -> int:
+def _smallest_around(points: Array, shells: Shells, first: Index, candidates: Index, inside: Array
+                     ) -> int:
     """Find the last of the candidates (rising) that encloses a point, -1 for none.
 
-    It tends to be among the smallest: a few of these are asked first, then more at once.
+    It tends to be among the smallest: a few of these are asked first.
     """
     batch = _FEW
     while len(candidates):
@@ -150,9 +139,7 @@ def _smallest_around(
     return -1
 
 
-def _triangles_of(
-    chosen: NDArray[np.int64], first: NDArray[np.int64], shell: NDArray[np.int64]
-) -> NDArray[np.int64]:
+def _triangles_of(chosen: Index, first: Index, shell: Index) -> Index:
     """Triangle numbers of some shells; `first` is where each shell's triangles begin."""
     if len(chosen) <= _FEW:
         return np.concatenate([np.arange(first[k], first[k + 1]) for k in chosen])
@@ -161,13 +148,8 @@ def _triangles_of(
     return np.flatnonzero(wanted[shell])
 
 
-def _inner_point(
-    points: NDArray[np.float64], triangles: NDArray[np.int64]
-) -> NDArray[np.float64] | None:
-    """Find a point well inside one shell: the middle of its widest vertical passage there.
-
-    A point on the shell would not do: it may also be on the shell that is asked about.
-    """
+def _inner_point(points: Array, triangles: Index) -> Array | None:
+    """Find a point well inside one shell: the middle of its widest vertical passage there."""
     a, b, c = (points[triangles[:, k]] for k in range(3))
     u, v = b - a, c - a
     widest = int(np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]).argmax())

@@ -9,11 +9,11 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import MeshFileError
+from ..records import Array, Index
 
-Placed = tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64]]
+Placed = tuple[Array, Index, Array]
 """Vertices (V, 3) and triangles (T, 3) of an object, and the matrix (4, 4) that places it."""
 
 STEP_SUFFIXES = (".step", ".stp")
@@ -77,10 +77,7 @@ def _read_apart(path: Path, data: bytes, kind: str, most_seconds: float, folder:
 
 
 def declared_step_unit(data: bytes) -> float:
-    """Metres a unit of a STEP file; that of its first shape where they differ.
-
-    Returns a millimetre where the file names no unit, as OpenCASCADE takes it.
-    """
+    """Metres a unit of a STEP file's first shape; a millimetre where it names none."""
     context = _UNITS.search(data)
     for number in re.findall(rb"#(\d+)", context[1]) if context else ():
         length = _length_unit(data, number)

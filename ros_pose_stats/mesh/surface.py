@@ -3,11 +3,11 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .. import errors, text, tolerances
 from ..kernels.mesh.measures import bounds, thinness
 from ..kernels.principal_axes import principal_axes
+from ..records import Array, Index
 from . import arrays, mass_properties, welding, winding
 from .closing import Closing, close_holes
 from .hull import Hull, hull_of
@@ -21,8 +21,8 @@ may share without a warning. The centre of mass is then right to a thousandth of
 class Surface(NamedTuple):
     """A welded closed surface with the solid in it."""
 
-    vertices: NDArray[np.float64]  # (W, 3); metres
-    triangles: NDArray[np.int64]  # (U, 3); normals point out of the material
+    vertices: Array  # (W, 3); metres
+    triangles: Index  # (U, 3); normals point out of the material
     solid: mass_properties.Solid
     hull: Hull  # of `vertices`
     from_hull: bool  # whether the hull stands in for the part
@@ -30,7 +30,7 @@ class Surface(NamedTuple):
     notes: tuple[str, ...] = ()
 
 
-def surface_of(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> Surface:
+def surface_of(vertices: Array, triangles: Index) -> Surface:
     """Weld, close, orient and integrate; where that gives no solid, take the convex hull."""
     vertices, triangles = welding.weld(vertices, triangles)
     _check_spans_volume(vertices, triangles)
@@ -57,7 +57,7 @@ def surface_of(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> S
     return _hull_surface(vertices, problem)
 
 
-def _solid_surface(vertices: NDArray[np.float64], shells: winding.Shells) -> Surface:
+def _solid_surface(vertices: Array, shells: winding.Shells) -> Surface:
     """The solid that closed shells bound."""
     points, kept = welding.without_unused(vertices, shells.triangles)
     oriented, twice = oriented_outward(points, shells._replace(triangles=kept))
@@ -69,7 +69,7 @@ def _solid_surface(vertices: NDArray[np.float64], shells: winding.Shells) -> Sur
                    remark if twice > UNCERTAIN else (), remark if 0.0 < twice <= UNCERTAIN else ())
 
 
-def _hull_surface(vertices: NDArray[np.float64], problem: str) -> Surface:
+def _hull_surface(vertices: Array, problem: str) -> Surface:
     """The hull in place of a mesh that has a problem."""
     hull = hull_of(vertices)
     around = _hull_triangles(vertices, hull)
@@ -95,7 +95,7 @@ def _is_solid(solid: mass_properties.Solid, hull: Hull) -> bool:
                 and principal_axes(solid.inertia)[0][0] > 0.0)
 
 
-def _hull_triangles(vertices: NDArray[np.float64], hull: Hull) -> NDArray[np.int64]:
+def _hull_triangles(vertices: Array, hull: Hull) -> Index:
     """Triangles of the hull, normals outward."""
     triangles = hull.qhull.simplices.astype(np.int64)
     shells = winding.closed_shells(vertices, triangles)
@@ -107,7 +107,7 @@ def _hull_triangles(vertices: NDArray[np.float64], hull: Hull) -> NDArray[np.int
     return arrays.in_standard_order(np.where(inward[:, None], triangles[:, ::-1], triangles))
 
 
-def beyond_hull(point: NDArray[np.float64], hull: Hull) -> float:
+def beyond_hull(point: Array, hull: Hull) -> float:
     """How far a point is beyond the nearest hull plane, metres; negative inside."""
     planes = hull.qhull.equations
     with np.errstate(over="ignore"):
@@ -118,7 +118,7 @@ def beyond_hull(point: NDArray[np.float64], hull: Hull) -> float:
                  * hull.scale)
 
 
-def _check_spans_volume(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> None:
+def _check_spans_volume(vertices: Array, triangles: Index) -> None:
     """Refuse points that are one point, a line or a plane to within `FLATTEST`."""
     if len(triangles) == 0:
         raise errors.MeshError("triangles that span an area",

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import errors, text
+from ..records import Array
 from .arrays import NOT_NUMBERS, real_number
 
 AUTO: Literal["auto"] = "auto"  # the unit that asks for a guess
@@ -48,12 +49,11 @@ def named_unit(text: str) -> str | None:
     return _SPELLINGS.get(name.removesuffix("s"))
 
 
-def likely_units(vertices: NDArray[np.float64], triangles: NDArray[np.integer]) -> list[str]:
+def likely_units(vertices: Array, triangles: NDArray[np.integer]) -> list[str]:
     """Units that make a mesh a part for a feeder, the most likely one first.
 
-    Its lengths are how far flat faces across an axis, and the far end, lie from the near end. They
-    are likely in a unit as a usual size, and as few steps of a grid that people draw on: 5, 2.5
-    and 1.375 are in inches rather than in millimetres.
+    Likely are a usual size, and lengths from the near end to flat faces across an axis in few
+    steps of a grid that people draw on: 5, 2.5 and 1.375 are in inches rather than in millimetres.
     """
     lengths, rounding = _lengths(vertices, triangles)
     found = {}
@@ -70,8 +70,7 @@ def likely_units(vertices: NDArray[np.float64], triangles: NDArray[np.integer]) 
     return sorted(found, key=lambda unit: -found[unit])
 
 
-def _lengths(vertices: NDArray[np.float64], triangles: NDArray[np.integer]
-             ) -> tuple[NDArray[np.float64], float]:
+def _lengths(vertices: Array, triangles: NDArray[np.integer]) -> tuple[Array, float]:
     """Distinct lengths of a mesh along its axes, and by how much they may be off."""
     corner = vertices[triangles]
     low, high = corner.min(axis=(0, 1)), corner.max(axis=(0, 1))
@@ -85,10 +84,7 @@ def _lengths(vertices: NDArray[np.float64], triangles: NDArray[np.integer]
 
 
 def metres_per_unit(unit: str | float) -> float:
-    """Length in metres of `m`, `mm`, `cm` or `inch` in any usual spelling, or of a number of them.
-
-    Raises RequestError if it is neither.
-    """
+    """Metres of `m`, `mm`, `cm` or `inch` in any usual spelling, or of a number of them."""
     if isinstance(unit, str) and (name := named_unit(unit)) is not None:
         return METRES_PER_UNIT[name]
     try:
@@ -102,24 +98,16 @@ def metres_per_unit(unit: str | float) -> float:
 
 
 def asked_unit(unit: str | float | None) -> float | Literal["auto"] | None:
-    """What a user asks for: metres a unit, a guess, or nothing.
-
-    `unit`: as for `metres_per_unit`, or `auto`. Raises RequestError if it is neither.
-    """
+    """What a user asks for: metres a unit, a guess for `auto`, or nothing."""
     if isinstance(unit, str) and unit.strip().lower() == AUTO:
         return AUTO
     return None if unit is None else metres_per_unit(unit)
 
 
-def unit_that_counts(
-        asked: float | Literal["auto"] | None, declared: float | None,
-        vertices: NDArray[np.float64], triangles: NDArray[np.integer], unless_declared: bool
-) -> tuple[float, UnitSource]:
-    """Metres a unit of a file, and where that comes from.
-
-    `unless_declared`: whether `asked` is for files that declare no unit only. Raises RequestError
-    where no unit that is guessed makes the mesh a part for a feeder.
-    """
+def unit_that_counts(asked: float | Literal["auto"] | None, declared: float | None,
+                     vertices: Array, triangles: NDArray[np.integer], unless_declared: bool
+                     ) -> tuple[float, UnitSource]:
+    """Metres a unit of a file, and where that comes from."""
     if declared is not None and (unless_declared or asked in (None, AUTO)):
         return declared, "declared"
     if asked != AUTO:
@@ -134,13 +122,9 @@ def unit_that_counts(
     return METRES_PER_UNIT[likely[0]], "guessed"
 
 
-def unit_warnings(extent: float, metres: NDArray[np.float64], triangles: NDArray[np.integer],
+def unit_warnings(extent: float, metres: Array, triangles: NDArray[np.integer],
                   unit: float, source: UnitSource, declared: float | None) -> tuple[str, ...]:
-    """Warn about a part of an unlikely size, a guessed unit, and one that the file contradicts.
-
-    `extent`: of the part's surface, metres; `metres`: vertices (V, 3) of its mesh; `declared`:
-    metres a unit as the file declares.
-    """
+    """Warn about a part of an unlikely size, a guessed unit, and one that the file contradicts."""
     size = text.length_in_words(extent)
     shortest, longest = _UNDOUBTED_ASSUMED if source == "assumed" else _UNDOUBTED
     usual = shortest <= extent <= longest

@@ -53,10 +53,9 @@ def scatter(points: Array) -> Array:
 
 
 def resting_quaternions(downs: ArrayLike) -> Array:
-    """Smallest rotations that take each `down` to -z.
+    """Smallest rotations (P, 4), x y z w, that take each `down` (P, 3) to -z.
 
-    `downs` (P, 3): unit vectors in the part frame. Returns (P, 4): quaternions x y z w of the part
-    frame in the plate frame. At +z the half turn about the part's x axis is taken.
+    Of the part frame in the plate frame. At +z the half turn about the part's x axis is taken.
     """
     return quaternions_down(_plain(downs))
 

@@ -1,19 +1,16 @@
 """Welding: coincident vertices are merged, and collapsed or repeated triangles removed."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..kernels.mesh import measures, nearness
+from ..records import Array, Index
 from ..tolerances import WELD
 
 
-def weld(
-    vertices: NDArray[np.float64], triangles: NDArray[np.int64]
-) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def weld(vertices: Array, triangles: Index) -> tuple[Array, Index]:
     """Merge vertices within `WELD` of the largest extent and drop triangles that collapse.
 
-    Returns the vertices in use, each the first of its coincident ones, in the order given; the
-    very array given when nothing changes.
+    Returns the first of coincident vertices; the very array given when nothing changes.
     """
     vertices, triangles = without_unused(vertices, triangles)
     if len(triangles) == 0:
@@ -31,9 +28,7 @@ def weld(
     return without_unused(vertices[kept], triangles)
 
 
-def without_unused(
-    vertices: NDArray[np.float64], triangles: NDArray[np.int64]
-) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def without_unused(vertices: Array, triangles: Index) -> tuple[Array, Index]:
     """Leave out vertices of no triangle; the very arrays given when there are none."""
     used = np.zeros(len(vertices), dtype=bool)
     used[triangles.ravel()] = True
@@ -42,18 +37,18 @@ def without_unused(
     return vertices[used], (np.cumsum(used) - 1)[triangles]
 
 
-def _without_collapsed(triangles: NDArray[np.int64]) -> NDArray[np.int64]:
+def _without_collapsed(triangles: Index) -> Index:
     """Leave out triangles with a repeated corner."""
     a, b, c = triangles.T
     whole = (a != b) & (b != c) & (c != a)
     return triangles if whole.all() else triangles[whole]
 
 
-def without_repeated(triangles: NDArray[np.int64]) -> NDArray[np.int64]:
+def without_repeated(triangles: Index) -> Index:
     """Remove triangles that occupy the same three vertices; one of each orientation stays.
 
-    Opposite pairs are internal walls, where two bodies were joined, and vanish; unless every
-    triangle has its opposite: then the mesh was exported double-sided and the first stays.
+    Opposite pairs are internal walls and vanish; unless every triangle has its opposite: then the
+    mesh was exported double-sided and the first stays.
     """
     corners = np.sort(triangles, axis=1)
     a, b, c = triangles.T
@@ -70,5 +65,5 @@ def without_repeated(triangles: NDArray[np.int64]) -> NDArray[np.int64]:
     has_even[group[~odd[order]]] = True
     wall = has_odd & has_even
     first = order[new]  # lexsort is stable: the first in the order given
-    kept: NDArray[np.int64] = first if wall.all() else first[~wall]
+    kept: Index = first if wall.all() else first[~wall]
     return triangles[np.sort(kept)]

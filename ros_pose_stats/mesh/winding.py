@@ -13,9 +13,9 @@ and turned round, and two copies are linked when they agree along a shared edge.
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..kernels.mesh.connections import component_labels, grouped_edges, linked_triangles
+from ..records import Array, Index, Mask
 from ..tolerances import WELD
 from .welding import without_repeated
 
@@ -26,27 +26,24 @@ _MOST_PATCHES = 256
 class Edges(NamedTuple):
     """The directed edges of a mesh, grouped by the undirected edge they run along."""
 
-    triangle: NDArray[np.int64]  # (3T,); owner of each directed edge, sorted by undirected edge
-    forward: NDArray[np.bool_]  # (3T,) bool; whether it runs from the lower to the higher vertex
-    start: NDArray[np.int64]  # (E,); where each undirected edge begins in the two arrays above
-    uses: NDArray[np.int64]  # (E,); how many triangles have that edge
+    triangle: Index  # (3T,); owner of each directed edge, sorted by undirected edge
+    forward: Mask  # (3T,) bool; whether it runs from the lower to the higher vertex
+    start: Index  # (E,); where each undirected edge begins in the two arrays above
+    uses: Index  # (E,); how many triangles have that edge
 
 
 class Shells(NamedTuple):
     """A closed surface, consistently wound within each of its shells."""
 
-    triangles: NDArray[np.int64]  # (T, 3)
-    shell: NDArray[np.int64]  # (T,); number of the shell of each triangle, 0, 1, ... without gaps
+    triangles: Index  # (T, 3)
+    shell: Index  # (T,); number of the shell of each triangle, 0, 1, ... without gaps
     total: int
 
 
-def closed_shells(
-    vertices: NDArray[np.float64], triangles: NDArray[np.int64]
-) -> Shells | None:
+def closed_shells(vertices: Array, triangles: Index) -> Shells | None:
     """Remove repeated triangles, split the rest into shells and wind each as most of its area was.
 
-    None when the surface is open, one-sided as a Klein bottle, or made of patches that meet at
-    crowded edges and are wound against each other.
+    None when the surface is open, one-sided, or of patches wound against each other.
     """
     triangles, edges = _cleared(triangles)
     if len(triangles) == 0 or (edges.uses & 1).any():
@@ -69,9 +66,7 @@ def closed_shells(
     return Shells(triangles, shell, int(shell.max()) + 1)
 
 
-def wound_alike(
-    vertices: NDArray[np.float64], triangles: NDArray[np.int64]
-) -> NDArray[np.int64] | None:
+def wound_alike(vertices: Array, triangles: Index) -> Index | None:
     """Linked triangles (U, 3) wound alike; none where that is impossible."""
     triangles, edges = _cleared(triangles)
     pairs, agree = linked_triangles(*edges)
@@ -81,7 +76,7 @@ def wound_alike(
     return None if turn is None else np.where(turn[:, None], triangles[:, ::-1], triangles)
 
 
-def _cleared(triangles: NDArray[np.int64]) -> tuple[NDArray[np.int64], Edges]:
+def _cleared(triangles: Index) -> tuple[Index, Edges]:
     """Without repeated triangles where there may be any, and the edges."""
     edges = edges_of(triangles)
     if not (edges.uses > 2).any():
@@ -90,17 +85,12 @@ def _cleared(triangles: NDArray[np.int64]) -> tuple[NDArray[np.int64], Edges]:
     return cleared, edges if len(cleared) == len(triangles) else edges_of(cleared)
 
 
-def edges_of(triangles: NDArray[np.int64]) -> Edges:
+def edges_of(triangles: Index) -> Edges:
     """Group the directed edges of triangles (T, 3) by undirected edge."""
     return Edges(*grouped_edges(np.ascontiguousarray(triangles)))
 
 
-def _turned(
-    vertices: NDArray[np.float64],
-    triangles: NDArray[np.int64],
-    pairs: NDArray[np.int64],
-    agree: NDArray[np.bool_],
-) -> NDArray[np.bool_] | None:
+def _turned(vertices: Array, triangles: Index, pairs: Index, agree: Mask) -> Mask | None:
     """Which triangles (T,) to turn round; None where no winding is consistent."""
     size = len(triangles)
     left, right = pairs.T
@@ -119,11 +109,11 @@ def _turned(
     # Of the two sides of a patch the one that keeps more area; ties: the lower number.
     lose = kept_area[as_given] < kept_area[turned]
     tie = kept_area[as_given] == kept_area[turned]
-    outcome: NDArray[np.bool_] = lose | (tie & (as_given > turned))
+    outcome: Mask = lose | (tie & (as_given > turned))
     return outcome
 
 
-def _joined_patches(edges: Edges, patch: NDArray[np.int64]) -> NDArray[np.int64]:
+def _joined_patches(edges: Edges, patch: Index) -> Index:
     """Shell of each triangle: patches joined where they are not closed by themselves."""
     edge, owner = _crowded(edges)
     patch_count = int(patch.max()) + 1
@@ -138,7 +128,7 @@ def _joined_patches(edges: Edges, patch: NDArray[np.int64]) -> NDArray[np.int64]
     return component_labels(patch_count, links)[patch]
 
 
-def _balanced(edges: Edges, shell: NDArray[np.int64]) -> bool:
+def _balanced(edges: Edges, shell: Index) -> bool:
     """Whether every shell runs both ways equally often along the crowded edges."""
     edge, owner = _crowded(edges)
     forward = edges.forward[(edges.uses > 2)[_edge_number(edges)]]
@@ -146,12 +136,7 @@ def _balanced(edges: Edges, shell: NDArray[np.int64]) -> bool:
     return not np.bincount(where.ravel(), weights=np.where(forward, 1.0, -1.0)).any()
 
 
-def _mixed(
-    vertices: NDArray[np.float64],
-    triangles: NDArray[np.int64],
-    patch: NDArray[np.int64],
-    shell: NDArray[np.int64],
-) -> bool:
+def _mixed(vertices: Array, triangles: Index, patch: Index, shell: Index) -> bool:
     """Whether a shell of several patches encloses space in both senses.
 
     Patches linked by crowded edges alone may balance there although one half of the shell is
@@ -177,21 +162,19 @@ def _mixed(
     return bool(senses.all(axis=1).any())
 
 
-def _crowded(edges: Edges) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _crowded(edges: Edges) -> tuple[Index, Index]:
     """Edge number and triangle of each directed edge along edges of more than two."""
     number = _edge_number(edges)
     crowded = (edges.uses > 2)[number]
     return number[crowded], edges.triangle[crowded]
 
 
-def _edge_number(edges: Edges) -> NDArray[np.int64]:
+def _edge_number(edges: Edges) -> Index:
     """Undirected edge (its number) of each directed edge."""
     return np.repeat(np.arange(len(edges.uses)), edges.uses)
 
 
-def crossings(
-    vertices: NDArray[np.float64], triangles: NDArray[np.int64], x: float, y: float
-) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.int64]]:
+def crossings(vertices: Array, triangles: Index, x: float, y: float) -> tuple[Index, Array, Index]:
     """Triangles crossed by the line at (x, y), at which height, and +1 upward or -1 downward."""
     across, along = vertices[:, 0], vertices[:, 1]
     begin, end = triangles, triangles[:, [1, 2, 0]]
@@ -211,7 +194,7 @@ def crossings(
     return which, _heights(vertices[triangles[which]], x, y), winding[which]
 
 
-def _heights(corners: NDArray[np.float64], x: float, y: float) -> NDArray[np.float64]:
+def _heights(corners: Array, x: float, y: float) -> Array:
     """Evaluate z at (x, y) on the planes of triangles (k, 3, 3), never beyond their corners."""
     a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
@@ -221,6 +204,5 @@ def _heights(corners: NDArray[np.float64], x: float, y: float) -> NDArray[np.flo
     t = (u[:, 0] * dy - u[:, 1] * dx) / safe
     height = a[:, 2] + s * u[:, 2] + t * v[:, 2]
     # A triangle that stands almost upright gives noise here; its corners bound it.
-    bounded: NDArray[np.float64] = np.clip(height, corners[:, :, 2].min(axis=1),
-                                           corners[:, :, 2].max(axis=1))
+    bounded: Array = np.clip(height, corners[:, :, 2].min(axis=1), corners[:, :, 2].max(axis=1))
     return bounded

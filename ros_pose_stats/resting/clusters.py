@@ -51,10 +51,7 @@ class Clusters:
 
 
 def clusters(found: Equilibria, tolerance: float) -> Clusters:
-    """Gather stable faces into poses.
-
-    `tolerance`: least rise out of a pose as a share of the height there; 0 gathers nothing.
-    """
+    """Gather stable faces into poses; tolerance 0 gathers nothing."""
     tree = found.arrays.tree
     of_run = max(tolerance, RUN_TOLERANCE) if tolerance > 0.0 else 0.0
     eldest, way_out = gather_poses(
@@ -72,10 +69,7 @@ def clusters(found: Equilibria, tolerance: float) -> Clusters:
 
 
 def _rank(found: Equilibria) -> Index:
-    """Which stable face stands for several: the lowest, then the largest, then the first.
-
-    Heights and areas are compared with a tolerance.
-    """
+    """Which stable face stands for several: the lowest, then the largest, but for rounding."""
     areas = found.body.arrays.area[found.faces]
     order = np.argsort(ties((found.heights, SAME_HEIGHT), (-areas / areas.max(), SAME_HEIGHT)),
                        kind="stable")

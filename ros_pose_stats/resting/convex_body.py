@@ -47,20 +47,14 @@ class ConvexBody:
         return self.points[self.arrays.corner[sides]]
 
     def r(self, directions: Array) -> Array:
-        """Distance from the centre of mass to the surface (section 2.C).
-
-        `directions` (..., 3): unit vectors in part axes. Returns (...): in radii.
-        """
+        """Distance from the centre of mass to the surface along directions (section 2.C)."""
         along = np.asarray(directions, dtype=np.float64) @ self.arrays.normal.T
         with np.errstate(divide="ignore"):
             distance = np.where(along > 0.0, self.arrays.distance / along, np.inf)
         return np.asarray(distance.min(axis=-1))
 
     def R(self, directions: Array) -> Array:  # noqa: N802 - the paper's name
-        """Height of the centre of mass when `directions` points down (section 2.C).
-
-        `directions` (..., 3): unit vectors in part axes. Returns (...): in radii.
-        """
+        """Height of the centre of mass where directions point down (section 2.C)."""
         return np.asarray((np.asarray(directions, dtype=np.float64) @ self.points.T).max(axis=-1))
 
 
@@ -75,10 +69,7 @@ def foot_directions(body: ConvexBody, sides: Index) -> Array:
 
 
 def convex_body(part: Part, round_sides: int) -> ConvexBody:
-    """Convex body of a part, built once and kept as long as the part lives.
-
-    `round_sides`: sides a turn that round surfaces are given; 0 takes the file as it is.
-    """
+    """Convex body of a part, built once; `round_sides` 0 takes the file as it is."""
     return part.prepare(_reshaped, round_sides) if round_sides else part.prepare(_build)
 
 
@@ -98,10 +89,7 @@ def _build(part: Part) -> ConvexBody:
 
 
 def _reshaped(part: Part, round_sides: int) -> ConvexBody:
-    """Body with round surfaces as polygons of so many sides.
-
-    Its radius stays the file's, unless a new corner lies farther out.
-    """
+    """Body with round surfaces as polygons of so many sides, its radius the file's if can be."""
     plain = convex_body(part, 0)
     scale, points, arrays, tolerance = plain.radius, plain.points, plain.arrays, plain.tolerance
     qhull = hull_of_part(part).qhull

@@ -59,10 +59,7 @@ class Equilibria:
 
 
 def equilibria(part: Part, round_sides: int) -> Equilibria:
-    """Equilibria of a part, found once and kept as long as the part lives.
-
-    `round_sides`: sides a turn of round surfaces; 0 takes the file as it is.
-    """
+    """Equilibria of a part, found once and kept as long as the part lives."""
     return part.prepare(_find, round_sides)
 
 
@@ -74,10 +71,7 @@ def _find(part: Part, round_sides: int) -> Equilibria:
 
 
 def pose_order(heights: Array, downs: Array) -> Index:
-    """Order of poses by rising height, ties by the components of `down`.
-
-    `heights` (S,): in radii; `downs` (S, 3). Returns (S,) int.
-    """
+    """Order (S,) of poses by rising height in radii, ties by the components of `down`."""
     group = ties((heights, SAME_HEIGHT), *((down, SAME_DOWN) for down in downs.T))
     return np.argsort(group, kind="stable")
 
@@ -85,9 +79,9 @@ def pose_order(heights: Array, downs: Array) -> Index:
 def ties(*keys: tuple[Array, float], within: Index | None = None) -> Index:
     """Number ties (S,) by rising value of the first key, then of the next, and so on.
 
-    Keys are values with their tolerance. A tie begins at its smallest value and holds all within
-    the tolerance of that one, so that a dense sequence is not one long tie. `within`: groups by
-    which the values are ordered before all keys.
+    Keys are values with their tolerance. A tie holds all within the tolerance of its smallest
+    value, so that a dense sequence is not one long tie. `within`: groups that come before all
+    keys.
     """
     size = keys[0][0].shape[0]
     group = np.zeros(size, dtype=np.int64) if within is None else within

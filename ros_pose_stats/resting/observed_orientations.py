@@ -92,10 +92,7 @@ def classify_orientations(part: Part, orientations: ArrayLike, angle: float = DE
 
 
 def observed_downs(orientations: ArrayLike) -> Array:
-    """Directions (n, 3) in the part frame that point down in observed orientations.
-
-    NaN where the orientation is not known.
-    """
+    """Directions (n, 3) that point down in observed orientations; NaN where they are not known."""
     try:
         given = real_array(orientations)
     except (TypeError, ValueError, OverflowError) as error:

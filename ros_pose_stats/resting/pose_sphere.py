@@ -36,8 +36,7 @@ class PoseSphere:
 def pose_sphere(resting: poses.RestingPoses, pixels: int | None = None) -> PoseSphere:
     """Map r, R and the basins of a part (section 2.C, Figs. 1C and 3D-F).
 
-    `pixels`: across a hemisphere, at least 2; default: up to 200, as many as are quickly computed.
-    A basin is that of the face that the direction meets.
+    `pixels`: across a hemisphere; default: up to 200, as many as are quickly computed.
     """
     body, found = resting.body, resting.equilibria
     directions = _directions(pixels or _fine_enough(body.faces + len(body.points)))
@@ -64,11 +63,7 @@ def pose_sphere(resting: poses.RestingPoses, pixels: int | None = None) -> PoseS
 
 
 def on_map(directions: Array) -> tuple[Index, Array]:
-    """Place directions on the maps.
-
-    `directions` (k, 3): unit vectors in the part frame. Returns `hemisphere` (k,) int: 0 around
-    -z, 1 around +z; `place` (k, 2): across and up, within the disc of radius 1.
-    """
+    """Hemisphere (k,) of directions (k, 3), 0 around -z, 1 around +z, and places (k, 2) on it."""
     x, y, z = np.asarray(directions, dtype=np.float64).reshape(-1, 3).T
     upper = (z > 0.0).astype(np.int64)
     # Lambert: the distance from the middle is sqrt(2) sin(half the polar angle).

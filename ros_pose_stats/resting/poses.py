@@ -110,8 +110,7 @@ class RestingPoses:
     def is_numbered_like(self, other: "RestingPoses") -> bool:
         """Whether poses of the same part, its round surfaces divided otherwise, have one number.
 
-        They must come in the same groups, as high, and on the same side where they do not roll:
-        about the axis of a roll any facet may be the lowest.
+        They must come in the same groups, as high, and on the same side where they do not roll.
         """
         if len(self.poses) != len(other.poses):
             return False
@@ -150,8 +149,7 @@ class PoseShape:
         return np.asarray(seen * self.body.radius)
 
 
-def resting_poses(part: Part,
-                  cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
+def resting_poses(part: Part, cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
                   round_sides: int = scenes.DEFAULT_ROUND_SIDES) -> RestingPoses:
     """Stable poses of a part, found once for the options and kept as long as the part lives.
 
@@ -180,10 +178,7 @@ def poses_in(part: Part, scene: DropScene) -> RestingPoses:
 
 
 def bare_poses(part: Part, scene: DropScene) -> RestingPoses:
-    """The same without records of the poses, symmetry and margins: all that `split` asks for.
-
-    It is made anew at each call, or taken from what `poses_in` keeps.
-    """
+    """The same without records of the poses, symmetry and margins; not kept for the next call."""
     if are_found(part, scene):
         return poses_in(part, scene)
     found = equilibria(part, scene.round_sides)

@@ -21,10 +21,7 @@ SAME_ANGLE = 0.1  # angles this close, in sides, are one in the list of a group
 
 def reshape(points: Array, arrays: convex_body.BodyArrays, groups: Sequence[Group],
             sides: int) -> Outline:
-    """Refine or thin the round runs of a body (H, 3), and leave out what is no corner.
-
-    Numbers of points are those of the body, new ones follow.
-    """
+    """Refine or thin the round runs of a body; its points keep their numbers, new ones follow."""
     keeps = np.zeros(len(points), dtype=np.bool_)
     keeps[arrays.corner] = True
     outline = Outline(points, keeps, count=len(points))

@@ -149,8 +149,7 @@ def group_by_axis(points: Array, rims: list[Rim], rounding: float) -> list[Group
     rims = [rims[k] for k in np.argsort(-reach, kind="stable").tolist()]
     axis, center = np.array([rim.axis for rim in rims]), np.array([rim.center for rim in rims])
     radius = np.array([rim.radius for rim in rims])
-    slack = np.array([(4.0 * rounding + rim.deviation) * _looseness(points, rim)
-                      for rim in rims])
+    slack = np.array([(4.0 * rounding + rim.deviation) * _looseness(points, rim) for rim in rims])
     waiting = np.ones(len(rims), dtype=np.bool_)
     groups = []
     for k, first in enumerate(rims):
@@ -201,10 +200,7 @@ def _looseness(points: Array, rim: Rim) -> float:
 
 
 def _with_frame(points: Array, rims: Sequence[Rim]) -> Group:
-    """Common axis: least squares of the corners' heights in their rims, and of the centres.
-
-    It is that of the smallest moment of what the rims spread along it and the centres across it.
-    """
+    """Common axis: of the smallest moment of rims along it and their centres across it."""
     first = rims[0]
     axis, center = first.axis, first.center
     if len(rims) > 1:

@@ -32,16 +32,12 @@ FINE_ROUNDING = 3e-7
 FEWEST_DECIMALS = 12
 """Different coordinates that must end at the same digit for it to be the last one printed."""
 
-_POWERS = (1e-3, 1e-2, 1e-1, 1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10,
-           1e11, 1e12)
+_POWERS = (1e-3, 1e-2, 1e-1, 1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12)
 
 
 def find_groups(part: Part, points: Array, arrays: BodyArrays, scale: float, rounding: float,
                 sides: int) -> list[Group]:
-    """Runs of a part's hull (H, 3), by their axes.
-
-    `rounding`: of the coordinates, in radii; `sides`: sides a turn that runs are to have.
-    """
+    """Runs of a part's hull (H, 3), by their axes; `rounding`: of the coordinates, in radii."""
     runs = circular_runs(points, arrays, rounding)
     if len(runs.closed) == 0:
         return []
@@ -68,10 +64,7 @@ def find_groups(part: Part, points: Array, arrays: BodyArrays, scale: float, rou
 
 
 def rounding_of(part: Part, corners: Array) -> float:
-    """By how much coordinates may be off, metres: as they were stored, or printed with few digits.
-
-    `corners` (n, 3): some of its vertices, metres.
-    """
+    """By how much coordinates may be off, metres: as stored, or as printed with few digits."""
     values = np.unique(np.abs(corners))
     largest = float(values[-1])
     # With a fixed number of digits the numbers of the highest decade have the fewest decimals.
@@ -166,5 +159,4 @@ def _crosses_others(ends: Index, runs: Runs, count: int) -> Flags:
     uses += np.bincount(last[runs.closed == 0], minlength=count)
     crossed = np.add.reduceat((uses[ends[:, 0]] > 1).astype(np.int64), runs.start[:-1])
     crossed += uses[last] > 1
-    return np.asarray((runs.closed == 0)
-                      & (crossed >= ROUND_SHARE * (np.diff(runs.start) + 1)))
+    return np.asarray((runs.closed == 0) & (crossed >= ROUND_SHARE * (np.diff(runs.start) + 1)))

@@ -20,8 +20,7 @@ SAME_LEVEL = 1e-6
 class SplittingNode:
     """A connected component of the reachable set.
 
-    A shelf that belongs to a pose may part from the others before the pose does: then both parts
-    hold that pose.
+    A shelf may part from the others before its pose does: then both parts hold that pose.
     """
 
     poses: tuple[int, ...]  # `index` of the stable poses that it holds
@@ -97,8 +96,7 @@ def splitting_graph(resting: RestingPoses, function: Function = "r") -> Splittin
 def with_shares(root: SplittingNode, poses: Sequence[StablePose]) -> SplittingNode:
     """The splitting graph with probabilities by any method, such as the shares of drops.
 
-    Each pose is at one end: a shelf that parts from its pose before is left out, since nothing
-    that has come to rest tells which of the two it went through.
+    A shelf that parts from its pose before is left out: no drop tells which it went through.
     """
     share = {pose.index: pose.probability for pose in poses if pose.probability > 0.0}
     held = {id(root): root.poses}
@@ -128,9 +126,9 @@ def _home(node: SplittingNode, pose: int) -> SplittingNode:
 
 
 def levels_above(root: SplittingNode, pose: int) -> list[tuple[float, tuple[int, ...]]]:
-    """Splits on the way to a pose: the level (metres), and the poses that are left below it.
+    """Splits from the top down to a pose: levels (metres), and the poses left below.
 
-    The list goes from the top down; it is empty where the graph does not have the pose.
+    Empty where the graph does not have the pose.
     """
     found: list[tuple[float, tuple[int, ...]]] = []
     node = root

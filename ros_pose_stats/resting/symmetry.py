@@ -46,11 +46,7 @@ without symmetry few faces are alike, by chance only, and none of the pairs fits
 
 def symmetry_groups(part: Part, found: Equilibria, pose: Index,
                     surface: "Callable[[], SurfaceTrial]") -> Index:
-    """Group number of each pose (P,), by their first pose.
-
-    `pose` (S,): pose of each stable face, -1 for one that no pose rests on; `surface`: on which
-    rotations are tried.
-    """
+    """Group number of each pose (P,), by their first pose; `pose` (S,): -1 for shelves."""
     poses = int(pose.max()) + 1
     alone = np.arange(poses)
     if poses == 1 or found.order.shape[0] > MOST_FACES:
@@ -74,8 +70,8 @@ def _orbits(found: Equilibria, kind: Index, pose: Index, frames: Callable[[int],
             trial: "SurfaceTrial") -> Index:
     """Number (S,) of each stable face's orbit under the rotations that the surface allows.
 
-    A rotation is known by what it does to one face, so all are those that take the first face of
-    a kind to another or to itself; faces that are connected already need no other one.
+    All are those that take the first face of a kind to another or to itself; faces that are
+    connected already need no other one.
     """
     orbit = np.arange(pose.shape[0])
     trees = cKDTree(found.downs)

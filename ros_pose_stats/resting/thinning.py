@@ -84,8 +84,8 @@ class Whole:
 def plan_sides(wholes: list[Whole], corners: int, sides: int) -> None:
     """Give each full rim its number of sides, 0 for one that the height of arc does not need.
 
-    Where the body has too many corners there are fewer rims along a dome, for how fine it is that
-    way hardly matters; in the end rims that the body does not roll on get fewer sides.
+    Where there are too many corners there are fewer rims along a dome, for how fine it is that way
+    hardly matters; in the end rims that the body does not roll on get fewer sides.
     """
     free = corners - sum(len(one.rim.corner) for one in wholes)
     groups: dict[int, list[Whole]] = {id(one.group): [] for one in wholes}

@@ -24,11 +24,7 @@ LARGEST_BEND = 0.4
 
 
 def axis_offsets(body: convex_body.ConvexBody, pose_of_face: Index, poses: int) -> Array:
-    """How far the centre of mass lies beside the axis of the surface that a pose rests on.
-
-    `pose_of_face` (F,) int: pose to which each face descends. Returns (P,): in radii, of cylinders
-    that are round all the way; 0 for all other poses.
-    """
+    """How far (P,) the centre of mass lies beside the axis of full cylinders poses rest on."""
     normal, distance = body.arrays.normal, body.arrays.distance
     found = np.zeros(poses)
     for run in body.runs:
@@ -44,7 +40,7 @@ def axis_offsets(body: convex_body.ConvexBody, pose_of_face: Index, poses: int) 
 def curved_faces(body: convex_body.ConvexBody) -> Array:
     """How far (F,) each face is a facet of a curve to rock on, from 0 to 1.
 
-    Small faces beside others that hardly turn are; at rims of a full turn only if all of those do.
+    Small faces beside others that hardly turn are; at rims of a full turn all of those must.
     """
     arrays = body.arrays
     step = arrays.normal[arrays.face] - arrays.normal[arrays.face[arrays.twin]]
@@ -63,10 +59,10 @@ def curved_faces(body: convex_body.ConvexBody) -> Array:
 
 def rolling_axes(body: convex_body.ConvexBody, downs: Array, heights: Array, tolerance: float
                  ) -> tuple[Mask, Array]:
-    """Which poses (P,) roll: can be turned by 90 degrees about a run's axis and stay that low.
+    """Which poses roll: can be turned by 90 degrees about a run's axis and stay that low.
 
-    `tolerance`: rise over the height that does not stop a roll. Returns that axis too (P, 3), in
-    the part frame, of either sign; zero where there is none, or several.
+    `tolerance`: rise over the height that does not stop a roll. That axis too (P, 3), of either
+    sign; zero where there is none, or several.
     """
     rolls = np.zeros(len(downs), dtype=np.bool_)
     axis = np.zeros((len(downs), 3))

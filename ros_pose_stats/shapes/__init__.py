@@ -12,54 +12,52 @@ corners of its dual, so that four sets of points make all five solids.
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from ..errors import MeshError, RequestError
 from ..mesh.arrays import in_standard_order
+from ..records import Array, Index
 from .profiles import unit_circle
 
-Surface = tuple[NDArray[np.float64], NDArray[np.int64]]
+Surface = tuple[Array, Index]
 """Vertices (V, 3) and outward triangles (T, 3) of a closed surface."""
 
 _GOLDEN = (1.0 + np.sqrt(5.0)) / 2.0
 
 
-def cube_corners() -> NDArray[np.float64]:
+def cube_corners() -> Array:
     """The eight points (±1, ±1, ±1)."""
     return np.stack(np.meshgrid(*[(-1.0, 1.0)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
 
 
-def axis_ends() -> NDArray[np.float64]:
+def axis_ends() -> Array:
     """The six points ±x, ±y, ±z."""
     return np.vstack((np.eye(3), -np.eye(3))) + 0.0
 
 
-def _golden_rectangles(short: float, long: float) -> NDArray[np.float64]:
+def _golden_rectangles(short: float, long: float) -> Array:
     """The twelve corners of three mutually perpendicular rectangles."""
     rectangle = [(0.0, s * short, t * long) for s in (-1.0, 1.0) for t in (-1.0, 1.0)]
     return np.vstack([np.roll(rectangle, turn, axis=1) for turn in range(3)])
 
 
-def icosahedron_corners() -> NDArray[np.float64]:
+def icosahedron_corners() -> Array:
     """The twelve corners of the icosahedron of edge 2."""
     return _golden_rectangles(1.0, _GOLDEN)
 
 
-def dodecahedron_corners() -> NDArray[np.float64]:
+def dodecahedron_corners() -> Array:
     """The twenty corners of the dodecahedron around the cube [-1, 1]³."""
     return np.vstack((cube_corners(), _golden_rectangles(_GOLDEN, _GOLDEN - 1.0)))
 
 
-def polytope(vertices: NDArray[np.float64], normals: NDArray[np.float64]) -> Surface:
+def polytope(vertices: Array, normals: Array) -> Surface:
     """Fan-triangulated regular solid from its corners and outward face normals (any length)."""
     triangles = [fan for normal in normals for fan in _face_fan(vertices, normal)]
     return vertices, np.array(triangles, dtype=np.int64)
 
 
-def _face_fan(
-    vertices: NDArray[np.float64], normal: NDArray[np.float64]
-) -> list[tuple[int, int, int]]:
+def _face_fan(vertices: Array, normal: Array) -> list[tuple[int, int, int]]:
     """Triangles of the face farthest along `normal`, counter-clockwise from outside."""
     reach = vertices @ normal
     face = np.flatnonzero(reach > 0.5 * reach.max())  # others of a regular solid: below 0.24
@@ -79,12 +77,7 @@ def box(x: float, y: float, z: float) -> Surface:
 
 
 def prism(sides: int, radius: float, length: float) -> Surface:
-    """Regular prism along z.
-
-    `sides`: corners of the base, at least 3; the first lies on the x axis; `length`: distance of
-    the bases, at z = -length/2 and z = +length/2. Returns `vertices` (2 sides, 3): the lower base,
-    then the upper; `triangles` (4 sides - 4, 3).
-    """
+    """Regular prism along z about the origin; the first corner lies on the x axis."""
     _require_lengths(radius, length)
     if sides < 3:
         raise RequestError("a base of at least 3 sides", str(sides), "give more sides")
@@ -128,13 +121,8 @@ def dodecahedron() -> Surface:
     return polytope(dodecahedron_corners(), icosahedron_corners())
 
 
-def hull_mesh(points: NDArray[np.float64]) -> Surface:
-    """Outward triangles of a point cloud's convex hull.
-
-    `points` (N, 3): at least four, not in one plane. Returns `vertices` (V, 3): the points on the
-    hull, in the order given; `triangles` (T, 3): coplanar faces come triangulated; each triangle
-    begins at its smallest corner, and triangles rise by their corners.
-    """
+def hull_mesh(points: Array) -> Surface:
+    """Points on the convex hull of points (N, 3), in the order given, and outward triangles."""
     points = np.asarray(points, dtype=np.float64)
     try:
         hull = ConvexHull(points)
@@ -153,23 +141,15 @@ def hull_mesh(points: NDArray[np.float64]) -> Surface:
     return vertices, in_standard_order(triangles)
 
 
-def sphere_points(n: int, seed: int) -> NDArray[np.float64]:
-    """Random points, uniform on the unit sphere.
-
-    `seed`: of numpy's default generator; equal seeds give equal points. Returns (n, 3).
-    """
+def sphere_points(n: int, seed: int) -> Array:
+    """Random points (n, 3), uniform on the unit sphere."""
     directions = np.random.default_rng(seed).standard_normal((n, 3))
-    unit: NDArray[np.float64] = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    unit: Array = directions / np.linalg.norm(directions, axis=1, keepdims=True)
     return unit
 
 
-def ellipsoid_points(
-    n: int, seed: int, semi_axes: tuple[float, float, float]
-) -> NDArray[np.float64]:
-    """Random points on an ellipsoid: `sphere_points` stretched by the semi-axes.
-
-    Uniform on the sphere before stretching, hence denser per area at the long ends.
-    """
+def ellipsoid_points(n: int, seed: int, semi_axes: tuple[float, float, float]) -> Array:
+    """`sphere_points` stretched by the semi-axes, hence denser per area at the long ends."""
     return sphere_points(n, seed) * np.asarray(semi_axes, dtype=np.float64)
 
 
@@ -180,9 +160,7 @@ def _require_lengths(*lengths: float) -> None:
         raise RequestError("finite lengths above 0", found, "give lengths that enclose a volume")
 
 
-def _triangle_normals(
-    vertices: NDArray[np.float64], triangles: NDArray[np.int64]
-) -> NDArray[np.float64]:
+def _triangle_normals(vertices: Array, triangles: Index) -> Array:
     """Right-hand normals, twice the area long, (T, 3)."""
     a, b, c = (vertices[triangles[:, k]] for k in range(3))
     return np.asarray(np.cross(b - a, c - a), dtype=np.float64)

@@ -12,19 +12,19 @@ from pathlib import Path
 
 import numpy as np
 from manifold3d import CrossSection, Manifold
-from numpy.typing import NDArray
 
 from .. import errors, files, shapes
 from ..mesh.arrays import in_standard_order
 from ..mesh.files import stl_bytes
+from ..records import Array, Index
 from .profiles import Outline, rounded_polygon, spur_gear, unit_circle
 
 
 def clamp() -> shapes.Surface:
     """Body of a C-clamp, 42 mm by 36 mm by 18 mm, without any symmetry.
 
-    The upper jaw ends in a fork with a transverse screw hole, counterbored on one side;
-    the lower jaw has a nose, a sloping underside and a mounting hole.
+    The upper jaw ends in a fork with a transverse screw hole, counterbored on one side; the lower
+    jaw has a nose, a sloping underside and a mounting hole.
     """
     side = rounded_polygon([
         (0.0, 0.0, 5.0), (30.0, 0.0, 3.0), (42.0, 5.0, 1.5), (42.0, 13.0, 1.5),
@@ -63,10 +63,7 @@ def bracket() -> shapes.Surface:
 
 
 def hex_bolt() -> shapes.Surface:
-    """Hexagon head bolt M8 x 30 (13 mm across flats), head chamfered, shank 48-sided.
-
-    The axis is z; the underside of the head lies in z = 0. The thread is left out.
-    """
+    """Hexagon head bolt M8 x 30 along z, head chamfered and above z = 0, shank 48-sided."""
     head = extrude(13.0 / np.sqrt(3.0) * unit_circle(6), "z", -5.3, 0.0)
     chamfer = np.array([(0.0, -5.3), (6.0, -5.3), (9.0, -5.3 + np.sqrt(3.0)), (9.0, 1.0),
                         (0.0, 1.0)])
@@ -99,12 +96,7 @@ DEMO_PARTS: dict[str, Callable[[], shapes.Surface]] = {
 
 
 def write_demo_parts(directory: str | os.PathLike[str]) -> list[Path]:
-    """Write each demo part to `<name>.stl`, binary STL in millimetres.
-
-    `directory`: created when it does not exist. Files of the same names are replaced, each at
-    once: a reader sees the old file or the new one, never a part of it. Returns the files, in the
-    order of `DEMO_PARTS`; the same bytes in every run.
-    """
+    """Write each demo part to `<name>.stl`, binary STL in millimetres, each at once."""
     folder = Path(directory)
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -145,11 +137,8 @@ def surface_of(solid: Manifold) -> shapes.Surface:
     return in_file_order(vertices, np.asarray(mesh.tri_verts, dtype=np.int64))
 
 
-def in_file_order(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> shapes.Surface:
-    """Coordinates as float32 numbers, vertices and triangles in lexicographic order.
-
-    So files do not depend on the order in which a modeller emits triangles.
-    """
+def in_file_order(vertices: Array, triangles: Index) -> shapes.Surface:
+    """Coordinates as float32, in lexicographic order, whatever order a modeller emits them in."""
     rounded = vertices.astype(np.float32).astype(np.float64) + 0.0
     merged, index = np.unique(rounded, axis=0, return_inverse=True)
     return merged, in_standard_order(index.reshape(-1)[triangles])

@@ -6,19 +6,18 @@ An outline is an (N, 2) array of corners, counter-clockwise, not repeated at the
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..kernels.elementary import sines_cosines
+from ..records import Array
 
-Outline = NDArray[np.float64]  # corners of a closed polygon, (N, 2), counter-clockwise
+Outline = Array  # corners of a closed polygon, (N, 2), counter-clockwise
 
 
 def unit_circle(sides: int) -> Outline:
-    """Corners of a regular polygon on the unit circle, the first on the x axis.
+    """Corners (sides, 2) of a regular polygon on the unit circle, the first on the x axis.
 
-    `sides`: number of corners, at least 3. Returns (sides, 2): each corner is found from an angle
-    in the first octant, so that reflections and quarter turns of the polygon map its coordinates
-    onto each other bit for bit.
+    Each is found from an angle in the first octant, so that reflections and quarter turns of the
+    polygon map its coordinates onto each other bit for bit.
     """
     octant, within = np.divmod(8 * np.arange(sides), sides)
     within = np.where(octant % 2 == 1, sides - within, within)
@@ -33,14 +32,8 @@ def unit_circle(sides: int) -> Outline:
     return np.column_stack((x, y)) + 0.0
 
 
-def rounded_polygon(
-    corners: Sequence[tuple[float, float, float]], steps: int = 6
-) -> Outline:
-    """Polygon whose corners are replaced by tangent arcs.
-
-    `corners`: counter-clockwise; the radius of the fillet in the unit of x and y, 0 keeps the
-    corner sharp. Convex and re-entrant corners alike. Returns (N, 2).
-    """
+def rounded_polygon(corners: Sequence[tuple[float, float, float]], steps: int = 6) -> Outline:
+    """Polygon (N, 2) of counter-clockwise corners with tangent arcs of their radii; 0 is sharp."""
     points = np.array([corner[:2] for corner in corners], dtype=np.float64)
     arcs = [
         _fillet(points[i - 1], points[i], points[(i + 1) % len(points)], corner[2], steps)
@@ -49,17 +42,14 @@ def rounded_polygon(
     return np.concatenate(arcs)
 
 
-def _fillet(
-    before: Outline, corner: Outline, after: Outline, radius: float, steps: int
-) -> Outline:
+def _fillet(before: Outline, corner: Outline, after: Outline, radius: float, steps: int
+            ) -> Outline:
     """Arc of `radius` tangent to both sides of a corner, (steps + 1, 2)."""
     if radius == 0.0:
         return corner[None, :]
     incoming = (corner - before) / np.linalg.norm(corner - before)
     outgoing = (after - corner) / np.linalg.norm(after - corner)
-    turn = np.arctan2(
-        incoming[0] * outgoing[1] - incoming[1] * outgoing[0], incoming @ outgoing
-    )
+    turn = np.arctan2(incoming[0] * outgoing[1] - incoming[1] * outgoing[0], incoming @ outgoing)
     start = corner - incoming * radius * np.tan(abs(turn) / 2.0)
     inward = np.sign(turn) * np.array((-incoming[1], incoming[0]))
     sweep = np.linspace(0.0, abs(turn), steps + 1)[:, None]
@@ -68,10 +58,9 @@ def _fillet(
 
 
 def spur_gear(teeth: int, module: float, pressure_angle: float = np.radians(20.0)) -> Outline:
-    """Involute spur gear with standard addendum (1 module) and dedendum (1.25 modules).
+    """Involute spur gear (N, 2) with standard addendum (1 module) and dedendum (1.25 modules).
 
-    `teeth`: the first tooth points along x; `module`: pitch diameter over teeth, a length. Returns
-    (N, 2): below the base circle the flanks run radially to the root circle.
+    The first tooth points along x; below the base circle flanks run radially to the root circle.
     """
     pitch = teeth * module / 2.0
     base, tip = pitch * np.cos(pressure_angle), pitch + module
@@ -89,8 +78,8 @@ def spur_gear(teeth: int, module: float, pressure_angle: float = np.radians(20.0
     return outline
 
 
-def _involute(radius: NDArray[np.float64], base: float) -> NDArray[np.float64]:
+def _involute(radius: Array, base: float) -> Array:
     """Polar angle of a circle's involute at `radius`, radians; 0 on the base circle."""
     roll = np.sqrt(np.maximum((radius / base) ** 2 - 1.0, 0.0))
-    polar: NDArray[np.float64] = roll - np.arctan(roll)
+    polar: Array = roll - np.arctan(roll)
     return polar

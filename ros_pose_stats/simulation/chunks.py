@@ -34,10 +34,8 @@ class Chunk(NamedTuple):
 class DropWorkers:
     """Threads that compute the drops of one simulation.
 
-    `drop`: from the first drop and a count to their outcomes; called from the workers; `drops`:
-    most drops of the simulation; `should_stop`: asked from the caller's thread; after True the
-    workers finish their chunks and end; `background`: whether the workers give way to other
-    threads; `wanted`: drops that are needed for certain; default: all. See `request_drops`.
+    `drop`: from the first drop and a count to their outcomes; `background`: whether the workers
+    give way to other threads; `wanted`: drops that are needed for certain; see `request_drops`.
     """
 
     def __init__(self, drop: Callable[[int, int], DropOutcomes], drops: int, workers: int,
@@ -62,20 +60,13 @@ class DropWorkers:
             self._lock.notify_all()
 
     def request_drops(self, drops: int) -> None:
-        """Let the workers compute up to that many drops; then they wait.
-
-        A simulation that checks its error now and then would otherwise compute drops in vain
-        after the last check.
-        """
+        """Let the workers compute up to that many drops, so that none is in vain."""
         with self._lock:
             self._wanted = drops
             self._lock.notify_all()
 
     def outcomes_in_order(self) -> Iterator[DropOutcomes]:
-        """Start the workers, and yield outcomes from drop 0 on, without gaps.
-
-        After a stop the outcomes that continue the prefix without a gap still come.
-        """
+        """Start the workers, and yield outcomes from drop 0 on, without gaps."""
         threads = [threading.Thread(target=self._compute_chunks, name=f"drops-{i}", daemon=True)
                    for i in range(self._workers)]
         for thread in threads:

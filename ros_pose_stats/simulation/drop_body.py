@@ -71,9 +71,8 @@ def _prepare(part: Part, resting: poses.RestingPoses) -> PreparedBody:
 def _neighbours(points: Array) -> tuple[Index, Index, Array]:
     """Where each corner's neighbours start, the neighbours and their distances.
 
-    Neighbours share an edge between faces that are flat, and so convex, to rounding; the merged
-    faces of the body are not. The diagonals of the hull's triangles within a flat face are left
-    out, since they depend on how the hull was computed.
+    Neighbours share an edge between faces that are flat, and so convex, to rounding. The diagonals
+    of the hull's triangles within a flat face depend on how the hull was computed.
     """
     count = points.shape[0]
     if count <= LEAF:
@@ -117,10 +116,9 @@ ROUNDING = 1e-12
 def ball_tree(points: Array) -> tuple[Index, Array, Index]:
     """Binary tree of balls, in the order in which it is walked.
 
-    Takes `points` (C, 3). Returns `order` (C,): points as the leaves hold them, from the first
-    leaf to the last; `ball` (B, 5): centre, radius, and distance of the centre from the origin;
-    `ball_range` (B, 3): begin and end of its corners in `order`, and the node that follows its
-    subtree, which is the next node for a leaf.
+    Returns `order` (C,): points as the leaves hold them; `ball` (B, 5): centre, radius, and
+    distance of the centre from the origin; `ball_range` (B, 3): begin and end of its corners in
+    `order`, and the node that follows its subtree.
     """
     order: list[Index] = []
     balls: list[tuple[float, ...]] = []
@@ -174,8 +172,8 @@ def rolling_rims(resting: poses.RestingPoses, moment: Array, axes: Array,
                  corner: Index) -> RollingRims:
     """Find the rims of a part that it can roll on all the way round, in one pose.
 
-    `moment` (3,): principal moments of inertia of unit mass, lengths in radii; `axes` (3, 3):
-    principal axes as columns; `corner` (C,): hull points that the tables are about.
+    `moment` and `axes`: principal ones, of unit mass, lengths in radii; `corner`: hull points that
+    the tables are about.
     """
     body, found = resting.body, resting.equilibria
     pose_of_face = resting.clusters.pose[found.rank][found.arrays.basin]
@@ -242,10 +240,10 @@ def _inside(body: convex_body.ConvexBody, faces: Index, edges: Index) -> Array:
 def _shares(chord: Array, beside: float, axle: Array, moment: Array, slope: float) -> Array:
     """What the kernels need of a rim (5,): its axis, and the shares of a roll that it sets free.
 
-    On a facet c long the corner below moves at -w c / 2 to w c / 2, at a mean square of
-    (w c)² / 12; twelve times that is kept back, for what bounces has more at times. A facet much
-    longer than the others gives a blow of w c / 2; four times its energy is kept back. A centre of
-    mass `beside` the axis goes up and down at up to w times that, and a fast part hops; twice its
+    On a facet c long the corner below moves at -w c / 2 to w c / 2, at a mean square of (w c)² /
+    12; twelve times that is kept back, for what bounces has more at times. A facet much longer
+    than the others gives a blow of w c / 2; four times its energy is kept back. A centre of mass
+    `beside` the axis goes up and down at up to w times that, and a fast part hops; twice its
     energy is kept back. Where the axis is not a principal one, the centrifugal moment tilts the
     body, at most to the `slope` at which it tips.
     """

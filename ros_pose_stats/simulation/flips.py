@@ -101,10 +101,7 @@ def count_flips(part: Part, scene: DropScene, kick_height: float, per_pose: Drop
 def flips_by_kick(part: Part, scene: DropScene, kicks: Iterable[float], per_pose: DropRequest,
                   watch: Watch = ALONE, on_kick: Callable[[int, int], object] | None = None
                   ) -> list[FlipStatistics]:
-    """Flips at several kick heights, less those that were not complete when they were stopped.
-
-    All hit the part at the same points, so that less of their difference is a matter of chance.
-    """
+    """Flips at several kick heights, as far as they are complete, at the same points."""
     heights, complete = sorted({check_kick(kick) for kick in kicks}), []
     for place, height in enumerate(heights):
         if on_kick is not None:
@@ -172,8 +169,8 @@ class Kicks:
     def states(self, seed: int, first: int, count: int) -> Array:
         """States (count, 8) just after kicks first ... first + count - 1, all poses in turn.
 
-        A vertical impulse J acts at a point r drawn uniformly from the contact polygon:
-        v = J / m and w = J I^-1 (r x up), with J such that the energy is m g times the height.
+        A vertical impulse J acts at a point r drawn uniformly from the contact polygon: v = J / m
+        and w = J I^-1 (r x up), with J such that the energy is m g times the height.
         """
         resting, moment = self.body.resting, self.body.arrays.moment
         pose = np.arange(first, first + count) % len(resting.poses)

@@ -49,9 +49,7 @@ def watchable_drop(part: Part, scene: DropScene, seed: int, drop: int) -> Trajec
 def drop_frames(part: Part, trajectory: Trajectory, resting: RestingPoses) -> DropFrames:
     """Cut a drop into frames at even steps of time, some seven seconds of them at most.
 
-    `trajectory`: of a drop that comes to rest in a pose; `resting`: of the part, at the
-    trajectory's cluster tolerance. Returns the last frames lie in the pose of the trajectory, on
-    the stable face nearest to where the motion is cut off.
+    The last ones lie in the pose, on the stable face nearest to where the motion is cut off.
     """
     weight = trajectory.energies[0] / trajectory.heights[0]
     begin = _begin_time(trajectory)

@@ -22,9 +22,8 @@ FIRST_TAPE = 512
 
 
 def record_drop(part: Part, drop: int = 0, restitution: float = scenes.DEFAULT_RESTITUTION,
-                seed: int = 0, drop_height: float | None = None,
-                start: ArrayLike | None = None, to_rest: bool = False,
-                interval: float | None = None, *,
+                seed: int = 0, drop_height: float | None = None, start: ArrayLike | None = None,
+                to_rest: bool = False, interval: float | None = None, *,
                 cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
                 round_sides: int = scenes.DEFAULT_ROUND_SIDES) -> Trajectory:
     """Record the motion of one drop.

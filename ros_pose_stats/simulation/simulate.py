@@ -17,16 +17,14 @@ from .request import ALONE, FEWEST, DropRequest, Watch, drop_request
 
 
 def simulate(part: Part, drops: int | None = None, restitution: float = scenes.DEFAULT_RESTITUTION,
-             seed: int | None = None, drop_height: float | None = None,
-             target_error: float = 0.0, workers: int | None = None,
-             starts: ArrayLike | None = None,
+             seed: int | None = None, drop_height: float | None = None, target_error: float = 0.0,
+             workers: int | None = None, starts: ArrayLike | None = None,
              on_progress: Callable[[DropProgress], object] | None = None,
              should_stop: Callable[[], bool] | None = None, *,
-             on_drops: Callable[[DropChunk], object] | None = None,
-             background: bool = False,
+             on_drops: Callable[[DropChunk], object] | None = None, background: bool = False,
              cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
-             round_sides: int = scenes.DEFAULT_ROUND_SIDES,
-             judge: Judge | None = None) -> PoseStatistics:
+             round_sides: int = scenes.DEFAULT_ROUND_SIDES, judge: Judge | None = None
+             ) -> PoseStatistics:
     """Drop a part many times and count the poses in which it comes to rest (section 3).
 
     Parameters

@@ -43,14 +43,9 @@ def goodness_of_fit(counts: ArrayLike, probabilities: ArrayLike,
     """Compare counts with probabilities, exact ones or some with an error of their own.
 
     Errors of different units are taken to be correlated as those of shares are. Then the inverse
-    of the covariance parts into a sum over units, with both chances, and one over the bins
-    within each unit, with that of the counts alone.
-
-    `counts` (K,): 0 <= count; `probabilities` (K,): 0 <= probability, of which at least one is
-    above 0; scaled to the sum 1. A bin of probability 0 is pooled if something was counted there,
-    else left out; `errors` (K,): standard errors of the probabilities; NaN where one is not known.
-    Default: exact; `unit` (K,) int: bins of one number share their error evenly. Default: each has
-    its own.
+    of the covariance parts into a sum over units, with both chances, and one over the bins within
+    each unit. A bin of probability 0 is pooled if something was counted there, else left out;
+    `errors`: NaN where one is not known; `unit`: bins of one number share their error evenly.
     """
     observed, weights = _checked("counts", counts), _checked("probabilities", probabilities)
     if observed.shape != weights.shape or not weights.sum() > 0.0:
@@ -104,10 +99,7 @@ def _test_both(observed: Array, expected: Array, pooled: int,
 
 
 def homogeneity(first: ArrayLike, second: ArrayLike) -> ChiSquare:
-    """Compare two sets of counts, both with their own chance.
-
-    `first, second` (K,): 0 <= count. A bin that is empty in both is left out.
-    """
+    """Compare two sets of counts, both with their own chance; bins empty in both are left out."""
     rows = [_checked("counts", first), _checked("counts", second)]
     if rows[0].shape != rows[1].shape:
         raise RequestError("two equally long sets of counts", f"{rows[0].size} and {rows[1].size}",
@@ -123,13 +115,9 @@ def homogeneity(first: ArrayLike, second: ArrayLike) -> ChiSquare:
 
 
 def pooled_bins(expected: ArrayLike, least: float = LEAST_EXPECTED) -> tuple[Index, int]:
-    """Put bins with small expected counts together.
+    """Put bins below the bound together, and the smallest others until the new one reaches it.
 
-    All bins below the bound become one; while that one stays below, the smallest of the others
-    joins it.
-
-    Takes `expected` (K,). Returns `bins` (K,) int: number of the new bin of each old one, from 0
-    on; `pooled`: how many old ones share a new one; 0 for none.
+    Returns the new bin (K,) of each old one, and how many old ones share a new one.
     """
     values = np.asarray(expected, dtype=np.float64)
     order = np.argsort(values, kind="stable")

@@ -17,15 +17,10 @@ from ..records import Array, Index
 
 
 def standard_errors(counts: ArrayLike, settled: int) -> Array:
-    """Binomial standard error of each pose's count / settled.
+    """Binomial standard error (K,) of each pose's count / settled; NaN where nothing settled.
 
-    sqrt(q (1 - q) / n) with q = (count + 1/2) / (n + K/2): the half keeps a pose that was
-    never or always seen from looking certain. The only pose of a part (K = 1) has q = 1 and
-    the error 0.
-
-    `counts` (K,): drops that came to rest in each of all K poses, also those with 0; 0 <= count <=
-    n; `settled`: n, the drops that came to rest at all. Returns (K,): as fractions, from 0 to 1/2;
-    NaN where n = 0, for a single pose too.
+    sqrt(q (1 - q) / n) with q = (count + 1/2) / (n + K/2): the half keeps a pose that was never or
+    always seen from looking certain. The only pose of a part has q = 1 and the error 0.
     """
     counted = np.atleast_1d(np.asarray(counts, dtype=float))
     if counted.size and not (counted.min() >= 0.0 and counted.max() <= settled):
@@ -38,21 +33,14 @@ def standard_errors(counts: ArrayLike, settled: int) -> Array:
 
 
 def error_variances(counts: ArrayLike, settled: ArrayLike, poses: ArrayLike) -> Array:
-    """Squares of `standard_errors`, for poses of many parts at once.
-
-    `counts, settled, poses`: of each pose: its count, the settled drops of its part, above 0, and
-    the part's poses.
-    """
+    """Squares of `standard_errors`, for poses of many parts at once, given for each pose."""
     total = np.asarray(settled, dtype=float)
     q = (np.asarray(counts, dtype=float) + 0.5) / (total + 0.5 * np.asarray(poses, dtype=float))
     return np.asarray(q * (1.0 - q) / total)
 
 
 def root_mean_square(errors: ArrayLike) -> float:
-    """Root mean square over the poses (K,), as of two sets of probabilities in the paper (Eq. 1).
-
-    Of standard errors it is the expected error. NaN where one of them is, or without poses.
-    """
+    """Root mean square over the poses (K,), as in the paper (Eq. 1); NaN without poses."""
     values = np.asarray(errors, dtype=float)
     return math.sqrt(float(np.mean(values * values))) if values.size else math.nan
 
@@ -66,13 +54,9 @@ def jeffreys_interval(count: ArrayLike, total: ArrayLike,
     """Equal-tailed Jeffreys interval of a binomial probability.
 
     The quantiles of Beta(count + 1/2, total - count + 1/2), with 0 as the lower bound where
-    nothing was counted and 1 as the upper bound where everything was: Brown, Cai and
-    DasGupta, "Interval estimation for a binomial proportion", Statistical Science 16 (2001),
-    section 4.1. Without these ends the interval would miss every probability near 0 or 1.
-
-    `count`: 0 <= count <= total. Broadcast against `total`; `total`: need not be whole: an
-    effective number of drops is (count and total divided alike). Where it is 0 the interval is (0,
-    1); `level`: 0 < level < 1. Returns 0 <= low <= high <= 1.
+    nothing was counted and 1 as the upper bound where everything was: Brown, Cai and DasGupta,
+    "Interval estimation for a binomial proportion", Statistical Science 16 (2001), section 4.1.
+    `total` need not be whole: an effective number of drops is.
     """
     counted, totals = np.broadcast_arrays(np.asarray(count, float), np.asarray(total, float))
     if not 0.0 < level < 1.0:
@@ -104,13 +88,9 @@ def largest_error(deviation: ArrayLike, level: float, *, weight: ArrayLike = (1.
 
     The errors are taken as normal in each of M cases, one of which holds. Probabilities have a
     sum, so of G errors only G - 1 are free: what each of them keeps is multiplied, and the product
-    taken to the power (G - 1) / G. That is exact for two units and for many, and errs by some
-    per cent between.
-
-    `deviation`: standard deviations of the units, as fractions; `level`: 0 < level < 1; `weight`
-    (M,): of the cases, summing to 1; `away` (M, G): how far the middle of a unit lies from what is
-    told of it; `size` (G,) int: poses of each unit, which share its error evenly. Returns from 0
-    to 1; NaN where a deviation is.
+    taken to the power (G - 1) / G. That is exact for two units and for many, and errs by some per
+    cent between. `weight` (M,): of the cases; `away` (M, G): how far the middle of a unit lies
+    from what is told of it; `size` (G,): poses of each unit, which share its error evenly.
     """
     share = 1.0 / np.asarray(size, dtype=np.float64)
     spread = np.minimum(np.atleast_2d(deviation), WIDEST) * share
@@ -156,14 +136,12 @@ def judge_counts(counts: Index) -> Judged:
 
 
 def counted_bound(counts: Index) -> float:
-    """Bound that the error of counts keeps, a fraction.
+    """Bound that the error of counts keeps, a fraction; infinite before a drop has settled.
 
     The squared error of shares is a sum of squares of normal variables, taken as a gamma
     distribution with its mean and variance (Satterthwaite), whose quantile is that of Wilson and
     Hilferty: 1.3 % low in the error for two poses, nearer for more. There are only products and
     roots in it, so that runs end alike on all machines.
-
-    `counts` (K,): settled drops in each pose. Returns infinite before a drop has settled.
     """
     settled = int(counts.sum())
     if not settled:

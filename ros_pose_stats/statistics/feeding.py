@@ -121,8 +121,7 @@ def _flips_needed(dropped: PoseShares, moves: Array, flips: Array,
     return float(shares @ needed), math.sqrt(variance)
 
 
-def _kept_for_ever(shares: Array, moves: Array, kept: Mask,
-                   leaving: Index) -> Feeding:
+def _kept_for_ever(shares: Array, moves: Array, kept: Mask, leaving: Index) -> Feeding:
     """Feeding where flips never led out of some poses: in the end a part lies there for ever.
 
     Those that get to a wanted pose before are accepted.
@@ -144,8 +143,7 @@ def _that_get_out(moves: Array, kept: Mask, wrong: Index) -> Mask:
         out = further
 
 
-def _share_interval(share: float, dropped: PoseShares,
-                    kept: Mask) -> tuple[float, float]:
+def _share_interval(share: float, dropped: PoseShares, kept: Mask) -> tuple[float, float]:
     """Bounds of the share of some poses; symmetry tells how a unit's share is shared out."""
     drops, single = dropped.drops, share * (1.0 - share)
     if math.isnan(drops):

@@ -33,13 +33,10 @@ class PairedDifference(NamedTuple):
 
 def paired_difference(first: ArrayLike, second: ArrayLike,
                       level: float = DEFAULT_LEVEL) -> PairedDifference:
-    """Compare how often two things happened in the same trials.
+    """Compare how often (n,) two things happened in the same trials.
 
     The interval is that of Agresti and Min, "Simple improved confidence intervals for comparing
     matched proportions", Statistics in Medicine 24 (2005): half a trial of each kind is added.
-
-    `first, second` (n,): whether each happened in a trial; `level`: of the interval, 0 < level <
-    1.
     """
     one, other = np.asarray(first, dtype=np.bool_), np.asarray(second, dtype=np.bool_)
     if one.ndim != 1 or one.shape != other.shape:
@@ -76,11 +73,7 @@ def chance_of_split(gained: int, lost: int) -> float:
 
 
 def adjust_together(p_values: ArrayLike) -> Array:
-    """Adjust chances of several tests so that all together are wrong as seldom as one (Holm).
-
-    Takes `p_values` (K,). Returns (K,): a test whose adjusted chance is at most 0.05 stands; with
-    a chance of 95 % none stands wrongly, however the tests hang together (Holm 1979).
-    """
+    """Chances (K,) of tests, adjusted so that all are wrong as seldom as one (Holm 1979)."""
     chances = np.asarray(p_values, dtype=np.float64)
     order = np.argsort(chances, kind="stable")
     steps = np.maximum.accumulate(chances[order] * (chances.size - np.arange(chances.size)))

@@ -10,11 +10,10 @@ from .errors import jeffreys_interval
 
 
 def pose_groups(found: PoseStatistics) -> tuple[PoseGroup, ...]:
-    """Take poses that are alike together.
+    """Take poses that are alike together, the most probable first.
 
-    Returns the most probable first. The interval of several counted poses is that of the sum of
-    their counts. Estimates and `hybrid` know of the symmetry and share one error evenly
-    among the poses: their bounds add up to those of the sum.
+    The interval of several counted poses is that of the sum of their counts. Estimates and
+    `hybrid` share one error evenly among the poses: their bounds add up to those of the sum.
     """
     groups: dict[int, list[StablePose]] = {}
     for pose in sorted(found.poses, key=lambda pose: pose.index):
@@ -45,11 +44,7 @@ def _joined(poses: list[StablePose], settled: int | None) -> PoseGroup:
 
 
 def warn_of_alike(found: PoseStatistics, wanted: Sequence[int]) -> tuple[str, ...]:
-    """Warn where only some of the poses that look the same are wanted.
-
-    `wanted`: indices of the poses that are accepted; none for no question. Returns one warning or
-    none. Those named count all the same, and no others.
-    """
+    """Warn where only some of the poses that look the same are wanted."""
     kept = set(map(int, wanted))
     groups = [group.indices for group in sorted(pose_groups(found), key=lambda one: one.indices)]
     split = [([one for one in group if one in kept], [one for one in group if one not in kept])

@@ -26,14 +26,9 @@ its share in falls slower."""
 
 
 def next_checkpoint(done: int, drops: int, first: int = FIRST_CHECKPOINT) -> int:
-    """The first prefix longer than `done` that is looked at.
+    """The first prefix longer than `done` that is looked at, at most `drops`.
 
-    The prefixes are 100, 150, 225, 337, 505, 757, ..., each one and a half times the one
-    before, rounded down; and the bound.
-
-    `done`: length of the prefix behind, 0 <= done; `drops`: the bound of the run, 1 <= drops;
-    `first`: the shortest prefix, 2 <= first. Returns at most `drops`; `drops` itself once `done`
-    has reached it.
+    They are 100, 150, 225, 337, 505, 757, ..., each one and a half times the one before.
     """
     checkpoint = first
     while checkpoint <= done:
@@ -45,9 +40,6 @@ def sooner_checkpoint(done: int, error: float, target_error: float) -> float:
     """The prefix in which the target may be reached, seen from one whose bound is this error.
 
     The error falls at most as the root of the number of drops, so this is a little beyond.
-
-    `done`: length of the prefix that was looked at, 1 <= done; `target_error`: as a fraction,
-    above 0. Returns a whole number above `done`; infinite where the error says nothing.
     """
     if not math.isfinite(error):
         return math.inf
@@ -79,11 +71,7 @@ class Judge:
 
 
 class Prefix:
-    """Counts of the contiguous prefix of a run, cut where the target is reached.
-
-    `poses`: K, the number of poses; `drops`: the bound of the run; `target_error`: stop at the
-    first checkpoint where the error keeps this bound; 0 for never.
-    """
+    """Counts of the contiguous prefix of a run of `drops`, cut where the target is reached."""
 
     def __init__(self, poses: int, drops: int, target_error: float,
                  judge: Judge | None = None) -> None:
@@ -115,10 +103,7 @@ class Prefix:
         self._next = next_checkpoint(self.drops, self.bound, self._first)
 
     def add(self, outcomes: Index) -> int:
-        """Lengthen the prefix; return how many of the drops were still wanted.
-
-        `outcomes` (n,) int: index of the pose of each next drop; -1 where it did not settle.
-        """
+        """Lengthen the prefix by outcomes, -1 for unsettled; return how many were still wanted."""
         begin = 0
         while begin < outcomes.shape[0] and not self.finished:
             end = min(outcomes.shape[0], begin + self._next - self.drops)

@@ -41,10 +41,7 @@ class PriorFit(NamedTuple):
 
 
 def prior_fit(restitution: float) -> PriorFit:
-    """The fit at a restitution, straight between those measured, the nearest one beyond.
-
-    `restitution`: 0 <= restitution < 1.
-    """
+    """The fit at a restitution, straight between those measured, the nearest one beyond."""
     return PriorFit(*(float(np.interp(restitution, fitted_prior.FITTED_AT, column))
                       for column in zip(*fitted_prior.FITTED, strict=True)))
 
@@ -69,13 +66,10 @@ drop on, each as likely as the others."""
 class PosePrior:
     """Distribution of the pose probabilities of one part before it is dropped.
 
-    `estimate` (P,): estimated probabilities, 0 <= estimate, with a sum of 1; `group` (P,) int:
-    poses of one number have equal probabilities by symmetry; 0 <= group; `expected_error`: root
-    mean square over the poses, as a fraction; NaN where nothing is known; `restitution`: 0 <=
-    restitution < 1; chooses the fit; `fit`: default: the shipped one at that restitution.
-    Attributes `unit`: (P,) int; the unit that each pose belongs to; `size`: (G,) int; poses of
-    each unit; `mean`: (G,); probabilities of the units, summing to 1; `strength`: pseudo-drops
-    that the estimate is typically worth; `known`: whether there is an expected error.
+    `group`: poses of one number have equal probabilities by symmetry; `expected_error`: NaN where
+    nothing is known. Attributes `unit` (P,): that each pose belongs to; `size` (G,): poses of each
+    unit; `mean` (G,): of the units; `strength`: pseudo-drops that the estimate is typically worth;
+    `known`: whether there is an expected error.
     """
 
     def __init__(self, estimate: ArrayLike, group: ArrayLike, expected_error: float,
@@ -118,10 +112,7 @@ class PosePrior:
         return self._updated(self._pooled(counts))[2]
 
     def updated(self, counts: ArrayLike) -> posterior.Posterior:
-        """What is known after drops.
-
-        `counts` (P,) int: settled drops in each pose; all 0 for what is known before the first.
-        """
+        """What is known after drops; counts are all 0 for what is known before the first."""
         pooled = self._pooled(counts)
         breaks, weight, _ = self._updated(pooled)
         back = np.argsort(self._order(pooled))
@@ -130,10 +121,7 @@ class PosePrior:
         return posterior.Posterior.mixed(weight, mean, variance, self.unit, self.size, kinds)
 
     def contradicted(self, counts: ArrayLike) -> Mask:
-        """Poses (P,) in which drops contradict the estimate beyond both errors.
-
-        `counts` (P,) int: settled drops in each pose.
-        """
+        """Poses (P,) in which drops contradict the estimate beyond both errors."""
         usual = np.exp(self._log_weight[:GRID.size])
         weight = self._share[:, None] * usual / usual.sum()
         strength = self._strength[:, :GRID.size]
@@ -186,17 +174,12 @@ as far off as it says, at most; Bonferroni's bound over the units and both sides
 LEAST_PARAMETER = 1e-9
 
 
-def contradicted_units(counts: Array, mean: Array, weight: Array, strength: Array
-                       ) -> Mask:
+def contradicted_units(counts: Array, mean: Array, weight: Array, strength: Array) -> Mask:
     """Units whose count is too far from its estimate to be explained by both errors.
 
-    A count of n drops with a probability from a Beta distribution of strength s scatters like
-    a share from a Beta distribution of strength n (s + 1) / (s + n) - 1; which strength holds is
-    not known, so its tails are averaged.
-
-    `counts, mean` (G,): settled drops in each unit, and its estimated probability, above 0;
-    `weight` (K, M): of the strengths, summing to 1; `strength` (K, M, G): pseudo-drops that the
-    estimate of each unit is worth, above 0. Returns (G,) bool.
+    A count of n drops with a probability from a Beta distribution of strength s scatters like a
+    share from a Beta distribution of strength n (s + 1) / (s + n) - 1; which `strength` (K, M, G)
+    holds is not known, so its tails are averaged by their `weight` (K, M).
     """
     total = counts.sum()
     if not total or mean.size == 1:
@@ -217,8 +200,8 @@ RULED_OUT = 1e-12
 class ConnorMosimann(NamedTuple):
     """Breaks of the stick; the last unit takes what is left.
 
-    Each break has K Beta distributions, of which one holds; which one is found out break by
-    break. Strengths (M,) hold for all breaks of a stick.
+    Each break has K Beta distributions, of which one holds; which one is found out break by break.
+    Strengths (M,) hold for all breaks of a stick.
     """
 
     taken: Array  # (K, M, G - 1) first Beta parameters
@@ -238,11 +221,7 @@ class ConnorMosimann(NamedTuple):
                    np.log(share)[:, None, None])
 
     def updated(self, counts: Array) -> "tuple[ConnorMosimann, Array]":
-        """After drops: counts (G,) of the units.
-
-        Returns `log_evidence` (M,): logarithm of the probability of this very sequence of
-        outcomes.
-        """
+        """After counts (G,), and the logarithm (M,) of their probability in this very sequence."""
         beyond = np.cumsum(counts[:0:-1])[::-1]
         taken, left = self.taken + counts[:-1], self.left + beyond
         likely = self.log_share + betaln(taken, left) - betaln(self.taken, self.left)
@@ -259,9 +238,8 @@ class ConnorMosimann(NamedTuple):
     def kinds(self, weight: Array) -> tuple[Array, Array, Array]:
         """The units by which of the K distributions holds, over all strengths.
 
-        `weight` (M,): of the strengths, summing to 1. Returns (K, G): how likely each of the K is
-        for the break of a unit, and the moments where it holds; of one that cannot hold, the
-        moments of the likeliest.
+        How likely (K, G) each is for the break of a unit, and the moments where it holds; of one
+        that cannot hold, the moments of the likeliest.
         """
         share, mean, square = self._kinds()
         each = weight[:, None] * share

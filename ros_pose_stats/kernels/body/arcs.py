@@ -49,11 +49,7 @@ class Arcs(NamedTuple):
 
 @kernel
 def make_arcs(points: Array, body: BodyArrays, inertia: Array, inverse: Array) -> Arcs:
-    """Measure all half arcs.
-
-    `points` (H, 3): hull points about the centre of mass; `inertia, inverse` (3, 3): central
-    inertia over the mass, in the square of the points' unit, and its inverse.
-    """
+    """Measure all half arcs; `inverse`: of the inertia, which is over the mass."""
     count = body.twin.shape[0]
     arcs = Arcs(np.zeros(count), np.zeros(count), np.zeros(count), np.zeros(count),
                 np.zeros((count, 3)), np.zeros((count, 3)),
@@ -105,14 +101,10 @@ def arc_sums(k: int, near: float, points: Array, body: BodyArrays, arcs: Arcs, i
 
 @inlined
 def _rotation(down: Vec3, turn: Vec3, inertia: Array) -> float:
-    """Twice the rotational energy, over the mass, of moving `down` at a velocity.
-
-    The part does not turn about the vertical: p I w = 0.
-    """
+    """Twice the rotational energy, over the mass, of moving `down` at a velocity; p I w = 0."""
     spin = cross(down, turn)
     about = dot(down, turned(inertia, spin))
-    return (dot(spin, turned(inertia, spin))
-            - about * about / dot(down, turned(inertia, down)))
+    return (dot(spin, turned(inertia, spin)) - about * about / dot(down, turned(inertia, down)))
 
 
 @inlined

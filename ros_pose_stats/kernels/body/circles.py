@@ -55,8 +55,7 @@ def circle_of(points: Array, corner: Index, i: int, j: int) -> Circle:
     toward = cross(minus(scaled(v, dot(u, u)), scaled(u, dot(v, v))), across)
     toward = scaled(toward, 0.5 / below)
     radius = length(toward)
-    return Circle(plus(a, toward), divided(across, math.sqrt(below)), radius,
-                  min(height, radius))
+    return Circle(plus(a, toward), divided(across, math.sqrt(below)), radius, min(height, radius))
 
 
 @inlined

@@ -47,10 +47,8 @@ def build_body(points: Fixed2, simplices: FixedIndex2, adjacent: FixedIndex2,
                tolerance: float) -> tuple[bool, BodyArrays]:
     """Merge coplanar hull triangles into faces and measure them.
 
-    `points` (H, 3): hull points relative to the centre of mass; `simplices, adjacent` (M, 3):
-    triangles of the hull; `adjacent[t, i]` lies opposite to vertex i; `tolerance`: coplanarity, in
-    the unit of the points. Returns `valid`: false where merging at this tolerance gives no convex
-    polyhedron around the origin; `body`.
+    `adjacent[t, i]` lies opposite to vertex i. False where merging at this tolerance gives no
+    convex polyhedron around the origin.
     """
     triangles, neighbors = simplices.copy(), adjacent.copy()
     orient(points, triangles, neighbors)
@@ -85,11 +83,9 @@ def _side_lengths(points: Array, face_start: Index, corner: Index, face: Index, 
                   normal: Array, distance: Array) -> tuple[Array, Array, Array, Array, Array]:
     """Inset, start, stop and reach of every side, and the radius of every point.
 
-    An edge lies along the difference of its corners, and along the line where its two planes
-    meet. Coordinates with an error eta turn the first by eta over its length and the second
-    by eta over the sine of the planes' angle, so the better of the two is taken. (Of two
-    corners 1e-7 apart the difference says nothing, and a foot far away would be put on the
-    wrong side.)
+    An edge lies along the difference of its corners, and along the line where its two planes meet.
+    Coordinates with an error eta turn the first by eta over its length and the second by eta over
+    the sine of the planes' angle, so the better of the two is taken.
     """
     sides = corner.shape[0]
     inset, start = np.empty(sides), np.empty(sides)
@@ -130,9 +126,8 @@ def _face_angles(points: Array, face_start: Index, corner: Index, distance: Arra
                  inset: Array, start: Array, stop: Array, reach: Array, radius: Array) -> Array:
     """Solid angle of every face, by the form that keeps its digits.
 
-    With the foot inside, the right triangles of its sides all count one way; a long face
-    close by would lose digits in Van Oosterom and Strackee's sum of products. With the foot
-    outside it is the other way round: the right triangles cancel.
+    With the foot inside, the right triangles of its sides all count one way; with the foot outside
+    they cancel, and the sum of products by Van Oosterom and Strackee keeps more digits.
     """
     angle = np.zeros(face_start.shape[0] - 1)
     for f in range(angle.shape[0]):

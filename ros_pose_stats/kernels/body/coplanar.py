@@ -37,9 +37,8 @@ class Surface(NamedTuple):
 def orient(points: Array, triangles: Index, neighbors: Index) -> None:
     """Wind every triangle counter-clockwise seen from outside, in place.
 
-    The triangle that stands clearest of the origin (which is inside) decides; the others
-    follow over shared edges, so that slivers whose own orientation is rounding noise agree.
-    `neighbors[t, i]` stays the triangle opposite to vertex i.
+    The triangle that stands clearest of the origin (which is inside) decides; the others follow
+    over shared edges, so that slivers whose own orientation is rounding noise agree.
     """
     count = triangles.shape[0]
     best, start = -1.0, 0
@@ -93,12 +92,7 @@ def twins(triangles: Index, neighbors: Index) -> Index:
 
 @kernel
 def planar_regions(points: Array, triangles: Index, neighbors: Index, tolerance: float) -> Index:
-    """Number of the planar region of each triangle.
-
-    `points` (H, 3); `triangles, neighbors` (M, 3): oriented, as `orient` leaves them; a neighbour
-    of -1 is none; `tolerance`: distance of a vertex from its region's plane; 0 keeps every
-    triangle apart. Returns (M,) int: regions numbered from 0, larger seeds first.
-    """
+    """Number of the planar region of each triangle, larger seeds first; tolerance 0 joins none."""
     count = triangles.shape[0]
     if tolerance <= 0.0:
         return np.arange(count)
@@ -135,8 +129,7 @@ def planar_regions(points: Array, triangles: Index, neighbors: Index, tolerance:
 def _alone(surface: Surface, tolerance: float) -> Flags:
     """Whether no neighbour of a triangle (M,) lies in its plane.
 
-    Most triangles of a curved surface are such; going through them in their own order spares
-    a search from one end of the memory to the other for each seed.
+    Most triangles of a curved surface are such, and need no search for the largest seed.
     """
     neighbors, areas = surface.neighbors, surface.areas
     alone = np.zeros(areas.shape[0], np.bool_)

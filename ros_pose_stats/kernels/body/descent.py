@@ -19,8 +19,8 @@ from .convex_body import BodyArrays
 def side_level(body: BodyArrays, k: int) -> float:
     """Smallest distance of a polygon side (a segment) from the origin.
 
-    It is no smaller than the line's distance seen from either face; where corners lie off
-    their planes by what still counts as coplanar, this is enforced.
+    No smaller than the line's distance seen from either face, though corners may lie off their
+    planes.
     """
     other = body.twin[k]
     level = max(body.reach[k], body.reach[other])
@@ -83,10 +83,7 @@ def descend(body: BodyArrays, beyond: Index) -> Index:
 
 @kernel
 def basins(parent: Index) -> tuple[Index, Index]:
-    """Stable faces in order of number, and for each face the stable face it descends to.
-
-    Returns `stable` (S,): face numbers; `basin` (F,): position in `stable`.
-    """
+    """Stable faces in order, and for each face the position there of the one it descends to."""
     faces = parent.shape[0]
     basin = np.full(faces, -1, np.int64)
     stable = np.empty(faces, np.int64)
@@ -112,9 +109,8 @@ def basins(parent: Index) -> tuple[Index, Index]:
 def without_barrier(body: BodyArrays, beyond: Index, parent: Index) -> bool:
     """Let stable faces that nothing keeps in place descend further; tell whether any did.
 
-    Among faces that are coplanar but for rounding, one can be the lowest of its neighbours
-    and still have its foot outside, or a way out that does not rise at all. Each such step
-    leaves one stable face less and must not lead back.
+    Among faces that are coplanar but for rounding, one can be the lowest of its neighbours and
+    still have its foot outside. Each such step leaves one stable face less.
     """
     stable, basin = basins(parent)
     face_start, face, inset, distance = body.face_start, body.face, body.inset, body.distance

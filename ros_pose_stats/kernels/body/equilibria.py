@@ -34,10 +34,7 @@ class EquilibriumArrays(NamedTuple):
 
 @entry_kernel
 def find_equilibria(points: Fixed2, body: BodyArrays) -> EquilibriumArrays:
-    """Find the equilibria of a convex body (sections 2.C, 4.B and 4.D).
-
-    `points` (H, 3): hull points relative to the centre of mass, scaled to a radius of 1.
-    """
+    """Find the equilibria of a convex body of radius 1 (sections 2.C, 4.B and 4.D)."""
     beyond = faces_beyond(body)
     parent = descend(body, beyond)
     while without_barrier(body, beyond, parent):
@@ -53,8 +50,7 @@ def find_equilibria(points: Fixed2, body: BodyArrays) -> EquilibriumArrays:
 def saddle_sides(body: BodyArrays) -> Index:
     """Sides where the distance from the centre of mass has a saddle.
 
-    The foot Q lies inside the segment, and the plane through Q normal to it supports the
-    body: the feet on both faces lie inside of the side.
+    The foot Q lies inside the segment, and the feet on both faces inside of the side.
     """
     found = np.empty(body.twin.shape[0], np.int64)
     count = 0
@@ -90,11 +86,7 @@ def settle_on_stable(initial: Fixed1, target: FixedIndex2, share: Fixed2) -> Arr
 
 @entry_kernel
 def ways_out(body: BodyArrays, basin: FixedIndex1, pose: FixedIndex1) -> Index:
-    """Polygon sides (k,) of stable faces that lead out of their pose.
-
-    `basin` (F,): see `EquilibriumArrays`; `pose` (F,): pose of each stable face, -1 for other
-    faces.
-    """
+    """Polygon sides of stable faces out of their pose; `pose` (F,): -1 for faces not stable."""
     face, twin, inset = body.face, body.twin, body.inset
     found = np.empty(twin.shape[0], np.int64)
     count = 0
@@ -111,16 +103,12 @@ def ways_out(body: BodyArrays, basin: FixedIndex1, pose: FixedIndex1) -> Index:
 
 
 @kernel
-def toppling(points: Array, body: BodyArrays, beyond: Index,
-             parent: Index) -> tuple[Index, Array]:
-    """Toppling graph of the quasi-static estimator (section 4.B).
+def toppling(points: Array, body: BodyArrays, beyond: Index, parent: Index) -> tuple[Index, Array]:
+    """Targets and shares of the toppling graph of the quasi-static estimator (section 4.B).
 
-    An unstable face topples over the side pierced by the segment from its centroid to the
-    foot of the centre of mass; where the segment leaves through a corner, both sides there
-    take an even share.
-
-    Returns `target` (F, 2) int: faces that take the part, -1 for none; `share` (F, 2): fractions,
-    summing to 1 for unstable faces and to 0 for stable ones.
+    An unstable face topples over the side pierced by the segment from its centroid to the foot of
+    the centre of mass; where the segment leaves through a corner, both sides there take an even
+    share.
     """
     faces = parent.shape[0]
     target = np.full((faces, 2), -1, np.int64)
@@ -204,11 +192,7 @@ def _inset_of(place: Vec3, normal: Vec3, v: Vec3, w: Vec3) -> float:
 
 @kernel
 def settle(initial: Array, target: Index, share: Array) -> Array:
-    """Carry initial probabilities of all faces down the toppling graph.
-
-    `initial` (F,); `target, share` (F, 2): as from `toppling`. Returns (F,): zero on unstable
-    faces; the sum is that of `initial`.
-    """
+    """Carry initial probabilities (F,) of all faces down the toppling graph."""
     faces = initial.shape[0]
     mass = initial.copy()
     waiting = np.zeros(faces, np.int64)

@@ -15,12 +15,9 @@ def edges_on_surface(vertices: Fixed2, triangles: FixedIndex2, ends: FixedIndex2
                      first: FixedIndex1, order: FixedIndex1, tolerance: float) -> Index:
     """How many ends (E,) of each edge of the hull lie on an edge of the mesh that runs along it.
 
-    An edge of the hull that is an edge of the mesh has two, and so has one that the mesh
-    divides. Over a gap there are none.
-
-    `vertices` (V, 3); `triangles` (T, 3): the mesh; `ends` (E, 2): vertices of the edges; `first`
-    (V + 1,); `order` (2E,): ends by vertex: 2 e + i is end i of edge e, from `first[v]` on those
-    at vertex v; `tolerance`: by how much vertices on an edge may be off its line.
+    An edge of the hull that is an edge of the mesh has two, and so has one that the mesh divides.
+    Over a gap there are none. `order` (2E,): ends by vertex, 2 e + i being end i of edge e, from
+    `first[v]` on those at vertex v.
     """
     seen = np.zeros(order.shape[0], np.bool_)
     for t in range(triangles.shape[0]):
@@ -57,13 +54,10 @@ def outermost_corners(points: Fixed2, first: FixedIndex1, beside: FixedIndex1, a
                       sides: int, tie: float) -> Flags:
     """Which corners (H,) lie farthest out in a direction of a grid over the sphere.
 
-    The rows of the grid are circles of latitude, mirrored at the equator, their directions as
-    far apart as those of a circle of `sides` or half as far; a row has a fraction 2^-k of the
-    directions of the equator.
-
-    `points` (H, 3): corners of a convex hull; `first` (H + 1,); `beside` (2E,): neighbours of each
-    corner: `beside[first[i]:first[i + 1]]`; `axes` (3, 3): the rows span the grid; the last goes
-    through its poles; `tie`: what lies this little behind the farthest counts as well.
+    The rows of the grid are circles of latitude, mirrored at the equator, their directions as far
+    apart as those of a circle of `sides` or half as far. `beside[first[i]:first[i + 1]]`:
+    neighbours of corner i; `axes`: the last goes through the poles; `tie`: what lies this little
+    behind the farthest counts as well.
     """
     found = np.zeros(points.shape[0], np.bool_)
     here = 0
@@ -101,10 +95,7 @@ def _climb(points: Array, first: Index, beside: Index, direction: Vec3, here: in
 @inlined
 def _mark_ties(points: Array, first: Index, beside: Index, direction: Vec3, top: int, tie: float,
                found: Flags) -> None:
-    """Mark the farthest corner, or both ends of an edge that are as far but for `tie`.
-
-    Nothing is marked where a whole face is as far: it says nothing about its corners.
-    """
+    """Mark the farthest corner, or both ends of an edge as far, but no corners of a whole face."""
     least = dot(direction, point_at(points, top)) - tie
     ties, other = 0, top
     for k in range(first[top], first[top + 1]):

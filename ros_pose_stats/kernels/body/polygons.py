@@ -33,11 +33,9 @@ def corner_loops(triangles: Index, region: Index, opposite: Index,
                  points: int) -> tuple[bool, Index, Index, Index]:
     """Walk each region's boundary once and keep its corners.
 
-    `triangles` (M, 3); `region` (M,); `opposite` (3 M,): twin of each half-edge; `points`: number
-    of hull points. Returns `valid`: false where a region is no disc or has fewer than three
-    corners; `face_start` (F + 1,); `first` (N,): first triangle half-edge of each polygon side,
-    counter-clockwise face by face; `side_of` (3 M,): polygon side that a boundary half-edge
-    belongs to, else -1.
+    False where a region is no disc or has fewer than three corners; then where the loop of each
+    face begins, the first half-edge of each polygon side, and the side of each boundary half-edge,
+    -1 of others. `opposite`: twin of each half-edge.
     """
     faces, halves = region.max() + 1, opposite.shape[0]
     if opposite.min() < 0:
@@ -68,12 +66,7 @@ def corner_loops(triangles: Index, region: Index, opposite: Index,
 @kernel
 def _boundaries(triangles: Index, region: Index, opposite: Index,
                 points: int) -> tuple[Flags, Index, Flags, Index]:
-    """Half-edges between two regions.
-
-    Returns `boundary` (3 M,) bool: which they are; `border` (F,): how many each region has;
-    `is_corner` (3 M,) bool: those that start at a corner; `entry` (F,): one such of each region,
-    -1 where it has none.
-    """
+    """Half-edges between regions, how many each has, those from corners, and one such of each."""
     halves, faces = opposite.shape[0], region.max() + 1
     degree, border = np.zeros(points, np.int64), np.zeros(faces, np.int64)
     origin, boundary = np.empty(halves, np.int32), np.empty(halves, np.bool_)
@@ -96,8 +89,7 @@ def _in_standard_order(triangles: Index, face_start: Index, first: Index, side_o
                        points: int) -> tuple[bool, Index, Index, Index]:
     """Begin each loop at its smallest corner and order the loops by their first two corners.
 
-    What comes later then depends on the faces alone, not on how the hull was cut into triangles;
-    a sum over corners rounds differently in another order.
+    What comes later then depends on the faces alone, not on how the hull was cut into triangles.
     """
     faces = face_start.shape[0] - 1
     begin, after = np.empty(faces, np.int64), np.empty(faces, np.int64)
@@ -147,10 +139,7 @@ def _origin(triangles: Index, h: int) -> int:
 
 @kernel
 def planes(points: Array, face_start: Index, corner: Index) -> tuple[Array, Array, Array]:
-    """Outward normal (F, 3), distance from the origin (F,) and area (F,) of each polygon.
-
-    Newell's normal of the corner loop about the mean of its corners.
-    """
+    """Newell's normal (F, 3), distance from the origin (F,) and area (F,) of each polygon."""
     faces = face_start.shape[0] - 1
     normals = np.empty((faces, 3))
     distances = np.empty(faces)
@@ -180,10 +169,7 @@ def planes(points: Array, face_start: Index, corner: Index) -> tuple[Array, Arra
 @kernel
 def pair_sides(face_start: Index, corner: Index, first: Index, side_of: Index,
                opposite: Index) -> tuple[bool, Index, Index]:
-    """Twin of each polygon side and the face that it belongs to.
-
-    Returns `valid`: false where two sides do not run between the same corners; `twin, face` (N,).
-    """
+    """Twin and face of each polygon side; false where two do not run between the same corners."""
     sides = corner.shape[0]
     twin = np.empty(sides, np.int64)
     face = np.empty(sides, np.int64)

@@ -46,11 +46,7 @@ class Runs(NamedTuple):
 
 @entry_kernel
 def circular_runs(points: Fixed2, body: BodyArrays, rounding: float) -> Runs:
-    """Find all chains of edges whose corners lie on one circle.
-
-    `points` (H, 3): hull points relative to the centre of mass, scaled to a radius of 1;
-    `rounding`: by which the coordinates may be off.
-    """
+    """Find all chains of edges whose corners lie on one circle, but for the rounding."""
     follow = _following_sides(body.face_start, body.corner.shape[0])
     onward = _continuations(points, body, follow)
     count = body.corner.shape[0]
@@ -154,8 +150,7 @@ def _scan(points: Array, corner: Index, chain: Index, begin: int, end: int, roun
             while i > begin and _holds(points, corner, i - 1, j, circle_of(
                     points, corner, i - 1, j), rounding):
                 i -= 1
-            runs = _add(points, corner, chain, i, j, circle_of(points, corner, i, j),
-                        found, runs)
+            runs = _add(points, corner, chain, i, j, circle_of(points, corner, i, j), found, runs)
             begin = i = j
         else:
             i += 1
@@ -209,8 +204,7 @@ def _reaches(points: Array, corner: Index, j: int, circle: Circle, rounding: flo
 
 
 @kernel
-def _holds(points: Array, corner: Index, i: int, j: int, circle: Circle,
-           rounding: float) -> bool:
+def _holds(points: Array, corner: Index, i: int, j: int, circle: Circle, rounding: float) -> bool:
     """Whether the corners i to j of a chain and the edges between them are a run."""
     if circle.radius == 0.0 or off_circle(circle, point_at(points, corner[i])) > slack(circle,
                                                                                 rounding):

@@ -85,11 +85,7 @@ def tops(points: Fixed2, downs: Fixed2) -> Array:
 
 @entry_kernel
 def silhouette(points: Fixed2, body: BodyArrays, rotation: Fixed2) -> Array:
-    """Convex outline seen along the plate's normal.
-
-    `points` (H, 3); `rotation` (3, 3): part axes to plate axes. Returns (k, 2): in the unit of the
-    points, counter-clockwise, without collinear points.
-    """
+    """Convex outline (k, 2) along the plate's normal, counter-clockwise."""
     up = point_at(rotation, 2)
     on_outline = np.zeros(points.shape[0], np.bool_)
     for k in range(body.twin.shape[0]):

@@ -28,9 +28,7 @@ CELLS = 2.0
 def corner_crowding(points: Fixed2, body: BodyArrays, reaches: Fixed1) -> Array:
     """Sum over all pairs of corners of both shares times (1 - (distance / reach)^2)^2.
 
-    `points` (H, 3): hull points about the centre of mass, at most 1 away from it; `reaches` (n,):
-    rising, in the points' unit; nothing counts from there on. Returns (n,): from one over the
-    number of corners, if they are equal and far apart, to 1.
+    `reaches` (n,) rise. Returns (n,): from one over the number of equal corners far apart, to 1.
     """
     share = corner_shares(points, body)
     there = np.flatnonzero(share)
@@ -71,11 +69,7 @@ def _add_pairs(found: Array, i: int, begin: int, end: int, share: Array, place: 
 
 @kernel
 def _grid(place: Array, cells: int) -> tuple[Index, Index, Index]:
-    """Sort points by the cells of a grid over [-1, 1]^3.
-
-    Returns `order` (n,); `cell` (n, 3): of the sorted points; `start` (cells^3 + 1,): first sorted
-    point of each cell, which run fastest along z.
-    """
+    """Order, cells and first point of each cell of points in a grid over [-1, 1]^3, z fastest."""
     cell = np.empty(place.shape, np.int64)
     key = np.empty(place.shape[0], np.int64)
     start = np.zeros(cells ** 3 + 1, np.int64)

@@ -87,10 +87,8 @@ def joined_soon(found: Array, tree: MergeTree, wanted: Flags, of: int, rise: flo
                 column: int) -> None:
     """Log of a measure with that of all that joins here or soon after, over the component's own.
 
-    What joins higher up counts the less the higher. Where joins tie, it is the same in any order.
-
-    `found` (S - 1, 3, FEATURES): features; `column` of it is written; `of`: feature that is the
-    logarithm of the measure; `rise`: of the level, in radii, over which a later join is forgotten.
+    What joins higher up counts the less the higher, over the `rise`. Where joins tie, it is the
+    same in any order. `of`: feature that is the logarithm of the measure.
     """
     joins = tree.level.shape[0]
     later = np.zeros(joins)
@@ -150,8 +148,7 @@ def lowest_faces(body: BodyArrays, stable: Index, tree: MergeTree) -> Array:
 class ArcLists(NamedTuple):
     """A linked list of the arcs of each node of the tree that are not all below the level yet.
 
-    Components rise as they join: an arc that is all below the level is so in all that follow,
-    and leaves its list.
+    Components rise as they join: an arc all below the level is so in all that follow.
     """
 
     first: Index  # (2 S - 1,) -1 for an empty list
@@ -164,13 +161,10 @@ class ArcLists(NamedTuple):
 def split_features(points: Fixed2, body: BodyArrays, stable: FixedIndex1, basin: FixedIndex1,
                    tree: MergeTree, wanted: FixedFlags1, areas_r: Fixed2, areas_R: Fixed2,
                    inertia: Fixed2) -> Array:
-    """Features of both components of every split, and of the one that they come from.
+    """Features (S - 1, 3, FEATURES) of the components of every split, the whole last.
 
-    `points, body, stable, basin, tree`: as from `build_body` and `find_equilibria`; `wanted` (S -
-    1,) bool: joins that are splits between poses; `areas_r, areas_R` (S - 1, 2): as from
-    `split_probabilities`, steradians; `inertia` (3, 3): central inertia over the mass and the
-    squared radius. Returns (S - 1, 3, FEATURES): at the level of the join, in the order of
-    `tree.child`, the whole last; 0 where not wanted.
+    `wanted`: joins that are splits between poses, the others have 0; `areas_r, areas_R`: as from
+    `split_probabilities`; `inertia`: over the mass and the squared radius.
     """
     joins = tree.level.shape[0]
     found = np.zeros((joins, 3, FEATURES))
@@ -222,8 +216,7 @@ def _lists(body: BodyArrays, tree: MergeTree, wanted: Flags, arcs: Arcs) -> ArcL
 
 
 @inlined
-def _list_arcs(lists: ArcLists, node: int, body: BodyArrays, tree: MergeTree,
-               arcs: Arcs) -> None:
+def _list_arcs(lists: ArcLists, node: int, body: BodyArrays, tree: MergeTree, arcs: Arcs) -> None:
     """Put the arcs of all faces of a node into its list."""
     begin, end = faces_of(tree, node)
     for i in range(begin, end):
@@ -241,10 +234,7 @@ def _list_arcs(lists: ArcLists, node: int, body: BodyArrays, tree: MergeTree,
 @inlined
 def _turns_above(lists: ArcLists, node: int, level: float, points: Array, body: BodyArrays,
                  arcs: Arcs, inertia: Array, inverse: Array) -> tuple[float, float]:
-    """Turns over the angles and the lengths of what the level has reached of the listed arcs.
-
-    Those that it has passed leave the list.
-    """
+    """Turns over angles and lengths of what the level has reached of the arcs, passed ones out."""
     swept = rolled = 0.0
     before, k = -1, lists.first[node]
     while k >= 0:

@@ -27,11 +27,9 @@ REGION = 7
 @entry_kernel
 def regions_and_corners(points: Fixed2, triangles: FixedIndex2,
                         tolerance: float) -> tuple[Array, Index]:
-    """Planar regions of a closed surface and the vertices where at least three of them meet.
+    """Planar regions (G, 7), largest first, and the vertices where at least three of them meet.
 
-    `points` (V, 3); `triangles` (T, 3); `tolerance`: coplanarity, in the unit of the points.
-    Returns `regions` (G, 7): centroid, normal times size and size (square root of the area),
-    largest first. Regions without area are left out; `corners` (C,): numbers of vertices.
+    Centroid, normal times size and size (square root of the area); none without area.
     """
     region = planar_regions(points, triangles, neighbours(triangles), tolerance)
     sums = _sums(points, triangles, region)
@@ -122,11 +120,10 @@ FLOWS = 3    # 3 ... 6: of A² (n·u) (c·u)^k for k = 0, 1, 2, 3
 
 @entry_kernel
 def moments_along(regions: Fixed2, directions: Fixed2) -> Array:
-    """Moments of regions along directions, the same for a turned surface and direction.
+    """Moments (S, 7) of regions along directions, the same for a turned surface and direction.
 
-    `regions` (G, 7): centroid c, normal n times size and size (square root of the area A);
-    `directions` (S, 3): unit vectors u. Returns (S, 7): sums over the regions of A (c·u)^k for k =
-    2, 3, 4, and of A² (n·u) (c·u)^k for k = 0, 1, 2, 3.
+    Sums over the regions, of centroid c, normal n and area A, of A (c·u)^k for k = 2, 3, 4, and of
+    A² (n·u) (c·u)^k for k = 0, 1, 2, 3.
     """
     areas, flows = np.zeros(35), np.zeros((3, 20))
     terms = np.empty(35)

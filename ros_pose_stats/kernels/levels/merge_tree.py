@@ -86,8 +86,7 @@ def _shallow_first(body: BodyArrays, basin: Index, sides: Index, levels: Array, 
                    bottom: Array, order: Index, begin: int) -> int:
     """Put the borders that tie with the one at `begin` in order; return where the tie ends.
 
-    Shallow regions join each other before a deep one takes them in, so that rounding does
-    not decide which of them can be one pose.
+    Shallow regions join each other first: rounding must not decide which of them is one pose.
     """
     end = begin + 1
     while end < order.shape[0] and levels[order[end]] - levels[order[begin]] <= SAME_LEVEL:
@@ -162,15 +161,11 @@ def _gather_faces(basin: Index, leaf_order: Index) -> tuple[Index, Index]:
 @entry_kernel
 def gather_poses(body: BodyArrays, basin: FixedIndex1, height: Fixed1, rank: FixedIndex1,
                  run: FixedIndex1, tolerance: float, of_run: float) -> tuple[Index, Array]:
-    """Gather stable faces into poses.
+    """Stable face that stands for the pose of each (S,), and the levels (S,) of their ways out.
 
-    `basin` (F,) int: stable face that each face descends to; `height` (S,): of the centre of mass
-    on the stable faces; `rank` (S,) int: a permutation: which face stands for a pose that holds
-    several, the smallest first; `run` (S,) int: round or toothed surface that the stable faces
-    belong to, -1 for none; `tolerance`: least rise out of a pose over its height; 0 gathers
-    nothing; `of_run`: the same between neighbours on one round or toothed surface. Returns
-    `eldest` (S,) int: stable face that stands for the pose of each; `way_out` (S,): level of the
-    lowest saddle out of the pose that each stands for; infinite for others, and for a single pose.
+    `rank`: which face stands for several, the smallest first; `run`: round or toothed surface of
+    each face, -1 for none; `tolerance`: least rise out of a pose over its height; `of_run`: the
+    same between neighbours on one such surface.
     """
     faces = height.shape[0]
     sides, levels = borders(body, basin)
@@ -241,11 +236,7 @@ def _lower_across_first(body: BodyArrays, basin: Index, rank: Index, component: 
 
 @entry_kernel
 def part_poses(tree: MergeTree, pose: FixedIndex1) -> tuple[Index, Flags]:
-    """Find where the merge tree parts poses from each other.
-
-    `pose` (S,) int: pose of each leaf. Returns `held` (2 S - 1,) int: the pose that a node belongs
-    to, if all its leaves do; else -1; `split` (S - 1,) bool: joins that hold several poses.
-    """
+    """Pose that each node of the merge tree has all to itself, else -1, and joins with several."""
     leaves = pose.shape[0]
     held = np.full(2 * leaves - 1, -1)
     held[:leaves] = pose

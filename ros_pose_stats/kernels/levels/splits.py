@@ -19,10 +19,7 @@ from .right_triangles import RightTriangles, bend_R, bend_r, measure_triangles
 @kernel
 def faces_below(faces: Index, begin: int, end: int, body: BodyArrays, triangles: RightTriangles,
                 level: float, of_R: bool) -> float:
-    """Centroid solid angle of the reachable set on the faces `faces[begin:end]`.
-
-    That of {r < level} on the faces, or of {R < level} next to their normals.
-    """
+    """Centroid solid angle of {r < level} on faces, or of {R < level} next to their normals."""
     face_start = body.face_start
     enters, fills, full = triangles.enters, triangles.fills, triangles.full
     total = 0.0
@@ -39,8 +36,7 @@ def faces_below(faces: Index, begin: int, end: int, body: BodyArrays, triangles:
 
 
 @inlined
-def _add_side(total: float, triangles: RightTriangles, k: int, level: float,
-              of_R: bool) -> float:
+def _add_side(total: float, triangles: RightTriangles, k: int, level: float, of_R: bool) -> float:
     """Add the shares of both triangles of a polygon side, stage by stage."""
     turn, leg, foot = triangles.turn, triangles.leg, triangles.foot
     bends = 0.0
@@ -64,10 +60,7 @@ def _add_side(total: float, triangles: RightTriangles, k: int, level: float,
 
 @entry_kernel
 def areas_below(body: BodyArrays, level: float, of_R: bool) -> Array:
-    """Centroid solid angle of the reachable set on each face, steradians.
-
-    Returns (F,): of {r < level} on the face, or of {R < level} next to its normal.
-    """
+    """Centroid solid angle (F,) of {r < level} on faces, or {R < level} next to their normals."""
     triangles = measure_triangles(body, np.array([level]), of_R)
     faces = np.arange(body.distance.shape[0])
     angles = np.empty(faces.shape[0])
@@ -79,13 +72,10 @@ def areas_below(body: BodyArrays, level: float, of_R: bool) -> Array:
 @entry_kernel
 def split_probabilities(body: BodyArrays, tree: MergeTree, wanted: FixedFlags1,
                         of_R: bool) -> tuple[Array, Array]:
-    """Solid angles of the components at each split, and the probabilities that follow.
+    """Solid angles of the components just before each join, and the probabilities that follow.
 
-    `wanted` (S - 1,) bool: joins to measure. A join may only be left out together with all joins
-    below it: its node is then a leaf; `of_R`: whether the reachable set is that of R (Eq. 7) or of
-    r. Returns `areas` (S - 1, 2): steradians just before each join, in the order of `tree.child`;
-    0 where not wanted; `probability` (2 S - 1,): of reaching each node of the tree (Eq. 8); 0
-    below unwanted joins.
+    `wanted`: joins to measure; one may only be left out with all below it. Returns `areas` (S - 1,
+    2), and `probability` (2 S - 1,) of reaching each node (Eq. 8).
     """
     joins = tree.level.shape[0]
     areas = np.zeros((joins, 2))
@@ -114,13 +104,10 @@ def split_probabilities(body: BodyArrays, tree: MergeTree, wanted: FixedFlags1,
 def descend_splits(weight: Fixed2, kept: Fixed2, tree: MergeTree, wanted: FixedFlags1) -> Array:
     """Probability (2 S - 1,) of reaching each node from the weights of the components.
 
-    A component's weight grows with the level: `weight` is its logarithm where the component
-    splits off. Where two join, their weights add, and go on growing as the logarithm does from
-    there on. So poses whose splits tie come out the same in any order of the splits.
-
-    `weight` (S - 1, 3): for both children and the whole at each join; `kept` (S - 1, 2): how much
-    of the difference between the sum of weights and the whole's own one a child keeps that was put
-    together below, 0 to 1.
+    A component's weight grows with the level: `weight` is its logarithm where the component splits
+    off. Where two join, their weights add, and go on growing as the logarithm does from there on.
+    So poses whose splits tie come out the same in any order of the splits. `kept`: how much of the
+    difference between the sum of weights and the whole's own one a child keeps.
     """
     joins = tree.level.shape[0]
     grown = np.zeros(2 * joins + 1)

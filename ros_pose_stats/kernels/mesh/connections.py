@@ -21,13 +21,7 @@ FEW = 48
 
 @entry_kernel
 def grouped_edges(triangles: FixedIndex2) -> tuple[Index, Flags, Index, Index]:
-    """Directed edges by rising numbers of their lower, then of their higher vertex.
-
-    Takes `triangles` (T, 3). Returns `triangle` (3T,): owner of each directed edge, sorted by
-    undirected edge; `forward` (3T,) bool: whether it runs from the lower to the higher vertex;
-    `start, uses` (E,): where each undirected edge begins in the two arrays above, and how many it
-    has there.
-    """
+    """Directed edges by their lower, then their higher vertex: see `mesh.winding.Edges`."""
     entries, stop = _sorted_edges(triangles)
     count = entries.shape[0]
     triangle, forward = np.empty(count, np.int64), np.empty(count, np.bool_)
@@ -47,12 +41,10 @@ def grouped_edges(triangles: FixedIndex2) -> tuple[Index, Flags, Index, Index]:
 
 @kernel
 def _sorted_edges(triangles: Index) -> tuple[Index, Index]:
-    """Sort directed edges by their lower, then by their higher vertex.
+    """Directed edges (3T, 2) by their lower, then by their higher vertex; where each lower ends.
 
-    Vertex numbers are small integers: counting puts the edges in order by the lower vertex.
-    Few share it as a rule, so these are put in order by the higher one one by one.
-
-    Returns `entries` (3T, 2); `stop` (V,): where the edges with each lower vertex end.
+    Counting puts the edges in order by the lower vertex. Few share it as a rule, so these are put
+    in order by the higher one one by one.
     """
     vertices = 0
     for t in range(triangles.shape[0]):
@@ -109,10 +101,7 @@ def _sort_few(entries: Index, begin: int, end: int) -> None:
 @entry_kernel
 def linked_triangles(triangle: FixedIndex1, forward: FixedFlags1, start: FixedIndex1,
                      uses: FixedIndex1) -> tuple[Index, Flags]:
-    """Triangle pairs (k, 2) across edges of exactly two, and whether their windings agree.
-
-    Parameters are as `grouped_edges` returns them.
-    """
+    """Triangle pairs (k, 2) across edges of exactly two, and whether their windings agree."""
     pairs, agree = np.empty((start.shape[0], 2), np.int64), np.empty(start.shape[0], np.bool_)
     found = 0
     for e in range(start.shape[0]):
@@ -164,11 +153,7 @@ def join(link: Index, a: int, b: int) -> None:
 
 @entry_kernel
 def component_labels(count: int, pairs: FixedIndex2) -> Index:
-    """Component label of each node.
-
-    `pairs` (k, 2): linked nodes, in any order, repeated or not. Returns (count,): labels 0, 1, ...
-    without gaps, in the order of the components' lowest nodes.
-    """
+    """Component label (count,) of each node: 0, 1, ... by the components' lowest nodes."""
     link = np.arange(count)
     for k in range(pairs.shape[0]):
         join(link, pairs[k, 0], pairs[k, 1])

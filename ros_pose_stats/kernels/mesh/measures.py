@@ -48,9 +48,8 @@ def tetrahedra(points: Fixed2, triangles: FixedIndex2) -> Array:
 def solid_moments(points: Fixed2, triangles: FixedIndex2) -> Array:
     """Integrals of 1, x, y, z, xx, yy, zz, xy, xz and yz over the inside of a closed surface.
 
-    `points` (V, 3): of size one, about the middle; `triangles` (T, 3): wound outward; what inward
-    ones enclose counts negative. Returns (10,): the sums over the tetrahedra are compensated
-    (Neumaier 1974): their errors do not grow with the number of triangles.
+    The sums over the tetrahedra are compensated (Neumaier 1974): their errors do not grow with the
+    number of triangles.
     """
     total, lost, term = np.zeros(MOMENTS), np.zeros(MOMENTS), np.empty(MOMENTS)
     for t in range(triangles.shape[0]):
@@ -116,10 +115,7 @@ def largest_used_extent(points: Fixed2, triangles: FixedCorners2) -> float:
 
 @entry_kernel
 def boxes_around(low: Fixed2, high: Fixed2, inner: int, slack: float) -> Index:
-    """Boxes (k,), among those numbered below `inner`, that box `inner` lies in.
-
-    `low, high` (B, 3): corners of the boxes; `slack`: by how much it may stick out.
-    """
+    """Boxes numbered below `inner` that box `inner` lies in, but for the slack."""
     x, y, z = low[inner, 0] + slack, low[inner, 1] + slack, low[inner, 2] + slack
     u, v, w = high[inner, 0] - slack, high[inner, 1] - slack, high[inner, 2] - slack
     found = np.empty(inner, np.int64)
@@ -136,10 +132,8 @@ def boxes_around(low: Fixed2, high: Fixed2, inner: int, slack: float) -> Index:
 def thinness(points: Fixed2, low: Fixed1, high: Fixed1) -> float:
     """Smallest extent of points over the length of their longest line; 0 for flat points.
 
-    The thickness is measured across the plane of the longest line and the point farthest
-    from it, so that it does not depend on how the points lie in their frame.
-
-    `points` (N, 3): not all equal; `low, high` (3,): their bounds.
+    The thickness is measured across the plane of the longest line and the point farthest from it,
+    so that it does not depend on how the points lie in their frame.
     """
     axis = 0
     for c in range(1, 3):

@@ -66,12 +66,7 @@ def insert(head: Slots, chain: Slots, i: int, cube: Cube) -> None:
 
 @entry_kernel
 def first_of_coincident(points: Fixed2, low: Fixed1, tolerance: float) -> tuple[bool, Index]:
-    """For each point the lowest number among those that it coincides with.
-
-    `points` (V, 3); `low` (3,): their lowest coordinates; `tolerance`: points that are no farther
-    apart coincide, and those that a chain of such links. Returns `any`: whether two points
-    coincide; `first` (V,).
-    """
+    """Whether points coincide, and for each the lowest number of those it coincides with."""
     count = points.shape[0]
     head, chain = np.full(slots_for(count), -1, np.int32), np.empty(count, np.int32)
     first = np.arange(count)
@@ -140,17 +135,12 @@ def feature_grid(rows: Fixed2, reach: float) -> FeatureGrid:
     # From the last, so that chains run from the first.
     for i in range(count - 1, -1, -1):
         insert(head, chain, i, cube_at(point_at(rows, i), 0.0, Vec3(0.0, 0.0, 0.0), width))
-    return FeatureGrid(rows, head, chain, reach, np.zeros(count, np.int64),
-                       np.zeros(1, np.int64))
+    return FeatureGrid(rows, head, chain, reach, np.zeros(count, np.int64), np.zeros(1, np.int64))
 
 
 @entry_kernel
 def first_unmatched(grid: FeatureGrid, rotation: Fixed2, chosen: FixedIndex1) -> int:
-    """First of the chosen features with no feature of its own where the rotation puts it.
-
-    `rotation` (3, 3); `chosen` (M,): numbers of features; an empty array chooses all. Returns
-    number of a feature; -1 when all find one.
-    """
+    """First of the chosen features with no feature of its own where it is turned to, or -1."""
     rows, head, chain, taken = grid.rows, grid.head, grid.chain, grid.taken
     grid.trials[0] += 1
     trial = grid.trials[0]
