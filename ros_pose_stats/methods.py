@@ -1,6 +1,6 @@
 """The methods: what each is called, what decides in it, and what it needs.
 
-Commands, their helps and the node take the names from here, and `estimators.registry` finds the
+Commands, their helps and the node take the names from here, and `estimators` finds the
 functions. This module imports nothing heavy, so that helps are quick.
 """
 

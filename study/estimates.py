@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.estimators.registry import ESTIMATORS
+from ros_pose_stats.estimators import ESTIMATORS
 from ros_pose_stats.records import DropScene
 from ros_pose_stats.resting.poses import RestingPoses
 

@@ -62,7 +62,7 @@ MUTATIONS: Final = (
              "in_metal = around > 0 and outward[around]",
              ("tests/truth/mesh/test_shells.py",)),
     Mutation("resting", "a swapped comparison: the high members of a pose count as the low ones",
-             "ros_pose_stats/resting/clusters.py",
+             "ros_pose_stats/resting/equilibria.py",
              "near = found.heights < (1.0 + tolerance)",
              "near = found.heights > (1.0 + tolerance)",
              ("tests/truth/poses/test_persistence.py",)),

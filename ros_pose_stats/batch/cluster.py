@@ -16,7 +16,7 @@ from distributed.scheduler import KilledWorker
 
 from ..errors import BatchError, reason
 from ..version import VERSION
-from .in_flight import POLL_SECONDS, Made, Piece, in_flight
+from .processes import POLL_SECONDS, Made, Piece, in_flight
 
 WORKER_SECONDS = 60.0  # time that a run waits while there is no worker at all
 LOOK_SECONDS = 1.0  # time between two checks for workers

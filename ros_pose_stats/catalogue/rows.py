@@ -15,7 +15,7 @@ from ..planning import auto, confidence
 from ..plots.poses import pose_thumbnail
 from ..records import Array, Part, PoseStatistics, statistics
 from ..resting.poses import poses_in
-from ..statistics import feeding, pose_groups, pose_shares
+from ..statistics import feeding, pose_groups
 from ..text import code_of
 from .request import CatalogueRequest
 
@@ -104,7 +104,7 @@ def _row(part: Part, found: PoseStatistics, groups: Sequence[pose_groups.PoseGro
     length, width = footprint(best.first.outline)
     passes = UNKNOWN
     if not math.isnan(best.probability):
-        passes = feeding.drop_afresh(pose_shares.pose_shares(found), best.indices).passes
+        passes = feeding.drop_afresh(pose_groups.pose_shares(found), best.indices).passes
     return {
         "part_digest": part.digest, "triangles": len(part.triangles), "size_x_m": size[0],
         "size_y_m": size[1], "size_z_m": size[2], "stable_poses": len(found.poses),

@@ -47,8 +47,8 @@ def run(options: argparse.Namespace) -> int:
     if options.method in BESIDE_DROPS:
         return _estimate_with_drops(options)
     with running.announce_slow_start():
+        from ..estimators import ESTIMATORS
         from ..estimators.estimate import estimate_in
-        from ..estimators.registry import ESTIMATORS
 
         _check_drops(options)
         part, scene = given.load_named_part(options), given.scene_of(options)

@@ -18,7 +18,7 @@ from ..estimators import estimate_in
 from ..methods import AUTO
 from ..records import DropScene, Part, scene as scenes
 from ..simulation.request import drop_request
-from ..statistics import feeding, paired_counts, pose_groups, pose_shares
+from ..statistics import feeding, paired_counts, pose_groups
 from ..tolerances import number_equal
 from ..version import VERSION
 from . import alike, changes, describe, shares
@@ -181,7 +181,7 @@ def sensitivity(part: Part, wanted: Sequence[int], *, step: float | None = None,
     effects = _effects(space, model, reach, asked.workers,
                        lambda share: on_progress(0.5 * share), should_stop)
     found = Sensitivity(space, model.wanted, model.scene, estimated.method, feeding.drop_afresh(
-        pose_shares.pose_shares(estimated), model.wanted).accepted, reach, effects, asked.drops,
+        pose_groups.pose_shares(estimated), model.wanted).accepted, reach, effects, asked.drops,
         asked.seed, 0.0, (*estimated.warnings,
                           *pose_groups.warn_of_alike(estimated, model.wanted)))
     best, known = found.best[:checks], {}

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..estimators import expected, registry
+from ..estimators import ESTIMATORS, expected
 from ..records import DropScene, Index, Mask
 from ..resting.poses import RestingPoses, bare_poses
 from ..statistics import errors, feeding
@@ -30,12 +30,12 @@ class WantedShare:
                  scene: DropScene) -> None:
         resting, body = space.resting, space.body
         self.scene = replace(scene, drop_height=scene.release_height(body.radius))
-        self._function = registry.ESTIMATORS[expected.best_method(scene.restitution)].function
+        self._function = ESTIMATORS[expected.best_method(scene.restitution)].function
         self.kept: Mask = feeding.check_wanted(wanted, len(resting.poses))
         found = resting.equilibria
         # of each face (F,): the pose that it descends to, and whether that pose rests on it;
         # facets that the part rolls on are one with the stable ones among them
-        self._pose: Index = resting.clusters.pose[found.rank[found.arrays.basin]]
+        self._pose: Index = resting.pose_of_face
         strip = body.run_of_face
         self._rests = np.isin(strip, np.setdiff1d(strip[found.faces], [-1]))
         self._rests[found.faces] = True

@@ -1,7 +1,6 @@
 """Estimators of pose statistics (section 4 of the paper, and `split`), and their registry."""
 
-from .estimate import estimate_all, estimate_in
+from .estimate import ESTIMATORS, Estimator, estimate_all, estimate_in, estimator
 from .expected import best_method
-from .registry import ESTIMATORS, Estimator, estimator
 
 __all__ = ["ESTIMATORS", "Estimator", "best_method", "estimate_all", "estimate_in", "estimator"]

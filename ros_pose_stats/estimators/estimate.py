@@ -1,20 +1,49 @@
-"""From a part to its pose statistics by an estimator."""
+"""From a part to its pose statistics by an estimator, of those whose rows `methods` has."""
 
 import math
 import time
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from importlib import import_module
 
-from ..methods import AUTO
-from ..records import DropScene, Part, PoseStatistics, scene as scenes, statistics
+from .. import errors, methods
+from ..records import Array, DropScene, Part, PoseStatistics, scene as scenes, statistics
 from ..resting import poses, trust
 from .expected import ExpectedError, best_method, expected_error, explain_best
-from .registry import ESTIMATORS, Estimator, estimator
 
 
-def estimate_in(part: Part, scene: DropScene, method: str = AUTO) -> PoseStatistics:
+@dataclass(frozen=True)
+class Estimator(methods.Method):
+    """A method with its function."""
+
+    # from `RestingPoses` and `DropScene` to probabilities (P,), in the order of `index`, summing
+    # to 1
+    function: Callable[[poses.RestingPoses, DropScene], Array] = field(kw_only=True)
+
+
+def bind_function(method: methods.Method) -> Estimator:
+    """Join a row and the function of its name, which then takes poses and scene in any case."""
+    function = getattr(import_module(f".{method.module}", __package__), method.name)
+    return Estimator(**vars(method), function=function if method.knows_scene
+                     else lambda resting, _: function(resting))
+
+
+ESTIMATORS = {method.name: bind_function(method) for method in methods.METHODS if method.module}
+
+
+def estimator(name: str) -> Estimator:
+    """Look an estimator up."""
+    try:
+        return ESTIMATORS[name]
+    except KeyError:
+        raise errors.RequestError(f"a method out of {', '.join(methods.AT_ONCE)}", f"{name!r}",
+                                  "see `ros_pose_stats estimate --help`") from None
+
+
+def estimate_in(part: Part, scene: DropScene, method: str = methods.AUTO) -> PoseStatistics:
     """Estimate by an estimator's name, or `auto` for the one that errs least, without drops."""
     begin = time.perf_counter()
-    chosen = estimator(best_method(scene.restitution) if method == AUTO else method)
+    chosen = estimator(best_method(scene.restitution) if method == methods.AUTO else method)
     resting = poses.poses_in(part, scene)
     remarks = trust.pose_remarks(resting)
     probability = chosen.function(resting, scene)
@@ -24,7 +53,7 @@ def estimate_in(part: Part, scene: DropScene, method: str = AUTO) -> PoseStatist
         knows_scene=chosen.knows_scene, seconds=time.perf_counter() - begin,
         warnings=(*remarks.warnings, *_warnings(resting, chosen, scene, expected)),
         notes=remarks.notes)
-    return replace(found, choice=explain_best(chosen.name)) if method == AUTO else found
+    return replace(found, choice=explain_best(chosen.name)) if method == methods.AUTO else found
 
 
 def estimate_all(part: Part, *, restitution: float = scenes.DEFAULT_RESTITUTION,

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..records import Array, DropScene, scene as scenes
 from ..resting.poses import RestingPoses
@@ -30,7 +29,7 @@ class TanhNetwork(NamedTuple):
     hidden_bias: Array  # (n,)
     output_weights: Array
 
-    def __call__(self, inputs: NDArray[np.floating]) -> Array:
+    def __call__(self, inputs: Array) -> Array:
         """Values (...) for inputs (..., K)."""
         hidden = np.tanh(inputs @ self.hidden_weights + self.hidden_bias)
         return np.asarray(self.bias + inputs @ self.skip + hidden @ self.output_weights,

@@ -11,7 +11,6 @@ fitted to drop simulations of many kinds of bodies (`fitted`).
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..kernels.features.split_features import DEPTH, LEVEL, LOG_AREA, LOG_HELD, LOWEST
 from ..kernels.levels.splits import descend_splits
@@ -80,7 +79,7 @@ def kept_shares(resting: RestingPoses) -> Array:
     return kept
 
 
-def component_weights(rows: NDArray[np.floating],
+def component_weights(rows: Array,
                       fits: Sequence[fitted.SplitFit] = fitted.SPLIT_FITS) -> Array:
     """Logarithm (n,) of the weights of components from their inputs (n, 26)."""
     left, held = component_bases(rows)
@@ -88,7 +87,7 @@ def component_weights(rows: NDArray[np.floating],
     return np.asarray(sum(told) / len(fits))
 
 
-def component_bases(rows: NDArray[np.floating]) -> tuple[Array, Array]:
+def component_bases(rows: Array) -> tuple[Array, Array]:
     """Logarithms (n,) of the area and of the angle that holds, which vanishes with the depth."""
     depth = np.maximum(rows[:, DEPTH], SHALLOWEST)
     holding = rows[:, LOG_HELD] + np.log(depth / (depth + HOLDING))

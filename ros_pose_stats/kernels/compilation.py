@@ -124,7 +124,7 @@ def entry_kernel(function: Function) -> Function:
         return function
     made = EntryKernel(function)
     _entry_kernels.append(made)
-    return made  # type: ignore[return-value]
+    return made
 
 
 def all_kernels() -> list[EntryKernel]:

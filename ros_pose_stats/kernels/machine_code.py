@@ -31,21 +31,12 @@ if "numba" not in sys.modules:
 import llvmlite
 import llvmlite.binding as llvm
 import numba
-from numba.core import (
-    codegen,
-    compiler,
-    config as _config,
-    cpu,
-    dispatcher,
-    registry,
-    serialize,
-    target_extension,
-)
 from numba.core.runtime import rtsys
 
 from ..files import write_file
 
-config: Any = _config  # its names are made at import and unknown to type checkers
+core: Any = numba.core
+config: Any = core.config  # its names are made at import and unknown to type checkers
 
 NAME = "ros_pose_stats"
 
@@ -74,7 +65,7 @@ def _baseline_of_this_machine() -> str:
     return "x86-64-v3" if all(has.get(name) for name in V3) else "x86-64"
 
 
-class KernelLibrary(codegen.JITCodeLibrary):
+class KernelLibrary(core.codegen.JITCodeLibrary):
     """Code of one function and all that it calls, optimised and emitted once it is to run.
 
     `_final_module` is that code, and `_ensure_finalized` and `_get_module_for_linking` close it.
@@ -132,7 +123,7 @@ def _defines(module: Any, name: str) -> bool:
         return False
 
 
-class KernelCodegen(codegen.JITCPUCodegen):
+class KernelCodegen(core.codegen.JITCPUCodegen):
     """Compiles for the baseline."""
 
     _library_class = KernelLibrary  # what it makes for each function
@@ -154,7 +145,7 @@ class KernelCodegen(codegen.JITCPUCodegen):
             super().set_env(env_name, env)
 
 
-class KernelContext(cpu.CPUContext):
+class KernelContext(core.cpu.CPUContext):
     """Lowers kernels."""
 
     def init(self) -> None:
@@ -163,7 +154,7 @@ class KernelContext(cpu.CPUContext):
         self._internal_codegen = KernelCodegen("ros_pose_stats.kernels")
 
 
-class KernelTarget(registry.CPUTarget):
+class KernelTarget(core.registry.CPUTarget):
     """The kernels' own target beside numba's `cpu`, which other users keep as it is."""
 
     @cached_property
@@ -172,18 +163,18 @@ class KernelTarget(registry.CPUTarget):
         return KernelContext(self.typing_context, NAME)
 
 
-class KernelDispatcher(dispatcher.Dispatcher):
+class KernelDispatcher(core.dispatcher.Dispatcher):
     """A function compiled for that target."""
 
     targetdescr = KernelTarget(NAME)
 
     def compile(self, sig: Any) -> Any:
         """Compile for a signature, or load what has been compiled for it."""
-        with target_extension.target_override(NAME):
+        with core.target_extension.target_override(NAME):
             return super().compile(sig)
 
 
-class Kernels(target_extension.CPU):
+class Kernels(core.target_extension.CPU):
     """Mark of that target."""
 
 
@@ -195,9 +186,9 @@ def _compile_overload(function: Any = None, **options: Any) -> Any:
         "nopython": True, "boundscheck": None, "no_cfunc_wrapper": True, **options})
 
 
-target_extension.target_registry[NAME] = Kernels
-target_extension.dispatcher_registry[Kernels] = KernelDispatcher
-target_extension.jit_registry[Kernels] = _compile_overload
+core.target_extension.target_registry[NAME] = Kernels
+core.target_extension.dispatcher_registry[Kernels] = KernelDispatcher
+core.target_extension.jit_registry[Kernels] = _compile_overload
 
 
 def source_digest() -> str:
@@ -278,7 +269,7 @@ class KernelFile:
             fill, KernelFile.fill_store = KernelFile.fill_store, None
             fill()
             stored = self.read()
-        return None if stored is None else compiler.CompileResult._rebuild(context, *stored)
+        return None if stored is None else core.compiler.CompileResult._rebuild(context, *stored)
 
     def save_overload(self, _: Any, compiled: Any) -> None:
         """Keep a compiled kernel."""
@@ -288,7 +279,7 @@ class KernelFile:
         # the modules that they are from, half of numba and scipy.
         *pieces, _ = compiled._reduce()
         try:
-            content = serialize.dumps((*pieces, ()))
+            content = core.serialize.dumps((*pieces, ()))
             write_file(self.file, hashlib.sha256(content).digest() + content)
         except OSError as error:
             self._warn("written", error)

@@ -1,11 +1,11 @@
 """A part's surface in fewer triangles, for pictures."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..records import Array, Part
+from ..records import Part
+from ..records.arrays import Array, Corners
 
-Index = NDArray[np.integer]
+Corners = Corners
 FINEST = 20_000  # triangles that a picture of some hundred pixels shows as well as the whole mesh
 
 TOLERANCES = 2.0 ** np.arange(-13.0, -0.75, 0.25)
@@ -33,21 +33,21 @@ def _is_open(part: Part) -> bool:
     return any(warning.startswith("OPEN_MESH:") for warning in part.warnings)
 
 
-def _drawn_surface(part: Part) -> tuple[Array, Index]:
+def _drawn_surface(part: Part) -> tuple[Array, Corners]:
     if not _is_open(part):
         return part.surface_vertices, part.surface_triangles
     a, b, c = part.triangles.T
     return part.vertices, part.triangles[(a != b) & (b != c) & (c != a)]
 
 
-def _fewer_triangles(part: Part, most: int) -> tuple[Array, Index]:
+def _fewer_triangles(part: Part, most: int) -> tuple[Array, Corners]:
     surface = _drawn_surface(part)
     if most < FINEST < len(surface[1]):  # a large mesh is gone through once, for all sizes
         surface = part.prepare(_fewer_triangles, FINEST)
     return decimate(*surface, most)
 
 
-def decimate(vertices: Array, triangles: Index, most: int) -> tuple[Array, Index]:
+def decimate(vertices: Array, triangles: Corners, most: int) -> tuple[Array, Corners]:
     """Collapse edges within growing tolerances, then keep the largest: `most` triangles."""
     from manifold3d import Manifold, Mesh64  # loaded for pictures alone
 
@@ -73,7 +73,7 @@ def decimate(vertices: Array, triangles: Index, most: int) -> tuple[Array, Index
     return vertices, triangles[np.sort(np.argsort(-areas, kind="stable")[:most])]
 
 
-def _cone(triangles: Index, apex: int) -> Index:
+def _cone(triangles: Corners, apex: int) -> Corners:
     """Triangles (r, 3) from all rims of a mesh to an apex, to close it as the modeller demands."""
     ends = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     ends = ends.astype(np.int64)

@@ -15,11 +15,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import MeshFileError
 from ..files import NotAFileError, read_file
-from ..records import Array, Index
+from ..records.arrays import Array, Corners, Index
 from . import step, units, vectors
 
 if TYPE_CHECKING:
@@ -229,7 +228,7 @@ def read_bytes(path: Path) -> bytes:
     return data
 
 
-def stl_bytes(vertices: Array, triangles: NDArray[np.integer]) -> bytes:
+def stl_bytes(vertices: Array, triangles: Corners) -> bytes:
     """Binary STL of a surface: vertices (V, 3) as they are, in float32, and triangles (T, 3)."""
     from trimesh import Trimesh
     from trimesh.exchange.stl import export_stl

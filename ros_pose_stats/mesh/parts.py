@@ -7,11 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import MassPropertiesError, MeshError, RequestError
+from .. import errors, tolerances
 from ..kernels.mesh.measures import bounds
 from ..kernels.principal_axes import principal_axes
 from ..records import Array, Part
-from ..tolerances import ON_HULL, TRIANGLE_INEQUALITY
 from . import arrays, files, mass_properties, units, vectors
 from .hull import Hull, hull_of_part, keep_hull
 from .surface import Surface, beyond_hull, surface_of
@@ -103,12 +102,13 @@ def part_from_mesh(vertices: ArrayLike | Any, triangles: ArrayLike | None = None
         If `unit` is not a unit, or `part_id` no text.
     """
     if not isinstance(part_id, str):
-        raise RequestError("text for part_id", f"{part_id!r}", "leave it out for a name by digest")
+        raise errors.RequestError("text for part_id", f"{part_id!r}",
+                                  "leave it out for a name by digest")
     if triangles is None:
         mesh: Any = vertices
         if not hasattr(mesh, "faces"):
-            raise MeshError("vertices and triangles, or a trimesh.Trimesh",
-                            f"{type(mesh).__name__} alone", "give the triangles too")
+            raise errors.MeshError("vertices and triangles, or a trimesh.Trimesh",
+                                   f"{type(mesh).__name__} alone", "give the triangles too")
         vertices, triangles = mesh.vertices, mesh.faces
     given = mass_properties.check_given(center_of_mass, mass, inertia, density)
     return _part(vertices, triangles, units.metres_per_unit(unit), given, part_id, "given")
@@ -139,9 +139,9 @@ def _mass_properties(given: mass_properties.GivenProperties, surface: Surface
     center, kilograms = surface.solid.centroid, 1.0 if given.mass is None else given.mass
     if given.density is not None:
         if surface.from_hull:
-            raise MassPropertiesError("a closed mesh where a density is given",
-                                      "one whose volume is not known, as it is open",
-                                      "give the mass instead, or export the mesh closed")
+            raise errors.MassPropertiesError("a closed mesh where a density is given",
+                                             "one whose volume is not known, as it is open",
+                                             "give the mass instead, or export the mesh closed")
         kilograms = mass_properties.checked_mass(given.density * surface.solid.volume)
     if given.center_of_mass is not None:
         _check_inside(given.center_of_mass, surface.vertices, surface.hull)
@@ -189,13 +189,13 @@ def _check_inside(center: Array, vertices: Array, hull: Hull) -> None:
     beyond = beyond_hull(center, hull)
     # The square of a distance from far outside may be beyond float64.
     radius = hull.scale if beyond > hull.scale else _reach(center, vertices)
-    if beyond < -ON_HULL * radius:
+    if beyond < -tolerances.ON_HULL * radius:
         return
-    place = f"{center.tolist()} m"
-    where = "on its surface" if beyond <= ON_HULL * radius else f"{beyond:.3g} m outside"
-    raise MassPropertiesError("a centre of mass inside the part's convex hull",
-                              f"{place}, {where}",
-                              "check its unit, and that it is in the mesh's own frame")
+    on_hull = beyond <= tolerances.ON_HULL * radius
+    where = "on its surface" if on_hull else f"{beyond:.3g} m outside"
+    raise errors.MassPropertiesError("a centre of mass inside the part's convex hull",
+                                     f"{center.tolist()} m, {where}",
+                                     "check its unit, and that it is in the mesh's own frame")
 
 
 def _reach(center: Array, vertices: Array) -> float:
@@ -209,7 +209,7 @@ def _inertia_warning(inertia: Array, mass: float, center: Array,
     reach = _reach(center, surface.vertices)
     limit = mass * reach * reach
     largest = float(principal_axes(inertia)[0][-1])
-    if largest <= limit * (1.0 + TRIANGLE_INEQUALITY):
+    if largest <= limit * (1.0 + tolerances.TRIANGLE_INEQUALITY):
         return ()
     return (f"INERTIA_SUSPECT: a principal moment of {largest:.3g} kg m² is more than material "
             f"inside the part can have ({limit:.3g} kg m²); check its unit (kg mm², g mm²).",)

@@ -5,10 +5,10 @@ from typing import NamedTuple
 import numpy as np
 
 from .. import errors, text, tolerances
-from ..kernels.mesh.measures import bounds, thinness
+from ..kernels.mesh import measures, nearness
 from ..kernels.principal_axes import principal_axes
 from ..records import Array, Index
-from . import arrays, mass_properties, welding, winding
+from . import arrays, mass_properties, winding
 from .closing import Closing, close_holes
 from .hull import Hull, hull_of
 from .shells import oriented_outward
@@ -32,7 +32,7 @@ class Surface(NamedTuple):
 
 def surface_of(vertices: Array, triangles: Index) -> Surface:
     """Weld, close, orient and integrate; where that gives no solid, take the convex hull."""
-    vertices, triangles = welding.weld(vertices, triangles)
+    vertices, triangles = weld(vertices, triangles)
     _check_spans_volume(vertices, triangles)
     shells = winding.closed_shells(vertices, triangles)
     closing = Closing(shells) if shells is not None else close_holes(vertices, triangles)
@@ -57,9 +57,46 @@ def surface_of(vertices: Array, triangles: Index) -> Surface:
     return _hull_surface(vertices, problem)
 
 
+def weld(vertices: Array, triangles: Index) -> tuple[Array, Index]:
+    """Merge vertices within `WELD` of the largest extent and drop triangles that collapse.
+
+    Returns the first of coincident vertices; the very array given when nothing changes.
+    """
+    vertices, triangles = without_unused(vertices, triangles)
+    if len(triangles) == 0:
+        return vertices, triangles
+    low, high = measures.bounds(vertices)
+    extent = float((high - low).max())
+    if extent == 0.0:
+        return vertices[:1], triangles[:0]
+    found, first = nearness.first_of_coincident(vertices, low, tolerances.WELD * extent)
+    if not found:
+        return without_unused(vertices, _without_collapsed(triangles))
+    kept = first == np.arange(len(vertices))
+    renumbered = np.cumsum(kept) - 1
+    triangles = _without_collapsed(renumbered[first][triangles])
+    return without_unused(vertices[kept], triangles)
+
+
+def without_unused(vertices: Array, triangles: Index) -> tuple[Array, Index]:
+    """Leave out vertices of no triangle; the very arrays given when there are none."""
+    used = np.zeros(len(vertices), dtype=bool)
+    used[triangles.ravel()] = True
+    if used.all():
+        return vertices, triangles
+    return vertices[used], (np.cumsum(used) - 1)[triangles]
+
+
+def _without_collapsed(triangles: Index) -> Index:
+    """Leave out triangles with a repeated corner."""
+    a, b, c = triangles.T
+    whole = (a != b) & (b != c) & (c != a)
+    return triangles if whole.all() else triangles[whole]
+
+
 def _solid_surface(vertices: Array, shells: winding.Shells) -> Surface:
     """The solid that closed shells bound."""
-    points, kept = welding.without_unused(vertices, shells.triangles)
+    points, kept = without_unused(vertices, shells.triangles)
     oriented, twice = oriented_outward(points, shells._replace(triangles=kept))
     remark = (f"BODIES_OVERLAP: bodies of the mesh reach into each other, and {100.0 * twice:.2g} "
               f"% of the volume counts twice in the mass properties; unite them in CAD or give "
@@ -124,7 +161,7 @@ def _check_spans_volume(vertices: Array, triangles: Index) -> None:
         raise errors.MeshError("triangles that span an area",
                                "only triangles with coincident corners",
                                "check the mesh's unit and export it again with more digits")
-    thinnest = thinness(vertices, *bounds(vertices))
+    thinnest = measures.thinness(vertices, *measures.bounds(vertices))
     if thinnest < tolerances.FLATTEST:
         raise errors.MeshError(f"a part at least {tolerances.FLATTEST:g} of its length thick",
                                f"one that is {thinnest:.2g} of its length thick",

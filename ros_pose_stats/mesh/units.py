@@ -4,10 +4,9 @@ import math
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .. import errors, text
-from ..records import Array
+from ..records.arrays import Array, Corners
 from .arrays import NOT_NUMBERS, real_number
 
 AUTO: Literal["auto"] = "auto"  # the unit that asks for a guess
@@ -49,7 +48,7 @@ def named_unit(text: str) -> str | None:
     return _SPELLINGS.get(name.removesuffix("s"))
 
 
-def likely_units(vertices: Array, triangles: NDArray[np.integer]) -> list[str]:
+def likely_units(vertices: Array, triangles: Corners) -> list[str]:
     """Units that make a mesh a part for a feeder, the most likely one first.
 
     Likely are a usual size, and lengths from the near end to flat faces across an axis in few
@@ -70,7 +69,7 @@ def likely_units(vertices: Array, triangles: NDArray[np.integer]) -> list[str]:
     return sorted(found, key=lambda unit: -found[unit])
 
 
-def _lengths(vertices: Array, triangles: NDArray[np.integer]) -> tuple[Array, float]:
+def _lengths(vertices: Array, triangles: Corners) -> tuple[Array, float]:
     """Distinct lengths of a mesh along its axes, and by how much they may be off."""
     corner = vertices[triangles]
     low, high = corner.min(axis=(0, 1)), corner.max(axis=(0, 1))
@@ -105,7 +104,7 @@ def asked_unit(unit: str | float | None) -> float | Literal["auto"] | None:
 
 
 def unit_that_counts(asked: float | Literal["auto"] | None, declared: float | None,
-                     vertices: Array, triangles: NDArray[np.integer], unless_declared: bool
+                     vertices: Array, triangles: Corners, unless_declared: bool
                      ) -> tuple[float, UnitSource]:
     """Metres a unit of a file, and where that comes from."""
     if declared is not None and (unless_declared or asked in (None, AUTO)):
@@ -122,7 +121,7 @@ def unit_that_counts(asked: float | Literal["auto"] | None, declared: float | No
     return METRES_PER_UNIT[likely[0]], "guessed"
 
 
-def unit_warnings(extent: float, metres: Array, triangles: NDArray[np.integer],
+def unit_warnings(extent: float, metres: Array, triangles: Corners,
                   unit: float, source: UnitSource, declared: float | None) -> tuple[str, ...]:
     """Warn about a part of an unlikely size, a guessed unit, and one that the file contradicts."""
     size = text.length_in_words(extent)

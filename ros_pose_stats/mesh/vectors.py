@@ -7,7 +7,6 @@ rows; single additions and multiplications do not.
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..kernels.body.standing import matrices_of, quaternions_down
 from ..records import Array
@@ -52,7 +51,7 @@ def scatter(points: Array) -> Array:
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
-def resting_quaternions(downs: ArrayLike) -> Array:
+def resting_quaternions(downs: Array) -> Array:
     """Smallest rotations (P, 4), x y z w, that take each `down` (P, 3) to -z.
 
     Of the part frame in the plate frame. At +z the half turn about the part's x axis is taken.
@@ -60,11 +59,11 @@ def resting_quaternions(downs: ArrayLike) -> Array:
     return quaternions_down(_plain(downs))
 
 
-def rotation_matrices(quaternions: ArrayLike) -> Array:
+def rotation_matrices(quaternions: Array) -> Array:
     """Rotation matrices (P, 3, 3) of unit quaternions (P, 4), x y z w."""
     return matrices_of(_plain(quaternions))
 
 
-def _plain(rows: ArrayLike) -> Array:
+def _plain(rows: Array) -> Array:
     """Copy to the layout that the kernels were compiled for; views and constants differ."""
     return np.array(rows, dtype=np.float64, order="C")

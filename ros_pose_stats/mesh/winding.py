@@ -17,7 +17,6 @@ import numpy as np
 from ..kernels.mesh.connections import component_labels, grouped_edges, linked_triangles
 from ..records import Array, Index, Mask
 from ..tolerances import WELD
-from .welding import without_repeated
 
 # Most patches of shells with crowded edges that are examined, widest first.
 _MOST_PATCHES = 256
@@ -83,6 +82,31 @@ def _cleared(triangles: Index) -> tuple[Index, Edges]:
         return triangles, edges
     cleared = without_repeated(triangles)
     return cleared, edges if len(cleared) == len(triangles) else edges_of(cleared)
+
+
+def without_repeated(triangles: Index) -> Index:
+    """Remove triangles that occupy the same three vertices; one of each orientation stays.
+
+    Opposite pairs are internal walls and vanish; unless every triangle has its opposite: then the
+    mesh was exported double-sided and the first stays.
+    """
+    corners = np.sort(triangles, axis=1)
+    a, b, c = triangles.T
+    odd = (a > b) ^ (b > c) ^ (a > c)
+    order = np.lexsort((corners[:, 2], corners[:, 1], corners[:, 0]))
+    new = np.ones(len(triangles), dtype=bool)
+    new[1:] = (corners[order[1:]] != corners[order[:-1]]).any(axis=1)
+    if new.all():
+        return triangles
+    group = np.cumsum(new) - 1
+    has_odd = np.zeros(int(group[-1]) + 1, dtype=bool)
+    has_even = has_odd.copy()
+    has_odd[group[odd[order]]] = True
+    has_even[group[~odd[order]]] = True
+    wall = has_odd & has_even
+    first = order[new]  # lexsort is stable: the first in the order given
+    kept: Index = first if wall.all() else first[~wall]
+    return triangles[np.sort(kept)]
 
 
 def edges_of(triangles: Index) -> Edges:

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import RequestError
+from ..estimators import estimator
 from ..estimators.expected import expected_error
-from ..estimators.registry import estimator
 from ..methods import OBSERVED
 from ..records import DropScene, PoseStatistics, StablePose, scene as scenes, statistics
 from ..resting.poses import RestingPoses

@@ -13,7 +13,7 @@ from ..planning import confidence, hybrid
 from ..records import DropScene, FlipStatistics, Part, PoseStatistics, scene as scenes
 from ..resting import pose_sphere as spheres, poses, splitting_graph as graphs
 from ..simulation import flips, request, simulate
-from ..statistics import feeding, pose_groups, pose_shares
+from ..statistics import feeding, pose_groups
 from ..text import code_of
 
 TARGET_ERROR = 0.01
@@ -131,7 +131,7 @@ def investigate(part: Part, *, drops: int | None = None, seed: int | None = None
     kicks: tuple[KickFeeding, ...] = ()
     afresh = changes = None
     if asked.wanted and simulated.drops > simulated.unsettled:
-        shares = pose_shares.pose_shares(simulated)
+        shares = pose_groups.pose_shares(simulated)
         afresh = feeding.drop_afresh(shares, asked.wanted,
                                      math.nan if asked.rate is None else asked.rate)
         if asked.kick_height is not None and asked.rate is not None:

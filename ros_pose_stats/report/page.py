@@ -12,7 +12,7 @@ from ..design import comparison, describe
 from ..mesh.decimation import visible_triangles
 from ..plots import changes, figures, poses, shares, sphere, splitting
 from ..records import Array, Part, PoseStatistics, StablePose
-from ..statistics import feeding, pose_groups, pose_shares
+from ..statistics import feeding, pose_groups
 from ..text import ranges
 from . import words
 from .findings import Findings
@@ -126,7 +126,7 @@ def _feeders(findings: Findings,
     found = findings.simulated
     if found.drops == found.unsettled:
         return []
-    simulated = pose_shares.pose_shares(found)
+    simulated = pose_groups.pose_shares(found)
     return [(group, feeding.drop_afresh(simulated, group.indices)) for group in groups]
 
 

@@ -1,19 +1,26 @@
-"""Equilibria of a part on a horizontal plate (sections 2.B, 2.C).
+"""Equilibria of a part on a horizontal plate (sections 2.B, 2.C), gathered into poses.
 
 Stable faces are numbered by rising height, ties by the components of `down`; nothing here
 depends on a method, a scene or a seed.
+
+A pose is what a nudge leaves: a stable face is one of its own only if the centre of mass has to
+rise by a share of its height to leave it; a shallower one belongs to the pose that the part slips
+into (`gather_poses`).
 """
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.spatial import cKDTree
 
-from ..kernels.body.equilibria import EquilibriumArrays, find_equilibria
+from ..kernels.body.equilibria import EquilibriumArrays, find_equilibria, ways_out
+from ..kernels.levels.merge_tree import gather_poses, part_poses
 from ..kernels.sorting import number_ties
-from ..records import Array, Index, Part
+from ..records import Array, Index, Mask, Part
 from ..tolerances import SAME_DOWN, SAME_HEIGHT
-from .convex_body import ConvexBody, convex_body
+from .convex_body import ConvexBody, convex_body, foot_directions
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,3 +99,110 @@ def ties(*keys: tuple[Array, float], within: Index | None = None) -> Index:
         plain = np.ascontiguousarray(values)
         group, count = number_ties(plain, tolerance, group, np.lexsort((plain, group)))
     return group
+
+
+RUN_TOLERANCE = 0.025
+"""Least rise over the height that parts neighbouring facets of one round or toothed surface."""
+
+
+@dataclass(frozen=True, eq=False)
+class Clusters:
+    """The poses of a part as groups of stable faces."""
+
+    # least rise of the centre of mass out of a pose, as a share of its height there
+    tolerance: float
+    # (P,); number of the stable face that stands for the pose, by rising height: its lowest; ties
+    # go to the larger face, then to the smaller number
+    lowest: Index
+    pose: Index  # (S,); pose of each stable face, in the numbering of `Equilibria.order`
+    # (S,) bool; faces that the part rests on in its pose: no higher above the lowest one than the
+    # tolerance. The others are shelves on the way there
+    near: Mask
+    # (P,); level of the lowest saddle from any member to any other pose, in radii; infinite for a
+    # single pose
+    way_out: Array
+    barrier: Array  # (P,); the same above the lowest member
+    # (N,); largest nodes of the merge tree that hold a single pose. A pose may have several, since
+    # a shelf may open only where its pose has others beside it already
+    node: Index
+    node_pose: Index  # (N,); that pose
+    split: Mask  # (S - 1,) bool; whether a join of the merge tree holds several poses
+
+    def gather(self, probability: Array) -> Array:
+        """Sum what the nodes of the merge tree (2 S - 1,) have over the poses (P,)."""
+        sums = np.bincount(self.node_pose, probability[self.node], self.lowest.shape[0])
+        return sums.astype(np.float64)
+
+
+def clusters(found: Equilibria, tolerance: float) -> Clusters:
+    """Gather stable faces into poses; tolerance 0 gathers nothing."""
+    tree = found.arrays.tree
+    of_run = max(tolerance, RUN_TOLERANCE) if tolerance > 0.0 else 0.0
+    eldest, way_out = gather_poses(
+        found.body.arrays, found.rank[found.arrays.basin], found.heights, _rank(found),
+        found.body.run_of_face[found.faces], tolerance, of_run)
+    lowest, pose = np.unique(eldest, return_inverse=True)
+    held, split = part_poses(tree, np.ascontiguousarray(pose[found.rank]))
+    node = np.unique(np.append(tree.child[split], held.shape[0] - 1))
+    node = node[held[node] >= 0]
+    heights = found.heights[lowest]
+    near = found.heights < (1.0 + tolerance) * heights[pose]
+    near[lowest] = True
+    return Clusters(tolerance, lowest, pose, near, way_out[lowest], way_out[lowest] - heights,
+                    node, held[node], split)
+
+
+def _rank(found: Equilibria) -> Index:
+    """Which stable face stands for several: the lowest, then the largest, but for rounding."""
+    areas = found.body.arrays.area[found.faces]
+    order = np.argsort(ties((found.heights, SAME_HEIGHT), (-areas / areas.max(), SAME_HEIGHT)),
+                       kind="stable")
+    rank = np.empty_like(order)
+    rank[order] = np.arange(order.shape[0])
+    return rank
+
+
+def tilt_margins(found: Equilibria, grouped: Clusters) -> Array:
+    """Smallest tilt (P,) that takes the part out of each pose, radians.
+
+    A single face is left over its nearest side. From a pose of several faces the part rolls or
+    slips within the pose first: it is left where its basin ends.
+    """
+    arrays = found.body.arrays
+    pose_of_face = np.full(found.body.faces, -1, dtype=np.int64)
+    pose_of_face[found.faces] = grouped.pose
+    margins = np.full(grouped.lowest.shape[0], np.pi / 2.0)
+    several = np.bincount(grouped.pose) > 1
+    sides = ways_out(arrays, found.arrays.basin, pose_of_face)
+    faces = arrays.face[sides]
+    alone = ~several[pose_of_face[faces]]
+    tilts = np.arctan2(arrays.inset[sides], arrays.distance[faces])
+    np.minimum.at(margins, pose_of_face[faces[alone]], tilts[alone])
+    for pose in np.flatnonzero(several).tolist():
+        margins[pose] = min(np.pi / 2.0, _tilt_to_border(found, grouped, pose))
+    return margins
+
+
+def _tilt_to_border(found: Equilibria, grouped: Clusters, pose: int) -> float:
+    """Smallest angle between a face that the part rests on and a side where the basin ends."""
+    arrays = found.body.arrays
+    here = grouped.pose[found.rank[found.arrays.basin]] == pose
+    sides = np.flatnonzero(here[arrays.face] & ~here[arrays.face[arrays.twin]])
+    if not len(sides):
+        return math.inf
+    feet = foot_directions(found.body, sides)
+    rests = found.downs[grouped.near & (grouped.pose == pose)]
+    chord = float(cKDTree(rests).query(feet)[0].min())
+    return 2.0 * math.asin(min(1.0, 0.5 * chord))
+
+
+def spread(found: Equilibria, grouped: Clusters, members: list[int]) -> float:
+    """Largest angle between two faces that the part rests on in a pose, radians."""
+    downs = found.downs[[member for member in members if grouped.near[member]]]
+    if len(downs) == 1:
+        return 0.0
+    # The direction farthest from another one is the nearest to its opposite.
+    gap, partner = cKDTree(downs).query(-downs)
+    first = int(np.argmin(gap))
+    chord = float(np.linalg.norm(downs[first] - downs[partner[first]]))
+    return 2.0 * math.asin(min(1.0, 0.5 * chord))

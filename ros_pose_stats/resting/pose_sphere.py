@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..records import Array, Index
-from . import equilibria, poses
+from . import poses
 
 FINEST, COARSEST = 200, 60  # pixels across a hemisphere
 MOST_PRODUCTS = 2e8  # most directions times faces; parts of many faces get a coarser map
@@ -54,7 +54,7 @@ def pose_sphere(resting: poses.RestingPoses, pixels: int | None = None) -> PoseS
     maps = np.full((2, *inside.shape), np.nan)
     maps[0][inside], maps[1][inside] = body.radius * r, body.radius * height
     pose = np.full(inside.shape, -1, dtype=np.int64)
-    pose[inside] = _pose_of_face(resting)[face]
+    pose[inside] = resting.pose_of_face[face]
     peaks = body.points[found.unstable]
     return PoseSphere(directions, maps[0], maps[1], pose,
                       np.array([one.down for one in resting.poses]),
@@ -86,11 +86,3 @@ def _directions(pixels: int) -> Array:
     z = 1.0 - square
     upper = np.stack([across * scale, up * scale, z + 0.0 * scale], axis=-1)
     return np.stack([upper * (-1.0, 1.0, -1.0), upper])
-
-
-def _pose_of_face(resting: poses.RestingPoses) -> Index:
-    """Pose (F,) that each face descends to."""
-    found: equilibria.Equilibria = resting.equilibria
-    pose_of_stable = np.empty(len(found.order), dtype=np.int64)
-    pose_of_stable[found.order] = resting.clusters.pose
-    return np.asarray(pose_of_stable[found.arrays.basin])

@@ -18,8 +18,7 @@ from ..kernels.principal_axes import principal_axes
 from ..mesh.vectors import lengths, resting_quaternions, rotation_matrices
 from ..records import Array, DropScene, Index, Part, StablePose, scene as scenes
 from . import convex_body, symmetry
-from .clusters import Clusters, clusters, spread, tilt_margins
-from .equilibria import Equilibria, equilibria
+from .equilibria import Clusters, Equilibria, clusters, equilibria, spread, tilt_margins
 from .turns import axis_offsets, curved_faces, rolling_axes, yaw_symmetries
 
 CORNER_REACHES = np.array([0.05, 0.3125])
@@ -92,17 +91,17 @@ class RestingPoses:
     @cached_property
     def axis_offsets(self) -> Array:
         """How far (P,) the centre of mass lies beside the axis of what a pose rolls on, radii."""
-        return axis_offsets(self.body, self._pose_of_face, len(self.poses))
+        return axis_offsets(self.body, self.pose_of_face, len(self.poses))
 
     @cached_property
     def curved_shares(self) -> Array:
         """Share (P,) of curves to rock on in the solid angle that leads to each pose."""
         angle, poses = self.body.arrays.angle, len(self.poses)
-        curved = np.bincount(self._pose_of_face, curved_faces(self.body) * angle, poses)
-        return np.asarray(curved / np.bincount(self._pose_of_face, angle, poses))
+        curved = np.bincount(self.pose_of_face, curved_faces(self.body) * angle, poses)
+        return np.asarray(curved / np.bincount(self.pose_of_face, angle, poses))
 
     @property
-    def _pose_of_face(self) -> Index:
+    def pose_of_face(self) -> Index:
         """Pose (F,) to which each face descends."""
         found = self.equilibria
         return self.clusters.pose[found.rank][found.arrays.basin]

@@ -4,7 +4,6 @@ The facets between two rims about one axis are those of one cylinder, cone or to
 found in the hull of the file (`round_surfaces`), and may get other corners (`reshaping`).
 """
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
@@ -196,7 +195,7 @@ def _looseness(points: Array, rim: Rim) -> float:
         return 1.0
     half = 0.5 * length(points[rim.corner[-1]] - points[rim.corner[0]])
     inside = max(rim.radius * rim.radius - half * half, 0.0)
-    return rim.radius / max(rim.radius - math.sqrt(inside), 1e-3 * rim.radius)
+    return rim.radius / max(rim.radius - float(np.sqrt(inside)), 1e-3 * rim.radius)
 
 
 def _with_frame(points: Array, rims: Sequence[Rim]) -> Group:

@@ -5,18 +5,14 @@ a run: the surface of the mesh, or the gap from one tooth to the next. Runs abou
 together, for the facets between them are those of one cylinder, cone or toothed rim.
 """
 
-
 import numpy as np
 
 from ..kernels.body.convex_body import BodyArrays
 from ..kernels.body.hull import edges_on_surface
 from ..kernels.body.runs import AXIS, CENTER, DEVIATION, HALF_SPAN, RADIUS, Runs, circular_runs
-from ..mesh import hull, vectors, welding
+from ..mesh import hull, surface, vectors
 from ..records import Array, Index, Mask, Part
 from .rims import ROUND_SHARE, Group, Kind, Rim, group_by_axis, keep_turned
-
-Flags = Mask
-
 
 SEAM = 2e-4
 """Corners this close to a circle, in radii, are on it where its ends do not quite meet.
@@ -85,12 +81,12 @@ def rounding_of(part: Part, corners: Array) -> float:
     return part.rounding
 
 
-def _on_surface(part: Part, ends: Index, tolerance: float) -> Flags:
+def _on_surface(part: Part, ends: Index, tolerance: float) -> Mask:
     """Whether edges of the hull (E, 2) lie on the surface of the mesh."""
     triangles = part.surface_triangles
     if any(one.startswith("OPEN_MESH") for one in part.warnings):
         # The hull stands in for the surface there, and it has no gaps.
-        triangles = welding.weld(part.vertices, part.triangles.astype(np.int64))[1]
+        triangles = surface.weld(part.vertices, part.triangles.astype(np.int64))[1]
     vertex = hull.hull_of_part(part).qhull.vertices[ends]
     flat = vertex.ravel()
     first = np.zeros(len(part.surface_vertices) + 1, dtype=np.int64)
@@ -100,7 +96,7 @@ def _on_surface(part: Part, ends: Index, tolerance: float) -> Flags:
     return np.asarray(found == 2)
 
 
-def _staying(chord: Array, surface: Flags, radius: float, sides: int) -> Flags:
+def _staying(chord: Array, surface: Mask, radius: float, sides: int) -> Mask:
     """Edges of a run that bridge a gap, or are too long for a facet of their run."""
     usual = _median(chord[surface]) if surface.any() else 0.0
     flat = max(LONG_EDGE * usual, 4.0 * np.pi / sides * radius)
@@ -149,7 +145,7 @@ def _absorb(rims: list[Rim], points: Array, arrays: BodyArrays, rounding: float)
         rim.absorbed = numbers[np.sqrt(above * above + off * off) <= slack]
 
 
-def _crosses_others(ends: Index, runs: Runs, count: int) -> Flags:
+def _crosses_others(ends: Index, runs: Runs, count: int) -> Mask:
     """Arcs (Q,) that cross other runs at most of their corners, as the meridians of a dome.
 
     A ball or the corner of a filleted box is divided both ways, and rolls along neither.

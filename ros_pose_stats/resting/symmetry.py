@@ -14,8 +14,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ..kernels.features.surface_features import moments_along, regions_and_corners
-from ..kernels.mesh.connections import component_labels
-from ..kernels.mesh.nearness import FeatureGrid, feature_grid, first_unmatched
+from ..kernels.mesh import connections, nearness
 from ..kernels.principal_axes import is_kept
 from ..records import Array, Index, Part
 from ..tolerances import COPLANAR, SYMMETRY
@@ -85,7 +84,7 @@ def _orbits(found: Equilibria, kind: Index, pose: Index, frames: Callable[[int],
                 gap, image = trees.query(found.downs @ rotation.T)
                 carried = (gap < SYMMETRY) & (pose >= 0) & (pose[image] >= 0)
                 links = np.column_stack((orbit[carried], orbit[image[carried]]))
-                orbit = component_labels(pose.shape[0], links)[orbit]
+                orbit = connections.component_labels(pose.shape[0], links)[orbit]
                 break
     return orbit
 
@@ -94,7 +93,7 @@ def _gather(orbit: Index, pose: Index, poses: int) -> Index:
     """Group of each pose: those with faces in one orbit, numbered by their first pose."""
     rests = pose >= 0
     links = np.column_stack((pose[rests], poses + orbit[rests]))
-    return component_labels(poses + pose.shape[0], links)[:poses]
+    return connections.component_labels(poses + pose.shape[0], links)[:poses]
 
 
 def kinds_of(found: Equilibria) -> Index:
@@ -172,9 +171,9 @@ class SurfaceTrial:
         # (G, 7); centroid, normal times size and size (square root of the area) of each connected
         # planar region, largest first, in radii. The normal is weighed by the size because a small
         # region's normal is known only that well from rounded coordinates
-        self.regions = feature_grid(regions, SYMMETRY)
+        self.regions = nearness.feature_grid(regions, SYMMETRY)
         # (C, 3); vertices where at least three regions meet
-        self.corners = feature_grid(points[corners], SYMMETRY)
+        self.corners = nearness.feature_grid(points[corners], SYMMETRY)
         self.inertia = part.inertia
         self.probes = list(range(min(PROBES, len(regions))))
         self.effort = 0
@@ -198,7 +197,8 @@ class SurfaceTrial:
         return (not len(self.corners.rows)
                 or self._first_unmatched(self.corners, rotation, _ALL) < 0)
 
-    def _first_unmatched(self, features: FeatureGrid, rotation: Array, chosen: Index) -> int:
+    def _first_unmatched(self, features: nearness.FeatureGrid, rotation: Array, chosen: Index
+                         ) -> int:
         """First feature that meets no like one where the rotation puts it, -1 for none."""
         self.effort += OVERHEAD + (len(chosen) or len(features.rows))
-        return first_unmatched(features, rotation, chosen)
+        return nearness.first_unmatched(features, rotation, chosen)

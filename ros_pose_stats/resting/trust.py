@@ -87,7 +87,7 @@ def curve_angle(resting: poses.RestingPoses) -> float:
     as_given = ~np.logical_or.reduceat(on_run[arrays.corner], arrays.face_start[:-1])
     small &= as_given[arrays.face] & as_given[there]
     curved, lies = facets()
-    curved &= lies[resting.clusters.pose[found.rank][found.arrays.basin]]
+    curved &= lies[resting.pose_of_face]
     if curved.sum() < tolerances.FEWEST_FACETS:
         return 0.0
     return float(np.median(turn[small & curved[arrays.face]]))

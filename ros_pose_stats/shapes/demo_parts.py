@@ -14,8 +14,7 @@ import numpy as np
 from manifold3d import CrossSection, Manifold
 
 from .. import errors, files, shapes
-from ..mesh.arrays import in_standard_order
-from ..mesh.files import stl_bytes
+from ..mesh import arrays, files as mesh_files
 from ..records import Array, Index
 from .profiles import Outline, rounded_polygon, spur_gear, unit_circle
 
@@ -102,7 +101,7 @@ def write_demo_parts(directory: str | os.PathLike[str]) -> list[Path]:
         folder.mkdir(parents=True, exist_ok=True)
         paths = [folder / f"{name}.stl" for name in DEMO_PARTS]
         for path, make in zip(paths, DEMO_PARTS.values(), strict=True):
-            files.write_file(path, stl_bytes(*make()))
+            files.write_file(path, mesh_files.stl_bytes(*make()))
         return paths
     except OSError as error:
         raise errors.MeshFileError(
@@ -141,4 +140,4 @@ def in_file_order(vertices: Array, triangles: Index) -> shapes.Surface:
     """Coordinates as float32, in lexicographic order, whatever order a modeller emits them in."""
     rounded = vertices.astype(np.float32).astype(np.float64) + 0.0
     merged, index = np.unique(rounded, axis=0, return_inverse=True)
-    return merged, in_standard_order(index.reshape(-1)[triangles])
+    return merged, arrays.in_standard_order(index.reshape(-1)[triangles])

@@ -94,10 +94,10 @@ def _neighbours(points: Array) -> tuple[Index, Index, Array]:
 
 def _sides(resting: poses.RestingPoses, corner: Index) -> tuple[Index, Index, Index, Index]:
     """Sides that leave each corner: where they start, their far ends, poses left and right."""
-    arrays, found = resting.body.arrays, resting.equilibria
+    arrays = resting.body.arrays
     place = np.full(resting.body.points.shape[0], -1, dtype=np.int64)
     place[corner] = np.arange(corner.shape[0])
-    pose_of_face = resting.clusters.pose[found.rank][found.arrays.basin]
+    pose_of_face = resting.pose_of_face
     begins = place[arrays.corner]
     order = np.argsort(begins, kind="stable")
     start = np.zeros(corner.shape[0] + 1, dtype=np.int64)
@@ -175,8 +175,7 @@ def rolling_rims(resting: poses.RestingPoses, moment: Array, axes: Array,
     `moment` and `axes`: principal ones, of unit mass, lengths in radii; `corner`: hull points that
     the tables are about.
     """
-    body, found = resting.body, resting.equilibria
-    pose_of_face = resting.clusters.pose[found.rank][found.arrays.basin]
+    body, pose_of_face = resting.body, resting.pose_of_face
     place = np.full(body.points.shape[0], -1, dtype=np.int64)
     place[corner] = np.arange(corner.shape[0])
     rims = RollingRims(np.full(corner.shape[0], -1), np.full(corner.shape[0], math.inf),

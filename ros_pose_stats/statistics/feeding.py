@@ -16,7 +16,7 @@ from scipy.special import ndtri
 from ..errors import RequestError
 from ..records import Array, Index, Mask
 from .errors import DEFAULT_LEVEL, jeffreys_interval
-from .pose_shares import PoseShares
+from .pose_groups import PoseShares
 
 
 class Bounded(NamedTuple):

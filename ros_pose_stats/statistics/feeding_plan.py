@@ -17,7 +17,7 @@ from ..errors import RequestError
 from ..records import Array, FlipStatistics, Index, PoseStatistics
 from .feeding import Bounded, check_cycle_time, check_rate, check_wanted, spread_of
 from .fill import PlateFill, plate_fill
-from .pose_shares import PoseShares, equivalent_drops, pose_shares
+from .pose_groups import PoseShares, equivalent_drops, pose_shares
 
 PICK, FLIP, LEAVE = "pick", "flip", "leave"
 MOST_KICKS = 100  # kicks between two empty plates; more of them are worth hardly more

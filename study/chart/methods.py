@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ros_pose_stats import estimate
-from ros_pose_stats.estimators.registry import ESTIMATORS
+from ros_pose_stats.estimators import ESTIMATORS
 from ros_pose_stats.planning.hybrid import hybrid
 from ros_pose_stats.records import PoseStatistics
 from ros_pose_stats.simulation.simulate import simulate

@@ -14,7 +14,7 @@ from threading import Event
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.batch.in_flight import in_flight
+from ros_pose_stats.batch.processes import in_flight
 from ros_pose_stats.errors import RequestError
 from ros_pose_stats.records import DropScene
 from ros_pose_stats.simulation.drop_body import PreparedBody, drop_body

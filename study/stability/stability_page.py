@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.estimators.registry import ESTIMATORS
+from ros_pose_stats.estimators import ESTIMATORS
 from ros_pose_stats.records.scene import DEFAULT_RESTITUTION, describe_scene
 from ros_pose_stats.text import listed
 

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.estimators.registry import ESTIMATORS
+from ros_pose_stats.estimators import ESTIMATORS
 from ros_pose_stats.planning.confidence import pose_prior
 from ros_pose_stats.records import DropScene
 from ros_pose_stats.resting.poses import RestingPoses

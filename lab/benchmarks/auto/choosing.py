@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ros_pose_stats import Part, PoseStatistics, auto, estimate, hybrid, simulate
-from ros_pose_stats.estimators.registry import ESTIMATORS
+from ros_pose_stats.estimators import ESTIMATORS
 from ros_pose_stats.statistics.prior import PosePrior
 
 from ..results import Row, Section, Target

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ros_pose_stats.estimators import ESTIMATORS
 from ros_pose_stats.estimators.fitted import error_inputs, error_scale, known_answers
-from ros_pose_stats.estimators.registry import ESTIMATORS
 from ros_pose_stats.records import DropScene
 from ros_pose_stats.resting.poses import RestingPoses
 

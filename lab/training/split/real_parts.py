@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ros_pose_stats import DropScene, Part, load_part, part_from_mesh, resting_poses, simulate
+from ros_pose_stats.estimators import ESTIMATORS
 from ros_pose_stats.estimators.expected import expected_error
-from ros_pose_stats.estimators.registry import ESTIMATORS
 from ros_pose_stats.shapes.demo_parts import DEMO_PARTS
 
 from .samples import LOW, USUAL

@@ -10,8 +10,8 @@ from itertools import groupby
 import numpy as np
 from numpy.typing import NDArray
 
+from ros_pose_stats.estimators import ESTIMATORS
 from ros_pose_stats.estimators.expected import expected_error
-from ros_pose_stats.estimators.registry import ESTIMATORS
 from ros_pose_stats.estimators.split import kept_shares, split_inputs
 from ros_pose_stats.records import DropScene
 from ros_pose_stats.resting.poses import RestingPoses

@@ -117,9 +117,9 @@ def run(options: argparse.Namespace) -> int:
 def _feedings(options: argparse.Namespace, found: "FlipStatistics",
               fresh: "PoseStatistics") -> "dict[str, Feeding]":
     """What a feeder gets, both ways."""
-    from ...statistics import feeding, pose_shares
+    from ...statistics import feeding, pose_groups
 
-    dropped = pose_shares.pose_shares(fresh)
+    dropped = pose_groups.pose_shares(fresh)
     return {"dropped_again": feeding.drop_afresh(dropped, options.wanted, options.rate),
             "kicked": feeding.flip_wrong_ones(dropped, found.counts, options.wanted,
                                               options.rate, options.cycle_time)}

@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from .. import vectors as vec
-from ..array_types import Array, Fixed2, FixedIndex2, Flags, Index
-from ..compilation import entry_kernel, inlined, kernel
+from ..array_types import Array, Flags, Index
+from ..compilation import inlined, kernel
 from ..mesh.measures import area_vectors, centroid_of
 from ..sorting import falling_order
 
@@ -203,10 +203,3 @@ def _near_plane(surface: Surface, plane: Array, t: int, tolerance: float) -> boo
         if abs(vec.dot(vec.minus(point, middle), normal)) > tolerance * size:
             return False
     return True
-
-
-@entry_kernel
-def surface_regions(points: Fixed2, triangles: FixedIndex2, neighbors: FixedIndex2,
-                    tolerance: float) -> Index:
-    """`planar_regions` of any closed surface, convex or not, for callers outside the kernels."""
-    return planar_regions(points, triangles, neighbors, tolerance)

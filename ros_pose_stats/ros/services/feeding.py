@@ -10,7 +10,7 @@ from ros_pose_stats_msgs.srv import FeedingAnswer
 from ...errors import RequestError
 from ...records import DropScene, FlipStatistics, Index
 from ...simulation.flips import check_kick, usual_kicks
-from ...statistics import counted_flips, feeding, pose_shares
+from ...statistics import counted_flips, feeding, pose_groups
 from ...statistics.feeding_plan import FLIP, LEAVE, PICK, FeederCell, plan_feeding
 from ..base import Base
 from ..jobs import FlipRequest, Jobs, State, run
@@ -102,7 +102,7 @@ def _answer(request: Any, response: Any, latched: PoseStatistics, cell: FeederCe
             flips: list[FlipStatistics], counted: Index | None) -> None:
     """Fill in the plan, and what a feeder gets that kicks wrong parts or drops them afresh."""
     found = statistics_messages.statistics_of_message(latched)
-    dropped = pose_shares.pose_shares(found)
+    dropped = pose_groups.pose_shares(found)
     basis = f"{latched.drops} drops" if latched.drops else "an estimate"
     if latched.observed:
         basis = f"{latched.observed} parts seen"
