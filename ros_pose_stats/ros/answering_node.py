@@ -81,18 +81,17 @@ class Answers:
             is_sure, client.is_mixed_up = not client.is_mixed_up, False
             return client, is_sure
 
-    def has_room(self) -> bool:
-        """Whether a further request may wait."""
-        return self._waiting < MOST_WAITING and not self._closed
-
-    def put(self, client: Client, act: Callable[[], object]) -> None:
-        """Have a request answered when it is its client's turn."""
+    def put(self, client: Client, act: Callable[[], object]) -> bool:
+        """Have a request answered when it is its client's turn; whether it may wait."""
         with self.changed:
+            if self._waiting >= MOST_WAITING or self._closed:
+                return False
             if not client.requests:
                 self._lines.append(client)
             client.requests.append(act)
             self._waiting += 1
             self.changed.notify()
+            return True
 
     def _run(self) -> None:
         while True:
@@ -142,15 +141,14 @@ class Answers:
         while time.monotonic() < min(max(begin, self.last) + pause, begin + longest):
             time.sleep(0.01)
 
-    def close(self, seconds: float) -> bool:
-        """Answer all that wait; whether all have been answered within some seconds."""
+    def close(self, seconds: float) -> None:
+        """Answer all that wait, as far as that takes some seconds."""
         with self.changed:
             self._closed = True
             self.changed.notify_all()
         until = time.monotonic() + seconds
         for thread in self._threads:
             thread.join(max(0.0, until - time.monotonic()))
-        return not any(thread.is_alive() for thread in self._threads)
 
 
 class AnsweringNode(nodes.Node):
@@ -192,9 +190,8 @@ class AnsweringNode(nodes.Node):
                 while header is not None:
                     asked = answers.asked(name, header.request_id.sequence_number)
                     act = partial(answer, asked, header, request)
-                    if not (may_wait(request) and answers.has_room()):
+                    if not (may_wait(request) and answers.put(asked[0], act)):
                         break
-                    answers.put(asked[0], act)
                     try:
                         with service.handle:
                             request, header = service.handle.service_take_request(kind.Request)

@@ -19,9 +19,7 @@ from .messages.statistics_messages import statistics_of_message
 from .stop_signals import StopSignals
 
 PATIENCE = 5.0  # seconds that a node is given to answer
-UNCHECKED = 1.5
-"""An estimate without drops is taken for all that comes where it is the newest for so long."""
-
+UNCHECKED = 1.5  # seconds after which no more comes than an estimate without drops
 GLANCE = 0.1  # seconds between looks at whether the end is asked for
 LATCHED = qos.QoSProfile(depth=1024, durability=qos.DurabilityPolicy.TRANSIENT_LOCAL)
 START = "start one: ros_pose_stats node"

@@ -19,9 +19,7 @@ FAILED = 1
 THREADS = 8
 RESTORE_SECONDS = 1.5  # the first client is let wait so long for parts whose scene is a new one
 END_SECONDS = 1.4  # jobs, goals and clients that wait are seen off in that time
-SAVE_SECONDS = 0.4
-"""The state is committed and the bag finished in that time, where the rest took too long."""
-
+SAVE_SECONDS = 0.4  # to commit the state and finish the bag, where the rest took too long
 SWITCH_SECONDS = 0.001  # threads that wait for the interpreter get it this soon
 
 

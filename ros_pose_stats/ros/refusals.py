@@ -15,11 +15,9 @@ from ..errors import PoseStatsError
 from .messages.times import now, steady_timer, time_message
 
 MINUTE = 60.0
-
 MOST_MESSAGES = 600  # of one topic in a minute; ten a second
 MOST_SWAPS = 60  # meshes that take each other's place as one part in a minute
-MOST_SOURCES = 1000
-"""Sources that are counted in one minute; a flood of new names is one of their topic."""
+MOST_SOURCES = 1000  # that are counted in one minute
 
 
 class Floods:
@@ -65,9 +63,7 @@ class Floods:
 
 
 REMEMBERED = 20  # refused meshes listed with their reasons
-COPY_SECONDS = 2.0
-"""The two copies of a latched mesh, and a client that asks again and again, count once."""
-
+COPY_SECONDS = 2.0  # in which both copies of a latched mesh, or equal requests, count once
 RECENT_SECONDS = 60.0  # a refused mesh is a warning for this long
 
 

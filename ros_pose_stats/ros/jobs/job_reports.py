@@ -15,9 +15,7 @@ from ..recorder import ANSWERS, DROP_RECORDS, JOB_EVENTS
 from ..state import Change
 from .run import Job, JobListener, State as JobState
 
-MOST_ANSWER_BYTES = 256 * 2**20
-"""Of the results of ended jobs that are kept; older ones are in the bag only."""
-
+MOST_ANSWER_BYTES = 256 * 2**20  # of the results of ended jobs; older ones are in the bag only
 SECONDS_BETWEEN = 1.0  # a running job is kept as far as it is this often
 
 

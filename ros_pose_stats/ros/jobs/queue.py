@@ -1,7 +1,4 @@
-"""A bounded queue of simulations, worked off one by one by threads around the kernels.
-
-Clients come first; refinements that the node started itself give way and begin again later.
-"""
+"""A bounded queue of simulations; clients come first, refinements give way and begin again."""
 
 import itertools
 import secrets
@@ -25,11 +22,8 @@ Run = Callable[[Job, Part, JobListener, Callable[[], bool]],
 
 KEPT = 1000  # finished jobs that can still be asked for
 
-CUT_SHORT = ("TIME_LIMIT", "TARGET_MISSED")
-"""Warnings of a run that ended at a bound; they are the message of its end."""
-
+CUT_SHORT = ("TIME_LIMIT", "TARGET_MISSED")  # warnings that are the message of an end
 POLL_SECONDS = 0.02
-
 LAST_SECONDS = 0.6  # for what runs when the queue is closed; some parts are prepared for minutes
 
 

@@ -21,11 +21,8 @@ from ...statistics.prefix import Judge, target_reached
 from ..parts.known_part import KnownPart, Memory
 
 SNAPSHOT_SECONDS = 0.2
-COMBINED_SECONDS = 1.0
-"""Between snapshots of drops combined with an estimate, which hold other threads up."""
-
-SNAPSHOT_SHARE = 0.05
-"""Snapshots of a part with thousands of poses take at most this share of the time."""
+COMBINED_SECONDS = 1.0  # between snapshots with an estimate in them, which hold up other threads
+SNAPSHOT_SHARE = 0.05  # of the time that snapshots of parts with thousands of poses may take
 
 
 class State(IntEnum):

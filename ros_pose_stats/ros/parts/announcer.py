@@ -27,12 +27,8 @@ Array = NDArray[np.float64]
 MOST_POSES = 16  # poses drawn of a part, the most probable ones
 MOST_DRAWN = 400  # poses drawn in all; with many parts fewer of each
 
-MOST_TRIANGLES = 32_000
-"""Of the whole array, with some hundred drawn poses: 2.3 MB, at most once a second."""
-
-FINENESS = (4000, 2000, 1000, 500, 250, 100)
-"""Triangles of one drawn part; few steps, so that parts are seldom decimated anew."""
-
+MOST_TRIANGLES = 32_000  # of the whole array: 2.3 MB, at most once a second
+FINENESS = (4000, 2000, 1000, 500, 250, 100)  # triangles of a part, which is seldom made anew
 GAP = 0.6  # between the parts, in radii
 LETTER = 0.35  # height of the labels, in radii
 
@@ -87,10 +83,7 @@ NO_EVENTS = event_handler.PublisherEventCallbacks(use_default_callbacks=False)
 
 SECONDS_BETWEEN = 1.0  # markers
 INTRODUCED = 4096  # meshes that are known to be in the bag
-
-PARTING_SECONDS = 1.0
-"""A subscriber that has not taken a part's last message by then is not waited for."""
-
+PARTING_SECONDS = 1.0  # for a subscriber to take a part's last message
 NOT_RECORDED = "NOT_RECORDED: this could not be written down: {}."
 
 

@@ -25,10 +25,7 @@ from .known_part import KnownPart, done_with
 
 DEPTH = 100  # messages that wait in the middleware
 TRIES = 3  # of building a part of an earlier run, where something fails inside the program
-
-LARGE_BYTES = 36 * part_builder.LARGE_TRIANGLES
-"""Of a part that is not built yet; it may take longer than others should wait."""
-
+LARGE_BYTES = 36 * part_builder.LARGE_TRIANGLES  # of a part that is not built yet
 
 class Intake:
     """Builds known parts in the lanes; `follow` is called with each that is shown anew."""
@@ -138,9 +135,10 @@ class Intake:
 def _lane_of(part: KnownPart | part_requests.PartRequest) -> Lane:
     """Where a mesh, or a known part that may not be built yet, is worked on."""
     if isinstance(part, KnownPart) and not part.source.is_built:
-        return Lane.SLOW if part.size > LARGE_BYTES else Lane.QUICK
-    mesh = part.part if isinstance(part, KnownPart) else part
-    return part_builder.lane_of(len(mesh.triangles), len(mesh.vertices))
+        is_large = part.size > LARGE_BYTES
+    else:
+        is_large = part_builder.is_large(part.part if isinstance(part, KnownPart) else part)
+    return Lane.SLOW if is_large else Lane.QUICK
 
 
 class Checks:

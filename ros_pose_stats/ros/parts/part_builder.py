@@ -34,15 +34,10 @@ class NotBuiltError(errors.RequestError):
     """A part that was not built for a reason that is not the mesh's."""
 
 
-def lane_of(triangles: int, vertices: int) -> Lane:
-    """Where a mesh of so many triangles and vertices is to be built."""
-    large = triangles > LARGE_TRIANGLES or vertices > CORNERS * LARGE_TRIANGLES
-    return Lane.SLOW if large else Lane.QUICK
-
-
 def is_large(mesh: PartRequest | Part) -> bool:
     """Whether a mesh may take longer than others should wait."""
-    return lane_of(len(mesh.triangles), len(mesh.vertices)) is Lane.SLOW
+    return (len(mesh.triangles) > LARGE_TRIANGLES
+            or len(mesh.vertices) > CORNERS * LARGE_TRIANGLES)
 
 
 def prepare() -> None:
@@ -126,9 +121,7 @@ class PartBuilder(PartWorker):
         return self.call(BUDGET_SECONDS, late, _build, request, scene)
 
 
-MOST_WORK = 500_000
-"""Triangles in all outlines of an answer, each with what any outline takes: a second or two."""
-
+MOST_WORK = 500_000  # triangles in all outlines of an answer, and `OUTLINE` for each: 1 or 2 s
 OUTLINE = 200  # triangles that take as long as what every outline takes
 OUTLINE_SECONDS = 20.0  # for the outlines of a large part; machines are shared
 

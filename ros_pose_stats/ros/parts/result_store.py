@@ -24,20 +24,13 @@ from ..state import Change
 from . import announcer, count_store, part_store
 from .known_part import KnownPart, Memory, Shown
 
-REMEMBERED_POSES = 20_000
-"""Poses of results kept for parts and scenes that come again; some 2 kB each."""
+REMEMBERED_POSES = 20_000  # of results for parts and scenes that come again; some 2 kB each
 
 SECONDS_BETWEEN = 1.0  # a part that is being refined is published at most this often
 
-BEST = "best"
-"""What was latched last for a scene; it is latched at once where the scene comes again."""
-
-CHECKED = "checked"
-"""The default estimate with some drops beside it; it answers whoever asks for no other."""
-
-REFINED = "refined"
-"""The best drops that refined an estimate, in any scene; they answer whoever asks again."""
-
+BEST = "best"  # what was latched last for a scene; latched at once where that comes again
+CHECKED = "checked"  # the default estimate with some drops beside it, the usual answer
+REFINED = "refined"  # the best drops that refined an estimate, in any scene
 
 Key = tuple[str, str, str, records.DropScene, str, float, str]
 

@@ -27,11 +27,7 @@ ACTIONS = {PICK: FeedingAnswer.Response.PICK, FLIP: FeedingAnswer.Response.FLIP,
 
 
 class FeedingService:
-    """Answers at once where no flips are needed or they are remembered, else after flipping.
-
-    `jobs`: of this service's flips alone, so that no goal keeps a planner waiting; `goals`: of the
-    flips that goals asked for, which serve here too if there are enough.
-    """
+    """Answers from flips of its own `jobs`, or of `goals` if there are enough, or from none."""
 
     def __init__(self, base: Base, stores: result_store.Stores, jobs: Jobs,
                  reports: run.FlipReports, goals: run.FlipReports) -> None:

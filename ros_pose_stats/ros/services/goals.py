@@ -20,13 +20,9 @@ from ..parts import known_part, part_builder, result_store
 from .requests import Requests
 
 FEEDBACK_SECONDS = 0.1
-CANCEL_SECONDS = 5.0
-"""The transition that follows a cancel's callback takes a millisecond, on a busy machine more."""
-
+CANCEL_SECONDS = 5.0  # for the transition that follows a cancel's callback, usually in 1 ms
 LAST_SECONDS = 0.3
-
 MOST_ASKED = 1000
-
 RESULT_SECONDS = 900  # results can be asked for this long after the end
 
 

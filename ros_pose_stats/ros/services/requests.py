@@ -15,10 +15,8 @@ from ..parts.intake import Intake
 from ..parts.known_part import KnownPart, done_with, ending, result_of
 from ..parts.result_store import Stores
 
-PATIENCE = 0.004
-"""Seconds that a start waits for a small part, so that most bad meshes are refused at once."""
-
-QUICK_TRIANGLES = 1000  # most of a mesh that a start waits for
+PATIENCE = 0.004  # seconds that a start waits for a small part, which may be refused
+QUICK_TRIANGLES = 1000  # most of such a part
 
 Callback = Callable[..., Any]
 

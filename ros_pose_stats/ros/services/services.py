@@ -25,8 +25,7 @@ BY_DROPS = "ask for the method auto, or start a drop simulation"
 AS_ITSELF = "for drops, send the part with this centre of mass in its inertia"
 """What to do about an estimate that misses its target."""
 
-CANCEL_PATIENCE = 0.06
-"""Seconds that a cancel waits for the simulation's end, so that its state is told right."""
+CANCEL_PATIENCE = 0.06  # seconds that a cancel waits for the simulation's end
 
 class Services:
     """All services of the node."""

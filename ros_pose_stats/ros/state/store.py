@@ -12,8 +12,7 @@ from . import tables
 from .tables import Change, Row
 
 LARGE = 64 * 2**10  # bytes of a mesh that lies in a file of its own: SQLite would write it twice
-SECONDS = 1.0
-"""Changes that nobody waits for are written within that time; what failed is tried again then."""
+SECONDS = 1.0  # until changes are written that nobody waits for, or that failed
 
 
 class State:

@@ -18,7 +18,7 @@ from ...errors import PoseStatsError, RequestError, reason
 
 VERSION = 2
 APPLICATION = 0x52505353  # what the file's header says of its kind
-COLUMNS = {
+COLUMNS = {  # the first one is the key; each row has a checksum behind the others
     "parts": "part_id TEXT PRIMARY KEY, digest TEXT, content BLOB, restitution REAL, "
     "drop_height REAL, size INTEGER, used INTEGER",
     # a large message lies in the file
@@ -33,13 +33,9 @@ COLUMNS = {
     "jobs": "job_id TEXT PRIMARY KEY, state INTEGER, event BLOB, answer BLOB",
     "facts": "name TEXT PRIMARY KEY, value TEXT",
 }
-"""Columns by table; the first one is the key, and each row has a checksum behind the others."""
-
-MESSAGES = {("meshes", 1): "PartMesh", ("results", 1): "PoseStatistics",
+MESSAGES = {("meshes", 1): "PartMesh", ("results", 1): "PoseStatistics",  # serialised in columns
             ("results", 2): "PoseStatistics", ("jobs", 2): "JobEvent",
             ("jobs", 3): "PoseStatistics"}
-"""Which columns hold serialised messages, and of which type."""
-
 MOST_COUNTED = 1_000_000  # messages of counts whose identity is kept, the newest ones
 LOCK_SECONDS = 5.0
 GLANCE = 0.05
