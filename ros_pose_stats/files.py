@@ -10,8 +10,8 @@ import os
 import shutil
 import stat
 import time
-from collections.abc import Callable, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import TracebackType
@@ -208,6 +208,18 @@ class DirectoryLock:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
                  trace: TracebackType | None) -> None:
         self.release()
+
+
+@contextmanager
+def locked_directory(directory: Path) -> Iterator[None]:
+    """Have what is written into a directory meanwhile follow what others write so."""
+    number = os.open(directory, os.O_RDONLY)
+    try:
+        with suppress(OSError):  # of file systems that lock no directories
+            fcntl.flock(number, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(number)
 
 
 def is_file_at(number: int, path: Path) -> bool:

@@ -125,23 +125,24 @@ def read_profiles(file: Path) -> dict[str, PlateProfile]:
 def write_profile(file: Path, profile: PlateProfile) -> None:
     """Write a plate into a file of plates; its other plates stay, comments do not.
 
-    The file appears whole or stays as it was.
+    The file appears whole or stays as it was, also where several programs write plates into it.
 
     Raises RequestError if the file is there and is none of plates, or would become too large.
     """
-    plates: dict[Any, Any] = {}
-    if file.exists():
-        plates = {name: value for name, value in _read(file).items() if name != profile.name}
-    plates[profile.name] = profile.as_dict()
-    text = yaml.safe_dump({HEAD: plates}, sort_keys=False, allow_unicode=True,
-                          default_flow_style=None)
-    if len(text.encode()) > MOST_BYTES:
-        raise errors.RequestError(f"a file of plates of at most {MOST_BYTES} bytes",
-                                  f"{len(text.encode())} with {profile.name} in {file}",
-                                  "write the plate into another one")
-    # A link to the file stays a link.
-    files.make_directories(file.resolve().parent)
-    files.replace_file(file.resolve(), text.encode())
+    file = file.resolve()  # a link to the file stays a link
+    files.make_directories(file.parent)
+    with files.locked_directory(file.parent):
+        plates: dict[Any, Any] = {}
+        if file.exists():
+            plates = {name: value for name, value in _read(file).items() if name != profile.name}
+        plates[profile.name] = profile.as_dict()
+        text = yaml.safe_dump({HEAD: plates}, sort_keys=False, allow_unicode=True,
+                              default_flow_style=None)
+        if len(text.encode()) > MOST_BYTES:
+            raise errors.RequestError(f"a file of plates of at most {MOST_BYTES} bytes",
+                                      f"{len(text.encode())} with {profile.name} in {file}",
+                                      "write the plate into another one")
+        files.replace_file(file, text.encode())
 
 
 def refuse_foreign(file: Path) -> None:

@@ -7,12 +7,14 @@ import random
 import shutil
 import sqlite3
 import threading
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
 
 from ros_pose_stats.errors import RequestError
+from ros_pose_stats.plates import PlateProfile, read_profiles, write_profile
 from ros_pose_stats.ros.state import Change, State, StateInUseError
 
 NAMES = "abc"
@@ -293,3 +295,14 @@ def test_a_mesh_and_its_part_come_together(file, opened, tmp_path):
         seen.add(len(names))
         left.close()
     assert seen == {0, 1, 2, 3}
+
+
+def test_two_writers_of_a_file_of_plates_lose_none(tmp_path):
+    def write(name):
+        write_profile(tmp_path / "plates.yaml", PlateProfile(
+            name, *[0.5] * 3, *[0.1] * 3, 0.01, 0.5, ("clamp",), 100, "2026-11-25", "1"))
+
+    names = [f"plate {number}" for number in range(12)]
+    with ThreadPoolExecutor(2) as pool:
+        list(pool.map(write, names))
+    assert sorted(read_profiles(tmp_path / "plates.yaml")) == sorted(names)
