@@ -41,11 +41,10 @@ def serve(kind: str) -> None:
     rclpy.init()
     node = (AnsweringNode if kind == "node" else rclpy.create_node)("first_calls")
 
-    def answer(_, response):
-        response.success = True
-        return response
-
-    (node.serve if kind == "node" else node.create_service)(CancelDropSimulation, SERVICE, answer)
+    if kind == "node":
+        node.serve(CancelDropSimulation, SERVICE, lambda request, response: None)
+    else:
+        node.create_service(CancelDropSimulation, SERVICE, lambda request, response: response)
     executor = MultiThreadedExecutor(8)
     executor.add_node(node)
     threading.Thread(target=executor.spin, daemon=True).start()

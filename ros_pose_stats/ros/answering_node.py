@@ -10,7 +10,7 @@ import threading
 import time
 import warnings
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from concurrent.futures import Future
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -19,6 +19,9 @@ from typing import Any
 
 from rclpy import callback_groups, exceptions, node as nodes, qos
 from rosgraph_msgs.msg import Clock
+
+from ..errors import PoseStatsError
+from .lanes import result_of
 
 SERVICE_QUALITY = qos.QoSProfile(
     history=qos.HistoryPolicy.KEEP_LAST, depth=1000, reliability=qos.ReliabilityPolicy.RELIABLE,
@@ -34,6 +37,48 @@ QUIET = 60.0  # seconds between two warnings of a kind
 
 warnings.filterwarnings("error", message="failed to send response", category=RuntimeWarning)
 """rclpy warns so of each answer that was thrown away, and that is what tells which ones were."""
+
+
+Steps = Generator[Future[Any], Any, None]
+"""What a callback waits for in turn; it is given what comes of each."""
+
+Callback = Callable[[Any, Any], Steps | None]  # of a request and the response to be filled in
+
+
+def answered(callback: Callback, say_failure: Callable[[str], object], request: Any,
+             response: Any) -> Future[Any]:
+    """The response, with a refusal as `success = false` and its message."""
+    coming_answer: Future[Any] = Future()
+
+    def begin() -> Steps:
+        yield from callback(request, response) or ()
+
+    def go_on(steps: Steps, done: Future[Any] | None = None) -> None:
+        coming = None
+        try:
+            try:
+                value = None if done is None else result_of(done)
+            except BaseException as error:
+                coming = steps.throw(error)
+            else:
+                coming = steps.send(value)
+        except StopIteration:
+            pass
+        except PoseStatsError as refusal:
+            response.success, response.message = False, str(refusal)
+        except Exception as error:  # the client gets an answer in any case
+            response.success = False
+            response.message = f"internal failure: {type(error).__name__}: {error}"
+            say_failure(f"{type(request).__qualname__}: {response.message}")
+        if coming is None:
+            coming_answer.set_result(response)
+        else:  # no thread waits
+            coming.add_done_callback(partial(go_on, steps))
+
+    if hasattr(response, "success"):
+        response.success = True
+    go_on(begin())
+    return coming_answer
 
 
 @dataclass(slots=True, eq=False)
@@ -165,7 +210,7 @@ class AnsweringNode(nodes.Node):
         for service in self.services:  # of parameters and types, which rclpy has made by itself
             service.send_response = partial(send, service.srv_name, service.send_response)
 
-    def serve(self, kind: Any, name: str, callback: Callable[..., Any],
+    def serve(self, kind: Any, name: str, callback: Callback,
               may_wait: Callable[[Any], bool] = lambda request: True) -> None:
         """Make a service that answers in turn, also by a future; `may_wait`: what is not large."""
         service: Any = self.create_service(
@@ -174,14 +219,9 @@ class AnsweringNode(nodes.Node):
         send_now, answers = service.send_response, self.answers
 
         def answer(asked: tuple[Client, bool], header: Any, request: Any) -> None:
-            def send(response: Any) -> None:
-                answers.send(name, *asked, lambda: send_now(response, header))
-
-            response = callback(request, kind.Response())
-            if isinstance(response, Future):  # no thread waits until the answer is there
-                response.add_done_callback(lambda done: send(done.result()))
-            else:
-                send(response)
+            coming = answered(callback, self.get_logger().error, request, kind.Response())
+            coming.add_done_callback(lambda done: answers.send(
+                name, *asked, lambda: send_now(done.result(), header)))
 
         def sort_all(taken: _Taken, header: Any) -> None:
             """Sort a request and those behind it; one that may not wait is answered now."""

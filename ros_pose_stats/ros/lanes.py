@@ -5,7 +5,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future, InvalidStateError
+from concurrent.futures import CancelledError, Future, InvalidStateError
 from contextlib import suppress
 from dataclasses import dataclass, field
 from enum import IntEnum
@@ -15,6 +15,26 @@ from ..errors import RequestError
 from ..mesh.overlap import TakesLongError
 
 T = TypeVar("T")
+
+
+def done_with(value: T) -> Future[T]:
+    """A future that is done."""
+    future: Future[T] = Future()
+    future.set_result(value)
+    return future
+
+
+def ending() -> RequestError:
+    """The refusal of whatever a node that ends is asked for."""
+    return RequestError("a running node", "one that is ending", "start it again")
+
+
+def result_of(coming: Future[T]) -> T:
+    """What is coming, once it is there; raises PoseStatsError if it is refused."""
+    try:
+        return coming.result()
+    except CancelledError as error:
+        raise ending() from error
 
 
 class Lane(IntEnum):

@@ -12,7 +12,8 @@ from typing import Any
 
 from ...errors import PoseStatsError, RequestError
 from ...records import FlipStatistics, Part, PoseStatistics
-from ..parts.known_part import KnownPart, result_of
+from ..lanes import result_of
+from ..parts.known_part import KnownPart
 from ..refusals import Health
 from .run import Ending, Job, JobListener, JobRequest, State, run_drops
 

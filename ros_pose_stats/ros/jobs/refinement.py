@@ -9,6 +9,7 @@ from ...planning import confidence, hybrid
 from ...records import DropScene, Part
 from ...resting.poses import poses_in
 from ..base import Base
+from ..lanes import done_with
 from ..messages import statistics_messages
 from ..parts import known_part, result_store
 from . import JobRequest, Jobs
@@ -48,7 +49,7 @@ class Refinement:
         fine = model is not None and (model.drops or hybrid) and (model.drops >= drops or (
             target and credible_bound(known.part, model, scene) <= target))
         if (settings.refine_drops or target) and not fine:
-            self._jobs.submit(request, known_part.done_with(known), settings)
+            self._jobs.submit(request, done_with(known), settings)
 
     def answer_checked(self, known: known_part.KnownPart, checked: PoseStatistics,
                        scene: DropScene) -> tuple[PoseStatistics, str]:
@@ -82,7 +83,7 @@ class Refinement:
                              self._aim(known, target_error, scene), settings.max_job_seconds,
                              hybrid=True)
         try:
-            job = self._jobs.submit(request, known_part.done_with(known), settings)
+            job = self._jobs.submit(request, done_with(known), settings)
         except errors.RequestError as refusal:  # the estimate is an answer all the same
             return _missed(best, f"{short}; drops cannot refine it now: {refusal}")
         promise = f"at most {most} drops in the background will refine it, job {job.job_id}."

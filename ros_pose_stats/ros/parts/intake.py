@@ -17,11 +17,11 @@ from ...records import DropScene
 from ...resting.poses import are_found
 from ..base import Base
 from ..batches import SequenceGaps
-from ..lanes import Lane, Rank
+from ..lanes import Lane, Rank, done_with
 from ..messages import part_messages, part_requests
 from ..settings import mesh_topics
 from . import part_builder, result_store
-from .known_part import KnownPart, done_with
+from .known_part import KnownPart
 
 DEPTH = 100  # messages that wait in the middleware
 TRIES = 3  # of building a part of an earlier run, where something fails inside the program

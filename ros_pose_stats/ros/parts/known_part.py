@@ -4,43 +4,20 @@ import math
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
-from concurrent.futures import CancelledError, Future
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from ros_pose_stats_msgs.msg import PoseStatistics
 
-from ...errors import RequestError
 from ...records import DropScene, Part
 
 if TYPE_CHECKING:
     from .count_store import CellCounts
 
-T = TypeVar("T")
 K = TypeVar("K", bound=Hashable)
 V = TypeVar("V")
 
 NODE_SCENE = (-1.0, -1.0)  # restitution and drop height of a part that has no scene of its own
-
-
-def done_with(value: T) -> Future[T]:
-    """A future that is done."""
-    future: Future[T] = Future()
-    future.set_result(value)
-    return future
-
-
-def ending() -> RequestError:
-    """The refusal of whatever a node that ends is asked for."""
-    return RequestError("a running node", "one that is ending", "start it again")
-
-
-def result_of(coming: Future[T]) -> T:
-    """What is coming, once it is there; raises PoseStatsError if it is refused."""
-    try:
-        return coming.result()
-    except CancelledError as error:
-        raise ending() from error
 
 
 class Memory(Generic[K, V]):

@@ -12,11 +12,12 @@ from ...records import DropScene, FlipStatistics, Index
 from ...simulation.flips import check_kick, usual_kicks
 from ...statistics import counted_flips, feeding, pose_groups
 from ...statistics.feeding_plan import FLIP, LEAVE, PICK, FeederCell, plan_feeding
+from ..answering_node import Steps
 from ..base import Base
 from ..jobs import FlipRequest, Jobs, State, run
+from ..lanes import done_with, ending
 from ..messages import part_messages, part_requests, statistics_messages
 from ..parts import known_part, result_store
-from .requests import Steps, refusing
 
 FLIP_SECONDS = 10.0  # longest that an answer flips for; the fewer flips, the wider its intervals
 SEED = 1  # of the flips of an answer: the same question has the same answer
@@ -34,10 +35,8 @@ class FeedingService:
         self._settings = base.settings
         self._parts, self._learnt, _, _ = stores
         self._jobs, self._reports, self._goals = jobs, reports, goals
-        self.say_failure = base.node.get_logger().error
         base.node.serve(FeedingAnswer, "~/feeding", self.answer)
 
-    @refusing
     def answer(self, request: Any, response: Any) -> Steps:
         """What to do and what a feeder gets, from the result that is latched now."""
         known, settings = self._parts.known(request.part_id), self._settings()
@@ -73,12 +72,12 @@ class FeedingService:
             if found is None:
                 job = self._jobs.submit(
                     FlipRequest(known.part_id, known.content, scene, 0, SEED, 0.0, seconds,
-                                kick_height=height), known_part.done_with(known), settings,
+                                kick_height=height), done_with(known), settings,
                     is_accepted=job is not None)
                 yield job.finished
                 found = self._reports.of_job(job.job_id)
                 if job.state is State.CANCELLED:  # nobody but the node itself cancels
-                    raise known_part.ending()
+                    raise ending()
                 if found is None:
                     response.success, response.message = False, job.message
                     return

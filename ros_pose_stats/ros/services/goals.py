@@ -15,8 +15,9 @@ from ...resting.poses import are_found
 from ..answering_node import SERVICE_QUALITY, AnsweringNode
 from ..base import Base
 from ..jobs import FlipRequest, Job, Jobs, State, job_reports, run
+from ..lanes import done_with
 from ..messages.part_messages import flat
-from ..parts import known_part, part_builder, result_store
+from ..parts import part_builder, result_store
 from .requests import Requests
 
 FEEDBACK_SECONDS = 0.1
@@ -228,7 +229,7 @@ class SimulateFlipsServer(GoalServer):
         return self._jobs.submit(
             FlipRequest(known.part_id, known.content, scene, request.drops, request.seed,
                         0.0, settings.max_job_seconds, kick_height=kick),
-            known_part.done_with(known), settings)
+            done_with(known), settings)
 
     def feedback(self, job: Job) -> Any:
         """How far the flips are."""

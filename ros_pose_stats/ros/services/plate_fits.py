@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 from ros_pose_stats_msgs.srv import FitPlate
 
 from ... import errors, text
+from ..answering_node import Steps
 from ..base import Base
 from ..lanes import Lane, Rank
 from ..messages.part_requests import shown
 from ..parts import count_store, known_part, result_store
 from ..settings import Settings
-from .requests import Steps, refusing
 
 if TYPE_CHECKING:
     from ...plates import PlateFit
@@ -30,10 +30,8 @@ class PlateFits:
         self._parts, self._counts, _, self._announcer = stores
         self._use_plate = use_plate
         self._log = base.node.get_logger()
-        self.say_failure = self._log.error
         base.node.serve(FitPlate, "~/fit_plate", self.answer)
 
-    @refusing
     def answer(self, request: Any, response: Any) -> Steps:
         """Fit, and work with what was found if that is wanted."""
         settings = self._settings()

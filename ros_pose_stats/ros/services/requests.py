@@ -1,74 +1,21 @@
-"""From what clients ask to parts, jobs and answers."""
+"""From what clients ask to parts and jobs."""
 
-import functools
 import math
-from collections.abc import Callable, Generator
+from collections.abc import Callable
 from concurrent.futures import Future, wait
-from functools import partial
-from typing import Any, Protocol
+from typing import Any
 
 from ...errors import PoseStatsError, RequestError
 from ..base import Base
 from ..jobs import Job, JobRequest, Jobs
+from ..lanes import done_with, ending, result_of
 from ..messages import part_messages, part_requests
 from ..parts.intake import Intake
-from ..parts.known_part import KnownPart, done_with, ending, result_of
+from ..parts.known_part import KnownPart
 from ..parts.result_store import Stores
 
 PATIENCE = 0.004  # seconds that a start waits for a small part, which may be refused
 QUICK_TRIANGLES = 1000  # most of such a part
-
-Callback = Callable[..., Any]
-
-
-class Answering(Protocol):
-    """Whoever answers requests."""
-
-    say_failure: Callable[[str], object]
-
-
-Steps = Generator[Future[Any], Any, None]
-"""What a callback waits for in turn; it is given what comes of each."""
-
-
-def refusing(callback: Callback) -> Callback:
-    """Turn refusals into `success = false` and their message, and what waits into a future."""
-    @functools.wraps(callback)
-    def answer(self: Answering, request: Any, response: Any) -> Any:
-        answered: Future[Any] = Future()
-
-        def begin() -> Steps:
-            outcome: Steps | None = callback(self, request, response)
-            if outcome is not None:
-                yield from outcome
-
-        def go_on(steps: Steps, done: Future[Any] | None = None) -> None:
-            coming = None
-            try:
-                try:
-                    value = None if done is None else result_of(done)
-                except BaseException as error:
-                    coming = steps.throw(error)
-                else:
-                    coming = steps.send(value)
-            except StopIteration:
-                pass
-            except PoseStatsError as refusal:
-                response.success, response.message = False, str(refusal)
-            except Exception as error:  # the client gets an answer in any case
-                response.success = False
-                response.message = f"internal failure: {type(error).__name__}: {error}"
-                self.say_failure(f"{callback.__name__}: {response.message}")
-            if coming is None:
-                answered.set_result(response)
-            else:  # no thread waits
-                coming.add_done_callback(partial(go_on, steps))
-
-        response.success = True
-        go_on(begin())
-        return response if answered.done() else answered
-
-    return answer
 
 
 class Requests:

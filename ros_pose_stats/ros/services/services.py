@@ -13,13 +13,14 @@ from ...mesh import mass_properties, parts as meshes
 from ...planning.confidence import not_enough
 from ...records import DropScene, Part
 from ...text import listed, millimetres
+from ..answering_node import Steps
 from ..base import Base
 from ..jobs import Job, Jobs, State, job_reports, refinement as refining
 from ..messages import part_messages, part_requests, statistics_messages
 from ..parts import known_part, part_builder, result_store
 from ..parts.intake import Checks, Intake
 from ..recorder import ANSWERS
-from .requests import Requests, Steps, check_target, refusing
+from .requests import Requests, check_target
 
 BY_DROPS = "ask for the method auto, or start a drop simulation"
 AS_ITSELF = "for drops, send the part with this centre of mass in its inertia"
@@ -38,7 +39,6 @@ class Services:
         self._checks, self._refinement = checks, refinement
         self._jobs, self._reports, self._outlines = jobs, reports, outlines
         self._shifted: known_part.Memory[Any, Part] = known_part.memory_of_parts()
-        self.say_failure = base.node.get_logger().error
         for kind, name, callback in (
                 (srv.EstimatePoses, "estimate", self.estimate),
                 (srv.StartDropSimulation, "start_drop_simulation", self.start),
@@ -50,7 +50,6 @@ class Services:
             base.node.serve(kind, f"~/{name}", callback, lambda request: not (  # meshes have lanes
                 hasattr(request, "part") and part_messages.is_given(request.part)))
 
-    @refusing
     def estimate(self, request: Any, response: Any) -> Steps:
         """An analytic answer; one that nobody chose is checked by drops, or refined by them."""
         check_target(request.target_error)
@@ -109,7 +108,6 @@ class Services:
                 message, f"TARGET_MISSED: {short}; {advice}.")
         return message
 
-    @refusing
     def start(self, request: Any, response: Any) -> None:
         """Queue a drop simulation."""
         job = self._requests.start_job(request)
@@ -117,7 +115,6 @@ class Services:
         if not job.recorded:
             response.message = self._announcer.not_recorded()
 
-    @refusing
     def get_statistics(self, request: Any, response: Any) -> Steps:
         """What is latched, with outlines of one part where they are asked for."""
         parts = self._parts
@@ -131,7 +128,6 @@ class Services:
             response.outlines = yield self._outlines.begin(chosen[0].part, latched[0],
                                                            request.heights)
 
-    @refusing
     def forget(self, request: Any, response: Any) -> None:
         """Forget a part."""
         known = self._parts.known(request.part_id)
@@ -139,7 +135,6 @@ class Services:
         if not self._parts.forget(known):
             response.message = self._announcer.not_recorded()
 
-    @refusing
     def get(self, request: Any, response: Any) -> None:
         """How far a job is."""
         job = self._job(request.job_id)
@@ -148,7 +143,7 @@ class Services:
         response.drops_done, response.drops_total = job.drops_done, job.request.drops
         response.statistics = self._reports.current_answer(job)
 
-    def list(self, request: Any, response: Any) -> Any:
+    def list(self, request: Any, response: Any) -> None:
         """All jobs."""
         for job in self._jobs.all():
             response.job_id.append(job.job_id)
@@ -159,9 +154,7 @@ class Services:
             response.jobs.append(JobStatus(
                 job_id=job.job_id, part_id=job.part_id, state=int(job.state),
                 drops_done=job.drops_done, drops_total=job.request.drops))
-        return response
 
-    @refusing
     def cancel(self, request: Any, response: Any) -> None:
         """Cancel a job; what was done is kept."""
         job = self._job(request.job_id)

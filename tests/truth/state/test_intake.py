@@ -17,6 +17,7 @@ from ros_pose_stats.batch.worker import WorkerProcess
 from ros_pose_stats.errors import BatchError, MeshError, RequestError
 from ros_pose_stats.mesh.overlap import TakesLongError
 from ros_pose_stats.records.scene import Numbering
+from ros_pose_stats.ros.answering_node import answered
 from ros_pose_stats.ros.base import Base
 from ros_pose_stats.ros.lanes import Lane, Lanes, Rank
 from ros_pose_stats.ros.messages.part_requests import PartRequest
@@ -153,8 +154,8 @@ def test_fits_hold_up_no_other_answer_and_are_refused_at_the_end(lanes):
     known.counts = CellCounts(Ground(Numbering(0.0, 0), ""), np.array([50]), 1)
     service = PlateFits(base_of(lanes, plate=""),
                         Stores(Mock(all=lambda: [known]), None, None, None), None)
-    answers = [service.answer(SimpleNamespace(plate="", apply=False), SimpleNamespace())
-               for _ in range(2)]
+    answers = [answered(service.answer, print, SimpleNamespace(plate="", apply=False),
+                        SimpleNamespace()) for _ in range(2)]
     assert begun.wait(60.0) and not any(answer.done() for answer in answers)
     lanes.close()
     may_end.set()
