@@ -102,10 +102,7 @@ class Answers:
         self._next_try, self._warned = 0.0, dict[str, float]()
         self.changed = threading.Condition()
         self.last = 0.0
-        self._threads = [threading.Thread(target=self._run, name="answers", daemon=True)
-                         for _ in range(THREADS)]
-        for thread in self._threads:
-            thread.start()
+        self._threads: list[threading.Thread] = []
 
     def asked(self, service: str, number: int) -> tuple[Client, bool]:
         """Tell who gave its request this number, of several the best; and whether that is sure."""
@@ -136,6 +133,11 @@ class Answers:
             client.requests.append(act)
             self._waiting += 1
             self.changed.notify()
+            if not self._threads:
+                self._threads = [threading.Thread(target=self._run, name="answers", daemon=True)
+                                 for _ in range(THREADS)]
+                for thread in self._threads:
+                    thread.start()
             return True
 
     def _run(self) -> None:
