@@ -124,8 +124,8 @@ class Jobs:
         with self._changed:
             return len(self._asked), len(self._refinements)
 
-    def close(self, reason: str) -> bool:
-        """Cancel all and wait a while for the thread; whether nothing is computed any more."""
+    def close(self, reason: str) -> None:
+        """Cancel all and wait a while for the thread."""
         with self._changed:
             self._closing = reason
             waiting = [*self._asked, *self._refinements]
@@ -143,7 +143,6 @@ class Jobs:
         running = self.running
         if self._thread.is_alive() and running is not None:
             self._end(running, State.CANCELLED, reason)
-        return not self._thread.is_alive()
 
     def _work(self) -> None:
         while True:

@@ -104,9 +104,9 @@ class Intake:
             coming = self._lanes.put(build, Rank.LATER, _lane_of(known))
             self._coming += [] if shown[known.part_id] else [coming]
 
-    def restored(self, timeout: float) -> bool:
-        """Wait for results of parts that have none in the present scene; whether all are there."""
-        return not wait(self._coming, timeout).not_done
+    def restored(self, timeout: float) -> None:
+        """Wait a while for results of parts that have none in the present scene."""
+        wait(self._coming, timeout)
 
     def _build_again(self, known: KnownPart, to_show: bool) -> None:
         """Build a part of an earlier run; one that is refused now goes."""

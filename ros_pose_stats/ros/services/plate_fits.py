@@ -40,7 +40,12 @@ class PlateFits:
             check_applicable(plate, settings)
         counted = counts_on(plate, settings.plate, self._parts.all())
         fit = yield self._lanes.put(partial(fit_counts, counted), Rank.KNOWN, Lane.FIT)
-        fill_response(response, fit)
+        for name in ("restitution", "drop_height", "round_sides"):
+            for end, value in zip(("", "_low", "_high"), getattr(fit, name), strict=True):
+                setattr(response, name + end, value)
+        response.plate_error, response.p_value = fit.plate_error, fit.p_value
+        response.counted = fit.counted
+        response.parts = list(dict.fromkeys(part.part_id for part in fit.parts))
         response.message = (f"From {text.several(fit.counted, 'count')} of "
                             f"{text.several(len(fit.parts), 'part')} in {fit.seconds:.1f} s; "
                             f"{fit.verdict}")
@@ -109,13 +114,3 @@ def fit_counts(counted: list[tuple[known_part.KnownPart, count_store.CellCounts]
                    cluster_tolerance=seen.ground.numbering.cluster_tolerance,
                    round_sides=int(seen.ground.numbering.round_sides))
         for known, seen in counted])
-
-
-def fill_response(response: Any, fit: PlateFit) -> None:
-    """Put what was found, with the bounds, into a response."""
-    for name in ("restitution", "drop_height", "round_sides"):
-        for end, value in zip(("", "_low", "_high"), getattr(fit, name), strict=True):
-            setattr(response, name + end, value)
-    response.plate_error, response.p_value = fit.plate_error, fit.p_value
-    response.counted = fit.counted
-    response.parts = list(dict.fromkeys(part.part_id for part in fit.parts))
