@@ -110,8 +110,8 @@ class Answers:
             # Of equal ones the last that asked: many at once come one right after the other.
             alike = sorted(self._by_number.pop((service, number - 1), []),
                            key=lambda candidate: -candidate.misses)
-            for candidate in alike[1:] and alike:
-                candidate.is_mixed_up = True
+            for candidate in alike:
+                candidate.is_mixed_up = candidate.is_mixed_up or len(alike) > 1
             client = alike.pop() if alike else Client()
             if alike:
                 self._by_number[service, number - 1] = alike
