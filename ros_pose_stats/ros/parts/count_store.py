@@ -168,11 +168,9 @@ class CountStore:
             shown, known = current.shown or known.shown, current
             if shown is None:
                 return True
-            self.restore(known)
-            self._drop_misfits(known, ground, shown.latched)
-            if known.counts is None or known.counts.ground != ground:
-                known.counts = CellCounts(ground, np.zeros(len(shown.latched.poses), np.int64),
-                                          time.time_ns())
+            poses = len(shown.latched.poses)
+            known.counts = self._counts_on(known, ground, poses) or CellCounts(
+                ground, np.zeros(poses, np.int64), time.time_ns())
             content = hashlib.sha256(str(counts).encode()).digest()[:16]
             identity = known.counts.series.to_bytes(8, "big") + content
             if self._state.get("counted", identity) is not None:
@@ -186,16 +184,20 @@ class CountStore:
                     self._new[known.part_id] = known
         return True
 
-    def _drop_misfits(self, known: known_part.KnownPart, ground: Ground,
-                      message: PoseStatistics) -> None:
-        """Drop counts of an earlier version that had other poses on the same ground."""
-        counts, poses = known.counts, len(message.poses)
-        if counts is not None and counts.ground == ground and counts.total.size != poses:
+    def _counts_on(self, known: known_part.KnownPart, ground: Ground,
+                   poses: int) -> CellCounts | None:
+        """What was counted on a ground; those of a version that had other poses there go."""
+        self.restore(known)
+        counts = known.counts
+        if counts is None or counts.ground != ground:
+            return None
+        if counts.total.size != poses:
             self._warn(f"what was counted of {part_requests.shown(known.part_id)} no longer "
                        f"counts: expected {poses} poses, got counts of {counts.total.size}; "
                        f"an earlier version found others, so count again")
-            known.counts = None
+            counts = known.counts = None
             self._state.put(*(Change(table, known.part_id, None) for table in ("counts", "flips")))
+        return counts
 
     def flips(self, known: known_part.KnownPart, message: PoseStatistics, speed: str) -> Index:
         """Flips (K, K) counted at a speed on the ground of a result, or RequestError."""
@@ -245,14 +247,12 @@ class CountStore:
                 message: PoseStatistics) -> records.PoseStatistics | None:
         """A result combined with what was counted; None where nothing was that fits it."""
         self.restore(known)
-        counts = known.counts
-        if counts is None:
-            return None
         ground = self._ground(message)
-        if counts.ground != ground and counts.ground.goes_on_as(ground, known):
-            counts.ground = ground
-        self._drop_misfits(known, ground, message)
-        if known.counts is None or counts.ground != ground:
+        if known.counts is not None and known.counts.ground != ground and (
+                known.counts.ground.goes_on_as(ground, known)):
+            known.counts.ground = ground
+        counts = self._counts_on(known, ground, len(message.poses))
+        if counts is None:
             return None
         profile = self._settings().profile
         left_out = profile.left_out.get(known.digest) if profile else None
@@ -261,16 +261,16 @@ class CountStore:
         model = statistics_messages.statistics_of_message(message)
         if profile is None:
             counts.evidence = plate_evidence(model, counts.total)
-            model = replace(model, plate_error=learnt_plate_error(self._evidence_beside(known)))
+            model = replace(model, plate_error=learnt_plate_error(
+                self._evidence_beside(known, ground.plate)))
         combined = observe_counts(model, counts.total, told)
         return combined if combined.method == methods.OBSERVED else None
 
-    def _evidence_beside(self, known: known_part.KnownPart) -> Iterator[Array]:
-        """What the other parts counted on this part's plate say of its error."""
+    def _evidence_beside(self, known: known_part.KnownPart, plate: str) -> Iterator[Array]:
+        """What the other parts counted on a plate say of its error."""
         for other in self._parts.all():
             counts, shown = other.counts, other.shown
-            if other is known or counts is None or shown is None or (
-                    known.counts is None or counts.ground.plate != known.counts.ground.plate):
+            if other is known or counts is None or shown is None or counts.ground.plate != plate:
                 continue
             evidence, total = counts.evidence, counts.total  # a camera may count meanwhile
             if evidence is None and (counts.ground, total.size) == (
