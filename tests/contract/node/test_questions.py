@@ -156,7 +156,7 @@ class TestPlan:
                            clearance=0.002, kick_heights=[0.03, 0.011], **ASKED)
         told = answer_json("feeding", file, "--unit", "m", "--plate", 0.3, 0.2, "--clearance",
                            0.002, "--kicks", 0.011, 0.03, "--rate", RATE, "--cycle-time", CYCLE,
-                           "--wanted", "0,2")
+                           "--wanted", "0,2", "--seed", 1)
         assert told["part_digest"] == shown.part_digest
         names = [{answer.PICK: "pick", answer.FLIP: "flip", answer.LEAVE: "leave"}[action]
                  for action in answer.action]
