@@ -59,6 +59,8 @@ class CommandParser(argparse.ArgumentParser):
         """Print one line, with what was perhaps meant, and exit with status 2."""
         choice = re.search(r"invalid choice: '(.*?)' \(choose from (.*)\)", message)
         meant = _meant(choice[1], re.findall(r"[\w-]+", choice[2])) if choice else ""
+        if choice and meant:
+            message = message.replace(f" (choose from {choice[2]})", "")
         self.exit(REFUSED, f"{self.prog}: {message}{meant}; see `{self.prog} --help`\n")
 
 

@@ -247,6 +247,8 @@ class SimulateFlipsServer(GoalServer):
             return result
         for name in ("part_id", "part_digest", "restitution", "kick_height", "seed"):
             setattr(result, name, getattr(flips, name))
+        result.message = " ".join(filter(None, (message, *(
+            line for line in flips.warnings if line.startswith("HEIGHT_SUSPECT")))))
         result.flips = flat(flips.counts.sum(axis=1) + flips.unsettled, "Q")
         result.unsettled = flat(flips.unsettled, "Q")
         result.transition = flat(flips.transition)
