@@ -36,25 +36,13 @@ BINS: Final = (0.0, 0.01, 0.02, 0.04, 0.08, 0.2, 1.0)
 
 
 class Case(NamedTuple):
-    """A part, estimated and dropped.
+    """A part, estimated and dropped."""
 
-    Attributes
-    ----------
-    offset : float
-        Of the centre of mass from the axis, in radii.
-    square : float
-        Mean square error over the poses, the noise of the drops taken off.
-    before, told : float
-        Expected error without what rolling may gain, and with it.
-    kept : bool
-        Whether the drops deviate by no more than `largest_error` and their own noise, at 90 %.
-    """
-
-    offset: float
-    square: float
-    before: float
-    told: float
-    kept: bool
+    offset: float  # of the centre of mass from the axis, in radii
+    square: float  # mean over the poses, the noise of the drops taken off
+    before: float  # expected error without what rolling may gain
+    told: float  # and with it
+    kept: bool  # whether the drops are within `largest_error` and their noise, at 90 %
 
 
 def lopsided_part(draw: Generator) -> Part:

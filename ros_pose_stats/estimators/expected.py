@@ -40,7 +40,7 @@ the axis in radii; chosen so that told errors are true (docs/measured/lopsided.m
 
 MOST_LOPSIDED = 0.12  # offset in radii beyond which they grow no more
 RARE = 0.2  # share of a pose below which its odds may grow by more, with the root of the ratio
-ROCKING = 0.56  # error over the scatter of curves among poses; fitted (docs/measured/rocking.md)
+ROCKING = 0.55  # error over the scatter of curves among poses; fitted (docs/measured/rocking.md)
 SMALL = 1e-3  # an error far from the ends of what a probability can be off by
 
 SCATTER_AT = np.linspace(-3.0, 3.0, 13)
@@ -100,7 +100,12 @@ def expected_error(name: str, resting: RestingPoses, probability: Array, scene: 
         square = max(mean_scale * math.exp(float(fit(inputs))),
                      LEAST_SHARE * float(np.mean(np.square(probability - known[1]))))
     here = math.sqrt(square) * (1.0 + GROWTH * outside)
-    each = pose_errors(resting, probability, here)
+    # Shared as for drops, in proportion to p (1 - p); where symmetry decides all, no pose has an
+    # error, and where an estimate is certain and may be wrong, all have the same.
+    spread = fitted.single_drop(resting, probability)
+    total = float(spread.sum())
+    each = (here * np.sqrt(spread * (spread.size / total)) if total > DECIDED
+            else np.full(spread.shape, here))
     by_rolling = rolling_errors(resting, probability)
     for beside in (rocking_errors(resting, probability), by_rolling):
         if beside.any():
@@ -117,7 +122,7 @@ def rocking_errors(resting: RestingPoses, probability: Array) -> Array:
     There a part keeps its energy, and a flat takes it in one blow. No estimator knows how often,
     so its error grows with the scatter of curves over the poses that the part may come to rest in.
     """
-    curved = np.square(resting.curved_shares)
+    curved = np.square(resting.curves[0])
     return np.asarray(ROCKING * np.sqrt(probability) * np.abs(curved - probability @ curved))
 
 
@@ -180,17 +185,3 @@ def explain_best(method: str) -> str:
 
 def _usual_square(name: str, restitution: float) -> float:
     return float(np.interp(restitution, fitted.USUAL_AT, np.square(fitted.USUAL_ERRORS[name])))
-
-
-def pose_errors(resting: RestingPoses, probability: Array, expected: float) -> Array:
-    """Expected error (P,) of each pose, with the root mean square `expected`.
-
-    Its square is shared among the poses in proportion to p (1 - p), as for drops. Where symmetry
-    decides all, no pose has an error; where an estimate is certain and may be wrong, all have the
-    same.
-    """
-    spread = fitted.single_drop(resting, probability)
-    total = float(spread.sum())
-    if not total > DECIDED:
-        return np.full(spread.shape, expected)
-    return np.asarray(expected * np.sqrt(spread * (spread.size / total)))

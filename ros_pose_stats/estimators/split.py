@@ -29,6 +29,9 @@ SHALLOWEST = 1e-14
 STEEP = 1e3
 """Depth over the rise of the level to a next split, by which that outgrows a shallower one."""
 
+ACROSS = 13.0
+"""Growth of the log odds with how far curves lie across poses (docs/measured/rocking.md)."""
+
 
 def split(resting: RestingPoses, scene: DropScene) -> Array:
     """Probabilities (P,) from fitted weights of the components at each split.
@@ -41,7 +44,9 @@ def split(resting: RestingPoses, scene: DropScene) -> Array:
     weight = np.zeros((tree.level.shape[0], 3))
     weight[wanted] = component_weights(rows).reshape(-1, 3)
     probability = descend_splits(weight, kept_shares(resting), tree, wanted)
-    return published.normalized(resting.clusters.gather(probability))
+    across = resting.curves[1]
+    return published.normalized(resting.clusters.gather(probability)
+                                * np.exp(ACROSS * (across.min() - across)))
 
 
 def split_inputs(resting: RestingPoses, scene: DropScene) -> Array:

@@ -39,7 +39,8 @@ def pose_sphere(resting: poses.RestingPoses, pixels: int | None = None) -> PoseS
     `pixels`: across a hemisphere; default: up to 200, as many as are quickly computed.
     """
     body, found = resting.body, resting.equilibria
-    directions = _directions(pixels or _fine_enough(body.faces + len(body.points)))
+    fine = math.sqrt(MOST_PRODUCTS / (body.faces + len(body.points)) / (0.5 * math.pi))
+    directions = _directions(pixels or int(min(max(fine, COARSEST), FINEST)))
     inside = np.isfinite(directions[..., 0])
     asked = directions[inside]
     r, height, face = (np.empty(len(asked)), np.empty(len(asked)),
@@ -70,11 +71,6 @@ def on_map(directions: Array) -> tuple[Index, Array]:
     scale = 1.0 / np.sqrt(1.0 + np.abs(z))
     across = np.where(upper == 1, x, -x)  # from below, +x is to the left
     return upper, np.stack([across, y], axis=1) * scale[:, None]
-
-
-def _fine_enough(faces: int) -> int:
-    directions = MOST_PRODUCTS / faces
-    return int(min(max(math.sqrt(directions / (0.5 * math.pi)), COARSEST), FINEST))
 
 
 def _directions(pixels: int) -> Array:

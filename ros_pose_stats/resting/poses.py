@@ -19,7 +19,7 @@ from ..mesh.vectors import lengths, resting_quaternions, rotation_matrices
 from ..records import Array, DropScene, Index, Part, StablePose, scene as scenes
 from . import convex_body, symmetry
 from .equilibria import Clusters, Equilibria, clusters, equilibria, spread, tilt_margins
-from .turns import axis_offsets, curved_faces, rolling_axes, yaw_symmetries
+from .turns import axis_offsets, curves, rolling_axes, yaw_symmetries
 
 CORNER_REACHES = np.array([0.05, 0.3125])
 """Distances, in radii, within which corners count as one: for edges and bevels, and for shapes."""
@@ -94,11 +94,11 @@ class RestingPoses:
         return axis_offsets(self.body, self.pose_of_face, len(self.poses))
 
     @cached_property
-    def curved_shares(self) -> Array:
-        """Share (P,) of curves to rock on in the solid angle that leads to each pose."""
-        angle, poses = self.body.arrays.angle, len(self.poses)
-        curved = np.bincount(self.pose_of_face, curved_faces(self.body) * angle, poses)
-        return np.asarray(curved / np.bincount(self.pose_of_face, angle, poses))
+    def curves(self) -> tuple[Array, Array]:
+        """Share (P,) of curves in what leads to each pose, how far (P,) they lie across it."""
+        found, lowest = self.equilibria, self.clusters.lowest
+        return curves(self.body, self.inertia, self.pose_of_face, found.faces[lowest],
+                      found.downs[lowest])
 
     @property
     def pose_of_face(self) -> Index:

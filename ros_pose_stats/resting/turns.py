@@ -17,10 +17,8 @@ LARGEST_STEP = np.radians(24.8)  # facets of a round surface turn by less
 SAME_AXIS = 1e-3  # sine of the angle within which two axes are one
 LEVEL = 1e-4  # sine of the angle to the axis within which a facet is along it
 NEAR = 0.05  # share of its radius within which a facet is one of a round surface
-LARGEST_FACET = 0.03 * 4.0 * np.pi  # solid angle from which on a face is no facet of a curve
-
-LARGEST_BEND = 0.4
-"""Angle to a neighbour, in radians, from which on both are no facets of one curve."""
+LARGEST_BEND = 0.4  # radians to a neighbour, from which on both are no facets of one curve
+TINY = 1e-12  # a share, angle or weight that is as good as none
 
 
 def axis_offsets(body: convex_body.ConvexBody, pose_of_face: Index, poses: int) -> Array:
@@ -37,24 +35,57 @@ def axis_offsets(body: convex_body.ConvexBody, pose_of_face: Index, poses: int) 
     return found
 
 
-def curved_faces(body: convex_body.ConvexBody) -> Array:
-    """How far (F,) each face is a facet of a curve to rock on, from 0 to 1.
+def curves(body: convex_body.ConvexBody, inertia: Array, pose_of_face: Index, lowest: Index,
+           downs: Array) -> tuple[Array, Array]:
+    """Share of curves (P,) in what leads to each pose, and how far (P,) they lie across it.
 
-    Small faces beside others that hardly turn are; at rims of a full turn all of those must.
+    Rocking is a turn about the generators of a curve. It lasts, since narrow facets take little of
+    its energy and nothing turns it about another axis: a part does not lie down where they stand
+    on end. Curves of a full turn do not count there; no blow makes a part turn about their axis.
+    `inertia` (3, 3): over mass and squared radius; `lowest` (P,) int: faces that poses rest on.
     """
-    arrays = body.arrays
-    step = arrays.normal[arrays.face] - arrays.normal[arrays.face[arrays.twin]]
-    turn, first = (step * step).sum(axis=1), arrays.face_start[:-1]
-    rolls = np.zeros(body.faces, dtype=np.bool_)
+    arrays, first = body.arrays, body.arrays.face_start[:-1]
+    face, poses = arrays.face, len(lowest)
+    turn = lengths(arrays.normal[face] - arrays.normal[face[arrays.twin]])
+    curve = np.maximum(1.0 - np.square(turn / LARGEST_BEND), 0.0)
+    if not curve.any():
+        return np.zeros(poses), np.zeros(poses)
+    begin = body.points[arrays.corner]
+    edge = body.points[arrays.corner[arrays.twin]] - begin
+    size = lengths(edge)
+    edge /= size[:, None]
+    middle = np.add.reduceat(begin, first) / np.diff(arrays.face_start)[:, None]
+    lever = np.square((np.cross(middle, arrays.normal)[face] * edge).sum(axis=1))
+    about = ((edge @ inertia) * edge).sum(axis=1)
+    half = np.square(0.5 * arrays.area[face] / size)  # of the facet's width across the side
+    contact = about + np.square(arrays.distance[face]) + lever
+    smooth = curve * size
+    # Of the energy in a radian: each facet takes what a slam on a flat of its width takes.
+    curve *= np.maximum((contact - half) / (contact + half), TINY)**(2.0 / np.maximum(turn, TINY))
+    full, angle = _on_full_turns(body), np.bincount(pose_of_face, arrays.angle, poses)
+    share = np.bincount(pose_of_face, arrays.angle * np.where(
+        full, np.minimum.reduceat(curve, first), np.maximum.reduceat(curve, first)), poses) / angle
+    curve[full[face]] = 0.0
+    lies = np.maximum.reduceat(curve, first)[lowest][pose_of_face]
+    each = lies * arrays.angle / np.maximum(np.add.reduceat(smooth, first), TINY)
+    weight = each[face] * smooth * curve * np.sqrt(lever / (about + lever))
+    tensor = (edge * weight[:, None]).T @ edge
+    whole = max(float(np.trace(tensor)), TINY)
+    tensor = tensor @ tensor @ tensor / (whole * whole)  # where generators are parallel
+    return share, np.asarray(((downs @ tensor) * downs).sum(axis=1)
+                             / np.maximum(4.0 * np.pi - angle, TINY))
+
+
+def _on_full_turns(body: convex_body.ConvexBody) -> Mask:
+    """Which faces (F,) touch a run of a full turn, also those of a dome over it."""
+    arrays, found = body.arrays, np.zeros(body.faces, dtype=np.bool_)
     for run in body.runs:
         if run.full:
             up = along(arrays.normal, run.axis)
             reach = np.sqrt(np.maximum(1.0 - up * up, 0.0)) * run.radius
-            rolls |= np.abs(arrays.distance - along(arrays.normal, run.center)
+            found |= np.abs(arrays.distance - along(arrays.normal, run.center)
                             - reach) < NEAR * run.radius
-    bend = np.where(rolls, np.maximum.reduceat(turn, first), np.minimum.reduceat(turn, first))
-    small = np.maximum(1.0 - np.square(arrays.angle / LARGEST_FACET), 0.0)
-    return np.asarray(np.square(small * np.maximum(1.0 - bend / LARGEST_BEND**2, 0.0)))
+    return found
 
 
 def rolling_axes(body: convex_body.ConvexBody, downs: Array, heights: Array, tolerance: float

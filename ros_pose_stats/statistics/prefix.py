@@ -131,14 +131,10 @@ class Prefix:
     def judged(self) -> errors.Judged:
         """What the counts are worth, by themselves or by the judge."""
         if self._judged[0] != self.drops:  # a judgement takes as long as a dozen drops
-            self._judged = self.drops, self._judgement()
+            self._judged = self.drops, (errors.judge_counts if self._judge is None
+                                        else self._judge.judge)(self.counts)
             self._judged_at = time.monotonic()
         return self._judged[1]
-
-    def _judgement(self) -> errors.Judged:
-        if self._judge is not None:
-            return self._judge.judge(self.counts)
-        return errors.judge_counts(self.counts)
 
     def recently_judged(self) -> errors.Judged:
         """The same, to be shown: while drops go on, a judge's may be as old as its pause."""

@@ -14,7 +14,7 @@ from ros_pose_stats.estimators.fitted import (
     SplitFit,
     TanhNetwork,
 )
-from ros_pose_stats.estimators.split import component_bases, component_weights
+from ros_pose_stats.estimators.split import ACROSS, component_bases, component_weights
 
 from ..network_fit import (
     coefficient_count,
@@ -43,25 +43,18 @@ HELD_SELDOM = -4.0
 
 
 class Batch(NamedTuple):
-    """Some samples.
-
-    Attributes
-    ----------
-    table : Table
-    inputs : (3 K, 26) array
-        Standardised.
-    bases : (2, 3 K) array
-        As from `component_bases`, with the first value of the constant.
-    """
+    """Some samples."""
 
     table: Table
-    inputs: Single
-    bases: Single
+    inputs: Single  # (3 K, 26) standardised
+    bases: Single  # (2, 3 K), as from `component_bases`, with the first constant
 
 
 def predict(fits: Sequence[SplitFit], table: Table) -> Array:
     """Estimate the probabilities (P,) of a table's poses."""
-    return _loss(table, component_weights(table.inputs, fits), gradient=False)[2]
+    found = _loss(table, component_weights(table.inputs, fits), gradient=False)[2]
+    found *= np.exp(-ACROSS * table.across)
+    return found / np.repeat(np.add.reduceat(found, table.first_pose), table.poses)
 
 
 def fit_networks(table: Table, units: tuple[int, int], ridge: float, epochs: int,

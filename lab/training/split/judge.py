@@ -28,33 +28,15 @@ TAIL = 0.999
 
 
 class Score(NamedTuple):
-    """Errors in points, the drops' noise taken off.
+    """Errors in points, the drops' noise taken off."""
 
-    Attributes
-    ----------
-    what : str
-        Name of the bodies.
-    height : float
-        Radii.
-    errors : tuple of float
-        Of the split estimator: pooled over the restitutions 0.2, 0.5 and 0.8, and at each.
-    combined : tuple of float
-        The same of the paper's combined estimator.
-    expected : float
-        Root mean square of the expected errors by the shipped weights, pooled.
-    largest, tail : float
-        Largest deviation of a pose, noise included, and the one that one in a thousand exceeds.
-    combined_largest, combined_tail : float
-        The same of the combined estimator.
-    """
-
-    what: str
-    height: float
-    errors: tuple[float, ...]
-    combined: tuple[float, ...]
-    expected: float
-    largest: float
-    tail: float
+    what: str  # name of the bodies
+    height: float  # radii
+    errors: tuple[float, ...]  # of `split`: pooled over the usual restitutions, and at each
+    combined: tuple[float, ...]  # the same of the combined estimator
+    expected: float  # root mean square of the expected ones, pooled
+    largest: float  # deviation of a pose, noise included
+    tail: float  # the one that one pose in a thousand exceeds
     combined_largest: float
     combined_tail: float
 

@@ -25,28 +25,15 @@ LOW = 2.0
 
 
 class Sample(NamedTuple):
-    """One body in one scene.
-
-    Attributes
-    ----------
-    family : str
-    seed, number : int
-        Of the body, as `family_part` takes them.
-    restitution, height : float
-        Height in radii.
-    unsettled : int
-        Drops that met the step cap.
-    count : (P,) array of int
-        Drops that came to rest in each pose, by `index`.
-    """
+    """One body in one scene."""
 
     family: str
-    seed: int
+    seed: int  # of the body, as `family_part` takes it
     number: int
     restitution: float
-    height: float
-    unsettled: int
-    count: Index
+    height: float  # radii
+    unsettled: int  # drops that met the step cap
+    count: Index  # (P,) drops that came to rest in each pose, by `index`
 
 
 def write_samples(samples: Iterable[Sample], file: Path = FILE) -> None:

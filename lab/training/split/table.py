@@ -33,47 +33,25 @@ class Table:
     """Samples as arrays; U samples with P poses and 3 K components in all.
 
     A pose may be several leaves of the tree, of which there are K + U.
-
-    Attributes
-    ----------
-    inputs : (3 K, 26) array
-        Of the weights of components, as from `split_inputs`.
-    children : (K, 2) array
-        Children of each split, from 0 in each sample: leaves, then splits by rising level.
-    leaf_pose : (K + U,) array
-        Pose of each leaf, from 0 in each sample.
-    kept : (K, 2) array
-        As from `kept_shares`.
-    splits, poses, first_split, first_pose : (U,) arrays
-        Number of splits and of poses of a sample; where they begin.
-    share : (P,) array
-        Count over settled drops.
-    settled, restitution, height : (P,) arrays
-        Of the sample that a pose belongs to.
-    body : (P,) array
-    family : (P,) array of str
-    expected : (P,) array
-        Expected error of the sample by the shipped weights, a fraction.
-    reference : dict of (P,) arrays
-        Estimates of the paper.
     """
 
-    inputs: NDArray[np.float32]
-    children: Index
-    leaf_pose: Index
-    kept: Array
-    splits: Index
-    poses: Index
-    first_split: Index
+    inputs: NDArray[np.float32]  # (3 K, 26), as from `split_inputs`
+    children: Index  # (K, 2), numbered in each sample: leaves, then splits by rising level
+    leaf_pose: Index  # (K + U,) pose of each leaf, from 0 in each sample
+    kept: Array  # (K, 2), as from `kept_shares`
+    splits: Index  # (U,) number of splits of a sample
+    poses: Index  # (U,) and of its poses
+    first_split: Index  # (U,) where they begin
     first_pose: Index
-    share: Array
-    settled: Array
+    share: Array  # (P,) count over settled drops
+    across: Array  # (P,) how far curves to rock on lie across the pose
+    settled: Array  # (P,) of the sample that a pose belongs to, like what follows
     restitution: Array
     height: Array
     body: Index
     family: NDArray[np.str_]
-    expected: Array
-    reference: dict[str, Array]
+    expected: Array  # by the shipped weights, a fraction
+    reference: dict[str, Array]  # (P,) each; of the paper
 
     def error(self, probability: Array, where: NDArray[np.bool_] | slice = slice(None)) -> float:
         """Root mean square error over the poses in points, the drops' noise taken off."""
@@ -94,7 +72,7 @@ class Table:
                 -1, self.inputs.shape[1]),
             self.children[split], self.leaf_pose[leaf], self.kept[split],
             splits, poses, _starts(splits), _starts(poses), self.share[pose],
-            self.settled[pose], self.restitution[pose], self.height[pose],
+            self.across[pose], self.settled[pose], self.restitution[pose], self.height[pose],
             self.body[pose], self.family[pose], self.expected[pose],
             {name: one[pose] for name, one in self.reference.items()})
 
@@ -106,8 +84,8 @@ def make_table(samples: Sequence[Sample], compared: bool = True) -> Table:
     """
     inputs, children, leaf_pose, kept = [], [], [], []
     poses: dict[str, list[Array]] = {
-        name: [] for name in ("share", "settled", "restitution", "height", "body", "family",
-                              "expected")}
+        name: [] for name in ("share", "across", "settled", "restitution", "height", "body",
+                              "family", "expected")}
     reference: dict[str, list[Array]] = {name: [] for name in REFERENCES if compared}
     for body, (key, scenes) in enumerate(groupby(samples, lambda row: row[:3])):
         tolerance, sides = family_options(key[0])
@@ -123,7 +101,8 @@ def make_table(samples: Sequence[Sample], compared: bool = True) -> Table:
             children.append(links)
             leaf_pose.append(resting.clusters.node_pose)
             kept.append(shares)
-            told = {"share": row.count / settled, "settled": settled, "body": body,
+            told = {"share": row.count / settled, "across": resting.curves[1],
+                    "settled": settled, "body": body,
                     "restitution": row.restitution, "height": row.height, "family": key[0],
                     "expected": _expected(resting, scene) if compared else math.nan}
             for name, value in told.items():
