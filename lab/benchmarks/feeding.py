@@ -96,7 +96,7 @@ def row(name: str, part: Part, dropped: PoseStatistics, flips: FlipStatistics,
     long, wide, clearance = (radii * dropped.radius for radii in plate)
     fill = plate_fill([pose.outline for pose in poses], shares, (long, wide), clearance)
     numbers = np.arange(1, 200)
-    told = fill.pickable(numbers, shares * wanted)
+    told = numbers * (fill.free(numbers) @ (shares * wanted))
     best = int(told.argmax())
     thrown = Plate(part, poses, (long, wide), clearance)
     seen, until = [], time.monotonic() + seconds

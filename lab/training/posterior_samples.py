@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from ros_pose_stats.estimators.registry import estimator
 
 from ros_pose_stats.estimators.expected import expected_error
-from ros_pose_stats.planning.confidence import estimated
 from ros_pose_stats.records import DropScene
 from ros_pose_stats.resting.poses import RestingPoses
 from ros_pose_stats.statistics.prior import PosePrior, PriorFit
@@ -91,7 +91,7 @@ def sample_of(number: int, resting: RestingPoses, restitution: float, method: st
               count: Index) -> Sample:
     """Make a sample: a body with its estimate."""
     scene = DropScene(restitution)
-    estimate = estimated(method, resting, scene)
+    estimate = estimator(method).function(resting, scene)
     error = expected_error(method, resting, estimate, scene).here
     group = np.array([pose.group for pose in resting.poses])
     return Sample(number, restitution, estimate, error, group, count)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull, QhullError, cKDTree
 
-from ..errors import MeshError
+from ..errors import MeshError, RequestError
 from ..kernels.body.convex_body import BodyArrays
 from ..kernels.mesh.measures import solid_moments
 from ..mesh.hull import hull_of_corners
@@ -23,7 +23,6 @@ from ..resting import convex_body, poses
 
 Kind = Literal["centre", "stretch", "face"]
 
-KINDS = ("centre", "stretch", "face")
 AXES = "xyz"
 
 
@@ -67,6 +66,13 @@ def find_features(resting: poses.RestingPoses) -> tuple[Feature, ...]:
                                 size=float(body.arrays.area[moved].sum()))
     axes = [Feature(kind, axis) for kind in ("centre", "stretch") for axis in range(3)]
     return (*axes, *features.values())
+
+
+def check_reach(what: str, reach: float, radius: float) -> None:
+    """Raise RequestError for a length of a change that is none."""
+    if not 0.0 < reach <= 0.5 * radius:
+        raise RequestError(f"a {what} above 0 and at most {500.0 * radius:.3g} mm, half the "
+                           "part's radius", f"{1e3 * reach:.3g} mm", "give one, for instance 1mm")
 
 
 class ChangedPart(NamedTuple):

@@ -2,9 +2,8 @@
 
 All differences of a comparison are tested together, so that variants that do not differ are called
 different in at most 5 % of comparisons: Holm's method over the poses, and a share of the 5 % for
-each look at the drops. What the plate adds is no matter of repeated looks: of a difference that
-stands, each pose by itself must exceed it. Drops end when a difference shows, and so flatter it:
-once the verdicts stand, as many fresh drops tell shares and sizes.
+each look at the drops. Drops end when a difference shows, and so flatter it: once the verdicts
+stand, as many fresh drops tell shares and sizes.
 
 A share that drops tell is off by `plate_error` on a real plate, whatever the number of drops. Two
 variants that are alike are off alike, so most of that is gone from their difference. A part of it
@@ -22,7 +21,7 @@ import numpy as np
 
 from ..errors import RequestError
 from ..methods import SIMULATION
-from ..records import DropScene, Mask, Part, PoseStatistics, scene as scenes, statistics
+from ..records import DropScene, Part, PoseStatistics, scene as scenes, statistics
 from ..resting.poses import resting_poses
 from ..resting.trust import pose_remarks
 from ..simulation.request import SEEDS, drop_request
@@ -122,7 +121,13 @@ def compare(parts: Sequence[Part], wanted: Sequence[int] = (), drops: int = MOST
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
     asked = drop_request(drops, seed, 0.0, workers)
     resting = [resting_poses(part, cluster_tolerance, round_sides) for part in parts]
-    _check_sizes([one.body.radius for one in resting])
+    first = resting[0].body.radius
+    for place, radius in enumerate(one.body.radius for one in resting):
+        if max(radius, first) > LARGEST_RATIO * min(radius, first):
+            raise RequestError(
+                f"variants of one scale, radii at most {LARGEST_RATIO:g} times apart",
+                f"A with a radius of {1e3 * first:.4g} mm and {describe.letter(place)} with "
+                f"{1e3 * radius:.4g} mm", "export them in one unit")
     if wanted:
         feeding.check_wanted(wanted, len(resting[0].poses))
     accepted = tuple(sorted(set(map(int, wanted))))
@@ -130,7 +135,11 @@ def compare(parts: Sequence[Part], wanted: Sequence[int] = (), drops: int = MOST
     turns = [None, *(match.turn for match in matches)]
     tests = [test for place, match in enumerate(matches, start=1)
              for test in _tests(place, match, accepted)]
-    sizes = looks(asked.drops)
+    # A look has a share of the 5 % in proportion to its drops: all looks together are wrong in no
+    # more than 5 %, since the sum of the chances bounds that of any of them.
+    sizes = [asked.drops]
+    while sizes[0] >= 2 * FIRST_LOOK:
+        sizes.insert(0, sizes[0] // 2)
     most = 2 * sizes[-1] * len(parts)
 
     judged = paired_drops.PairedDrops(parts, scene, (asked.seed + SEEDS // 2) % SEEDS, turns)
@@ -138,7 +147,9 @@ def compare(parts: Sequence[Part], wanted: Sequence[int] = (), drops: int = MOST
         judged.drop_until(size, asked.workers, lambda done: on_progress(done, most), should_stop)
         shares = _differences(judged, tests, plate_error)
         chances = _chances(tests, shares, size / sum(sizes))
-        if judged.drops < size or _is_settled(tests, chances, bool(accepted)) or all(
+        differ = {test.second for test, (_, on_plate) in zip(tests, chances, strict=True)
+                  if on_plate <= comparison.LEVEL and (test.is_accepted or not accepted)}
+        if judged.drops < size or len(differ) == len(matches) or all(
                 one.difference.high - one.difference.low <= 2.0 * ONE_POINT for one in shares):
             break
     afresh = paired_drops.PairedDrops(parts, scene, asked.seed, turns)
@@ -166,28 +177,6 @@ def compare(parts: Sequence[Part], wanted: Sequence[int] = (), drops: int = MOST
         variants.append(comparison.VariantComparison(place, match, tuple(poses), feeder))
     return comparison.Comparison(tuple(parts), tuple(found), tuple(variants), pairs.scene,
                                  asked.seed, accepted, plate_error, time.perf_counter() - begin)
-
-
-def _check_sizes(radii: Sequence[float]) -> None:
-    """Refuse variants of another scale than the first one."""
-    for place, radius in enumerate(radii):
-        if max(radius, radii[0]) > LARGEST_RATIO * min(radius, radii[0]):
-            raise RequestError(
-                f"variants of one scale, radii at most {LARGEST_RATIO:g} times apart",
-                f"A with a radius of {1e3 * radii[0]:.4g} mm and {describe.letter(place)} with "
-                f"{1e3 * radius:.4g} mm", "export them in one unit")
-
-
-def looks(drops: int) -> list[int]:
-    """Numbers of drops at which the verdict is looked at, rising.
-
-    A look has a share of the 5 % in proportion to its drops, so that all looks together are wrong
-    in no more than 5 % (the sum of the chances bounds that of any of them).
-    """
-    sizes = [drops]
-    while sizes[-1] >= 2 * FIRST_LOOK:
-        sizes.append(sizes[-1] // 2)
-    return sizes[::-1]
 
 
 class _Test(NamedTuple):
@@ -221,28 +210,20 @@ def _differences(pairs: paired_drops.PairedDrops, tests: Sequence[_Test], plate_
     """What is tested, by some drops."""
     found = []
     for test in tests:
-        first = pairs.is_in(0, test.poses.first)
-        second = pairs.is_in(test.second, test.poses.second)
-        difference = paired_counts.paired_difference(first, second)
+        both = (pairs.is_in(0, test.poses.first), pairs.is_in(test.second, test.poses.second))
+        # A variant that has no such pose never comes to rest in it.
+        first, second = (counted_share(inside) if poses else feeding.Bounded(0.0, 0.0, 0.0)
+                         for inside, poses in zip(both, test.poses, strict=True))
+        difference = paired_counts.paired_difference(*both)
         is_round = any(pairs.resting[place].body.runs for place in (0, test.second))
         found.append(comparison.ShareDifference(
-            _share(first, test.poses.first), _share(second, test.poses.second), difference,
-            EXPORTED if is_round else 0.0,
+            first, second, difference, EXPORTED if is_round else 0.0,
             plate_part(0.0 if math.isnan(difference.value) else difference.value, plate_error)))
     return found
 
 
-def _share(inside: Mask, poses: tuple[int, ...]) -> feeding.Bounded:
-    """A variant that has no such pose never comes to rest in it."""
-    return counted_share(inside) if poses else feeding.Bounded(0.0, 0.0, 0.0)
-
-
 def plate_part(difference: float, plate_error: float) -> float:
-    """Standard deviation of what a plate adds to a difference of two shares.
-
-    `difference`: of the shares in the model, -1 to 1; `plate_error`: of a single share on the
-    plate, a fraction.
-    """
+    """Standard deviation of what a plate of such an error adds to a difference of two shares."""
     return min(math.sqrt(2.0) * plate_error, math.hypot(LEFT * plate_error, KEPT * difference))
 
 
@@ -250,7 +231,8 @@ def _chances(tests: Sequence[_Test], shares: Sequence[comparison.ShareDifference
              ) -> list[tuple[float, float]]:
     """Chance of each difference in the model and on a plate, adjusted for all and for the looks.
 
-    `look`: share of the 5 % that this look at the drops has, above 0 to 1.
+    `look`: share of the 5 % of this look. What a plate adds is no matter of repeated looks: of a
+    difference that stands, each pose by itself must exceed it.
     """
     each = {test.key: share for test, share in zip(tests, shares, strict=True)}
     alone, of_files = (paired_counts.adjust_together(some).tolist() for some in (
@@ -268,14 +250,6 @@ def _chance_beyond(known: paired_counts.PairedDifference, error: float) -> float
     if known.trials == 0 or spread == 0.0:
         return known.p_value
     return max(known.p_value, math.erfc(abs(known.value) / (spread * math.sqrt(2.0))))
-
-
-def _is_settled(tests: Sequence[_Test], chances: Sequence[tuple[float, float]], feeds: bool
-                ) -> bool:
-    """Whether every other variant differs from the first on a plate, for a feeder if asked."""
-    differs = {test.second for test, (_, on_plate) in zip(tests, chances, strict=True)
-               if on_plate <= comparison.LEVEL and (test.is_accepted or not feeds)}
-    return differs == {test.second for test in tests}
 
 
 def _statistics(part: Part, pairs: paired_drops.PairedDrops, variant: int) -> PoseStatistics:

@@ -46,12 +46,12 @@ class ShareDifference(NamedTuple):
 
     @property
     def in_model(self) -> str:
-        """The same in words."""
+        """In words."""
         return SHOWN[self.is_in_model]
 
     @property
     def on_plate(self) -> str:
-        """The same in words."""
+        """In words."""
         return SHOWN[self.is_on_plate]
 
     def as_dict(self) -> dict[str, Any]:
@@ -132,10 +132,10 @@ class VariantComparison:
             "matched_by": "orientation and footprint" if match.by_orientation
             else "footprint and height", "turned_degrees": round(math.degrees(match.angle), 3),
             "same_body": match.same_body, "in_model": self.in_model, "on_plate": self.on_plate,
-            "poses": [{**pose.poses.as_dict(), **pose.share.as_dict()} for pose in self.poses]}
+            "poses": [{**pose.poses._asdict(), **pose.share.as_dict()} for pose in self.poses]}
         if self.feeder is not None:
             entry["feeder"] = {
-                **self.feeder.poses.as_dict(), "without_partner": list(self.feeder.lost),
+                **self.feeder.poses._asdict(), "without_partner": list(self.feeder.lost),
                 **self.feeder.share.as_dict(), **{
                     f"passes{end}": [plain_number(one[place]) for one in self.feeder.passes]
                     for place, end in enumerate(("", "_low", "_high"))}}

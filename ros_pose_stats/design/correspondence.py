@@ -53,10 +53,6 @@ class MatchedPoses(NamedTuple):
         """Whether the pose is there in both variants."""
         return bool(self.first and self.second)
 
-    def as_dict(self) -> dict[str, list[int]]:
-        """Plain values for JSON."""
-        return {"first": list(self.first), "second": list(self.second)}
-
 
 @dataclass(frozen=True, eq=False)
 class Correspondence:
@@ -85,7 +81,15 @@ class Correspondence:
 def find_correspondence(first: RestingPoses, second: RestingPoses) -> Correspondence:
     """Find which poses of two variants correspond, at one cluster tolerance and round sides."""
     turn, same_body = find_turn(first, second)
-    apart, footprint = _angles(first, second, turn), _size_ratios(first, second, FOOTPRINT)
+    # A round side rests on any of its facets, which another export has elsewhere: the smallest
+    # angle between the directions down of any members counts.
+    downs = first.equilibria.downs if turn is None else first.equilibria.downs @ turn.T
+    cosine = np.full((len(first.poses), len(second.poses)), -1.0)
+    for other, pose in enumerate(second.poses):
+        nearest = (downs @ second.equilibria.downs[list(pose.members)].T).max(axis=1)
+        np.maximum.at(cosine[:, other], first.clusters.pose, nearest)
+    apart = np.arccos(np.clip(cosine, -1.0, 1.0))
+    footprint = _size_ratios(first, second, FOOTPRINT)
     near = (apart <= WIDEST) & (footprint <= SCALED)
     partner = _match(np.where(near, apart / WIDEST + footprint / SCALED, np.inf))
     by_orientation = 2 * np.count_nonzero(partner >= 0) >= min(near.shape)
@@ -119,8 +123,11 @@ def find_turn(first: RestingPoses, second: RestingPoses) -> tuple[Array | None, 
     if not ways:
         return None, False
     misfit, _, turn = min(ways, key=lambda way: way[0])
-    if misfit <= SAME_BODY and _same_inertia(first, second, turn):
-        return turn, True
+    if misfit <= SAME_BODY:
+        one = first.body.radius ** 2 * (turn @ first.inertia @ turn.T)
+        other = second.body.radius ** 2 * second.inertia
+        if np.abs(one - other).max() <= SAME_INERTIA * np.abs(one).max():
+            return turn, True
     _, alike, turn = max(ways, key=lambda way: (way[1], -way[0]))
     enough = max(LEAST_ALIKE, MOSTLY * min(len(first.poses), len(second.poses)),
                  2 * _count_alike(first, second, footprint, np.eye(3)))
@@ -135,12 +142,6 @@ def _count_alike(first: RestingPoses, second: RestingPoses, footprint: Mask, tur
 
 def _downs(resting: RestingPoses) -> Array:
     return np.array([pose.down for pose in resting.poses])
-
-
-def _same_inertia(first: RestingPoses, second: RestingPoses, turn: Array) -> bool:
-    one = first.body.radius ** 2 * (turn @ first.inertia @ turn.T)
-    other = second.body.radius ** 2 * second.inertia
-    return bool(np.abs(one - other).max() <= SAME_INERTIA * np.abs(one).max())
 
 
 def _turns(first: RestingPoses, second: RestingPoses) -> Iterator[Array]:
@@ -213,16 +214,3 @@ def _match(cost: Array) -> Index:
         if partner[one] < 0 and other not in partner:
             partner[one] = other
     return partner
-
-
-def _angles(first: RestingPoses, second: RestingPoses, turn: Array | None) -> Array:
-    """Smallest angle (P, Q) between the directions down of any members of two poses.
-
-    A round side rests on any of its facets, which another export has elsewhere.
-    """
-    downs = first.equilibria.downs if turn is None else first.equilibria.downs @ turn.T
-    cosine = np.full((len(first.poses), len(second.poses)), -1.0)
-    for other, pose in enumerate(second.poses):
-        nearest = (downs @ second.equilibria.downs[list(pose.members)].T).max(axis=1)
-        np.maximum.at(cosine[:, other], first.clusters.pose, nearest)
-    return np.asarray(np.arccos(np.clip(cosine, -1.0, 1.0)))

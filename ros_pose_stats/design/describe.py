@@ -20,16 +20,6 @@ JUDGED = ("judged by the outer shape (the convex hull) and the centre of mass al
 CONTRADICTED = "drops contradict the estimate"
 
 
-def name_feature(space: changes.DesignSpace, number: int) -> str:
-    """What is changed, in words."""
-    feature = space.features[number]
-    if feature.kind == "centre":
-        return f"centre of mass along {changes.AXES[feature.axis]}"
-    if feature.kind == "stretch":
-        return f"stretched along {changes.AXES[feature.axis]}"
-    return f"face of pose {listed(feature.poses)} outward"
-
-
 def name_step(space: changes.DesignSpace, number: int, step: float) -> str:
     """What a step does, in words."""
     feature, length = space.features[number], f"{1e3 * abs(step):.3g} mm"
@@ -89,10 +79,8 @@ def difference_as_dict(found: paired_counts.PairedDifference) -> dict[str, Any]:
     return {name: value if math.isfinite(value) else None for name, value in known.items()}
 
 
-def letter(variant: int) -> str:
-    """Name of a variant by its place, from A on."""
-    return ascii_uppercase[variant]
-
+letter = ascii_uppercase.__getitem__
+"""Name of a variant by its place, from A on."""
 
 ON_PLATE = {True: "large enough to expect on a real plate",
             False: "shown in the model, too small to expect on a real plate"}
@@ -133,9 +121,8 @@ def _percent(share: float) -> str:
 
 def _points(share: "comparison.ShareDifference", sign: float) -> str:
     """A signed difference, and its interval."""
-    value, low, high = share.difference[0], share.difference.low, share.difference.high
-    ends = sorted((sign * low, sign * high))
-    return (f"{round(100.0 * sign * value, 1) + 0.0:+.1f} points, "
+    ends = sorted((sign * share.difference.low, sign * share.difference.high))
+    return (f"{round(100.0 * sign * share.difference.value, 1) + 0.0:+.1f} points, "
             f"{' to '.join(f'{round(100.0 * end, 1) + 0.0:.1f}' for end in ends)}")
 
 

@@ -16,16 +16,15 @@ from ..simulation import chunks, drop_body
 from ..simulation.drops import DropOutcomes, compute_drops, drop_rules, random_starts
 
 UNSETTLED = -1
-NONE = np.zeros(0, dtype=np.int64)
+NONE = np.zeros((2, 0), dtype=np.int64)
 
 
 class PairedDrops:
     """Outcomes of the same starts for several variants.
 
-    All are released at the height of the scene, or at 20 radii of the first; drop k depends on
-    `seed` and k alone, and the first variant's are those that `simulate` makes of it. `turns`: for
-    each the rotation from the first one's frame to its own, None where these are equal; `first`:
-    drops of the seed that are passed over.
+    All are released at the height of the scene, or at 20 radii of the first, whose drops are those
+    of `simulate`. `turns`: for each the rotation from the first one's frame to its own, None where
+    these are equal; `first`: drops of the seed that are passed over.
     """
 
     def __init__(self, parts: Sequence[Part], scene: DropScene, seed: int,
@@ -64,16 +63,15 @@ class PairedDrops:
             return
         done, rows = self.outcome.size, []
         for place in range(len(self.parts)):
-            poses, touched = [], []
+            each = []
             for outcomes in self._drop(place, drops, workers, should_stop):
-                poses.append(outcomes.pose)
-                touched.append(outcomes.touched)
+                each.append(np.stack((outcomes.pose, outcomes.touched)))
                 done += outcomes.pose.size
                 on_progress(done)
-            rows.append((np.concatenate([NONE, *poses]), np.concatenate([NONE, *touched])))
-        kept = min(poses.size for poses, _ in rows)
+            rows.append(np.concatenate([NONE, *each], axis=1))
+        kept = min(row.shape[1] for row in rows)
         self.outcome, self.touched = (
-            np.concatenate((before, [row[which][:kept] for row in rows]), axis=1)
+            np.concatenate((before, [row[which, :kept] for row in rows]), axis=1)
             for which, before in enumerate((self.outcome, self.touched)))
 
     def _drop(self, place: int, drops: int, workers: int,

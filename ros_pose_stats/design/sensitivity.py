@@ -9,11 +9,12 @@ import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from itertools import chain, count
 from typing import Any
 
 import numpy as np
 
-from ..errors import MeshError, RequestError
+from ..errors import MeshError
 from ..estimators import estimate_in
 from ..methods import AUTO
 from ..records import DropScene, Part, scene as scenes
@@ -88,11 +89,6 @@ class Sensitivity:
     warnings: tuple[str, ...] = ()
 
     @property
-    def share(self) -> float:
-        """Estimated share of the wanted poses, without its interval."""
-        return self.accepted.value
-
-    @property
     def best(self) -> list[Effect]:
         """Effects whose step helps, the one that helps most first."""
         return sorted((one for one in self.effects if one.helps), key=lambda one: -one.change)
@@ -109,7 +105,7 @@ class Sensitivity:
                 "radius": space.body.radius, "method": self.method,
                 "restitution": scene.restitution, "drop_height": scene.drop_height,
                 "cluster_tolerance": scene.cluster_tolerance, "round_sides": scene.round_sides,
-                "wanted": list(self.wanted), "share": self.share,
+                "wanted": list(self.wanted), "share": self.accepted.value,
                 "share_low": self.accepted.low, "share_high": self.accepted.high,
                 "step": self.step, "effects": [
                     {**describe.feature_as_dict(space, one.number), "alike": len(one.alike),
@@ -122,10 +118,10 @@ class Sensitivity:
 
 
 def effect_error(slope: float, uneven: float) -> float:
-    """Standard error of the change by one step.
+    """Standard error of the estimated change by one step, `slope`.
 
-    `slope`: estimated change by one step; `uneven`: half of how far the changes by two steps are
-    from a line: a share that bends or jumps within a step has no single slope.
+    `uneven`: half of how far the changes to both sides are from a line: a share that bends or
+    jumps within a step has no single slope.
     """
     return math.hypot(SCATTER, SCATTER_OF_SLOPE * slope, SCATTER_OF_UNEVEN * uneven)
 
@@ -171,12 +167,8 @@ def sensitivity(part: Part, wanted: Sequence[int], *, step: float | None = None,
     asked = drop_request(drops, seed, 0.0, workers)
     space = changes.DesignSpace(part, cluster_tolerance, round_sides)
     model = shares.WantedShare(space, wanted, scene)
-    radius = space.body.radius
-    reach = STEP * radius if step is None else step
-    if not 0.0 < reach <= 0.5 * radius:
-        raise RequestError(f"a step above 0 and at most {500.0 * radius:.3g} mm, half the part's "
-                           "radius", f"{1e3 * reach:.3g} mm", "leave it out for a twentieth of "
-                           "the radius")
+    reach = STEP * space.body.radius if step is None else step
+    changes.check_reach("step", reach, space.body.radius)
     estimated = estimate_in(part, model.scene, AUTO)
     effects = _effects(space, model, reach, asked.workers,
                        lambda share: on_progress(0.5 * share), should_stop)
@@ -203,40 +195,32 @@ def sensitivity(part: Part, wanted: Sequence[int], *, step: float | None = None,
 def _effects(space: changes.DesignSpace, model: shares.WantedShare, reach: float, workers: int,
              on_progress: Callable[[float], object], should_stop: Callable[[], bool]
              ) -> tuple[Effect, ...]:
+    """Effects of all features; those of which no body remains after the step are left out."""
     first = alike.first_alike(space, model.kept)
-    numbers, base, done = np.unique(first), model.estimate(space.change_one(0, 0.0)), 0
+    numbers, base = np.unique(first).tolist(), model.estimate(space.change_one(0, 0.0))
+    done = count(1)
 
-    def one(number: int) -> Effect | None:
-        nonlocal done
-        if should_stop():
-            return None
-        found = _effect(space, model, base, tuple(np.flatnonzero(first == number).tolist()),
-                        reach)
-        done += 1
-        on_progress(done / len(numbers))
-        return found
+    def effect_of(number: int) -> list[Effect]:
+        feature = space.features[number]
+        unit = reach if feature.is_length else reach / space.body.radius
+        try:
+            after = [] if should_stop() else [space.change_one(number, side)
+                                              for side in (-unit, unit)]
+        except MeshError:
+            after = []
+        on_progress(next(done) / len(numbers))
+        if not after:
+            return []
+        other, change = (model.estimate(one) - base for one in after)
+        slope = 0.5 * (change - other)
+        error = effect_error(slope, 0.5 * abs(change + other))
+        place = 0 if other > change + SAME_CHANGE else 1
+        return [Effect(feature, number, tuple(np.flatnonzero(first == number).tolist()),
+                       slope / unit, error / unit, (-unit, unit)[place], (other, change)[place],
+                       model.lost(after[place]))]
 
     with ThreadPoolExecutor(workers) as pool:
-        found = [effect for effect in pool.map(one, numbers.tolist()) if effect is not None]
+        found = list(chain.from_iterable(pool.map(effect_of, numbers)))
     rank = number_equal([-abs(effect.change) for effect in found], SAME_CHANGE)
     return tuple(found[k] for k in sorted(range(len(found)),
                                           key=lambda k: (rank[k], found[k].number)))
-
-
-def _effect(space: changes.DesignSpace, model: shares.WantedShare, base: float,
-            same: tuple[int, ...], reach: float) -> Effect | None:
-    """Effect of the first of some features alike; None where no body remains after the step."""
-    number = same[0]
-    feature = space.features[number]
-    unit = reach if feature.is_length else reach / space.body.radius
-    sides = (-unit, unit)
-    try:
-        after = [space.change_one(number, side) for side in sides]
-    except MeshError:
-        return None
-    other, change = (model.estimate(one) - base for one in after)
-    slope = 0.5 * (change - other)
-    error = effect_error(slope, 0.5 * abs(change + other))
-    place = 0 if other > change + SAME_CHANGE else 1
-    return Effect(feature, number, same, slope / unit, error / unit,
-                  sides[place], (other, change)[place], model.lost(after[place]))

@@ -32,6 +32,7 @@ class WantedShare:
         self.scene = replace(scene, drop_height=scene.release_height(body.radius))
         self._function = ESTIMATORS[expected.best_method(scene.restitution)].function
         self.kept: Mask = feeding.check_wanted(wanted, len(resting.poses))
+        self.wanted: tuple[int, ...] = tuple(np.flatnonzero(self.kept).tolist())  # rising
         found = resting.equilibria
         # of each face (F,): the pose that it descends to, and whether that pose rests on it;
         # facets that the part rolls on are one with the stable ones among them
@@ -40,11 +41,6 @@ class WantedShare:
         self._rests = np.isin(strip, np.setdiff1d(strip[found.faces], [-1]))
         self._rests[found.faces] = True
         self._downs = np.array([pose.down for pose in resting.poses])
-
-    @property
-    def wanted(self) -> tuple[int, ...]:
-        """The wanted poses, rising."""
-        return tuple(np.flatnonzero(self.kept).tolist())
 
     def estimate(self, changed: changes.ChangedPart) -> float:
         """Share of the wanted poses of a changed part, 0 to 1."""
@@ -60,10 +56,10 @@ class WantedShare:
     def drop(self, changed: Sequence[changes.ChangedPart], drops: int, seed: int, workers: int,
              on_progress: Callable[[int], object] = lambda done: None,
              should_stop: Callable[[], bool] = lambda: False, first: int = 0) -> Mask:
-        """Drop changed parts from the same starts, beginning with a drop of the seed.
+        """Drop changed parts from the same starts, less the `first` ones of the seed.
 
-        What comes out has no say in when the drops end. Returns (V, n): whether each part came to
-        rest in a wanted pose, from the starts from which all came to rest.
+        Returns (V, n): whether each part came to rest in a wanted pose, from the starts from which
+        all came to rest.
         """
         pairs = paired_drops.PairedDrops([one.part for one in changed], self.scene, seed,
                                          first=first)

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..errors import MeshError, RequestError
+from ..errors import MeshError
 from ..records import Array, DropScene, Part, scene as scenes
 from ..resting.convex_body import convex_body
 from ..simulation.request import drop_request
@@ -127,7 +127,7 @@ def suggest(part: Part, wanted: Sequence[int], within: float, *, drops: int = GA
     asked = drop_request(drops, seed, 0.0, workers)
     space = changes.DesignSpace(part, cluster_tolerance, round_sides)
     model = shares.WantedShare(space, wanted, scene)
-    check_within(within, space.body.radius)
+    changes.check_reach("bound", within, space.body.radius)
     moves, estimates = _climb(space, model, within,
                               lambda taken: on_progress(0.5 * taken / MOST_STEPS), should_stop)
     parts = [space.change(sum(moves[:taken], np.zeros(len(space.features))))
@@ -145,14 +145,6 @@ def suggest(part: Part, wanted: Sequence[int], within: float, *, drops: int = GA
         asked.seed, time.perf_counter() - begin)
 
 
-def check_within(within: float, radius: float) -> None:
-    """Refuse a bound that is none."""
-    if not 0.0 < within <= 0.5 * radius:
-        raise RequestError(f"a bound above 0 and at most {500.0 * radius:.3g} mm, half the "
-                           "part's radius", f"{1e3 * within:.3g} mm",
-                           "give how far the outline may move, for instance 1mm")
-
-
 def _climb(space: changes.DesignSpace, model: shares.WantedShare, within: float,
            on_progress: Callable[[int], object], should_stop: Callable[[], bool]
            ) -> tuple[list[Array], list[float]]:
@@ -161,11 +153,20 @@ def _climb(space: changes.DesignSpace, model: shares.WantedShare, within: float,
             for stride in STRIDES]
     taken: list[Array] = []
     estimates = [model.estimate(space.change_one(0, 0.0))]
+    begun: Array = np.zeros(len(space.features))
+
+    def gain(move: Array) -> float:
+        """Over the steps before; minus infinity beyond the bounds."""
+        try:
+            changed = space.change(begun + move)
+            moved = max(outline_move(space, changed), center_move(space, changed))
+            return model.estimate(changed) - estimates[-1] if (
+                moved <= within * (1.0 + SLACK)) else -np.inf
+        except MeshError:
+            return -np.inf
+
     while ways and len(taken) < MOST_STEPS:
-        begun = sum(taken, np.zeros(len(space.features)))
-        gains = [-np.inf if should_stop() else
-                 _share_within(space, model, within, begun + move) - estimates[-1]
-                 for _, move in ways]
+        gains = [-np.inf if should_stop() else gain(move) for _, move in ways]
         # Mirror twins gain the same but for rounding: of those the first.
         rank = number_equal([-gain for gain in gains], sensitivity.SAME_CHANGE)
         order = sorted(range(len(ways)), key=rank.__getitem__)
@@ -173,22 +174,12 @@ def _climb(space: changes.DesignSpace, model: shares.WantedShare, within: float,
         if gains[best] < LEAST_GAIN:
             break
         taken.append(ways[best][1])
+        begun = begun + taken[-1]
         estimates.append(estimates[-1] + gains[best])
         ways = [ways[k] for k in order[:LOOKED_AT]
                 if ways[k][0] != ways[best][0]]
         on_progress(len(taken))
     return taken, estimates
-
-
-def _share_within(space: changes.DesignSpace, model: shares.WantedShare, within: float,
-                  moves: Array) -> float:
-    """Estimated share; minus infinity beyond the bounds."""
-    try:
-        changed = space.change(moves)
-        moved = max(outline_move(space, changed), center_move(space, changed))
-        return model.estimate(changed) if moved <= within * (1.0 + SLACK) else -np.inf
-    except MeshError:
-        return -np.inf
 
 
 def outline_move(space: changes.DesignSpace, changed: changes.ChangedPart) -> float:

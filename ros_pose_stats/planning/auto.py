@@ -67,14 +67,27 @@ def auto(part: Part, target_error: float = 0.0, drops: int | None = None,
     begin = time.perf_counter()
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
     request = drop_request(MOST_DROPS if drops is None else drops, seed, target_error, workers)
-    in_time = TimeLimit(max_seconds, begin, should_stop)
+    number = isinstance(max_seconds, (int, float)) and not isinstance(max_seconds, bool)
+    if not number or not 0.0 <= max_seconds < math.inf:
+        raise errors.RequestError("max_seconds from 0 up", f"{max_seconds!r}", "0 sets no limit")
+    is_late = False
+
+    def is_over() -> bool:
+        nonlocal is_late
+        if should_stop is not None and should_stop():
+            return True
+        is_late = 0.0 < max_seconds <= time.perf_counter() - begin
+        return is_late
+
     best = estimate_in(part, scene, methods.AUTO)
     if not target_error and seed is None:
         request = replace(request, seed=part.seed)
     answer = keep_target if target_error else checked
-    found, choice = answer(best, part, scene, request, Watch(on_progress, in_time.over))
+    found, choice = answer(best, part, scene, request, Watch(on_progress, is_over))
+    late = [f"TIME_LIMIT: ended after {max_seconds:g} s with {found.drops} drops done, before the "
+            "target was reached."] if is_late else []
     return replace(found, choice=choice, seconds=time.perf_counter() - begin,
-                   warnings=(*found.warnings, *in_time.warnings(found.drops)))
+                   warnings=(*found.warnings, *late))
 
 
 def estimate(part: Part, method: str = methods.DEFAULT_METHOD, *,
@@ -110,35 +123,3 @@ def estimate(part: Part, method: str = methods.DEFAULT_METHOD, *,
                     cluster_tolerance=cluster_tolerance, round_sides=round_sides)
     return estimate_in(part, DropScene(restitution, drop_height, cluster_tolerance, round_sides),
                        method)
-
-
-class TimeLimit:
-    """Ends a run late or when the caller says so, and knows which.
-
-    `seconds`: 0 or above; 0 for no limit. Raises RequestError if the seconds are not such a
-    number.
-    """
-
-    def __init__(self, seconds: float, begin: float,
-                 should_stop: Callable[[], bool] | None) -> None:
-        number = isinstance(seconds, (int, float)) and not isinstance(seconds, bool)
-        if not number or not 0.0 <= seconds < math.inf:
-            raise errors.RequestError("max_seconds from 0 up", f"{seconds!r}", "0 sets no limit")
-        self._seconds = seconds
-        self._until = begin + seconds if seconds else math.inf
-        self._should_stop = should_stop
-        self._late = False
-
-    def over(self) -> bool:
-        """Whether to stop now."""
-        if self._should_stop is not None and self._should_stop():
-            return True
-        self._late = time.perf_counter() >= self._until
-        return self._late
-
-    def warnings(self, drops: int) -> list[str]:
-        """One where the time ran out."""
-        if not self._late:
-            return []
-        return [f"TIME_LIMIT: ended after {self._seconds:g} s with {drops} drops done, before "
-                f"the target was reached."]

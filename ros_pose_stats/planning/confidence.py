@@ -43,17 +43,10 @@ LEAST_POINTS = 0.01
 
 def pose_prior(resting: RestingPoses, scene: DropScene,
                method: str = fitted_prior.FITTED_METHOD) -> PosePrior:
-    """What an estimate says before the first drop.
-
-    A drop so low that the estimator does not know it leaves next to nothing of its worth, so
-    that drops have the say.
-
-    `method`: the estimator; how its errors scatter over parts was fitted for the default one.
-    """
-    estimate = estimated(method, resting, scene)
-    expected = (expected_error(method, resting, estimate, scene).here
-                if knows(method, resting, scene) else math.nan)
-    return _prior(resting, scene, estimate, expected)
+    """What an estimate says before the first drop; of the default method if none is named."""
+    estimate = estimator(method).function(resting, scene)
+    return _prior(resting, scene, method, estimate,
+                  expected_error(method, resting, estimate, scene).here)
 
 
 class _Estimated(Protocol):  # `PoseStatistics`, or their message
@@ -68,30 +61,19 @@ class _Estimated(Protocol):  # `PoseStatistics`, or their message
 def prior_of(found: _Estimated, resting: RestingPoses, scene: DropScene) -> PosePrior:
     """The same from an estimate that was made before."""
     poses = sorted(found.poses, key=lambda pose: pose.index)
-    expected = found.expected_error if knows(found.method, resting, scene) else math.nan
-    return _prior(resting, scene, [pose.probability for pose in poses], expected)
+    return _prior(resting, scene, found.method, [pose.probability for pose in poses],
+                  found.expected_error)
 
 
-def _prior(resting: RestingPoses, scene: DropScene, estimate: ArrayLike,
+def _prior(resting: RestingPoses, scene: DropScene, method: str, estimate: ArrayLike,
            expected: float) -> PosePrior:
+    """A drop so low that the estimator does not know it leaves next to nothing of its worth."""
+    low = (scene.drop_height is not None
+           and scene.drop_height < scenes.LOW_DROP_RADII * resting.body.radius)
+    if low and not estimator(method).knows_scene:
+        expected = math.nan
     return PosePrior(estimate, resting.group, expected, scene.restitution,
                      prior_fit(scene.restitution)._replace(strange=STRANGE))
-
-
-def estimated(method: str, resting: RestingPoses, scene: DropScene) -> NDArray[np.float64]:
-    """Probabilities (P,) by an estimator, in the order of `index`."""
-    return estimator(method).function(resting, scene)
-
-
-def knows(method: str, resting: RestingPoses, scene: DropScene) -> bool:
-    """Whether the drop height is one that an estimator knows, or a usual one."""
-    return estimator(method).knows_scene or not low_drop(resting, scene)
-
-
-def low_drop(resting: RestingPoses, scene: DropScene) -> bool:
-    """Whether the part is released so low that its pose at release matters."""
-    return (scene.drop_height is not None
-            and scene.drop_height < scenes.LOW_DROP_RADII * resting.body.radius)
 
 
 def estimate_bound(prior: PosePrior) -> float:
@@ -135,10 +117,7 @@ def judge_drops(prior: PosePrior | None, counts: Counts) -> errors.Judged:
 
 
 def points(error: float) -> str:
-    """An error as a number of points.
-
-    `error`: a fraction.
-    """
+    """An error, a fraction, as a number of points."""
     return f"{max(100.0 * error, LEAST_POINTS):.2g} points"
 
 
@@ -153,8 +132,6 @@ def not_enough(what: str, bound: float, target_error: float) -> str:
     return (f"{what} is within {points(bound)} with 90 % confidence, not within "
             f"{points(target_error)}")
 
-
-Index = NDArray[np.int64]
 
 PLATE_ERRORS = scenes.DEFAULT_PLATE_ERROR * 2.0 ** np.linspace(-2.5, 2.5, 11)
 """Errors that a plate nobody has calibrated may have."""
@@ -172,15 +149,11 @@ def observe_counts(model: PoseStatistics, counts: ArrayLike,
                    left_out: Sequence[float] = ()) -> PoseStatistics:
     """Combine a result with what cameras counted of the part.
 
-    The model is believed as far as its own error and that of the plate allow; how well the counts
-    agree with it weighs in. Poses that symmetry makes equal share their counts.
-
-    `model`: an estimate or of drops, with `plate_error`; `counts` (P,) int: parts seen in each
-    pose, by `index`; `left_out` (P,): probabilities that the plate's fit says without these
-    counts, where it rests on them; they and the plate's error take the place of the model. Those
-    of another number of poses, as of another version's, have no say.
-    Returns with the method `observed`: probabilities are posterior means, intervals the shortest
-    ones of 90 %, `count` what was counted, and `expected_error` and `plate_error` both the error
+    The model is believed as far as its own error and that of the plate allow, and as the counts
+    (P,) of its poses agree with it. `left_out` (P,): probabilities that the plate's fit says
+    without these counts, where it rests on them; they and the plate's error take the place of the
+    model. Those of another number of poses, as of another version's, have no say.
+    Returns with the method `observed`, and `expected_error` and `plate_error` both the error
     against the plate. Where the counts refute the model beyond both errors, the answer is theirs
     alone, with the warning `CONFLICT`. Without any count, the model itself. Raises RequestError if
     there are not P counts from 0 up.
@@ -203,7 +176,9 @@ def observe_counts(model: PoseStatistics, counts: ArrayLike,
     refuted = np.flatnonzero(prior.contradicted(counted))
     warnings = model.warnings
     if refuted.size:
-        warnings = (*warnings, _describe_conflict(prior, counted, refuted))
+        warnings = (*warnings, describe_conflict(
+            prior, counted, refuted, "the cell contradicts the model", "predicted",
+            "the answer is that of the counts"))
         prior = plate_prior(replace(known, expected_error=math.nan))
     shares = prior.updated(counted).shares(counted)
     return statistics.with_shares(model, OBSERVED, shares, plate_error=shares.expected_error,
@@ -251,12 +226,12 @@ def _of_poses(poses: Sequence[StablePose]) -> float:
         single.any()) else 1.0
 
 
-def _describe_conflict(prior: PosePrior, counted: Index, refuted: Index) -> str:
-    """The warning, with the pose that is farthest off."""
-    told = (prior.mean / prior.size)[prior.unit]
-    share = counted / counted.sum()
-    worst = refuted[np.argmax(np.abs(share - told)[refuted])]
-    return (f"CONFLICT: the cell contradicts the model in {several(refuted.size, 'pose')} "
-            f"({ranges(refuted.tolist())}), in pose {worst} most: counted "
-            f"{percent(share[worst])} %, predicted {percent(told[worst])} %; the answer is that "
-            f"of the counts.")
+def describe_conflict(prior: PosePrior, counts: Counts, refuted: Counts, who: str, said: str,
+                      then: str) -> str:
+    """The warning that counts (P,) contradict a model in some poses, with the one farthest off."""
+    expected = (prior.mean / prior.size)[prior.unit]
+    share = counts / counts.sum()
+    worst = refuted[np.argmax(np.abs(share - expected)[refuted])]
+    return (f"CONFLICT: {who} in {several(refuted.size, 'pose')} ({ranges(refuted.tolist())}), in "
+            f"pose {worst} most: counted {percent(share[worst])} %, {said} "
+            f"{percent(expected[worst])} %; {then}.")

@@ -15,7 +15,6 @@ from ..simulation.request import DropRequest, Watch, drop_request
 from ..simulation.simulate import count_drops
 from ..statistics.prefix import Judge
 from ..statistics.prior import PosePrior
-from ..text import percent, ranges, several
 from . import confidence
 
 
@@ -82,10 +81,7 @@ def hybrid(part: Part, drops: int | None = None, restitution: float = scenes.DEF
 
 def drop_with(prior: PosePrior, part: Part, scene: DropScene, request: DropRequest, watch: Watch,
               look: int) -> PoseStatistics:
-    """Drop a part, and combine the drops with an estimate.
-
-    `look`: drops before the error is looked at for the first time.
-    """
+    """Drop a part, and combine the drops with an estimate; `look`: drops before the first look."""
     counted = count_drops(
         part, scene, request,
         watch._replace(on_progress=combined_progress(prior, watch.on_progress)),
@@ -94,40 +90,19 @@ def drop_with(prior: PosePrior, part: Part, scene: DropScene, request: DropReque
 
 
 def hybrid_statistics(counted: PoseStatistics, prior: PosePrior) -> PoseStatistics:
-    """Counts of a simulation combined with an estimate.
+    """Counts of a simulation combined with an estimate, in a millisecond or two for ten poses.
 
-    Takes about a millisecond or two for ten poses, so that it can be had at any moment of a run.
-
-    `counted`: of independent drops, as from `simulate` with random starting directions; `prior`:
-    from `pose_prior` of the same part, scene and cluster tolerance. Returns as `counted`, with the
-    method `hybrid`, and probabilities and errors of both together; where the counts refute the
-    estimate, `counted` itself with the warning `CONFLICT`. Raises RequestError if the prior is of
-    another number of poses.
+    `counted`: of independent drops from random starting directions; `prior`: of the same part and
+    scene. Returns `counted` itself with the warning `CONFLICT` where they refute the estimate.
     """
     poses = sorted(counted.poses, key=lambda pose: pose.index)
     counts = np.array([pose.count for pose in poses])
     refuted = np.flatnonzero(prior.contradicted(counts))
     if refuted.size:
-        return replace(counted, warnings=(*counted.warnings, describe_conflict(counts, prior,
-                                                                               refuted)))
+        return replace(counted, warnings=(*counted.warnings, confidence.describe_conflict(
+            prior, counts, refuted, "drops contradict the estimate", "estimated",
+            "the estimate is left out, so the answer is that of the drops")))
     return statistics.with_shares(counted, HYBRID, prior.updated(counts).shares(counts))
-
-
-def describe_conflict(counts: confidence.Counts, prior: PosePrior,
-                      refuted: confidence.Counts) -> str:
-    """The warning, with the pose that is farthest off first.
-
-    `counts` (P,) int; `refuted` (R,) int: indices of the poses in which counts contradict the
-    estimate, at least one.
-    """
-    estimated = (prior.mean / prior.size)[prior.unit]
-    share = counts / counts.sum()
-    first = refuted[np.argsort(-np.abs(share - estimated)[refuted], kind="stable")]
-    worst, others = first[0], several(first.size, "pose")
-    return (f"CONFLICT: drops contradict the estimate in {others} ({ranges(sorted(first))}), in "
-            f"pose {worst} most: counted {percent(share[worst])} %, estimated "
-            f"{percent(estimated[worst])} %; the estimate is left out, so the answer is that of "
-            f"the drops.")
 
 
 def combined_progress(prior: PosePrior, told: Callable[[DropProgress], object] | None

@@ -3,7 +3,7 @@
 import csv
 from collections import Counter
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -36,21 +36,14 @@ class CountedPart:
     @property
     def by_group(self) -> Index:
         """Parts (G,) in each group of poses that look alike; only these tell of a plate."""
-        found: Index = np.bincount(self.resting.group, self.count).astype(np.int64)
-        return found
-
-    @property
-    def free_shares(self) -> int:
-        """Groups less one: the numbers that its counts can tell."""
-        return self.by_group.size - 1
+        return np.bincount(self.resting.group, self.count).astype(np.int64)
 
 
 def count_part(part: Part, counts: Mapping[int, int], *,
                cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
                round_sides: int = scenes.DEFAULT_ROUND_SIDES) -> CountedPart:
-    """Join a part and what was counted of it.
+    """Join a part and what was counted of it, from the `index` of a pose to the parts seen in it.
 
-    `counts`: from the `index` of a pose to the parts seen in it; 0 for those left out;
     `cluster_tolerance, round_sides`: as of the statistics that numbered the poses. Raises
     RequestError if the part has no such pose, or a count is negative.
     """
@@ -73,9 +66,7 @@ def merge_counts(counted: Iterable[CountedPart]) -> tuple[CountedPart, ...]:
     found: dict[tuple[str, float, int], CountedPart] = {}
     for one in counted:
         key = one.part.digest, one.cluster_tolerance, one.round_sides
-        known = found.get(key)
-        found[key] = one if known is None else CountedPart(
-            known.part, known.count + one.count, one.cluster_tolerance, one.round_sides)
+        found[key] = replace(one, count=one.count + found[key].count) if key in found else one
     return tuple(found.values())
 
 

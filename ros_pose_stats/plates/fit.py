@@ -52,8 +52,9 @@ SCATTER_WEIGHTS = np.array([0.5, 0.25, 0.125, 0.0625, 0.03125, 0.03125])
 REACH = 2.7055
 """Twice the fall of the logarithm of the likelihood at the bounds of a 90 % interval (Wilks)."""
 
-UNTESTED = 0.5
-"""Parts that the error of an unknown plate counts as, beside those that a fit was tested on."""
+UNTESTED = 0.1
+"""Parts that the error of an unknown plate counts as, beside those that a fit was tested on;
+chosen on plates that the study does not judge."""
 
 LEAST_SHARE = 1e-12
 """A share that was never met may still occur."""
@@ -129,10 +130,6 @@ class SceneGrid:
         return DropScene(float(RESTITUTIONS[row]), float(self.height[column]),
                          round_sides=self.sides[int(sides)])
 
-    def table(self, logarithm: Array) -> Array:
-        """Values (n,) by sides, restitution and height, without that of the default scene."""
-        return logarithm[1:].reshape(len(self.sides), RESTITUTIONS.size, HEIGHTS)
-
 
 class ExplainedPart:
     """A counted part with its expected shares and its likelihood at all scenes."""
@@ -153,21 +150,15 @@ class ExplainedPart:
         return replace(self.counted, round_sides=sides) if self.rolls else self.counted
 
     @property
-    def weight(self) -> float:
-        """Of its square error beside others: 1 without noise, down by the variance with it."""
+    def noise(self) -> float:
+        """Mean square error over the groups by the chance of the counts."""
         smooth = (self.count + 0.5) / (self.count + 0.5).sum()
-        noise = (smooth * (1.0 - smooth)).mean() / max(self.count.sum() - 1, 1)
-        unknown = scenes.DEFAULT_PLATE_ERROR ** 2
-        return float((unknown / (unknown + noise)) ** 2) if self.count.sum() > 1 else 0.0
+        return float((smooth * (1.0 - smooth)).mean() / max(self.count.sum() - 1, 1))
 
     def square_error(self, place: int) -> float:
-        """Mean square error over the groups at a scene, free of the noise of the counts.
-
-        It has no bias, so it may be below 0.
-        """
-        observed = self.count / self.count.sum()
-        noise = (observed * (1.0 - observed)).mean() / max(self.count.sum() - 1, 1)
-        return float(np.square(observed - self.share[place]).mean() - noise)
+        """Mean square error over the groups at a scene, less the noise: it may be below 0."""
+        away = self.count / self.count.sum() - self.share[place]
+        return float(np.square(away).mean() - self.noise)
 
 
 def fit_plate(counted: Sequence[CountedPart]) -> PlateFit:
@@ -189,39 +180,45 @@ def fit_plate(counted: Sequence[CountedPart]) -> PlateFit:
     place = nearest_scene(parts, weight)
     evidence: list[PartEvidence] = []
     tested: dict[str, tuple[float, float]] = {}  # weight and square error, by digest
+    unknown = scenes.DEFAULT_PLATE_ERROR ** 2
     for one in parts:
         digest = one.counted.part.digest
         others = [other for other in parts if other.counted.part.digest != digest]
         left = nearest_scene(others, weigh_scenes(others, grid)[1])
         tested[digest] = max(tested.get(digest, (0.0, 0.0)),
-                             (one.weight, one.square_error(left if others else place)))
-        evidence.append(_evidence(one, place, left))
-    found, table = grid.scene(place), grid.table(logarithm)
+                             ((unknown / (unknown + one.noise)) ** 2,
+                              one.square_error(left if others else place)))
+        group, part = one.counted.resting.group, one.counted.part
+        evidence.append(PartEvidence(
+            part.part_id, digest, one.counted.counted,
+            tuple(tuple(np.flatnonzero(group == each).tolist())
+                  for each in range(one.count.size)),
+            one.count / one.count.sum(), one.share[place],
+            math.sqrt(max(one.square_error(place), 0.0)),
+            scenes.Numbering(one.counted.cluster_tolerance, one.counted.round_sides),
+            (one.share[left] / np.bincount(group))[group],
+            math.sqrt(max(one.square_error(left), 0.0))))
+    if len(tested) > 1:
+        total = max(sum(of * square for of, square in tested.values()), 0.0)
+        plate_square = (total + UNTESTED * unknown) / (
+            sum(of for of, _ in tested.values()) + UNTESTED)
+    else:  # the scene was fitted to this very part, which can only speak against the plate
+        plate_square = max(unknown, tested.popitem()[1][1])
+    found = grid.scene(place)
+    table = logarithm[1:].reshape(len(sides), RESTITUTIONS.size, HEIGHTS)
     return PlateFit(
         _interval(RESTITUTIONS, table.max(axis=(0, 2)), found.restitution),
         _interval(grid.height, table.max(axis=(0, 1)), found.drop_height or AS_DEFAULT),
         _sides_interval(sides, table.max(axis=(1, 2)), found.round_sides), float(weight[0]),
-        math.sqrt(_plate_square(list(tested.values()))), _p_value(parts, place, grid),
-        sum(one.counted for one in told), tuple(evidence), time.perf_counter() - begin)
-
-
-def _plate_square(tested: Sequence[tuple[float, float]]) -> float:
-    """Square error on another part, by the weights and square errors of the parts of a fit.
-
-    The scene of a single part was fitted to it, so that it can only speak against the plate.
-    """
-    unknown = scenes.DEFAULT_PLATE_ERROR ** 2
-    if len(tested) == 1:
-        return max(unknown, tested[0][1])
-    total = max(sum(weight * square for weight, square in tested), 0.0)
-    return (total + UNTESTED * unknown) / (sum(weight for weight, _ in tested) + UNTESTED)
+        math.sqrt(plate_square), _p_value(parts, place, grid), sum(one.counted for one in told),
+        tuple(evidence), time.perf_counter() - begin)
 
 
 def choose_parts(counted: Iterable[CountedPart]) -> list[CountedPart]:
     """Parts that a fit can use, by digest."""
     merged = sorted(merge_counts(counted), key=lambda one: (
         one.part.digest, one.cluster_tolerance, one.round_sides))
-    told = sorted((one for one in merged if one.counted and one.free_shares),
+    told = sorted((one for one in merged if one.counted and one.by_group.size > 1),
                   key=lambda one: -one.counted)[:MOST_PARTS]
     if not told:
         raise errors.RequestError("counts of a part that can lie in two ways", text.listed(
@@ -265,18 +262,6 @@ def nearest_scene(parts: Sequence[ExplainedPart], weight: Array) -> int:
     away = sum((np.square(one.share - weight @ one.share).mean(axis=1) for one in parts),
                np.zeros(weight.size))
     return int(away.argmin())
-
-
-def _evidence(one: ExplainedPart, place: int, left_out: int) -> PartEvidence:
-    group, part = one.counted.resting.group, one.counted.part
-    return PartEvidence(
-        part.part_id, part.digest, one.counted.counted,
-        tuple(tuple(np.flatnonzero(group == each).tolist()) for each in range(one.count.size)),
-        one.count / one.count.sum(), one.share[place],
-        math.sqrt(max(one.square_error(place), 0.0)),
-        scenes.Numbering(one.counted.cluster_tolerance, one.counted.round_sides),
-        (one.share[left_out] / np.bincount(group))[group],
-        math.sqrt(max(one.square_error(left_out), 0.0)))
 
 
 def _interval(values: Array, profile: Array, found: float) -> Triple:

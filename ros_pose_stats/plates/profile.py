@@ -3,7 +3,7 @@
 import errno
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from datetime import datetime, timezone
 from itertools import chain
@@ -53,11 +53,11 @@ class PlateProfile:
     drop_height_high: float
     # expected root mean square error on a part that was not counted, as a fraction
     plate_error: float
-    p_value: float  # of the counts in this scene; NaN where nothing is left to test it
-    parts: tuple[str, ...]  # names of the parts that were counted
-    counted: int  # parts of all kinds together
-    date: str  # when it was fitted, ISO 8601, UTC
-    version: str  # of this package
+    p_value: float = math.nan  # of the counts in this scene; NaN: nothing is left to test it
+    parts: tuple[str, ...] = ()  # names of the parts that were counted
+    counted: int = 0  # parts of all kinds together
+    date: str = ""  # when it was fitted, ISO 8601, UTC
+    version: str = ""  # of this package
     # effective sides a turn of round parts, and the ends of the range that the counts do not
     # exclude
     round_sides: int = fits.UNTOLD_SIDES[0]
@@ -94,10 +94,7 @@ class PlateProfile:
 
 
 def refuse_name(name: str) -> None:
-    """Refuse a name that no plate can have.
-
-    Raises RequestError.
-    """
+    """Raise RequestError for a name that no plate can have."""
     if not 0 < len(name.strip()) <= LONGEST_NAME or not name.isprintable():
         raise errors.RequestError(f"a plate's name of 1 to {LONGEST_NAME} printable characters",
                                   f"{name!r}", "for instance glass")
@@ -115,19 +112,15 @@ def profile_of(name: str, fit: fits.PlateFit) -> PlateProfile:
 
 
 def read_profiles(file: Path) -> dict[str, PlateProfile]:
-    """Read all plates of a file, by name.
-
-    Raises RequestError if it cannot be read, or is no file of plates.
-    """
+    """All plates of a file, by name; raises RequestError where it is none that can be read."""
     return {name: _profile(file, name, values) for name, values in _read(file).items()}
 
 
 def write_profile(file: Path, profile: PlateProfile) -> None:
-    """Write a plate into a file of plates; its other plates stay, comments do not.
+    """Write a plate into a file of plates, whole; its other plates stay, comments do not.
 
-    The file appears whole or stays as it was, also where several programs write plates into it.
-
-    Raises RequestError if the file is there and is none of plates, or would become too large.
+    Several programs may write plates into it. Raises RequestError if the file is there and is none
+    of plates, or would become too large.
     """
     file = file.resolve()  # a link to the file stays a link
     files.make_directories(file.parent)
@@ -146,10 +139,7 @@ def write_profile(file: Path, profile: PlateProfile) -> None:
 
 
 def refuse_foreign(file: Path) -> None:
-    """Check, before anything is fitted, that a plate can be written into a file.
-
-    Raises RequestError.
-    """
+    """Raise RequestError, before anything is fitted, where no plate can be written into a file."""
     if file.exists():
         _read(file)
 
@@ -204,25 +194,10 @@ def _profile(file: Path, name: str, values: Any) -> PlateProfile:
     if not isinstance(values, Mapping):
         raise errors.RequestError("restitution and drop_height of each plate",
                                   f"{values!r} for {name} in {file}", "fit the plate again")
-    fields = {key: values.get(key) for key in PlateProfile.__dataclass_fields__ if key != "name"}
     try:
-        numbers: dict[str, Any] = {key: float(values[key]) for key in (
-            "restitution", "restitution_low", "restitution_high", "drop_height",
-            "drop_height_low", "drop_height_high", "plate_error")}
-        p_value, weight = (math.nan if (told := fields[key]) is None else float(told)
-                           for key in ("p_value", "default_weight"))
-        sides: dict[str, Any] = {
-            key: default if (told := fields[key]) is None else _whole(told)
-            for key, default in zip(("round_sides", "round_sides_low", "round_sides_high"),
-                                    fits.UNTOLD_SIDES, strict=True)}
-        left_out = {str(digest): _left_out(**one)
-                    for digest, one in (fields["left_out"] or {}).items()}
-        parts = fields["parts"] if isinstance(fields["parts"], list) else []
-        return PlateProfile(
-            name=name, **numbers, p_value=p_value, parts=tuple(map(str, parts)),
-            counted=int(fields["counted"] or 0), date=str(fields["date"] or ""),
-            version=str(fields["version"] or ""), **sides, default_weight=weight,
-            left_out=left_out)
+        return PlateProfile(name, **{
+            key: read(values[key]) for key, read in READERS.items()
+            if key in REQUIRED or values.get(key) is not None})
     except KeyError as error:
         raise errors.RequestError(f"{error.args[0]} of each plate", f"none for {name} in {file}",
                                   "fit the plate again") from error
@@ -247,3 +222,14 @@ def _left_out(cluster_tolerance: float, round_sides: int, probability: list[floa
     if not all(each >= 0.0 for each in told) or not abs(sum(told) - 1.0) < 1e-6:
         raise ValueError(f"probabilities {probability} of sum {sum(told):g}")
     return LeftOut(Numbering(float(cluster_tolerance), int(round_sides)), told)
+
+
+REQUIRED = ("restitution", "restitution_low", "restitution_high", "drop_height",
+            "drop_height_low", "drop_height_high", "plate_error")
+
+READERS: dict[str, Callable[[Any], Any]] = {
+    **dict.fromkeys((*REQUIRED, "p_value", "default_weight"), float),
+    **dict.fromkeys(("round_sides", "round_sides_low", "round_sides_high"), _whole),
+    "parts": lambda parts: tuple(map(str, parts)), "counted": int, "date": str, "version": str,
+    "left_out": lambda parts: {str(digest): _left_out(**one) for digest, one in parts.items()}}
+"""Fields of a plate in a file; earlier versions did not write all."""

@@ -42,10 +42,9 @@ class Feeder:
                 or self.kick_height is not None):
             feeding.check_wanted(self.wanted, poses)
         if self.rate is not None:
-            feeding.check_rate(self.rate)
+            feeding.check_rate(self.rate, self.cycle_time)
         if self.kick_height is not None:
             flips.check_kick(self.kick_height)
-            feeding.check_cycle_time(self.cycle_time)
             if self.rate is None:
                 raise RequestError("a rate of parts a minute beside the kick height", "none",
                                    "count the parts that can be dropped, those sent back "

@@ -62,16 +62,12 @@ def flip_wrong_ones(dropped: PoseShares, counts: ArrayLike, wanted: Sequence[int
                     cycle_time: float) -> Feeding:
     """Feed a part by kicking those that lie wrong until they lie right.
 
-    A part that is dropped takes 60 / rate seconds, and each flip as long as a cycle.
-
-    `counts` (K, K): flips out of each pose, by the pose in which they ended; `wanted`: indices of
-    the poses that are accepted, at least one; `rate`: parts dropped a minute, above 0;
-    `cycle_time`: seconds from one kick to the next, 0 or more.
+    A part that is dropped takes 60 / rate seconds, and each flip as long as a cycle. `counts`
+    (K, K): flips out of each pose, by the pose in which they ended.
     """
     flips = np.asarray(counts, dtype=float)
     kept = check_wanted(wanted, dropped.probability.size)
-    check_rate(rate)
-    check_cycle_time(cycle_time)
+    check_rate(rate, cycle_time)
     settled = flips.sum(axis=1)
     if not (settled[~kept] > 0.0).all():
         raise RequestError("flips counted out of every pose that is not wanted",
@@ -80,11 +76,17 @@ def flip_wrong_ones(dropped: PoseShares, counts: ArrayLike, wanted: Sequence[int
     if kept.all():
         return Feeding(Bounded(1.0, 1.0, 1.0), Bounded(1.0, 1.0, 1.0), NO_FLIPS,
                        Bounded(rate, rate, rate))
-    wrong = np.flatnonzero(~kept)
+    wrong, shares = np.flatnonzero(~kept), dropped.probability
     moves = flips[wrong] / settled[wrong, None]
     leaving = _that_get_out(moves, kept, wrong)
     if not leaving.all():
-        return _kept_for_ever(dropped.probability, moves[leaving], kept, wrong[leaving])
+        # In the end a part lies there for ever; those that arrive before are accepted.
+        out, moves = wrong[leaving], moves[leaving]
+        arrive = np.linalg.solve(np.eye(out.size) - moves[:, out], moves[:, kept].sum(axis=1))
+        unknown = Bounded(math.nan, math.nan, math.nan)
+        return Feeding(
+            unknown._replace(value=float(shares[kept].sum() + shares[out] @ arrive)), unknown,
+            unknown._replace(value=math.inf), Bounded(0.0, 0.0, math.nan))
     value, error = _flips_needed(dropped, moves, flips[wrong], wrong)
     spread = spread_of(error / value) if value else 1.0
     needed = Bounded(value, value / spread, value * spread)
@@ -94,10 +96,7 @@ def flip_wrong_ones(dropped: PoseShares, counts: ArrayLike, wanted: Sequence[int
 
 
 def spread_of(error: float) -> float:
-    """Factor from a positive number to the end of its 90 % interval; `error`: relative.
-
-    Such numbers are skewed: their logarithm is nearer to normal.
-    """
+    """Factor to the end of the 90 % interval of a positive number, whose logarithm is normal."""
     return math.exp(-float(ndtri(0.5 * (1.0 - DEFAULT_LEVEL))) * error)
 
 
@@ -119,18 +118,6 @@ def _flips_needed(dropped: PoseShares, moves: Array, flips: Array,
     if dropped.drops != math.inf:
         variance += dropped.scatter(needed) / dropped.drops
     return float(shares @ needed), math.sqrt(variance)
-
-
-def _kept_for_ever(shares: Array, moves: Array, kept: Mask, leaving: Index) -> Feeding:
-    """Feeding where flips never led out of some poses: in the end a part lies there for ever.
-
-    Those that get to a wanted pose before are accepted.
-    """
-    arrive = np.linalg.solve(np.eye(leaving.size) - moves[:, leaving], moves[:, kept].sum(axis=1))
-    share = float(shares[kept].sum() + shares[leaving] @ arrive)
-    unknown = Bounded(math.nan, math.nan, math.nan)
-    return Feeding(unknown._replace(value=share), unknown, unknown._replace(value=math.inf),
-                   Bounded(0.0, 0.0, math.nan))
 
 
 def _that_get_out(moves: Array, kept: Mask, wrong: Index) -> Mask:
@@ -170,15 +157,11 @@ def check_wanted(wanted: Sequence[int], poses: int) -> Mask:
     return kept
 
 
-def check_rate(rate: float) -> None:
-    """Refuse a rate of drops that is none."""
+def check_rate(rate: float, cycle_time: float = 0.0) -> None:
+    """Refuse a rate of drops, and a time from kick to kick, that is none."""
     if not 0.0 < rate < math.inf:
         raise RequestError("a rate above 0 parts a minute", f"{rate}",
                            "count the parts that are dropped, those sent back included")
-
-
-def check_cycle_time(cycle_time: float) -> None:
-    """Refuse a time from kick to kick that is none."""
     if not 0.0 <= cycle_time < math.inf:
         raise RequestError("a cycle time of 0 s or more", f"{cycle_time}",
                            "it is the time from one kick to the next")

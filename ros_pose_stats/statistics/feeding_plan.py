@@ -15,7 +15,7 @@ import numpy as np
 
 from ..errors import RequestError
 from ..records import Array, FlipStatistics, Index, PoseStatistics
-from .feeding import Bounded, check_cycle_time, check_rate, check_wanted, spread_of
+from .feeding import Bounded, check_rate, check_wanted, spread_of
 from .fill import PlateFill, plate_fill
 from .pose_groups import PoseShares, equivalent_drops, pose_shares
 
@@ -51,8 +51,7 @@ class FeederCell:
 
     def check(self) -> None:
         """Raise RequestError if a number is out of its range."""
-        check_rate(self.rate)
-        check_cycle_time(self.cycle_time)
+        check_rate(self.rate, self.cycle_time)
         for side in self.plate:
             if not 0.0 < side < np.inf:
                 raise RequestError("a plate with sides above 0 m", f"{side}",

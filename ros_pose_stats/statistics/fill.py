@@ -27,10 +27,6 @@ class PlateFill(NamedTuple):
         others = parts[:, None, None] - 1.0
         return np.asarray((1.0 - self.blocked) ** others @ self.weight)
 
-    def pickable(self, parts: Index, wanted: Array) -> Array:
-        """Parts (N,) that can be picked; `wanted` (K,): share that lies so, 0 where unwanted."""
-        return np.asarray(parts * (self.free(parts) @ wanted))
-
 
 def plate_fill(outlines: Sequence[Array], shares: Array, plate: tuple[float, float],
                clearance: float) -> PlateFill:

@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import bdtr, ndtri
 
-from ..errors import RequestError
-from ..records import Array
+from ..records import Array, Mask
 from .errors import DEFAULT_LEVEL
 
 
@@ -31,32 +30,22 @@ class PairedDifference(NamedTuple):
     p_value: float
 
 
-def paired_difference(first: ArrayLike, second: ArrayLike,
-                      level: float = DEFAULT_LEVEL) -> PairedDifference:
-    """Compare how often (n,) two things happened in the same trials.
+def paired_difference(first: Mask, second: Mask) -> PairedDifference:
+    """Compare how often two things happened in the same trials (n,).
 
-    The interval is that of Agresti and Min, "Simple improved confidence intervals for comparing
-    matched proportions", Statistics in Medicine 24 (2005): half a trial of each kind is added.
+    The 90 % interval is that of Agresti and Min, "Simple improved confidence intervals for
+    comparing matched proportions", Statistics in Medicine 24 (2005): half a trial of each kind is
+    added.
     """
-    one, other = np.asarray(first, dtype=np.bool_), np.asarray(second, dtype=np.bool_)
-    if one.ndim != 1 or one.shape != other.shape:
-        raise RequestError("two equally long rows of outcomes", f"{one.shape} and {other.shape}",
-                           "drop both from the same starts")
-    return difference_of_counts(int((other & ~one).sum()), int((one & ~other).sum()), one.size,
-                                level)
-
-
-def difference_of_counts(gained: int, lost: int, trials: int,
-                         level: float = DEFAULT_LEVEL) -> PairedDifference:
-    """The same from counts of the trials in which only the second or only the first happened."""
-    if trials == 0:
+    gained, lost = int((second & ~first).sum()), int((first & ~second).sum())
+    if first.size == 0:
         return PairedDifference(math.nan, math.nan, -1.0, 1.0, 0, 0, 0, 1.0)
-    z = -float(ndtri(0.5 * (1.0 - level)))
-    middle, spread = _normal(gained + 0.5, lost + 0.5, trials + 2.0)
-    return PairedDifference(
-        (gained - lost) / trials, _normal(gained, lost, trials)[1],
-        max(-1.0, middle - z * spread), min(1.0, middle + z * spread), gained, lost, trials,
-        chance_of_split(gained, lost))
+    z = -float(ndtri(0.5 * (1.0 - DEFAULT_LEVEL)))
+    value, error = _normal(gained, lost, first.size)
+    middle, spread = _normal(gained + 0.5, lost + 0.5, first.size + 2.0)
+    return PairedDifference(value, error, max(-1.0, middle - z * spread),
+                            min(1.0, middle + z * spread), gained, lost, first.size,
+                            chance_of_split(gained, lost))
 
 
 def _normal(gained: float, lost: float, trials: float) -> tuple[float, float]:

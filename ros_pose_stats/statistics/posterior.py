@@ -15,9 +15,10 @@ FARTHEST = 8.0
 
 
 class SquareError(NamedTuple):
-    """Distribution of the mean square error over the poses: a mixture of gamma distributions.
+    """Distribution of the mean square error of the means over the poses.
 
-    Each has the moments of its component of the posterior (Satterthwaite).
+    A mixture of gamma distributions that have the moments of the posterior's components, in which
+    the units are normal with the correlations of a multinomial distribution (Satterthwaite).
     """
 
     weight: Array  # (M,)
@@ -44,26 +45,6 @@ class SquareError(NamedTuple):
         return expected * math.exp(0.5 * (least + most))
 
 
-def square_error(weight: Array, mean: Array, variance: Array, away: Array,
-                 size: Index) -> SquareError:
-    """Distribution of the mean square error of the middle of a mixture.
-
-    Within a component the units are taken as normal with the correlations of a multinomial
-    distribution.
-
-    `weight` (M,): of the components; `mean, variance, away` (M, G): of the units: mean, variance,
-    and mean less that of the mixture; `size` (G,) int: poses of each unit, which share its error
-    evenly.
-    """
-    each = 1.0 / (size * size.sum())  # a unit's square error to the poses' mean square
-    squares = (variance + away * away) @ each
-    odds = mean / np.maximum(1.0 - mean, SMALLEST)
-    own = variance * each
-    shared = np.square((own * odds).sum(axis=1)) - np.square(own * odds).sum(axis=1)
-    scatter = 2.0 * (np.square(own).sum(axis=1) + np.maximum(shared, 0.0))
-    return SquareError(weight, squares, scatter)
-
-
 WIDEST = 1.0 - 1e-9
 NARROWEST = 1e-12  # variance of a unit over that of a single drop, where it is not certain
 
@@ -76,94 +57,76 @@ class Kinds(NamedTuple):
     variance: Array
 
 
-class Strengths(NamedTuple):
-    """The units' distributions at each of M strengths."""
-
-    weight: Array  # (M,)
-    variance: Array  # (M, G); variance, and mean less that of the mixture
-    away: Array
-
-
 @dataclass(frozen=True, eq=False)
 class Posterior:
     """Distribution of the pose probabilities of one part."""
 
     probability: Array  # (P,); means; they sum to 1, and poses of one group have equal ones
     standard_error: Array  # (P,); standard deviations
-    _unit: Index
-    _size: Index
-    _error: SquareError
-    _strengths: Strengths
-    _kinds: Kinds
+    unit: Index  # (P,); the unit that each pose belongs to
+    size: Index  # (G,); poses of each unit, which share its error evenly
+    error: SquareError
+    variance: Array  # (M, G); of the units at each of M strengths
+    away: Array  # (M, G); mean less that of the mixture
+    kinds: Kinds
 
     @classmethod
     def mixed(cls, weight: Array, mean: Array, variance: Array, unit: Index,
               size: Index, kinds: Kinds) -> "Posterior":
-        """From the moments of the units at each of some strengths.
+        """From the moments (M, G) of the units at each of some strengths, and their weights (M,).
 
-        `weight` (M,): of the strengths, summing to 1; `mean, variance` (M, G); `unit` (P,) int:
-        the unit that each pose belongs to; `size` (G,) int: poses of each unit; `kinds`: the same,
-        parted by which kind of estimate holds rather than by strength.
+        `kinds`: the same, parted by which kind of estimate holds rather than by strength.
         """
         # The weights' sum is rounded; it shows where all agree, as on a pose that is the only one.
         middle = np.where(np.ptp(mean, axis=0) == 0.0, mean[0], weight @ mean)
         away = mean - middle
         spread = weight @ (variance + away * away)
         share = 1.0 / size
-        return cls((middle * share)[unit], (np.sqrt(spread) * share)[unit], unit, size,
-                   square_error(weight, mean, variance, away, size),
-                   Strengths(weight, variance, away), kinds)
+        each = 1.0 / (size * size.sum())  # a unit's square error to the poses' mean square
+        own = variance * each
+        odds = own * (mean / np.maximum(1.0 - mean, SMALLEST))
+        shared = np.square(odds.sum(axis=1)) - np.square(odds).sum(axis=1)
+        error = SquareError(weight, (variance + away * away) @ each, 2.0 * (
+            np.square(own).sum(axis=1) + np.maximum(shared, 0.0)))
+        return cls((middle * share)[unit], (np.sqrt(spread) * share)[unit], unit, size, error,
+                   variance, away, kinds)
 
     @property
     def expected_error(self) -> float:
         """Root mean square over the poses of their standard errors, as a fraction."""
-        return math.sqrt(self._error.expected)
+        return math.sqrt(self.error.expected)
 
     def shares(self, counts: Index) -> statistics.Shares:
         """The probabilities with their errors, beside what was counted (P,)."""
         return statistics.Shares(self.probability, *self.interval(), self.standard_error, counts,
-                      self.expected_error, self.largest_error())
+                                 self.expected_error, self.largest_error())
 
     def error_quantile(self, level: float = DEFAULT_LEVEL) -> float:
         """Bound that the root mean square error over the poses keeps with this probability."""
-        return math.sqrt(self._error.quantile(level))
+        return math.sqrt(self.error.quantile(level))
 
     def largest_error(self) -> float:
         """Bound that the errors of all poses keep together with 90 % confidence, a fraction."""
-        weight, variance, away = self._strengths
-        return largest_error(np.sqrt(variance), DEFAULT_LEVEL, weight=weight, away=away,
-                             size=self._size)
+        return largest_error(np.sqrt(self.variance), DEFAULT_LEVEL, weight=self.error.weight,
+                             away=self.away, size=self.size)
 
-    def interval(self, level: float = DEFAULT_LEVEL, drops: float = math.inf
-                 ) -> tuple[Array, Array]:
+    def interval(self, level: float = DEFAULT_LEVEL) -> tuple[Array, Array]:
         """Bounds (P,), each pair the shortest that holds this share of a pose's distribution.
 
         A pose that is hardly ever met has a lower bound of 0; of a distribution as skewed as
-        that the mean may lie above both bounds. With `drops` they are for the share of a pose in
-        so many other drops, with their noise.
+        that the mean may lie above both bounds.
         """
-        share, mean, variance = self._kinds
-        if math.isinf(drops):
-            low, high = _bounds(share, mean, variance, level)
-            return (low / self._size)[self._unit], (high / self._size)[self._unit]
-        each = mean / self._size
-        noisy = variance / self._size ** 2 + each * (1.0 - each) / drops
-        low, high = _bounds(share, each, noisy, level)
-        return low[self._unit], high[self._unit]
-
-
-def _bounds(share: Array, mean: Array, variance: Array, level: float) -> tuple[Array, Array]:
-    """Of mixtures (K, G), where something is uncertain; else the mean twice."""
-    single = mean * (1.0 - mean)
-    spread = np.minimum(variance, WIDEST * single)
-    unsure = (share * spread).sum(axis=0) > 0.0
-    low = (share * mean).sum(axis=0)
-    high = low.copy()
-    if unsure.any():
-        low[unsure], high[unsure] = shortest_interval(
-            share[:, unsure], mean[:, unsure],
-            np.maximum(spread[:, unsure], NARROWEST * single[:, unsure]), level)
-    return low, high
+        share, mean, variance = self.kinds
+        single = mean * (1.0 - mean)
+        spread = np.minimum(variance, WIDEST * single)
+        unsure = (share * spread).sum(axis=0) > 0.0
+        low = (share * mean).sum(axis=0)
+        high = low.copy()
+        if unsure.any():
+            low[unsure], high[unsure] = shortest_interval(
+                share[:, unsure], mean[:, unsure],
+                np.maximum(spread[:, unsure], NARROWEST * single[:, unsure]), level)
+        return (low / self.size)[self.unit], (high / self.size)[self.unit]
 
 
 SMALLEST = 1e-300

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ros_pose_stats.estimators.split import split
 from ros_pose_stats.plates import CountedPart, count_part, fit_plate
+from ros_pose_stats.plates.fit import SIDES, ExplainedPart, SceneGrid
 from ros_pose_stats.records import DropScene
 
 from ..prisms.dice import DICE, Die
@@ -31,7 +32,7 @@ OBSERVED_REPEATS = 2
 STEEPNESSES = np.linspace(-4.0, 12.0, 321)
 """Factors of the height over the root of the volume that are looked at."""
 
-METHODS = ("default", "fit", "Gibbs", "split × tilt")
+METHODS = ("default", "fit", "best scene", "Gibbs", "split × tilt")
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,8 @@ class PlateErrors:
     ----------
     plate : str
     errors : dict of str to float
-        Root mean square over groups, parts and splits by method, the noise of the counts off.
+        Root mean square over groups, parts and splits by method, the noise of the counts off; of
+        the best scene, over all parts.
     told : float
         Root mean square of `plate_error`.
     default_weight : float
@@ -100,6 +102,10 @@ def judge_plate(name: str, parts: Sequence[Candidate], most: int, splits: int,
                 seed: tuple[int, ...], say: Say) -> PlateErrors:
     """Fit to at most so many counts of each of five parts, and predict the others."""
     squares: dict[str, list[float]] = {method: [] for method in METHODS}
+    grid = SceneGrid([one.counted.resting.body.radius for one in parts], SIDES[:1])
+    known = [ExplainedPart(one.counted, grid) for one in parts]
+    squares["best scene"] = [min(float(np.mean([one.square_error(place) for one in known]))
+                                 for place in range(grid.prior.size))]
     told, weights = [], []
     for split_number in range(splits):
         random = np.random.default_rng((*seed, split_number))
@@ -113,10 +119,10 @@ def judge_plate(name: str, parts: Sequence[Candidate], most: int, splits: int,
         told.append(fit.plate_error)
         weights.append(fit.default_weight)
         for one in (parts[k] for k in order[FITTED:]):
-            for method, share in zip(METHODS, (
-                    one.default, shares_in(one.counted, scene),
-                    _normal(one.size * np.exp(-gibbs * one.height)),
-                    _normal(_tilted(one, tilt))), strict=True):
+            for method, share in (
+                    ("default", one.default), ("fit", shares_in(one.counted, scene)),
+                    ("Gibbs", _normal(one.size * np.exp(-gibbs * one.height))),
+                    ("split × tilt", _normal(_tilted(one, tilt)))):
                 squares[method].append(_square_error(one.counted.by_group, share))
     errors = {method: math.sqrt(max(float(np.mean(each)), 0.0))
               for method, each in squares.items()}

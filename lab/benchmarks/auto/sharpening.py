@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from ros_pose_stats.estimators.registry import estimator
 
-from ros_pose_stats.planning.confidence import estimated
 from ros_pose_stats.statistics.fitted_prior import FITTED_METHOD
+from ros_pose_stats.statistics.posterior import Kinds
 from ros_pose_stats.statistics.prior import PosePrior
 
 from ..results import Row, Section, Target
@@ -106,7 +108,7 @@ def drops_needed(cases: Sequence[Case]) -> Section:
 
 
 def _estimate(case: Case) -> Array:
-    return estimated(FITTED_METHOD, case.resting(), case.scene())
+    return estimator(FITTED_METHOD).function(case.resting(), case.scene())
 
 
 def _mean_square(cases: Sequence[Case], answers: Sequence[Array]) -> float:
@@ -120,7 +122,10 @@ def intervals_hold(case: Case, prior: PosePrior, drops: int) -> NDArray[np.bool_
     """Whether the interval of each pose (P,) holds its reference, with the reference's noise."""
     after = prior.updated(case.counts(drops))
     total = int(case.reference.sum())
-    low, high = after.interval(LEVEL, total)
+    share, mean, variance = after.kinds
+    each = mean / after.size
+    noisy = Kinds(share, each, variance / after.size ** 2 + each * (1.0 - each) / total)
+    low, high = replace(after, kinds=noisy, size=np.ones_like(after.size)).interval(LEVEL)
     true = case.reference / total
     return (low <= true) & (true <= high)
 

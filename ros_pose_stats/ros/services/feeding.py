@@ -48,8 +48,7 @@ class FeedingService:
         latched, scene = shown.latched, shown.scene
         kick = settings.kick(request.kick_height)
         feeding.check_wanted(request.wanted, len(latched.poses))
-        feeding.check_rate(request.rate)
-        feeding.check_cycle_time(request.cycle_time)
+        feeding.check_rate(request.rate, request.cycle_time)
         cell = counted = None
         if request.plate_length != 0.0 or request.plate_width != 0.0:
             cell = FeederCell(request.rate, (request.plate_length, request.plate_width),

@@ -44,7 +44,7 @@ def test_on_a_wide_plate_the_closed_form():
     parts, grown = np.array([1, 1000, 500_000]), 4.0 * side + 2.0 * np.pi * clearance
     area = (2.0 * side**2 + 4.0 * side * clearance + np.pi * clearance**2
             + 4.0 * side * grown / (2.0 * np.pi))
-    found = plate_fill([square], np.ones(1), (plate, plate), clearance).pickable(parts, np.ones(1))
+    found = parts * plate_fill([square], np.ones(1), (plate, plate), clearance).free(parts)[:, 0]
     np.testing.assert_allclose(found, parts * (1.0 - area / plate**2) ** (parts - 1), rtol=5e-3)
 
 
