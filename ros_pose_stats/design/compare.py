@@ -19,17 +19,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import RequestError
-from ..methods import SIMULATION
+from .. import errors, methods
 from ..records import DropScene, Part, PoseStatistics, scene as scenes, statistics
-from ..resting.poses import resting_poses
-from ..resting.trust import pose_remarks
-from ..simulation.request import SEEDS, drop_request
-from ..simulation.simulate import touching_warnings
+from ..resting import poses as stable, trust
+from ..simulation import request, simulate
 from ..statistics import feeding, paired_counts, pose_groups, prefix
-from . import comparison, describe, paired_drops
-from .correspondence import Correspondence, MatchedPoses, find_correspondence
-from .shares import counted_share
+from . import comparison, correspondence, describe, paired_drops, shares as wanted_shares
 
 FIRST_LOOK = 1250
 """Drops of each variant before the first look; each look has twice as many as the one before."""
@@ -113,25 +108,25 @@ def compare(parts: Sequence[Part], wanted: Sequence[int] = (), drops: int = MOST
     """
     begin = time.perf_counter()
     if not 2 <= len(parts) <= MOST_VARIANTS:
-        raise RequestError(f"2 to {MOST_VARIANTS} variants to compare", f"{len(parts)}",
+        raise errors.RequestError(f"2 to {MOST_VARIANTS} variants to compare", f"{len(parts)}",
                            "give the files of the variants, the one to compare with first")
     if not 0.0 <= plate_error <= 1.0:
-        raise RequestError("a plate error from 0 to 1, as a fraction", f"{plate_error}",
+        raise errors.RequestError("a plate error from 0 to 1, as a fraction", f"{plate_error}",
                            "0.05 is a plate that nobody has counted on")
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
-    asked = drop_request(drops, seed, 0.0, workers)
-    resting = [resting_poses(part, cluster_tolerance, round_sides) for part in parts]
+    asked = request.drop_request(drops, seed, 0.0, workers)
+    resting = [stable.resting_poses(part, cluster_tolerance, round_sides) for part in parts]
     first = resting[0].body.radius
     for place, radius in enumerate(one.body.radius for one in resting):
         if max(radius, first) > LARGEST_RATIO * min(radius, first):
-            raise RequestError(
+            raise errors.RequestError(
                 f"variants of one scale, radii at most {LARGEST_RATIO:g} times apart",
                 f"A with a radius of {1e3 * first:.4g} mm and {describe.letter(place)} with "
                 f"{1e3 * radius:.4g} mm", "export them in one unit")
     if wanted:
         feeding.check_wanted(wanted, len(resting[0].poses))
     accepted = tuple(sorted(set(map(int, wanted))))
-    matches = [find_correspondence(resting[0], other) for other in resting[1:]]
+    matches = [correspondence.find_correspondence(resting[0], other) for other in resting[1:]]
     turns = [None, *(match.turn for match in matches)]
     tests = [test for place, match in enumerate(matches, start=1)
              for test in _tests(place, match, accepted)]
@@ -142,7 +137,8 @@ def compare(parts: Sequence[Part], wanted: Sequence[int] = (), drops: int = MOST
         sizes.insert(0, sizes[0] // 2)
     most = 2 * sizes[-1] * len(parts)
 
-    judged = paired_drops.PairedDrops(parts, scene, (asked.seed + SEEDS // 2) % SEEDS, turns)
+    judged = paired_drops.PairedDrops(
+        parts, scene, (asked.seed + request.SEEDS // 2) % request.SEEDS, turns)
     for size in sizes:
         judged.drop_until(size, asked.workers, lambda done: on_progress(done, most), should_stop)
         shares = _differences(judged, tests, plate_error)
@@ -183,23 +179,24 @@ class _Test(NamedTuple):
     """A share that is tested."""
 
     second: int  # the variant beside the first
-    poses: MatchedPoses
+    poses: correspondence.MatchedPoses
     is_accepted: bool  # whether it is that of the parts that a feeder accepts
     key: Hashable  # equal where the same drops decide
 
 
-def _tests(second: int, match: Correspondence, accepted: tuple[int, ...]) -> list[_Test]:
+def _tests(second: int, match: correspondence.Correspondence, accepted: tuple[int, ...]
+           ) -> list[_Test]:
     """What is tested of a variant: each pose, and what a feeder accepts if one is asked for.
 
     Where some poses gain, all others together lose as much: that is one test, not two.
     """
-    def inside(poses: MatchedPoses) -> frozenset[tuple[int, int]]:
+    def inside(poses: correspondence.MatchedPoses) -> frozenset[tuple[int, int]]:
         return frozenset((side, index) for side, those in enumerate(poses) for index in those)
 
     every = frozenset().union(*map(inside, match.matches))
     listed = list(match.matches)
     if accepted:
-        listed.append(MatchedPoses(accepted, match.partners(accepted)))
+        listed.append(correspondence.MatchedPoses(accepted, match.partners(accepted)))
     return [_Test(second, poses, place >= len(match.matches),
                   (second, frozenset((inside(poses), every - inside(poses)))))
             for place, poses in enumerate(listed)]
@@ -212,8 +209,9 @@ def _differences(pairs: paired_drops.PairedDrops, tests: Sequence[_Test], plate_
     for test in tests:
         both = (pairs.is_in(0, test.poses.first), pairs.is_in(test.second, test.poses.second))
         # A variant that has no such pose never comes to rest in it.
-        first, second = (counted_share(inside) if poses else feeding.Bounded(0.0, 0.0, 0.0)
-                         for inside, poses in zip(both, test.poses, strict=True))
+        first, second = (
+            wanted_shares.counted_share(inside) if poses else feeding.Bounded(0.0, 0.0, 0.0)
+            for inside, poses in zip(both, test.poses, strict=True))
         difference = paired_counts.paired_difference(*both)
         is_round = any(pairs.resting[place].body.runs for place in (0, test.second))
         found.append(comparison.ShareDifference(
@@ -259,12 +257,12 @@ def _statistics(part: Part, pairs: paired_drops.PairedDrops, variant: int) -> Po
     counted.add(np.where(pairs.settled, pairs.outcome[variant],
                          paired_drops.UNSETTLED))
     unsettled = drops - counted.settled
-    remarks = pose_remarks(resting)
-    warnings = touching_warnings(pairs.scene, int(pairs.touched[variant].sum()), drops)
+    remarks = trust.pose_remarks(resting)
+    warnings = simulate.touching_warnings(pairs.scene, int(pairs.touched[variant].sum()), drops)
     warnings += [] if not unsettled else [
         f"UNSETTLED: {unsettled} of {drops} drops were given up before the pose of every variant "
         f"was certain; they are left out of the probabilities."]
     return statistics.pose_statistics(
-        part, resting.body.radius, resting.poses, counted.shares(), SIMULATION, pairs.scene,
-        drops=drops, unsettled=unsettled, seed=pairs.seed,
+        part, resting.body.radius, resting.poses, counted.shares(), methods.SIMULATION,
+        pairs.scene, drops=drops, unsettled=unsettled, seed=pairs.seed,
         warnings=(*remarks.warnings, *warnings), notes=remarks.notes)

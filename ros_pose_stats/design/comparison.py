@@ -9,8 +9,7 @@ from typing import Any, NamedTuple
 
 from ..records import DropScene, Part, PoseStatistics
 from ..records.statistics import plain_number
-from ..statistics.feeding import Bounded
-from ..statistics.paired_counts import PairedDifference
+from ..statistics import feeding, paired_counts
 from ..version import VERSION
 from .correspondence import Correspondence, MatchedPoses
 
@@ -23,9 +22,9 @@ LEVEL = 0.05
 class ShareDifference(NamedTuple):
     """One share in two variants."""
 
-    first: Bounded  # the shares with their 90 % intervals
-    second: Bounded
-    difference: PairedDifference  # second less first, by the joint counts
+    first: feeding.Bounded  # the shares with their 90 % intervals
+    second: feeding.Bounded
+    difference: paired_counts.PairedDifference  # second less first, by the joint counts
     file_error: float  # standard deviation of what the facets of the files add to the difference
     plate_error: float  # the same of the plate
     # that drops differ this much by chance alone, for all differences and looks together
@@ -83,9 +82,9 @@ class FeederComparison(NamedTuple):
     lost: tuple[int, ...]  # wanted poses of the first variant that have no partner in the second
 
     @property
-    def passes(self) -> tuple[Bounded, Bounded]:
+    def passes(self) -> tuple[feeding.Bounded, feeding.Bounded]:
         """Drops for each accepted part, where those that lie wrong are dropped again."""
-        first, second = (Bounded(*(1.0 / one if one else math.inf for one in (
+        first, second = (feeding.Bounded(*(1.0 / one if one else math.inf for one in (
             share.value, share.high, share.low))) for share in self.share[:2])
         return first, second
 

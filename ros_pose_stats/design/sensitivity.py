@@ -9,19 +9,15 @@ import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from itertools import chain, count
 from typing import Any
 
 import numpy as np
 
-from ..errors import MeshError
+from .. import errors, methods, tolerances, version
 from ..estimators import estimate_in
-from ..methods import AUTO
 from ..records import DropScene, Part, scene as scenes
 from ..simulation.request import drop_request
 from ..statistics import feeding, paired_counts, pose_groups
-from ..tolerances import number_equal
-from ..version import VERSION
 from . import alike, changes, describe, shares
 
 STEP = 0.05
@@ -114,7 +110,7 @@ class Sensitivity:
                      "contradicted": one.contradicted, "check": None if one.check is None
                      else describe.difference_as_dict(one.check)} for one in self.effects],
                 "drops": self.drops, "seed": self.seed, "seconds": self.seconds,
-                "warnings": list(self.warnings), "version": VERSION}
+                "warnings": list(self.warnings), "version": version.VERSION}
 
 
 def effect_error(slope: float, uneven: float) -> float:
@@ -169,7 +165,7 @@ def sensitivity(part: Part, wanted: Sequence[int], *, step: float | None = None,
     model = shares.WantedShare(space, wanted, scene)
     reach = STEP * space.body.radius if step is None else step
     changes.check_reach("step", reach, space.body.radius)
-    estimated = estimate_in(part, model.scene, AUTO)
+    estimated = estimate_in(part, model.scene, methods.AUTO)
     effects = _effects(space, model, reach, asked.workers,
                        lambda share: on_progress(0.5 * share), should_stop)
     found = Sensitivity(space, model.wanted, model.scene, estimated.method, feeding.drop_afresh(
@@ -198,7 +194,7 @@ def _effects(space: changes.DesignSpace, model: shares.WantedShare, reach: float
     """Effects of all features; those of which no body remains after the step are left out."""
     first = alike.first_alike(space, model.kept)
     numbers, base = np.unique(first).tolist(), model.estimate(space.change_one(0, 0.0))
-    done = count(1)
+    done = iter(range(1, len(numbers) + 1))
 
     def effect_of(number: int) -> list[Effect]:
         feature = space.features[number]
@@ -206,7 +202,7 @@ def _effects(space: changes.DesignSpace, model: shares.WantedShare, reach: float
         try:
             after = [] if should_stop() else [space.change_one(number, side)
                                               for side in (-unit, unit)]
-        except MeshError:
+        except errors.MeshError:
             after = []
         on_progress(next(done) / len(numbers))
         if not after:
@@ -220,7 +216,7 @@ def _effects(space: changes.DesignSpace, model: shares.WantedShare, reach: float
                        model.lost(after[place]))]
 
     with ThreadPoolExecutor(workers) as pool:
-        found = list(chain.from_iterable(pool.map(effect_of, numbers)))
-    rank = number_equal([-abs(effect.change) for effect in found], SAME_CHANGE)
+        found = [effect for some in pool.map(effect_of, numbers) for effect in some]
+    rank = tolerances.number_equal([-abs(effect.change) for effect in found], SAME_CHANGE)
     return tuple(found[k] for k in sorted(range(len(found)),
                                           key=lambda k: (rank[k], found[k].number)))

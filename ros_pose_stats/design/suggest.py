@@ -11,12 +11,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..errors import MeshError
+from .. import errors, tolerances
 from ..records import Array, DropScene, Part, scene as scenes
 from ..resting.convex_body import convex_body
 from ..simulation.request import drop_request
 from ..statistics import feeding, paired_counts
-from ..tolerances import number_equal
 from . import alike, changes, describe, sensitivity, shares
 
 GAIN_DROPS = 2000
@@ -162,13 +161,13 @@ def _climb(space: changes.DesignSpace, model: shares.WantedShare, within: float,
             moved = max(outline_move(space, changed), center_move(space, changed))
             return model.estimate(changed) - estimates[-1] if (
                 moved <= within * (1.0 + SLACK)) else -np.inf
-        except MeshError:
+        except errors.MeshError:
             return -np.inf
 
     while ways and len(taken) < MOST_STEPS:
         gains = [-np.inf if should_stop() else gain(move) for _, move in ways]
         # Mirror twins gain the same but for rounding: of those the first.
-        rank = number_equal([-gain for gain in gains], sensitivity.SAME_CHANGE)
+        rank = tolerances.number_equal([-gain for gain in gains], sensitivity.SAME_CHANGE)
         order = sorted(range(len(ways)), key=rank.__getitem__)
         best = order[0]
         if gains[best] < LEAST_GAIN:

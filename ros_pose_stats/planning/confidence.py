@@ -11,16 +11,15 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .. import methods, text
 from ..errors import RequestError
 from ..estimators import estimator
 from ..estimators.expected import expected_error
-from ..methods import OBSERVED
 from ..records import DropScene, PoseStatistics, StablePose, scene as scenes, statistics
 from ..resting.poses import RestingPoses
 from ..simulation.request import LEAST_TARGET
 from ..statistics import errors, fitted_prior
 from ..statistics.prior import PosePrior, PriorFit, prior_fit
-from ..text import percent, ranges, several
 
 Counts = NDArray[np.int64]
 
@@ -181,8 +180,9 @@ def observe_counts(model: PoseStatistics, counts: ArrayLike,
             "the answer is that of the counts"))
         prior = plate_prior(replace(known, expected_error=math.nan))
     shares = prior.updated(counted).shares(counted)
-    return statistics.with_shares(model, OBSERVED, shares, plate_error=shares.expected_error,
-                                  drops=0, unsettled=0, seed=0, observed=total, warnings=warnings)
+    return statistics.with_shares(
+        model, methods.OBSERVED, shares, plate_error=shares.expected_error, drops=0, unsettled=0,
+        seed=0, observed=total, warnings=warnings)
 
 
 def plate_evidence(model: PoseStatistics, counts: ArrayLike) -> NDArray[np.float64]:
@@ -232,6 +232,6 @@ def describe_conflict(prior: PosePrior, counts: Counts, refuted: Counts, who: st
     expected = (prior.mean / prior.size)[prior.unit]
     share = counts / counts.sum()
     worst = refuted[np.argmax(np.abs(share - expected)[refuted])]
-    return (f"CONFLICT: {who} in {several(refuted.size, 'pose')} ({ranges(refuted.tolist())}), in "
-            f"pose {worst} most: counted {percent(share[worst])} %, {said} "
-            f"{percent(expected[worst])} %; {then}.")
+    return (f"CONFLICT: {who} in {text.several(refuted.size, 'pose')} "
+            f"({text.ranges(refuted.tolist())}), in pose {worst} most: counted "
+            f"{text.percent(share[worst])} %, {said} {text.percent(expected[worst])} %; {then}.")

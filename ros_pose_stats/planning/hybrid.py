@@ -13,8 +13,7 @@ from ..records import DropProgress, DropScene, Part, PoseStatistics, scene as sc
 from ..resting.poses import poses_in
 from ..simulation.request import DropRequest, Watch, drop_request
 from ..simulation.simulate import count_drops
-from ..statistics.prefix import Judge
-from ..statistics.prior import PosePrior
+from ..statistics import prefix, prior as priors
 from . import confidence
 
 
@@ -79,17 +78,17 @@ def hybrid(part: Part, drops: int | None = None, restitution: float = scenes.DEF
     return replace(found, seconds=time.perf_counter() - begin)
 
 
-def drop_with(prior: PosePrior, part: Part, scene: DropScene, request: DropRequest, watch: Watch,
-              look: int) -> PoseStatistics:
+def drop_with(prior: priors.PosePrior, part: Part, scene: DropScene, request: DropRequest,
+              watch: Watch, look: int) -> PoseStatistics:
     """Drop a part, and combine the drops with an estimate; `look`: drops before the first look."""
     counted = count_drops(
         part, scene, request,
         watch._replace(on_progress=combined_progress(prior, watch.on_progress)),
-        Judge(partial(confidence.judge_drops, prior), look))
+        prefix.Judge(partial(confidence.judge_drops, prior), look))
     return hybrid_statistics(counted, prior)
 
 
-def hybrid_statistics(counted: PoseStatistics, prior: PosePrior) -> PoseStatistics:
+def hybrid_statistics(counted: PoseStatistics, prior: priors.PosePrior) -> PoseStatistics:
     """Counts of a simulation combined with an estimate, in a millisecond or two for ten poses.
 
     `counted`: of independent drops from random starting directions; `prior`: of the same part and
@@ -105,7 +104,7 @@ def hybrid_statistics(counted: PoseStatistics, prior: PosePrior) -> PoseStatisti
     return statistics.with_shares(counted, HYBRID, prior.updated(counts).shares(counts))
 
 
-def combined_progress(prior: PosePrior, told: Callable[[DropProgress], object] | None
+def combined_progress(prior: priors.PosePrior, told: Callable[[DropProgress], object] | None
                       ) -> Callable[[DropProgress], object] | None:
     """Progress of a simulation as that of the hybrid; None where nobody listens."""
     if told is None:
@@ -166,7 +165,7 @@ def keep_target(best: PoseStatistics, part: Part, scene: DropScene, request: Dro
         found = drop_with(prior, part, scene, request, watch, look)
     else:
         found = count_drops(part, scene, request, watch,
-                            Judge(partial(confidence.judge_drops, None), look))
+                            prefix.Judge(partial(confidence.judge_drops, None), look))
     return found, _why_drops(found, best.method, bound, target)
 
 

@@ -12,10 +12,8 @@ from typing import Any, NamedTuple
 
 import yaml
 
-from .. import errors, files
-from ..records import DropScene
-from ..records.scene import Numbering
-from ..version import VERSION
+from .. import errors, files, version
+from ..records import DropScene, scene as scenes
 from . import fit as fits
 
 HEAD = "plates"
@@ -32,7 +30,7 @@ LONGEST_NAME = 100
 class LeftOut(NamedTuple):
     """What a plate says of a part without that part's own counts."""
 
-    numbering: Numbering
+    numbering: scenes.Numbering
     probability: tuple[float, ...]  # of its poses, by `index`
 
 
@@ -105,7 +103,7 @@ def profile_of(name: str, fit: fits.PlateFit) -> PlateProfile:
     return PlateProfile(
         name, *fit.restitution, *fit.drop_height, fit.plate_error, fit.p_value,
         tuple(dict.fromkeys(part.part_id for part in fit.parts)), fit.counted,
-        datetime.now(timezone.utc).isoformat(timespec="seconds"), VERSION,
+        datetime.now(timezone.utc).isoformat(timespec="seconds"), version.VERSION,
         *fit.round_sides, fit.default_weight,
         {part.part_digest: LeftOut(part.numbering, tuple(part.left_out.round(9).tolist()))
          for part in fit.parts})
@@ -221,7 +219,7 @@ def _left_out(cluster_tolerance: float, round_sides: int, probability: list[floa
     told = tuple(map(float, probability))
     if not all(each >= 0.0 for each in told) or not abs(sum(told) - 1.0) < 1e-6:
         raise ValueError(f"probabilities {probability} of sum {sum(told):g}")
-    return LeftOut(Numbering(float(cluster_tolerance), int(round_sides)), told)
+    return LeftOut(scenes.Numbering(float(cluster_tolerance), int(round_sides)), told)
 
 
 REQUIRED = ("restitution", "restitution_low", "restitution_high", "drop_height",
