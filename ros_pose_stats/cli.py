@@ -40,18 +40,7 @@ def parser() -> argparse.ArgumentParser:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run a command.
-
-    Parameters
-    ----------
-    arguments : sequence of str, optional
-        Default: the process's own.
-
-    Returns
-    -------
-    int
-        0; 2 for a refused input; 130 after Ctrl-C; 1 for an internal failure.
-    """
+    """Run a command: 0; 2 for a refused input; 130 after Ctrl-C; 1 for an internal failure."""
     ours, rest = _split(sys.argv[1:] if arguments is None else list(arguments))
     reader = parser()
     parsed = reader.parse_args(ours)

@@ -130,10 +130,7 @@ def utc(nanoseconds: int) -> str:
 
 
 def csv_lines(heads: Iterable[str], rows: Iterable[Iterable[Any]]) -> Iterator[str]:
-    """Lines of a table for spreadsheets, with all digits; text that they would compute is quoted.
-
-    Cells of numbers that are not known are empty.
-    """
+    """Lines for spreadsheets, with all digits; formulas are quoted, unknown numbers empty."""
     for row in chain([heads], rows):
         line = io.StringIO(newline="")
         # Only a writer that ends lines in both signs quotes both within cells.

@@ -55,11 +55,10 @@ def register(commands: given.Commands) -> None:
 def run(options: argparse.Namespace) -> int:
     """Make the catalogue and say where it is."""
     with running.announce_slow_start(), running.end_on_interrupt():
-        from ..catalogue import making, tables
-        from ..catalogue.request import CatalogueRequest, find_parts
+        from ..catalogue import making, request as requests, tables
         from ..kernels.compilation import prepare_kernels
 
-        request = CatalogueRequest(given.scene_of(options), options.unit, options.density,
+        request = requests.CatalogueRequest(given.scene_of(options), options.unit, options.density,
                                    options.target_error)
         if options.scheduler is None:
             maker = making.on_processes(options.workers)
@@ -69,7 +68,7 @@ def run(options: argparse.Namespace) -> int:
         if options.parquet:
             with running.needing("pyarrow"):
                 tables.load_parquet()
-        parts = find_parts(options.parts)
+        parts = requests.find_parts(options.parts)
         if options.scheduler is None:
             prepare_kernels()  # before several processes would compile them at once
     begin = time.monotonic()

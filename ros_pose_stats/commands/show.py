@@ -55,19 +55,19 @@ def run(options: argparse.Namespace) -> int:
     figure = None if options.png is None else running.output_file(options.png, (".png",))
     with running.announce_slow_start(), running.end_on_interrupt():
         from ..files import write_file
-        from ..report.findings import Feeder, investigate
-        from ..report.page import report_page
+        from ..report import findings as report, page as pages
         from ..text import several
 
         part = given.load_named_part(options)
-    feeder = Feeder(tuple(dict.fromkeys(options.wanted)), options.rate, options.kick,
+    feeder = report.Feeder(tuple(dict.fromkeys(options.wanted)), options.rate, options.kick,
                     options.cycle_time, options.changes)
     with running.end_on_interrupt(), running.ProgressBar(sys.stderr) as bar:
-        findings = investigate(part, drops=options.drops, seed=options.seed, feeder=feeder,
+        findings = report.investigate(part, drops=options.drops, seed=options.seed, feeder=feeder,
                                on_progress=bar.draw, **given.scene_keywords(options))
         found = findings.simulated
         bar.draw(1.0, "pictures")
-        write_file(page, report_page(findings, commands_to_reproduce(options, found)).encode())
+        commands = commands_to_reproduce(options, found)
+        write_file(page, pages.report_page(findings, commands).encode())
         if figure is not None:
             from ..plots import figures, shares
 

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .. import errors, tolerances
-from ..mesh.arrays import real_number
-from ..mesh.vectors import lengths, rotation_matrices, turn_vectors
+from ..mesh import arrays, vectors
 from ..records import Array, Part, StablePose
 
 if TYPE_CHECKING:
@@ -50,15 +49,16 @@ def outline_at(part: Part, pose: StablePose, height: float | None = None) -> tup
                                   f"{type(part).__name__} and {type(pose).__name__}",
                                   "take a pose of estimate(part).poses")
     try:
-        level = None if height is None else real_number(height)
+        level = None if height is None else arrays.real_number(height)
     except (TypeError, ValueError, OverflowError):
         level = np.nan
     if level is not None and not np.isfinite(level):
         raise errors.RequestError("a height above the plate in metres", f"{height!r}",
                                   "leave it out for the silhouette")
     points = part.surface_vertices - part.center_of_mass
-    scale = float(lengths(points).max())
-    standing = turn_vectors(points / scale, rotation_matrices(pose.orientation[None])[0].T)
+    scale = float(vectors.lengths(points).max())
+    rotation = vectors.rotation_matrices(pose.orientation[None])[0]
+    standing = vectors.turn_vectors(points / scale, rotation.T)
     standing[:, 2] += pose.height / scale
     if level is None:
         seen = _solid(part, standing).project()

@@ -10,8 +10,7 @@ import numpy as np
 from ..kernels.body.convex_body import build_body
 from ..kernels.drops import evolve, layout
 from ..kernels.principal_axes import principal_axes
-from ..mesh.hull import hull_of
-from ..mesh.vectors import lengths, turn_vectors
+from ..mesh import hull as hulls, vectors
 from ..records import Array, DropScene, Index, Mask, Part
 from ..resting import convex_body, poses, turns
 
@@ -55,12 +54,12 @@ def _prepare(part: Part, resting: poses.RestingPoses) -> PreparedBody:
     moment, axes = principal_axes(resting.inertia)
     moment = np.maximum(moment, THINNEST * moment[2])
     used = np.unique(body.arrays.corner)
-    points = turn_vectors(body.points[used], axes)
+    points = vectors.turn_vectors(body.points[used], axes)
     order, ball, ball_range = ball_tree(points)
     points, corner = points[order], used[order]
     x, y, z = np.ascontiguousarray(points.T)
     rims = rolling_rims(resting, moment, axes, corner)
-    arrays = layout.DropBody(x, y, z, lengths(points), moment, ball, ball_range,
+    arrays = layout.DropBody(x, y, z, vectors.lengths(points), moment, ball, ball_range,
                              *_neighbours(points), *_sides(resting, corner),
                              resting.equilibria.heights[resting.clusters.lowest],
                              resting.clusters.way_out, rims.pose, rims.level, rims.climb, rims.rim,
@@ -77,7 +76,7 @@ def _neighbours(points: Array) -> tuple[Index, Index, Array]:
     count = points.shape[0]
     if count <= LEAF:
         return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros(0)
-    hull = hull_of(points).qhull
+    hull = hulls.hull_of(points).qhull
     triangles = hull.simplices.astype(np.int64)
     valid, flat = build_body(points, triangles, hull.neighbors.astype(np.int64), FLAT)
     if valid and np.bincount(flat.corner, minlength=count).all():
@@ -89,7 +88,7 @@ def _neighbours(points: Array) -> tuple[Index, Index, Array]:
     first, second = np.divmod(code, count)
     start = np.zeros(count + 1, dtype=np.int64)
     np.cumsum(np.bincount(first, minlength=count), out=start[1:])
-    return start, second, lengths(points[first] - points[second])
+    return start, second, vectors.lengths(points[first] - points[second])
 
 
 def _sides(resting: poses.RestingPoses, corner: Index) -> tuple[Index, Index, Index, Index]:
@@ -147,8 +146,8 @@ def ball_tree(points: Array) -> tuple[Index, Array, Index]:
 
 def _ball(points: Array) -> tuple[float, ...]:
     center = 0.5 * (points.min(axis=0) + points.max(axis=0))
-    radius = float(lengths(points - center).max()) + ROUNDING
-    return (*center.tolist(), radius, float(lengths(center[None])[0]))
+    radius = float(vectors.lengths(points - center).max()) + ROUNDING
+    return (*center.tolist(), radius, float(vectors.lengths(center[None])[0]))
 
 
 def _halves(points: Array, inside: Index) -> tuple[Index, Index]:
@@ -189,7 +188,7 @@ def rolling_rims(resting: poses.RestingPoses, moment: Array, axes: Array,
         rise = float((np.sqrt(distance * distance + inside * inside) - distance).min())
         chord = (body.arrays.start + body.arrays.stop)[sides[off]]
         rims.rim[pose] = _shares(chord, 0.5 * float(np.ptp(distance)),
-                                 turn_vectors(axis[None], axes)[0], moment,
+                                 vectors.turn_vectors(axis[None], axes)[0], moment,
                                  float((inside / distance).max()))
         for face, level in zip(faces.tolist(), distance.tolist(), strict=True):
             at = place[body.arrays.corner[body.arrays.face_start[face]:
@@ -251,6 +250,7 @@ def _shares(chord: Array, beside: float, axle: Array, moment: Array, slope: floa
     pull = np.array([[y * z * (moment[2] - moment[1]), z * x * (moment[0] - moment[2]),
                       x * y * (moment[1] - moment[0])]])
     square = chord * chord
-    single = float(square.max()) + 2.0 * beside * beside + 2.0 * float(lengths(pull)[0]) * slope
+    pulled = float(vectors.lengths(pull)[0])
+    single = float(square.max()) + 2.0 * beside * beside + 2.0 * pulled * slope
     return np.array([*(axle * math.sqrt(0.5 * about)),
                      math.fsum(square.tolist()) / len(square) / about, single / about])

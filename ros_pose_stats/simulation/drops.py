@@ -46,10 +46,7 @@ class DropChunk(NamedTuple):
 
 
 def drop_rules(scene: DropScene, radius: float, *, to_rest: bool = False) -> at.DropRules:
-    """Join the scene and the thresholds of `tolerances`, in the units of the kernels.
-
-    `to_rest`: whether a drop goes on when its outcome is decided, until the part lies still.
-    """
+    """The scene and `tolerances` in the kernels' units; `to_rest`: until the part lies still."""
     return at.DropRules(float(scene.restitution), scene.release_height(radius) / radius, to_rest,
                      TRUNCATION, TOUCHING, SLOW, SOFT, MOST_STEPS)
 
@@ -65,11 +62,7 @@ def compute_drops(body: PreparedBody, rules: at.DropRules, downs: Array,
 
 
 def states_at_rest(body: PreparedBody, heights: float | Array, downs: Array) -> Array:
-    """States (n, 8) of a body at rest, in principal axes.
-
-    `heights`: of the centre of mass, radii; `downs` (n, 3): unit vectors in part axes that point
-    vertically down.
-    """
+    """States (n, 8) of a body at rest, in principal axes, by `downs` (n, 3); radii."""
     states = np.zeros((downs.shape[0], at.STATE))
     states[:, at.Z] = heights
     states[:, at.P:at.P + 3] = -turn_vectors(downs, body.axes)
@@ -110,10 +103,7 @@ def random_starts(seed: int, first: int, count: int) -> Array:
 
 
 def flip_draws(seed: int, first: int, count: int) -> Array:
-    """Two uniform numbers in [0, 1) for each of the flips first ... first + count - 1, (count, 2).
-
-    Row k is the same in every call that includes it.
-    """
+    """Two numbers in [0, 1) for each of the flips (count, 2); row k is the same in every call."""
     return _pairs(seed, _FLIP_STREAM, first, count)
 
 

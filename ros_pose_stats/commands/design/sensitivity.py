@@ -102,10 +102,9 @@ def _write_files(picture: Path | None, hull: Path | None, found: "Sensitivity",
 
     written = []
     if picture is not None:
-        from ...plots.changes import changes_figure
-        from ...plots.figures import figure_png
+        from ...plots import changes, figures
 
-        write_file(picture, figure_png(changes_figure(found)))
+        write_file(picture, figures.figure_png(changes.changes_figure(found)))
         written.append(picture)
     if hull is not None and proposed is not None:
         from ...mesh.files import stl_bytes
