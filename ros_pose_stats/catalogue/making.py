@@ -245,7 +245,8 @@ def on_cluster(address: str) -> Maker:
     def make(request: CatalogueRequest, pieces: Sequence[Piece],
              should_stop: Callable[[], bool]) -> Generator[tuple[Piece, Described], None, None]:
         work: ClusterWork[Bundle, list[Described]] = ClusterWork(
-            describe_bundle, lambda bundle: (_contents(bundle), request),
+            describe_bundle, lambda bundle: ([
+                (part.name, content_of(part.name), drop) for part, drop in bundle], request),
             lambda threads: max(FEWEST_IN_HAND, IN_HAND_A_THREAD * threads),
             lambda bundle: [_make_here(request, piece) for piece in bundle])
         for bundle, made in work_on_cluster(address, work, bundles(pieces), should_stop):
@@ -261,14 +262,8 @@ def bundles(pieces: Sequence[Piece]) -> list[Bundle]:
     return [tuple(pieces[first:first + size]) for first in range(0, len(pieces), size)]
 
 
-Contents = list[tuple[str, "bytes | PoseStatsError", bool]]
-
-
-def _contents(bundle: Bundle) -> Contents:
-    return [(part.name, content_of(part.name), drop) for part, drop in bundle]
-
-
-def describe_bundle(contents: Contents, request: CatalogueRequest) -> list[Described]:
+def describe_bundle(contents: list[tuple[str, bytes | PoseStatsError, bool]],
+                    request: CatalogueRequest) -> list[Described]:
     """Look at the parts of a bundle, one after the other."""
     return [describe_part(name, content, request, drop) for name, content, drop in contents]
 

@@ -52,16 +52,13 @@ def find_parts(paths: Sequence[str | os.PathLike[str]]) -> list[PartFile]:
     `paths`: files, taken whatever their kind, and folders with all parts below them that are not
     hidden. A folder to which several links lead counts once.
     """
-    names = {_no_formula(str(name)) for path in paths for name in _files_of(Path(path))}
+    named = [str(name) for path in paths for name in _files_of(Path(path))]
+    names = {f"./{name}" if name.startswith(text.FORMULAS) else name for name in named}
     if not names:
         raise errors.RequestError(f"files of parts ({', '.join(meshes.SUFFIXES)})",
                                   f"none in {', '.join(map(str, paths))}",
                                   "name a folder that holds some, or the files themselves")
     return [_looked_at(name) for name in sorted(names)]
-
-
-def _no_formula(name: str) -> str:
-    return f"./{name}" if name.startswith(text.FORMULAS) else name
 
 
 def _files_of(path: Path) -> Iterator[Path]:

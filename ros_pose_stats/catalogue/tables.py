@@ -1,6 +1,7 @@
 """The tables of a catalogue: a row a part and a row a pose, as CSV and as Parquet."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -46,7 +47,10 @@ def write_tables(folder: Path, rows: Callable[[], Iterable[Row]], parquet: bool)
     """
     def write(aside: Path) -> None:
         for name, (columns, values) in _tables(rows).items():
-            _write_csv(aside / f"{name}.csv", columns, values)
+            # Names of files need not be UTF-8.
+            with (aside / f"{name}.csv").open("w", encoding="utf-8", errors="surrogateescape",
+                                              newline="") as stream:
+                stream.writelines(text.csv_lines(columns, values))
         if parquet:
             for name, (columns, values) in _tables(rows).items():
                 _write_parquet(aside / f"{name}.parquet", columns, values)
@@ -78,12 +82,6 @@ def _pose_values(row: Row) -> Iterator[list[Any]]:
         yield [named[name] for name in POSE_COLUMNS]
 
 
-def _write_csv(file: Path, columns: dict[str, type], rows: Iterable[Sequence[Any]]) -> None:
-    # Names of files need not be UTF-8.
-    with file.open("w", encoding="utf-8", errors="surrogateescape", newline="") as stream:
-        stream.writelines(text.csv_lines(columns, rows))
-
-
 def _write_parquet(file: Path, columns: dict[str, type],
                    rows: Iterator[Sequence[Any]]) -> None:
     import pyarrow
@@ -93,25 +91,12 @@ def _write_parquet(file: Path, columns: dict[str, type],
              bool: pyarrow.bool_()}
     schema = pyarrow.schema([(name, kinds[kind]) for name, kind in columns.items()])
     with parquet.ParquetWriter(file, schema) as writer:
-        for some in _portions(rows):
+        while some := list(islice(rows, AT_ONCE)):
             columns_of = [[_encodable(value) for value in column]
                           for column in zip(*some, strict=True)]
             writer.write_table(pyarrow.table(dict(zip(columns, columns_of, strict=True)), schema))
 
 
-def _portions(rows: Iterator[Sequence[Any]]) -> Iterator[list[Sequence[Any]]]:
-    portion: list[Sequence[Any]] = []
-    for row in rows:
-        portion.append(row)
-        if len(portion) == AT_ONCE:
-            yield portion
-            portion = []
-    if portion:
-        yield portion
-
-
 def _encodable(value: Any) -> Any:
     """A name that is not UTF-8 with what is none of it replaced; other values as they are."""
-    if isinstance(value, str):
-        return value.encode(errors="replace").decode()
-    return value
+    return value.encode(errors="replace").decode() if isinstance(value, str) else value

@@ -54,7 +54,7 @@ def rendered(triangles: Array, view: View, color: Array = PART) -> NDArray[np.ui
     plate &= ~(depth > level)
     parts = int(seen.sum())
     nearest[plate], depth[plate] = parts, level[plate]
-    bright = _brightness(normals[seen])
+    bright = 0.38 + 0.68 * (0.5 + 0.5 * normals[seen] @ LIGHT) ** 1.5
     colors = np.broadcast_to(color, (len(triangles), 3))[seen]
     shades = np.concatenate([bright[:, None] * colors, np.full((1, 3), PLATE), np.ones((1, 3))])
     picture = shades[np.where(nearest < 0, parts + 1, nearest)]
@@ -79,10 +79,6 @@ def view_axes(view: View) -> tuple[Array, Array, Array]:
     towards = np.array([np.cos(up) * np.cos(about), np.cos(up) * np.sin(about), np.sin(up)])
     right = np.array([-np.sin(about), np.cos(about), 0.0])
     return right, np.cross(towards, right), towards
-
-
-def _brightness(normals: Array) -> Array:
-    return np.asarray(0.38 + 0.68 * (0.5 + 0.5 * normals @ LIGHT) ** 1.5)
 
 
 def _plate(frame: Array, shift: Array, side: float, wide: int,

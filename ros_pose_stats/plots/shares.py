@@ -91,7 +91,8 @@ def key_picture(part: Part, found: Sequence[PoseStatistics], root: SplittingNode
     if graph is not None:
         below.append(_titled("Splitting graph: the sets of poses as energy is lost, "
                              f"{name_method(first)}", graph))
-    return _stacked([_pixels(above), _side_by_side(below)])
+    beside_each_other = _stacked([one.transpose(1, 0, 2) for one in below]).transpose(1, 0, 2)
+    return _stacked([_pixels(above), beside_each_other])
 
 
 def _titled(words: str, figure: Figure) -> Picture:
@@ -113,18 +114,10 @@ def _pixels(figure: Figure) -> Picture:
 def _stacked(pictures: Sequence[Picture]) -> Picture:
     """Join pictures one below the other, the narrower ones centred on white."""
     wide = max(one.shape[1] for one in pictures)
-    return np.concatenate([_widened(one, wide) for one in pictures])
-
-
-def _side_by_side(pictures: Sequence[Picture]) -> Picture:
-    turned = _stacked([one.transpose(1, 0, 2) for one in pictures])
-    return np.ascontiguousarray(turned.transpose(1, 0, 2))
-
-
-def _widened(picture: Picture, wide: int) -> Picture:
-    spare = wide - picture.shape[1]
-    return np.pad(picture, ((0, 0), (spare // 2, spare - spare // 2), (0, 0)),
-                  constant_values=255)
+    spare = [wide - one.shape[1] for one in pictures]
+    return np.concatenate([
+        np.pad(one, ((0, 0), (left // 2, left - left // 2), (0, 0)), constant_values=255)
+        for one, left in zip(pictures, spare, strict=True)])
 
 
 BEST = "#D55E00"

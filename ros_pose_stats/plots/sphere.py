@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from typing import Literal
 
 import numpy as np
-from matplotlib import rc_context
+from matplotlib import colormaps, rc_context
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, Normalize
@@ -47,7 +47,7 @@ def sphere_figure(sphere: pose_sphere.PoseSphere, function: Function = "R",
     mark(discs[0], sphere, root)
     high_page = figure.get_figheight()
     bar = figure.colorbar(ScalarMappable(Normalize(low, high), ListedColormap(
-        _colors(CONTOURS))), orientation="horizontal",
+        colormaps[COLORS](np.linspace(0.0, 1.0, CONTOURS)))), orientation="horizontal",
         cax=figure.add_axes((0.08, 0.98 / high_page, 0.84, 0.13 / high_page)))
     what = ("distance from the centre of mass to the surface" if function == "r"
             else "height of the centre of mass with u down")
@@ -56,12 +56,6 @@ def sphere_figure(sphere: pose_sphere.PoseSphere, function: Function = "R",
     figure.legend(handles=_legend(root is not None), loc="lower center", ncols=2, frameon=False,
                   fontsize=8.5, labelcolor=INK, handlelength=1.6)
     return figure
-
-
-def _colors(count: int) -> Array:
-    from matplotlib import colormaps
-
-    return np.asarray(colormaps[COLORS](np.linspace(0.0, 1.0, count)))
 
 
 def _draw_borders(axes: Axes, pose: Index) -> None:

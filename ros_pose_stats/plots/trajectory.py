@@ -1,7 +1,6 @@
 """One drop over time, as a figure and in motion: energy on the levels of the splitting graph."""
 
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -145,16 +144,6 @@ WIDE = 3.3  # width of the scene, in radii
 FOLLOWED = 1.7  # height of the centre of mass above which the view rises with it, in radii
 
 
-class Stage(NamedTuple):
-    """The parts of the figure that stay the same in every frame."""
-
-    figure: Figure
-    axes: Axes  # axes of the energy
-    words: Text  # text about the poses that can still be reached
-    clock: Text
-    box: tuple[int, int, int, int]  # left, top, width and height of the scene, pixels
-
-
 def animation_frames(part: Part, trajectory: Trajectory, frames: DropFrames,
                      root: SplittingNode) -> Iterator[Picture]:
     """Draw a drop, frame by frame, as pixels (height, width, 3).
@@ -162,14 +151,17 @@ def animation_frames(part: Part, trajectory: Trajectory, frames: DropFrames,
     The part on the left, in a view that rises with it; on the right its energy over weight, with
     the levels of the splitting graph, and what can still be reached.
     """
-    stage = _stage(trajectory, frames, root)
-    canvas = FigureCanvasAgg(stage.figure)
-    (point,) = stage.axes.plot([], [], marker="o", markersize=8, color="#D55E00",
-                               markeredgecolor="#000000", zorder=6, animated=True,
-                               clip_on=False)
+    figure, axes, words, clock = _stage(trajectory, frames, root)
+    wide, high = (int(inches * DPI) for inches in SIZE)
+    left, bottom, across, up = SCENE
+    left, top = int(left * wide), high - int((bottom + up) * high)
+    wide, high = 2 * int(0.5 * across * wide), 2 * int(0.5 * up * high)
+    canvas = FigureCanvasAgg(figure)
+    (point,) = axes.plot([], [], marker="o", markersize=8, color="#D55E00", zorder=6,
+                         markeredgecolor="#000000", animated=True, clip_on=False)
     # matplotlib's canvas has no annotations
     canvas.draw()  # type: ignore[no-untyped-call]
-    background = canvas.copy_from_bbox(stage.figure.bbox)  # type: ignore[no-untyped-call]
+    background = canvas.copy_from_bbox(figure.bbox)  # type: ignore[no-untyped-call]
     levels = levels_above(root, trajectory.pose)
     triangles = decimation.visible_triangles(part) - part.center_of_mass
     turns = vectors.rotation_matrices(frames.orientations)
@@ -179,27 +171,22 @@ def animation_frames(part: Part, trajectory: Trajectory, frames: DropFrames,
         now = float(frames.energies[k]) * (energy[0] / trajectory.energies[0])
         point.set_data([min(time, frames.end)], [1e3 * now])
         reached = poses_within(levels, now, root.poses)
-        stage.words.set_text(_reached(reached, root.poses))
-        still = k >= frames.rest
-        stage.clock.set_text("at rest" if still else f"{time:.2f} s")
-        for artist in (point, stage.words, stage.clock):
-            stage.figure.draw_artist(artist)
+        named = component_name(reached) if len(reached) < len(root.poses) else "every pose"
+        words.set_text(f"within reach: {named}")
+        clock.set_text("at rest" if k >= frames.rest else f"{time:.2f} s")
+        for artist in (point, words, clock):
+            figure.draw_artist(artist)
         drawn = canvas.buffer_rgba()  # type: ignore[no-untyped-call]
         picture = np.asarray(drawn)[:, :, :3].copy()
-        left, top, wide, high = stage.box
         placed = triangles @ turns[k].T + np.array([0.0, 0.0, frames.heights[k]])
         picture[top:top + high, left:left + wide] = rendered(
             placed, _view(trajectory.radius, float(frames.heights[k]), (wide, high)))
         yield picture
 
 
-def _reached(poses: Sequence[int], every: Sequence[int]) -> str:
-    if len(poses) == len(every):
-        return "within reach: every pose"
-    return f"within reach: {component_name(poses)}"
-
-
-def _stage(trajectory: Trajectory, frames: DropFrames, root: SplittingNode) -> Stage:
+def _stage(trajectory: Trajectory, frames: DropFrames, root: SplittingNode
+           ) -> tuple[Figure, Axes, Text, Text]:
+    """What stays the same in every frame; axes of the energy; what is within reach; the time."""
     figure = new_figure(*SIZE, dpi=DPI)
     axes = figure.add_axes((0.55, 0.15, 0.245, 0.69))
     draw_energy(axes, trajectory, root, frames.end)
@@ -215,11 +202,7 @@ def _stage(trajectory: Trajectory, frames: DropFrames, root: SplittingNode) -> S
                 color=REFERENCE)
     clock = figure.text(0.985, 0.945, "", fontsize=10.5, color=REFERENCE, ha="right",
                         animated=True)
-    wide, high = (int(inches * DPI) for inches in SIZE)
-    left, bottom, across, up = SCENE
-    box = (int(left * wide), high - int((bottom + up) * high), 2 * int(0.5 * across * wide),
-           2 * int(0.5 * up * high))
-    return Stage(figure, axes, words, clock, box)
+    return figure, axes, words, clock
 
 
 def _pace(slower: float) -> str:

@@ -16,10 +16,6 @@ _FILES = 8
 """Files that the bound of a log directory has room for at least, so that the oldest can go."""
 
 
-class RecordingError(OSError):
-    """A record could not be made safe. Nothing is broken for good: the next write tries again."""
-
-
 class RunLog:
     """One run's bag, `directory`, made with its first record; called by any thread.
 
@@ -41,13 +37,13 @@ class RunLog:
         self._max_bytes = min(max_bag_bytes, max(max_log_bytes // _FILES, 4 * start)
                               if max_log_bytes else max_bag_bytes)
         self.space = runs.SpaceBound(log_directory, max_log_bytes)
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()
         self._bag: _Bag | None = None
         self._closed = False
         self._last_time = 0
 
     def write(self, topic: str, data: bytes) -> None:
-        """Record a message in CDR, which outlives this process, or RecordingError."""
+        """Record a message in CDR, which outlives this process; OSError: the next tries again."""
         message = self._lengths[topic].trimmed(data)
         with self._refusals(), self._lock:
             bag = self._bag_for(mcap_layout.message_size(message))
@@ -55,7 +51,7 @@ class RunLog:
             bag.append(topic, message, self._last_time)
 
     def sync(self) -> None:
-        """Have all that was written on the disk, or RecordingError: a power cut may take it."""
+        """Have all that was written on the disk; OSError: a power cut may take it."""
         with self._lock:
             file = self._bag.file if self._bag else None
         with self._refusals():
@@ -63,7 +59,7 @@ class RunLog:
                 file.sync()
 
     def close(self) -> None:
-        """Finish the bag and let go of it; RecordingError: the next start has to finish it."""
+        """Finish the bag and let go of it; OSError: the next start has to finish it."""
         with self._refusals(), self._lock:
             self._closed = True
             bag, self._bag = self._bag, None
@@ -76,13 +72,17 @@ class RunLog:
         try:
             yield
         except OSError as error:
-            raise RecordingError(
+            raise OSError(
                 f"cannot record to {self.directory}: {error.strerror or error}") from error
 
     def leave_lost_bag(self) -> None:
         """Go on in another bag where this one was deleted or moved; OSError where nobody knows."""
         with self._lock:
-            self._leave_lost_bag()
+            if self._bag is not None and self._bag.is_gone():
+                self._bag.abandon()
+                self._bag = None
+                self.directory = self.directory.with_name(
+                    runs.new_run_name(self.directory.parent))
 
     @property
     def place(self) -> tuple[Path, int] | None:
@@ -106,7 +106,7 @@ class RunLog:
         """The bag for a record of so many bytes."""
         if self._closed:
             raise OSError("the log is closed")
-        self._leave_lost_bag()
+        self.leave_lost_bag()
         # Beside the record there may be the end of one file, a whole empty one, and for a moment
         # both the old and the new metadata.yaml.
         size = self._bag.size + 2 * self._bag.metadata_size if self._bag else 0
@@ -117,12 +117,6 @@ class RunLog:
                 self.directory = self.directory.with_name(runs.new_run_name(self.directory.parent))
             self._bag = _Bag(self.directory, self._types, self._max_bytes, self._node)
         return self._bag
-
-    def _leave_lost_bag(self) -> None:
-        if self._bag is not None and self._bag.is_gone():
-            self._bag.abandon()
-            self._bag = None
-            self.directory = self.directory.with_name(runs.new_run_name(self.directory.parent))
 
 
 class _Bag:

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ... import text
-from ...recording.analysis import bag_reader, comparisons, plain, results
-from ...recording.analysis.jobs import Job
+from ...recording.analysis import bag_reader, comparisons, jobs as simulated, plain, results
 from ...statistics import chi_square, errors
 from ...text import Column, columns, interval, percent, several, utc
 
@@ -127,7 +126,7 @@ def _kind(history: results.ResultHistory, k: int) -> str:
     return ", ".join([*said, scene] if scene else said)
 
 
-def _jobs(jobs: tuple[Job, ...]) -> Iterator[str]:
+def _jobs(jobs: tuple[simulated.Job, ...]) -> Iterator[str]:
     counted = plain.job_counts(jobs)
     yield "drop simulations: " + ", ".join(f"{count} {name}" for name, count in counted.items())
     listed = sorted(jobs, key=lambda job: not job.unfinished)[:MOST_JOBS]

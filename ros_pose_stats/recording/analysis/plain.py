@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...records.statistics import without_rounding
-from . import comparisons as compared, decoding
-from .jobs import TERMINAL, Job
+from . import comparisons as compared, decoding, jobs as simulated
 from .results import ABOUT, POSE, PREDICTED, Prediction, ResultHistory
 
 Plain = dict[str, Any]
@@ -49,11 +48,11 @@ def plain(value: Any) -> Any:
     return str(value) if isinstance(value, Path) else value
 
 
-def job_counts(jobs: Iterable[Job]) -> dict[str, int]:
+def job_counts(jobs: Iterable[simulated.Job]) -> dict[str, int]:
     """How many jobs were accepted, and what became of them."""
     states = [job.state for job in jobs]
-    return {"accepted": len(states), **{name: states.count(name) for name in TERMINAL},
-            "unfinished": sum(name not in TERMINAL for name in states)}
+    return {"accepted": len(states), **{name: states.count(name) for name in simulated.TERMINAL},
+            "unfinished": sum(name not in simulated.TERMINAL for name in states)}
 
 
 def _fields(record: Any, names: Sequence[str]) -> Plain:
