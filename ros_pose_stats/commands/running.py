@@ -60,7 +60,14 @@ class ProgressBar:
 
     def show(self, progress: "DropProgress") -> None:
         """Draw the state of a simulation, at most ten times a second."""
-        self.draw(*drops_done(progress))
+        share = progress.drops / progress.bound
+        if progress.target_error > 0.0 and math.isfinite(progress.error_bound):
+            # The error falls with the root of the drops.
+            share = max(share, min(1.0, (progress.target_error / progress.error_bound) ** 2))
+        error = ("" if math.isnan(progress.expected_error)
+                 else f", error {100.0 * progress.expected_error:.2f} points")
+        self.draw(share, f"{progress.drops} of {progress.bound} drops, {progress.rate:.0f}/s, "
+                  f"{duration(progress.seconds_left)} left{error}")
 
     def show_bytes(self, done: int, total: int) -> None:
         """Draw how many bytes of files have been read, at most ten times a second."""
@@ -74,31 +81,14 @@ class ProgressBar:
         if not self._watched or now < self._next:
             return
         self._next = now + SECONDS_BETWEEN
-        line = bar_line(share, text, self._columns())
+        # Shorter than the terminal is wide; the text alone if that is narrow.
+        columns = self._columns()
+        width = min(WIDTH, columns - len(text) - 4)
+        bar = ("#" * int(share * width)).ljust(width, ".")
+        line = f"[{bar}] {text}" if width >= NARROWEST else text[:columns - 1]
         self._stream.write("\r" + line.ljust(self._drawn))
         self._stream.flush()
         self._drawn = len(line)
-
-
-def drops_done(progress: "DropProgress") -> tuple[float, str]:
-    """Progress of a simulation, as a share and as a text."""
-    share = progress.drops / progress.bound
-    if progress.target_error > 0.0 and math.isfinite(progress.error_bound):
-        # The error falls with the root of the drops.
-        share = max(share, min(1.0, (progress.target_error / progress.error_bound) ** 2))
-    error = ("" if math.isnan(progress.expected_error)
-             else f", error {100.0 * progress.expected_error:.2f} points")
-    return share, (f"{progress.drops} of {progress.bound} drops, {progress.rate:.0f}/s, "
-                   f"{duration(progress.seconds_left)} left{error}")
-
-
-def bar_line(share: float, text: str, columns: int = COLUMNS) -> str:
-    """Bar and text in a line shorter than the terminal is wide; the text alone if narrow."""
-    width = min(WIDTH, columns - len(text) - 4)
-    if width < NARROWEST:
-        return text[:columns - 1]
-    bar = ("#" * int(share * width)).ljust(width, ".")
-    return f"[{bar}] {text}"
 
 
 def duration(seconds: float) -> str:

@@ -3,7 +3,7 @@
 import argparse
 import math
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +15,6 @@ from .. import arguments as given, running
 if TYPE_CHECKING:
     from ...plates import CountedPart, PartEvidence, PlateFit, PlateProfile
     from ...recording.analysis.camera_counts import CameraCounts
-    from ...recording.analysis.decoding import PartMeshRecord
     from ...records import Part
 
 TABLES = (".csv", ".tsv", ".txt")
@@ -133,7 +132,7 @@ def counts_on_plate(paths: Sequence[Path], plate: str,
 
     Counts that name no plate are taken too, as those of the only plate there was.
     """
-    from ...recording.analysis.bag_reader import read_bags, read_part_meshes
+    from ...recording.analysis.bag_reader import read_bags, read_parts
 
     told = read_bags(paths, on_progress).counts
     wanted = [one for one in told if one.plate in ("", plate) and one.classified]
@@ -142,7 +141,13 @@ def counts_on_plate(paths: Sequence[Path], plate: str,
         raise RequestError(f"counts of cameras on plate {plate}",
                            f"those of {listed(plates)}" if plates else "none",
                            "name its plate, or record ~/pose_counts")
-    parts = _parts_of(wanted, read_part_meshes(paths))
+    missing = {one.part_digest for one in wanted}
+    parts: dict[str, Part] = {}
+    for part in read_parts(paths):
+        parts.setdefault(part.digest, part)
+        missing.discard(part.digest)
+        if not missing:
+            break
     counted, notes = [], []
     for one in wanted:
         found = _join(one, parts)
@@ -151,35 +156,6 @@ def counts_on_plate(paths: Sequence[Path], plate: str,
         else:
             counted.append(found)
     return counted, notes
-
-
-def _parts_of(wanted: "Iterable[CameraCounts]",
-              meshes: "Iterable[PartMeshRecord]") -> "dict[str, Part]":
-    """Parts by digest, of all meshes in the bags until those counted are there."""
-    missing = {one.part_digest for one in wanted}
-    found: dict[str, Part] = {}
-    for mesh in meshes:
-        part = _built(mesh)
-        if part is not None:
-            found.setdefault(part.digest, part)
-            missing.discard(part.digest)
-        if not missing:
-            break
-    return found
-
-
-def _built(mesh: "PartMeshRecord") -> "Part | None":
-    from ...mesh.parts import part_from_mesh
-
-    weighed = mesh.mass != 0.0
-    try:
-        return part_from_mesh(
-            mesh.vertices, mesh.triangles, mesh.center_of_mass if weighed else None,
-            mesh.mass if weighed else None,
-            mesh.inertia if weighed and mesh.inertia.any() else None,
-            part_id=mesh.part_id, unit=mesh.unit)
-    except PoseStatsError:
-        return None  # one that the node refused too; a part without a mesh is named by its counts
 
 
 def _join(one: "CameraCounts", parts: "dict[str, Part]") -> "CountedPart | str":

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from ...errors import BagError
-from ...records import scene as scenes, statistics
+from ...records import Part, scene as scenes, statistics
 from ..reader import RawMessage
 from . import bag_files, camera_counts, decoding
 from .jobs import DropCollector, DropLog, Job, JobCollector
@@ -213,14 +213,14 @@ def _part_records(results: Mapping[PartKey, Mapping[scenes.Numbering, ResultColl
             drops.logs.get(key[1], DropLog()))
 
 
-def read_part_meshes(paths: Iterable[Path]) -> Iterator[decoding.PartMeshRecord]:
-    """Every mesh in bags, in the order of recording, without broken ones; BagError if no bag."""
+def read_parts(paths: Iterable[Path]) -> Iterator[Part]:
+    """Every part in bags, in the order of recording, without broken ones; BagError if no bag."""
     decoders = decoding.Decoders()
     for files in bag_files.find_bags(paths).values():
         for file in files:
             for message in bag_files.FileMessages(file, lambda share: None):
                 if decoding.kind_of(message.type_name) == decoding.PART_MESH:
                     decoded = decoders.decode(message)
-                    record = None if decoded is None else decoding.part_mesh_of(decoded)
-                    if record is not None:
-                        yield record
+                    part = None if decoded is None else decoding.part_of(decoded)
+                    if part is not None:
+                        yield part

@@ -3,15 +3,14 @@
 import math
 from collections.abc import Callable
 from hashlib import blake2b
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from mcap.records import Schema
 from mcap_ros2.decoder import DecoderFactory
-from numpy.typing import NDArray
 
-from ...errors import BagError
-from ...records import Array, scene as scenes
+from ...errors import BagError, PoseStatsError
+from ...records import Part, scene as scenes
 from ..reader import RawMessage
 
 PACKAGE = "ros_pose_stats_msgs"
@@ -87,33 +86,26 @@ def fingerprint(*values: Any) -> bytes:
     return digest.digest()
 
 
-class PartMeshRecord(NamedTuple):
-    """A part as it was recorded; see the message PartMesh."""
+def part_of(message: Any) -> Part | None:
+    """The part of a PartMesh; None where a node refused it too, or the definition is another."""
+    from ...mesh.parts import part_from_mesh
 
-    part_id: str
-    vertices: Array  # (V, 3); in `unit`
-    triangles: NDArray[np.uint32]  # (T, 3)
-    unit: float  # metres
-    mass: float  # kilograms; 0 where all of it is from the mesh
-    center_of_mass: Array  # (3,); metres
-    inertia: Array  # (3, 3); kg m²; zero where it is from the mesh
-
-
-def part_mesh_of(message: Any) -> PartMeshRecord | None:
-    """A PartMesh; None where the definition is of another kind under our name."""
     try:
         corners, numbers = list(message.vertices), list(message.triangles)
         if not numbers:
             nested = message.mesh
             corners = [x for p in nested.vertices for x in (p.x, p.y, p.z)]
             numbers = [k for triangle in nested.triangles for k in triangle.vertex_indices]
-        vertices = np.array(corners, dtype=np.float64).reshape(-1, 3)
-        triangles = np.array(numbers, dtype=np.uint32).reshape(-1, 3)
         given = message.inertia
+        weighed = given.m != 0.0
         tensor = np.array([[given.ixx, given.ixy, given.ixz], [given.ixy, given.iyy, given.iyz],
                            [given.ixz, given.iyz, given.izz]], dtype=np.float64)
-        center = np.array([given.com.x, given.com.y, given.com.z], dtype=np.float64)
-        return PartMeshRecord(str(message.part_id), vertices, triangles, float(message.unit),
-                              float(given.m), center, tensor)
-    except (AttributeError, TypeError, ValueError):
+        return part_from_mesh(
+            np.array(corners, dtype=np.float64).reshape(-1, 3),
+            np.array(numbers, dtype=np.uint32).reshape(-1, 3),
+            (given.com.x, given.com.y, given.com.z) if weighed else None,
+            float(given.m) if weighed else None,
+            tensor if weighed and tensor.any() else None,
+            part_id=str(message.part_id), unit=float(message.unit))
+    except (AttributeError, TypeError, ValueError, PoseStatsError):
         return None

@@ -79,7 +79,11 @@ def metadata_yaml(files: Files) -> str:
         'compression_format: ""',
         'compression_mode: ""',
         _list("relative_file_paths", map(json.dumps, files)),
-        _list("files", (_file(name, contents) for name, contents in files.items())),
+        _list("files", (f"path: {json.dumps(name)}\n"
+                        f"starting_time:\n  nanoseconds_since_epoch: {contents.start}\n"
+                        f"duration:\n  nanoseconds: {contents.end - contents.start}\n"
+                        f"message_count: {contents.messages}"
+                        for name, contents in files.items())),
         "custom_data: ~",
         "ros_distro: jazzy",
     ]
@@ -112,16 +116,6 @@ topic_metadata:
   offered_qos_profiles:
 {indent(channel.metadata.get("offered_qos_profiles", "[]"), "    ")}
   type_description_hash: {json.dumps(channel.metadata.get("topic_type_hash", ""))}"""
-
-
-def _file(name: str, contents: Contents) -> str:
-    return f"""\
-path: {json.dumps(name)}
-starting_time:
-  nanoseconds_since_epoch: {contents.start}
-duration:
-  nanoseconds: {contents.end - contents.start}
-message_count: {contents.messages}"""
 
 
 def _qos(latched: bool) -> str:
