@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ..records import scene as scenes
 from . import arguments as given, running
 
 if TYPE_CHECKING:
@@ -134,7 +135,9 @@ def animate(options: argparse.Namespace) -> int:
         _write(file, part, found, frames, splitting_graph.splitting_graph(resting))
     print(f"{part.part_id}: {found.scene}\n"
           f"drop {options.drop}, seed {seed}: {found.impacts} impacts, at rest in pose "
-          f"{found.pose}\n{file}: {file.stat().st_size / 1e6:.2f} MB")
+          f"{found.pose}\n{file}: {file.stat().st_size / 1e6:.2f} MB",
+          *scenes.height_warnings("drop", scene.drop_height, found.radius, scenes.HIGHEST_DROP),
+          sep="\n")
     return 0
 
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from .. import errors, tolerances
 from ..records import Array, DropScene, Part, scene as scenes
+from ..records.statistics import without_rounding
 from ..resting.convex_body import convex_body
 from ..simulation.request import drop_request
 from ..statistics import feeding, paired_counts
@@ -86,7 +87,7 @@ class Suggestion:
                 "by_drops": {"before": self.dropped_before._asdict(),
                              "after": self.dropped_after._asdict(),
                              "gain": describe.difference_as_dict(self.gain)},
-                "center_of_mass": self.changed.part.center_of_mass.tolist(),
+                "center_of_mass": without_rounding(self.changed.part.center_of_mass),
                 "drops": self.drops, "seed": self.seed, "seconds": self.seconds}
 
 

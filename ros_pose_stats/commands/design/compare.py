@@ -102,21 +102,10 @@ def load_variants(options: argparse.Namespace) -> "list[Part]":
 
 
 def name_variants(files: Sequence[str]) -> list[str]:
-    """Names of files, with as much of their folders as tells different ones apart."""
+    """Names of files: their whole paths where another one has the same name."""
     paths = [Path(file) for file in files]
-    return [_name_apart(path, [other for other in paths if other != path]) for path in paths]
-
-
-def _name_apart(path: Path, others: Sequence[Path]) -> str:
-    if path.stem not in {other.stem for other in others}:
-        return path.stem
-    if path.with_suffix("") in {other.with_suffix("") for other in others}:
-        return str(path)
-    parts = path.with_suffix("").parts
-    for kept in range(2, len(parts) + 1):
-        if parts[-kept:] not in {other.with_suffix("").parts[-kept:] for other in others}:
-            return str(Path(*parts[-kept:]))
-    return f"./{path.with_suffix('')}"
+    return [path.stem if all(path.stem != other.stem for other in paths if other != path)
+            else str(path) for path in paths]
 
 
 def command_to_reproduce(options: argparse.Namespace, found: "Comparison") -> str:

@@ -134,11 +134,14 @@ class Announcer:
         if not (self._floods.count("new parts") and of_part):
             return
         log = self._node.get_logger()
-        found = [] if known.shown is None else known.shown.latched.poses
+        latched = None if known.shown is None else known.shown.latched
+        found = [] if latched is None else latched.poses
+        suspect = [] if latched is None else [
+            line for line in latched.warnings if line.startswith("HEIGHT_SUSPECT")]
         poses = f", {len(found)} stable poses ({most_probable(found)} %)" if found else ""
         line, bag = part_requests.part_line(known.part), self._recorder.log.directory
         log.info(f"{line}{poses}; bag {bag}")
-        for warning in known.part.warnings:
+        for warning in (*known.part.warnings, *suspect):
             log.warning(f"{known.part_id}: {warning}")
 
     def publish_result(self, known: KnownPart, message: PoseStatistics, data: bytes,

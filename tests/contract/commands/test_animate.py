@@ -36,7 +36,7 @@ def test_a_gif_moves_and_ends_at_rest_on_white_paper(box, tmp_path):
 
 def test_an_mcap_plays_in_other_tools(box, tmp_path):
     file = tmp_path / "drop.mcap"
-    answer("animate", *box, *SCENE, "-o", file)
+    assert "HEIGHT_SUSPECT" in answer("animate", *box, *SCENE, "--drop-height", 20, "-o", file)
     with file.open("rb") as stream:
         summary = make_reader(stream).get_summary()
     topics = {channel.topic: summary.schemas[channel.schema_id].name

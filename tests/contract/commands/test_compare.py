@@ -92,13 +92,11 @@ def test_a_centre_of_mass_for_each(boxes):
 
 
 @pytest.mark.parametrize(("files", "names"), [
-    (("old/box.stl", "new/box.stl"), ("old/box", "new/box")),
-    (("x/old/box.stl", "y/old/box.stl", "cup.stl"), ("x/old/box", "y/old/box", "cup")),
-    (("box.stl", "new/box.stl"), ("./box", "new/box")),
+    (("old/box.stl", "new/box.stl", "cup.stl"), ("old/box.stl", "new/box.stl", "cup")),
     (("old/box.stl", "old/cup.stl"), ("box", "cup")),
     (("box.stl", "box.off"), ("box.stl", "box.off")),
 ])
-def test_equal_names_are_told_apart_by_their_folders(tmp_path, monkeypatch, files, names):
+def test_equal_names_are_told_apart_by_their_paths(tmp_path, monkeypatch, files, names):
     monkeypatch.chdir(tmp_path)
     for file in files:
         Path(file).parent.mkdir(parents=True, exist_ok=True)
