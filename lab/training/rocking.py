@@ -119,7 +119,7 @@ def page(cases: Sequence[Case], bodies: int) -> str:
     rows = [row(family, [one for one in cases if one.family == family],
                 [one for one in cases if one.family != family])
             for family in (*ROCKING, *CURVED)]
-    head = ("family", "cases", "as boxes, points", "held out", "true", "told without rocking",
+    head = ("family", "cases", "without it, points", "held out", "true", "told without rocking",
             "told", "true over told", "over twice, %", "largest error kept, %")
     return HEAD.format(bodies=bodies, drops=DROPS, shipped=SHIPPED, fitted=fit(cases),
                        across=ACROSS, best=fit_across(cases)) + (
@@ -138,8 +138,8 @@ part does not lie down where the generators stand on end (a lens on its flat sid
 multiplies odds by exp(-{across:g} x); x is the solid angle of facets to rock on, each times the
 share of energy that they leave in a radian, times the share of a blow that becomes a turn about
 the generator, times the square of its component along the pose's vertical, over what leads to
-other poses. *As boxes*: without it. The best number for all is {best:.1f}; *held out*: with the
-best for all other families.
+other poses. *Without it*: true errors of the networks alone. The best number for all is
+{best:.1f}; *held out*: with the best for all other families.
 
 *True* is the root mean square error over all poses, the noise of the drops taken off; *told* the
 expected error, without and with what rocking adds: {shipped:g} sqrt(p) |c² - mean c²| for each
