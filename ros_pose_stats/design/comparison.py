@@ -126,15 +126,19 @@ class VariantComparison:
     def as_dict(self) -> dict[str, Any]:
         """Plain values for JSON."""
         match = self.correspondence
+
+        def listed(poses: MatchedPoses) -> dict[str, list[int]]:
+            return {side: list(some) for side, some in poses._asdict().items()}
+
         entry: dict[str, Any] = {
             "first": 0, "second": self.second,
             "matched_by": "orientation and footprint" if match.by_orientation
             else "footprint and height", "turned_degrees": round(math.degrees(match.angle), 3),
             "same_body": match.same_body, "in_model": self.in_model, "on_plate": self.on_plate,
-            "poses": [{**pose.poses._asdict(), **pose.share.as_dict()} for pose in self.poses]}
+            "poses": [{**listed(pose.poses), **pose.share.as_dict()} for pose in self.poses]}
         if self.feeder is not None:
             entry["feeder"] = {
-                **self.feeder.poses._asdict(), "without_partner": list(self.feeder.lost),
+                **listed(self.feeder.poses), "without_partner": list(self.feeder.lost),
                 **self.feeder.share.as_dict(), **{
                     f"passes{end}": [plain_number(one[place]) for one in self.feeder.passes]
                     for place, end in enumerate(("", "_low", "_high"))}}

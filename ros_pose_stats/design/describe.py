@@ -96,11 +96,11 @@ def describe_verdict(found: "comparison.Comparison", one: "comparison.VariantCom
     if not share.is_in_model:
         if one.feeder is not None:
             share = one.feeder.share
-            return (f"A and {other} feed alike as far as {found.drops} drops of each show: "
+            return (f"{found.drops} drops of each show no difference in feeding: "
                     f"{_percent(share.second.value)} of {other} accepted, "
                     f"{_percent(share.first.value)} of A ({_points(share, 1.0)})")
         bound = max(max(-share.difference.low, share.difference.high) for share in one.shares)
-        return (f"A and {other} rest alike as far as {found.drops} drops of each show: no share "
+        return (f"{found.drops} drops of each show no difference of A and {other}: no share "
                 f"differs by more than {100.0 * bound:.1f} points")
     if one.feeder is None:
         poses = next(pose.poses for pose in one.poses if pose.share is share)

@@ -48,9 +48,9 @@ def test_the_table_begins_with_the_verdict_and_the_parts(boxes):
 
 def test_what_does_not_differ_is_said_first(boxes):
     asked = "compare", boxes[0], boxes[0], *ASKED, "--drops", 50
-    assert answer(*asked).startswith("A and B rest alike as far as 50 drops of each show: no")
+    assert answer(*asked).startswith("50 drops of each show no difference of A and B: no")
     assert answer(*asked, "--wanted", "0").startswith(
-        "A and B feed alike as far as 50 drops of each show: ")
+        "50 drops of each show no difference in feeding: ")
 
 
 @pytest.mark.long
