@@ -106,6 +106,10 @@ SLOW = 1e-5
 In units of sqrt(g radius), as in appendix B; the energy that is dropped is below 1e-10 m g radius.
 """
 
+SOON_OVER = 2e-3
+"""Or when none approaches faster than this times 1 - restitution: what is left of the series then
+takes some 4e-3 sqrt(radius / g), and leaves a part that turns slowly where the cut leaves it."""
+
 SOFT = 1e-9
 """Most energy, in m g radius, that bringing one slow vertex to rest may cost.
 
@@ -113,11 +117,15 @@ Two corners 1e-6 apart on a body that turns are both slow, but stopping both wou
 turn; the second one goes on to bounce instead.
 """
 
+SOFT_SHARE = 1e-4
+"""The same as a share of the kinetic energy: of a roll over facets that is what bounces."""
+
 AT_REST = 1e-13
 """A vertex that approaches more slowly than this is at rest; rounding stays below it."""
 
-TRUNCATION = 1e-16
-"""Terms of a power series of the motion below this are left out."""
+TRUNCATION = 1e-12
+"""Terms of a power series of the motion below this are left out; a hundred steps then add up to a
+tenth of `TOUCHING`."""
 
 DEPENDENT = 1e-9
 """A contact adds nothing to those before it when only this share of it is new."""

@@ -9,16 +9,28 @@ import argparse
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from statistics import median
 
 import numpy as np
 
-from ros_pose_stats import Part, estimate, load_part, part_from_mesh, resting_poses, simulate
+from ros_pose_stats import (
+    DropScene,
+    Part,
+    estimate,
+    load_part,
+    part_from_mesh,
+    resting_poses,
+    simulate,
+)
 from ros_pose_stats.errors import PoseStatsError
 from ros_pose_stats.mesh.files import SUFFIXES
+from ros_pose_stats.simulation.drop_body import drop_body
 from ros_pose_stats.simulation.drops import DropChunk
 
+from .drops.dropper import Dropper
+from .drops.soundness import thresholds
 from .report import NUMBERS, machine, table, write_page
 from .results import Results, Row, Section, Target, save
 
@@ -31,8 +43,16 @@ MEASURED = (
     "settings, the poses known, over about a second. `estimate, ms`: processor time of "
     "`estimate(part, 'split')` on a part made from the loaded arrays, nothing remembered, so that "
     "convex body, round surfaces, poses and symmetries are in it; median of five. Kernels were "
-    "compiled before. `impacts`: of a drop, on the average. `corners`, `poses`: of the convex "
-    "body that is dropped.")
+    "compiled before. `events`: impacts and steps of a drop, on the average. `corners`, `poses`: "
+    "of the convex body that is dropped.")
+
+
+class FileDropper(Dropper):
+    """A part as it is dropped by default."""
+
+    def __init__(self, part: Part, number: int) -> None:
+        self.prepared, self.name = drop_body(part, DropScene()), f"file {number}"
+        self.vertices, self.poses = len(self.prepared.corner), len(self.prepared.resting.poses)
 
 
 def files_in(folders: Sequence[Path]) -> list[Path]:
@@ -54,13 +74,13 @@ def loaded(files: Sequence[Path]) -> Iterator[tuple[str, Part]]:
 def measure(part: Part) -> dict[str, float | int]:
     """The cells of a part."""
     took = median(_estimate_seconds(part) for _ in range(CALLS))
-    impacts: list[int] = []
+    events: list[int] = []
 
     def count(chunk: DropChunk) -> None:
-        impacts.append(int(chunk.outcomes.impacts.sum()))
+        events.append(int(chunk.outcomes.events.sum()))
 
     def drop(drops: int) -> float:
-        impacts.clear()
+        events.clear()
         return _spent(lambda: simulate(part, drops, seed=1, workers=1, on_drops=count))
 
     estimate(part, "split")
@@ -72,7 +92,7 @@ def measure(part: Part) -> dict[str, float | int]:
         "triangles": len(part.triangles),
         "corners": len(np.unique(resting.body.arrays.corner)),
         "poses": len(resting.poses),
-        "impacts": sum(impacts) / drops,
+        "events": sum(events) / drops,
         "drops/s": drops / seconds,
         "estimate, ms": 1e3 * took,
     }
@@ -112,26 +132,34 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(prog="lab.benchmarks.real_files",
                                      description=__doc__.partition("\n")[0])
     parser.add_argument("folders", nargs="+", type=Path, metavar="FOLDER")
+    parser.add_argument("--slow", type=int, nargs=2, metavar=("FILES", "DROPS"),
+                        help="drop the slowest files with other thresholds, too")
     parser.add_argument("--write", action="store_true",
                         help="store numbers/real_files.json, without names of files, "
                              "and render benchmarks.md in docs/measured")
     options = parser.parse_args(arguments)
-    rows = []
+    rows, parts = [], {}
     for name, part in loaded(files_in(options.folders)):
         if not rows:
             measure(part)  # compiles or loads every kernel
         rows.append(Row(name, measure(part)))
+        parts[name] = part
         print(name, {key: round(value, 1) for key, value in rows[-1].cells.items()}, flush=True)
     if not rows:
         parser.error("there is no mesh or STEP file that can be loaded")
     rows.sort(key=lambda row: float(row.cells["drops/s"]))
     each = Section("real_files_each", "Files, the slowest first", MEASURED, tuple(rows))
-    together = summary(rows)
-    print(table(each), table(together), sep="\n\n")
+    sections = [summary(rows)]
+    if options.slow:
+        files, drops = options.slow
+        slow = [FileDropper(parts[row.name], k) for k, row in enumerate(rows[:files], start=1)]
+        sections.append(replace(thresholds(slow, drops), name="real_files_thresholds",
+                                title="What the thresholds change of the slowest files"))
+    print(table(each), *map(table, sections), sep="\n\n")
     if options.write:
         nameless = tuple(Row(str(k + 1), row.cells) for k, row in enumerate(rows))
         each = Section(each.name, each.title, each.timed, nameless)
-        save(Results(machine(), (together, each)), NUMBERS / "real_files.json")
+        save(Results(machine(), (*sections, each)), NUMBERS / "real_files.json")
         print(write_page())
 
 

@@ -10,7 +10,7 @@ from ..kernels.drops import drop, layout as at
 from ..kernels.elementary import sines_cosines
 from ..mesh.vectors import turn_vectors
 from ..records import Array, DropScene, Index, Mask, scene as scenes
-from ..tolerances import MOST_STEPS, SLOW, SOFT, TOUCHING, TRUNCATION
+from ..tolerances import MOST_STEPS, SLOW, SOFT, SOFT_SHARE, SOON_OVER, TOUCHING, TRUNCATION
 from .drop_body import PreparedBody
 
 NO_TAPE: Array = np.zeros((0, at.TAPE))
@@ -47,8 +47,9 @@ class DropChunk(NamedTuple):
 
 def drop_rules(scene: DropScene, radius: float, *, to_rest: bool = False) -> at.DropRules:
     """The scene and `tolerances` in the kernels' units; `to_rest`: until the part lies still."""
+    slow = max(SLOW, SOON_OVER * (1.0 - scene.restitution))
     return at.DropRules(float(scene.restitution), scene.release_height(radius) / radius, to_rest,
-                     TRUNCATION, TOUCHING, SLOW, SOFT, MOST_STEPS)
+                        TRUNCATION, TOUCHING, slow, SOFT, SOFT_SHARE, MOST_STEPS)
 
 
 def compute_drops(body: PreparedBody, rules: at.DropRules, downs: Array,

@@ -81,13 +81,14 @@ def _probabilities(statistics: PoseStatistics) -> Array:
     return np.array([pose.probability for pose in ranked])
 
 
-FACTORS = (0.01, 10.0, 100.0)
+FACTORS = (0.01, 10.0)
 
 THRESHOLDS_TIMED = (
-    "`SLOW` (below which a series of impacts is cut off) and `TOUCHING` (within which a vertex "
-    "takes part) multiplied by the factor, `SOFT` (the energy that cutting off may cost) by its "
-    "square. Every body ({}) is dropped {} times from the same starts as with the thresholds as "
-    "they are. `ended otherwise`: share of drops that came to another pose. `largest change`: of "
+    "The speed below which a series of impacts is cut off and `TOUCHING` (within which a vertex "
+    "takes part) multiplied by the factor, `SOFT` and `SOFT_SHARE` (the energy that cutting off "
+    "may cost) and `TRUNCATION` by its square: × 0.01 is at restitution 0.5 what appendix B has. "
+    "Every body ({}) is dropped {} times from the same starts as with the thresholds as they are. "
+    "`ended otherwise`: share of drops that came to another pose. `largest change`: of "
     "a pose's probability, in points. `its errors`: the largest change in units of its own "
     "standard error, the root of the number of drops that came to or left the pose; the largest "
     "of that many independent ones is about `by chance`. `rate`: over that with the thresholds "
@@ -108,7 +109,8 @@ class Change(NamedTuple):
 def scale_thresholds(rules: DropRules, factor: float) -> DropRules:
     """Multiply the thresholds of the rules."""
     return rules._replace(slow=factor * rules.slow, touching=factor * rules.touching,
-                          soft=factor**2 * rules.soft)
+                          soft=factor**2 * rules.soft, soft_share=factor**2 * rules.soft_share,
+                          truncation=factor**2 * rules.truncation)
 
 
 def thresholds(droppers: Sequence[Dropper], drops: int) -> Section:

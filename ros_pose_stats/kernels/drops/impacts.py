@@ -47,12 +47,14 @@ def stop_slow(body: at.DropBody, rules: at.DropRules, work: at.Work) -> None:
 
     Works on the velocity (v, w) in the metric of the kinetic energy: the component along
     each contact in turn, made orthogonal to those before it, is taken out. A contact is left
-    out where this would cost more energy than `soft`: its vertex is slow only because it is
-    close to another one on a body that turns.
+    out where this would cost more energy than `soft`, or than a share of what moves the body: its
+    vertex is slow only because it is close to another one on a body that turns.
 
     The touching vertices are sorted by rising velocity.
     """
     state, rested, moment = work.state, work.rested, at.moments_of(body)
+    motion = Velocity(state[at.V], at.spin_of(state))
+    most = max(rules.soft, rules.soft_share * 0.5 * _product(motion, motion, moment))
     rank = 0
     for i in range(work.tally[at.NEAR]):
         rested[i] = 0
@@ -69,7 +71,7 @@ def stop_slow(body: at.DropBody, rules: at.DropRules, work: at.Work) -> None:
         scale = 1.0 / math.sqrt(square)
         unit = Velocity(left.rise * scale, vec.scaled(left.spin, scale))
         along = _product(unit, Velocity(state[at.V], at.spin_of(state)), moment)
-        if 0.5 * along * along > rules.soft:
+        if 0.5 * along * along > most:
             continue
         state[at.V] -= along * unit.rise
         vec.write_vector(state, at.W, vec.minus(at.spin_of(state), vec.scaled(unit.spin, along)))

@@ -161,6 +161,7 @@ class DropRules(NamedTuple):
     touching: float
     slow: float
     soft: float
+    soft_share: float
     most_steps: int     # without progress
 
 

@@ -116,7 +116,7 @@ def test_features_smaller_than_what_counts_as_slow(gap, restitution, drops):
     for trajectory, corners in recordings(twin, restitution, 40, to_rest=True):
         for before, event in pairwise(trajectory.events):
             if event.kind == "stop":
-                assert corners.energy(before) - corners.energy(event) < 1e-8
+                assert corners.energy(event) > (1.0 - 3e-4) * corners.energy(before)  # of three
 
 
 @pytest.mark.parametrize("restitution", [0.0, 0.2])
