@@ -18,7 +18,8 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, minimize_scalar
 
-NEAR, SLOW = 1e-9, 1e-5  # Zeno point: height and speed (appendix B)
+NEAR, SLOW = 1e-9, 2e-3  # Zeno point: height (appendix B), and speed over 1 - restitution
+SHARE, COST = 1e-4, 1e-9  # of the kinetic energy, or of m g radius: most that a stop may cost
 TOUCHING = 1e-11  # height of a vertex that takes part in an impact
 TIED = 1e-12  # height of a vertex that came down with the first one
 STILL = 1e-12  # speed that counts as none: an endless sequence of impacts ends here
@@ -109,6 +110,21 @@ class Body:
         """Impulses, of either sign, that take all velocity from `which` (k,), in place."""
         needed = -self.velocities(state)[which]
         self.push(state, which, np.linalg.lstsq(self.response(state, which), needed)[0])
+
+    def calm(self, state, near, slow):
+        """Halt the slow of the vertices `near` (k,), in place, but those that cost much."""
+        def kinetic(state):
+            return 0.5 * (state[V] ** 2 + state[W] @ self.inertia @ state[W])
+
+        most, still = max(COST, SHARE * kinetic(state)), []
+        speeds = self.velocities(state)
+        for j in sorted(near[np.abs(speeds[near]) < slow], key=speeds.__getitem__):
+            after = state.copy()
+            self.halt(after, [*still, j])
+            if kinetic(state) - kinetic(after) <= most:
+                state[:] = after
+                still.append(j)
+        return still
 
     def supports(self, state, still):
         """Those of the touching, still vertices that press on; None when a face rests."""
@@ -219,16 +235,15 @@ def strike(body, state, contacts, vertex, restitution):
     tied = np.flatnonzero((state[GAPS] < TIED) & (body.velocities(state) < 0.0)).tolist()
     first = min(set(tied) - set(contacts) | {vertex})
     near = np.flatnonzero(state[GAPS] < NEAR)
-    speeds = body.velocities(state)[near]
-    if (speeds > -SLOW).all():
-        still = near[np.abs(speeds) < SLOW]
-    else:
-        near = np.flatnonzero(state[GAPS] < TOUCHING)
-        while (speeds := body.velocities(state)[near]).min() < -STILL:
-            hit = near[[np.argmin(speeds)]]
-            impulse = -(1.0 + restitution) * speeds.min() / body.response(state, hit)[0]
-            body.push(state, hit, impulse)
-        still = near[np.abs(speeds) < 10.0 * STILL]
+    if (body.velocities(state)[near] > -SLOW * (1.0 - restitution)).all():
+        calmed = body.calm(state, near, SLOW * (1.0 - restitution))
+        state[GAPS][calmed] = 0.0
+    near = np.flatnonzero(state[GAPS] < TOUCHING)
+    while (speeds := body.velocities(state)[near]).min() < -STILL:
+        hit = near[[np.argmin(speeds)]]
+        impulse = -(1.0 + restitution) * speeds.min() / body.response(state, hit)[0]
+        body.push(state, hit, impulse)
+    still = near[np.abs(speeds) < 10.0 * STILL]
     body.halt(state, still)
     state[GAPS][still] = 0.0
     state[GAPS][state[GAPS] < TOUCHING] = 0.0
