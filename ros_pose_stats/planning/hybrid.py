@@ -117,9 +117,9 @@ def combined_progress(prior: priors.PosePrior, told: Callable[[DropProgress], ob
     return tell
 
 
-CHECK_DROPS, CHECK_EVENTS = 200, 100_000
-"""Drops beside an estimate that check it, and the impacts and steps that they may take together:
-some 50 ms. A part that takes many to calm down is dropped less often, but 50 times."""
+CHECK_DROPS, CHECK_EVENTS = 200, 50_000
+"""Drops beside an estimate that check it, and the impacts and steps that they may take together.
+A part that takes many to calm down is dropped less often, but 50 times."""
 
 MOST_RESTITUTION, MOST_RADII = 0.99, 100.0
 """Scenes up to which estimates are checked: a drop that hardly ends takes seconds."""

@@ -81,7 +81,7 @@ def compute_motions(body: PreparedBody, rules: at.DropRules, states: Array,
     measure = np.empty((states.shape[0], 2))
     drop.run_drops(body.arrays, rules, states, outcome, measure, tape)
     return DropOutcomes(outcome[:, at.POSE], outcome[:, at.IMPACT_COUNT],
-                        outcome[:, at.IMPACT_COUNT] + outcome[:, at.STEP_COUNT],
+                        outcome[:, at.EVENT_COUNT],
                         measure[:, at.DURATION] * math.sqrt(body.radius / scenes.GRAVITY),
                         measure[:, at.ENERGY], outcome[:, at.ENDING] == at.TRAPPED,
                         outcome[:, at.TOUCHED] == 1)

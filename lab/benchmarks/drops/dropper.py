@@ -10,7 +10,7 @@ import numpy as np
 
 from ros_pose_stats import DropScene, part_from_mesh
 from ros_pose_stats.kernels.drops.drop import run_drops
-from ros_pose_stats.kernels.drops.layout import IMPACT_COUNT, STEP_COUNT, DropRules
+from ros_pose_stats.kernels.drops.layout import EVENT_COUNT, IMPACT_COUNT, DropRules
 from ros_pose_stats.simulation.drop_body import drop_body
 from ros_pose_stats.simulation.drops import (
     NO_TAPE,
@@ -60,7 +60,7 @@ class Dropper:
         outcome, measure = np.empty((drops, 5), np.int64), np.empty((drops, 2))
         run_drops(self.prepared.arrays, rules, states, outcome, measure, NO_TAPE)
         impacts = outcome[:, IMPACT_COUNT]
-        return Effort(float(impacts.mean()), float((outcome[:, STEP_COUNT] - impacts).mean()))
+        return Effort(float(impacts.mean()), float((outcome[:, EVENT_COUNT] - impacts).mean()))
 
 
 def pick_evenly(droppers: Sequence[Dropper], number: int) -> list[Dropper]:

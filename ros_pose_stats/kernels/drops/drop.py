@@ -42,7 +42,7 @@ def _release(body: at.DropBody, rules: at.DropRules, begin: Array, top: float, w
     # Where the search for the lowest corner begins decides ties: nothing of the last drop may
     # be left.
     tally[at.MODE], tally[at.NEAR], tally[at.LOWEST] = at.FLIGHT, 0, 0
-    tally[at.IMPACTS], tally[at.STEPS] = 0, 0
+    tally[at.IMPACTS], tally[at.EVENTS] = 0, 0
     tally[at.LIMIT], work.clock[at.SPARE] = rules.most_steps, math.inf
     work.active[0] = work.active[1] = -1
     work.clock[at.TIME], work.clock[at.REACH] = 0.0, LONGEST
@@ -76,14 +76,14 @@ def _drop(body: at.DropBody, rules: at.DropRules, top: float, work: at.Work, out
             ending, pose = judge_outcome(body, rules, top, work)
         if landed or ending != at.UNSETTLED:
             continue
-        tally[at.STEPS] += 1
+        tally[at.EVENTS] += 1
         last = prepare_step(body, rules, work)
         if last > 0:  # else it has turned freely, high above the plate
             event = detect(body, rules, work, last)
             evolve(body, work, last, event)
             landed = take_up(body, rules, work, event, tape)
     outcome[at.POSE], outcome[at.ENDING] = pose, ending
-    outcome[at.IMPACT_COUNT], outcome[at.STEP_COUNT] = tally[at.IMPACTS], tally[at.STEPS]
+    outcome[at.IMPACT_COUNT], outcome[at.EVENT_COUNT] = tally[at.IMPACTS], tally[at.EVENTS]
     measure[at.DURATION] = work.clock[at.TIME]
     measure[at.ENERGY] = energy(work.state, body.moment)
     at.note(work, tape, at.END, -1)
@@ -135,7 +135,7 @@ def may_go_on(body: at.DropBody, rules: at.DropRules, work: at.Work) -> bool:
     one that stands on an edge for ever loses none. No drop takes more than `MOST_GRANTS` times
     as many.
     """
-    if work.tally[at.STEPS] < work.tally[at.LIMIT]:
+    if work.tally[at.EVENTS] < work.tally[at.LIMIT]:
         return True
     if work.tally[at.LIMIT] >= MOST_GRANTS * rules.most_steps:
         return False

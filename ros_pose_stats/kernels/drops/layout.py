@@ -54,10 +54,10 @@ CONTACT = 7
 MODE = 0
 NEAR = 1      # touching vertices in `near`
 IMPACTS = 2
-STEPS = 3     # impacts and steps
+EVENTS = 3    # impacts and steps
 LOWEST = 4    # a low corner, where the last event was
 SEARCH = 5    # number of the last search
-LIMIT = 6     # of STEPS, where the drop is given up or granted more
+LIMIT = 6     # of EVENTS, where the drop is given up or granted more
 TALLY = 7
 
 # clock (5,)
@@ -96,7 +96,7 @@ RIM = 5
 POSE = 0
 ENDING = 1
 IMPACT_COUNT = 2
-STEP_COUNT = 3
+EVENT_COUNT = 3
 TOUCHED = 4   # 1 where it was released touching the plate
 DURATION = 0
 ENERGY = 1

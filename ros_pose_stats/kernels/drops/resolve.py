@@ -51,7 +51,7 @@ def resolve(body: at.DropBody, rules: at.DropRules, work: at.Work, tape: Array) 
     state, near, tally = work.state, work.near, work.tally
     tally[at.MODE] = at.FLIGHT
     done = False
-    while tally[at.STEPS] < tally[at.LIMIT]:
+    while tally[at.EVENTS] < tally[at.LIMIT]:
         _sort_by_speed(body, work)
         hit, speed = 0, work.speed[0]
         if speed > AT_REST:
@@ -69,7 +69,7 @@ def resolve(body: at.DropBody, rules: at.DropRules, work: at.Work, tape: Array) 
         j = near[hit]
         strike(state, body.moment, at.corner_of(body, j), speed, rules.restitution)
         tally[at.IMPACTS] += 1
-        tally[at.STEPS] += 1
+        tally[at.EVENTS] += 1
         at.note(work, tape, at.IMPACT, j)
     _look_ahead(body, work)
     at.note_contact(work, tape)
