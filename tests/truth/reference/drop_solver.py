@@ -111,20 +111,9 @@ class Body:
         needed = -self.velocities(state)[which]
         self.push(state, which, np.linalg.lstsq(self.response(state, which), needed)[0])
 
-    def calm(self, state, near, slow):
-        """Halt the slow of the vertices `near` (k,), in place, but those that cost much."""
-        def kinetic(state):
-            return 0.5 * (state[V] ** 2 + state[W] @ self.inertia @ state[W])
-
-        most, still = max(COST, SHARE * kinetic(state)), []
-        speeds = self.velocities(state)
-        for j in sorted(near[np.abs(speeds[near]) < slow], key=speeds.__getitem__):
-            after = state.copy()
-            self.halt(after, [*still, j])
-            if kinetic(state) - kinetic(after) <= most:
-                state[:] = after
-                still.append(j)
-        return still
+    def kinetic(self, state):
+        """Kinetic energy."""
+        return 0.5 * (state[V] ** 2 + state[W] @ self.inertia @ state[W])
 
     def supports(self, state, still):
         """Those of the touching, still vertices that press on; None when a face rests."""
@@ -235,9 +224,15 @@ def strike(body, state, contacts, vertex, restitution):
     tied = np.flatnonzero((state[GAPS] < TIED) & (body.velocities(state) < 0.0)).tolist()
     first = min(set(tied) - set(contacts) | {vertex})
     near = np.flatnonzero(state[GAPS] < NEAR)
-    if (body.velocities(state)[near] > -SLOW * (1.0 - restitution)).all():
-        calmed = body.calm(state, near, SLOW * (1.0 - restitution))
-        state[GAPS][calmed] = 0.0
+    speeds, slow = body.velocities(state), SLOW * (1.0 - restitution)
+    still, most = [], max(COST, SHARE * body.kinetic(state))
+    for j in sorted(near, key=speeds.__getitem__) if (speeds[near] > -slow).all() else ():
+        halted = state.copy()
+        body.halt(halted, [*still, j])
+        if speeds[j] < slow and body.kinetic(state) - body.kinetic(halted) <= most:
+            state[:] = halted
+            still.append(j)
+    state[GAPS][still] = 0.0
     near = np.flatnonzero(state[GAPS] < TOUCHING)
     while (speeds := body.velocities(state)[near]).min() < -STILL:
         hit = near[[np.argmin(speeds)]]
