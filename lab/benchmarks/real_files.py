@@ -9,7 +9,6 @@ import argparse
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
 from pathlib import Path
 from statistics import median
 
@@ -29,7 +28,7 @@ from ros_pose_stats.mesh.files import SUFFIXES
 from ros_pose_stats.simulation.drop_body import drop_body
 from ros_pose_stats.simulation.drops import DropChunk
 
-from .drops.dropper import Dropper
+from .drops.dropper import Dropper, paper_droppers, pick_evenly
 from .drops.soundness import thresholds
 from .report import NUMBERS, machine, table, write_page
 from .results import Results, Row, Section, Target, save
@@ -133,7 +132,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
                                      description=__doc__.partition("\n")[0])
     parser.add_argument("folders", nargs="+", type=Path, metavar="FOLDER")
     parser.add_argument("--slow", type=int, nargs=2, metavar=("FILES", "DROPS"),
-                        help="drop the slowest files with other thresholds, too")
+                        help="drop the slowest files, and three of the paper's polyhedra, with "
+                             "other thresholds, too")
     parser.add_argument("--write", action="store_true",
                         help="store numbers/real_files.json, without names of files, "
                              "and render benchmarks.md in docs/measured")
@@ -153,8 +153,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if options.slow:
         files, drops = options.slow
         slow = [FileDropper(parts[row.name], k) for k, row in enumerate(rows[:files], start=1)]
-        sections.append(replace(thresholds(slow, drops), name="real_files_thresholds",
-                                title="What the thresholds change of the slowest files"))
+        sections.append(thresholds([*pick_evenly(paper_droppers(24), 3), *slow], drops))
     print(table(each), *map(table, sections), sep="\n\n")
     if options.write:
         nameless = tuple(Row(str(k + 1), row.cells) for k, row in enumerate(rows))

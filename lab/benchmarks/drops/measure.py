@@ -12,7 +12,7 @@ from ..timing import Pace
 from .beside_mujoco import beside_mujoco
 from .dropper import Dropper, paper_droppers, pick_evenly
 from .rates import growth, rates, scaling, slopes
-from .soundness import stopping, thresholds
+from .soundness import stopping
 
 MERGED = 0.005
 """The default cluster tolerance."""
@@ -39,7 +39,6 @@ class Plan:
         Sizes of the bodies for the cost against vertices.
     growth_seconds : float
         Drops of such a body in one round.
-    threshold_drops : int
     target : float
         Wanted error of the runs that stop.
     stop_seeds, long_drops : int
@@ -59,7 +58,6 @@ class Plan:
     flattened: tuple[int, ...] = (30, 200, 500, 1000, 2000, 5000)
     growth_seconds: float = 0.2
     growth: Pace = GROWTH
-    threshold_drops: int = 4000
     target: float = 0.02
     stop_seeds: int = 300
     long_drops: int = 150_000
@@ -68,7 +66,7 @@ class Plan:
 QUICK = Plan(bodies=20, few=2, rates=Pace(9, 5.0), theirs=8, ours=200, scaling_drops=6000,
              pieces=80, scaling=Pace(3, 10.0), ellipsoids=(10, 100, 1000), fineness=(1, 4, 15),
              flattened=(30, 200, 1000), growth_seconds=0.1, growth=Pace(3, 0.5),
-             threshold_drops=1000, stop_seeds=100, long_drops=20_000)
+             stop_seeds=100, long_drops=20_000)
 
 
 def sections(plan: Plan) -> Iterator[Section]:
@@ -83,7 +81,6 @@ def sections(plan: Plan) -> Iterator[Section]:
     grown = growth(families(plan), plan.growth_seconds, plan.growth)
     yield grown
     yield slopes(grown)
-    yield thresholds([*few, Dropper(bodies.ellipsoid(100))], plan.threshold_drops)
     yield stopping(few[:2], plan.target, plan.stop_seeds, plan.long_drops)
 
 
