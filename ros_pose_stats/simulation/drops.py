@@ -99,8 +99,13 @@ def random_starts(seed: int, first: int, count: int) -> Array:
     Returns (count, 3): unit vectors `down` in part axes that point vertically down at release; row
     k is the same in every call that includes it.
     """
-    pairs = _pairs(seed, _RANDOM_STREAM, first, count)
-    return _on_sphere(pairs[:, 0], pairs[:, 1])
+    u, v = _pairs(seed, _RANDOM_STREAM, first, count).T
+    points, radius = np.empty((count, 3)), 2.0 * np.sqrt(u * (1.0 - u))
+    sine, cosine = sines_cosines((2.0 * np.pi) * v)
+    points[:, 0] = radius * cosine
+    points[:, 1] = radius * sine
+    points[:, 2] = 2.0 * u - 1.0
+    return points
 
 
 def flip_draws(seed: int, first: int, count: int) -> Array:
@@ -109,24 +114,8 @@ def flip_draws(seed: int, first: int, count: int) -> Array:
 
 
 def _pairs(seed: int, stream: int, first: int, count: int) -> Array:
+    """Numbers of 53 bits in [0, 1), (count, 2), from pair `first` of a stream on."""
     place, before = divmod(2 * first, _WORDS)
-    return _uniforms(seed, stream, place, before + 2 * count)[before:].reshape(count, 2)
-
-
-def _uniforms(seed: int, stream: int, place: int, count: int) -> Array:
-    """Numbers (count,) of 53 bits in [0, 1), from a place (of four words) of a stream on."""
     key = np.array((seed, stream), dtype=np.uint64)
-    words = np.random.Philox(counter=place, key=key).random_raw(count)
-    return np.asarray((words >> np.uint64(11)) * 2.0 ** -53)
-
-
-def _on_sphere(u: Array, v: Array) -> Array:
-    """Equal-area map of the unit square: heights 2 u - 1 and azimuths 2 pi v."""
-    azimuth = (2.0 * np.pi) * v
-    radius = 2.0 * np.sqrt(u * (1.0 - u))
-    points = np.empty((len(u), 3))
-    sine, cosine = sines_cosines(azimuth)
-    points[:, 0] = radius * cosine
-    points[:, 1] = radius * sine
-    points[:, 2] = 2.0 * u - 1.0
-    return points
+    words = np.random.Philox(counter=place, key=key).random_raw(before + 2 * count)[before:]
+    return np.asarray((words >> np.uint64(11)) * 2.0 ** -53).reshape(count, 2)
