@@ -81,12 +81,12 @@ def _probabilities(statistics: PoseStatistics) -> Array:
     return np.array([pose.probability for pose in ranked])
 
 
-FACTORS = (0.01, 10.0)
+FACTORS = (0.04, 4.0)
 
 THRESHOLDS_TIMED = (
     "The speed below which a series of impacts is cut off and `TOUCHING` (within which a vertex "
     "takes part) multiplied by the factor, `SOFT` and `SOFT_SHARE` (the energy that cutting off "
-    "may cost) and `TRUNCATION` by its square: × 0.01 is at restitution 0.5 what appendix B has. "
+    "may cost) and `TRUNCATION` by its square: × 0.04 is at restitution 0.5 what appendix B has. "
     "Every body ({}) is dropped {} times from the same starts as with the thresholds as they are. "
     "`ended otherwise`: share of drops that came to another pose. `largest change`: of "
     "a pose's probability, in points. `its errors`: the largest change in units of its own "

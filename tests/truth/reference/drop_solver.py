@@ -18,7 +18,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, minimize_scalar
 
-NEAR, SLOW = 1e-9, 2e-3  # Zeno point: height (appendix B), and speed over 1 - restitution
+NEAR, SLOW = 1e-9, 5e-4  # Zeno point: height (appendix B), and speed over 1 - restitution
 SHARE, COST = 1e-4, 1e-9  # of the kinetic energy, or of m g radius: most that a stop may cost
 TOUCHING = 1e-11  # height of a vertex that takes part in an impact
 TIED = 1e-12  # height of a vertex that came down with the first one
