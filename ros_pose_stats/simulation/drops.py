@@ -20,17 +20,13 @@ NO_TAPE: Array = np.zeros((0, at.TAPE))
 class DropOutcomes:
     """Outcomes of consecutive drops."""
 
-    # (n,) int; `index` of the pose that the part came to rest in; -1 where it did not settle
-    pose: Index
+    pose: Index  # (n,) int; `index` of the pose that it came to rest in; -1 where unsettled
     impacts: Index  # (n,) int; single impacts
     events: Index  # (n,) int; impacts and steps, which is what a drop costs
     seconds: Array  # (n,); from release until the outcome was certain
     energy_left: Array  # (n,); mechanical energy at that time, the plate at 0, in m g radius
-    # (n,) bool; whether the outcome was certain before the part came to rest
-    trapped: Mask
-    # (n,) bool; whether it was released touching the plate, since it did not fit under the drop
-    # height
-    touched: Mask
+    trapped: Mask  # (n,) bool; whether the outcome was certain before the part came to rest
+    touched: Mask  # (n,) bool; whether it was released touching the plate, for want of height
 
     def first(self, count: int) -> "DropOutcomes":
         """Outcomes of the first `count` drops."""
@@ -80,8 +76,7 @@ def compute_motions(body: PreparedBody, rules: at.DropRules, states: Array,
     outcome = np.empty((states.shape[0], 5), dtype=np.int64)
     measure = np.empty((states.shape[0], 2))
     drop.run_drops(body.arrays, rules, states, outcome, measure, tape)
-    return DropOutcomes(outcome[:, at.POSE], outcome[:, at.IMPACT_COUNT],
-                        outcome[:, at.EVENT_COUNT],
+    return DropOutcomes(outcome[:, at.POSE], outcome[:, at.IMPACT_COUNT], outcome[:, at.EVENT_COUNT],
                         measure[:, at.DURATION] * math.sqrt(body.radius / scenes.GRAVITY),
                         measure[:, at.ENERGY], outcome[:, at.ENDING] == at.TRAPPED,
                         outcome[:, at.TOUCHED] == 1)

@@ -79,11 +79,13 @@ def resolve(body: at.DropBody, rules: at.DropRules, work: at.Work, tape: Array) 
 @inlined
 def _sort_by_speed(body: at.DropBody, work: at.Work) -> None:
     """Velocities of the touching vertices, the one that approaches fastest first."""
+    # Equal ones by turns: an edge that lands level would always tip the part the same way.
+    tie = AT_REST if work.tally[at.EVENTS] % 2 == 0 else -AT_REST
     for i in range(work.tally[at.NEAR]):
         j = work.near[i]
         u = vertex_velocity(work.state, at.corner_of(body, j))
         k = i
-        while k > 0 and work.speed[k - 1] > u:
+        while k > 0 and work.speed[k - 1] > u + tie:
             work.speed[k], work.near[k] = work.speed[k - 1], work.near[k - 1]
             k -= 1
         work.speed[k], work.near[k] = u, j
