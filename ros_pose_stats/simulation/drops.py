@@ -76,10 +76,10 @@ def compute_motions(body: PreparedBody, rules: at.DropRules, states: Array,
     outcome = np.empty((states.shape[0], 5), dtype=np.int64)
     measure = np.empty((states.shape[0], 2))
     drop.run_drops(body.arrays, rules, states, outcome, measure, tape)
-    return DropOutcomes(outcome[:, at.POSE], outcome[:, at.IMPACT_COUNT], outcome[:, at.EVENT_COUNT],
-                        measure[:, at.DURATION] * math.sqrt(body.radius / scenes.GRAVITY),
-                        measure[:, at.ENERGY], outcome[:, at.ENDING] == at.TRAPPED,
-                        outcome[:, at.TOUCHED] == 1)
+    return DropOutcomes(outcome[:, at.POSE], outcome[:, at.IMPACT_COUNT],
+                        outcome[:, at.EVENT_COUNT], measure[:, at.DURATION]
+                        * math.sqrt(body.radius / scenes.GRAVITY), measure[:, at.ENERGY],
+                        outcome[:, at.ENDING] == at.TRAPPED, outcome[:, at.TOUCHED] == 1)
 
 
 _WORDS = 4  # 64-bit words that Philox makes at each place of its stream
