@@ -91,8 +91,12 @@ def _indices(triangles: ArrayLike, vertex_count: int) -> NDArray[np.uint32]:
         raise MeshError("triangles of shape (T, 3)", f"shape {given.shape}",
                         "split polygons into triangles")
     if given.dtype.kind not in "iu":
-        _check_integers(_numbers(given, "triangles"))
-        given = given.astype(np.float64)
+        given = _numbers(given, "triangles")
+        whole = np.isfinite(given) & (np.floor(given) == given)
+        if not whole.all():
+            row, column = (int(k[0]) for k in np.nonzero(~whole))
+            raise MeshError("whole vertex numbers", f"{given[row, column]} in triangle {row}",
+                            "give integers")
     if given.min() < 0 or given.max() >= vertex_count:
         outside = (given < 0) | (given >= vertex_count)
         row, column = (int(k[0]) for k in np.nonzero(outside))
@@ -100,15 +104,6 @@ def _indices(triangles: ArrayLike, vertex_count: int) -> NDArray[np.uint32]:
                         f"{int(given[row, column])} in triangle {row}",
                         "count vertices from 0")
     return np.ascontiguousarray(given.astype(np.uint32))
-
-
-def _check_integers(given: Array) -> None:
-    """Refuse fractions, NaN and infinity as vertex numbers."""
-    whole = np.isfinite(given) & (np.floor(given) == given)
-    if not whole.all():
-        row, column = (int(k[0]) for k in np.nonzero(~whole))
-        raise MeshError("whole vertex numbers", f"{given[row, column]} in triangle {row}",
-                        "give integers")
 
 
 def in_standard_order(triangles: Index) -> Index:

@@ -215,7 +215,10 @@ def _records(part: Part, found: Equilibria, grouped: Clusters) -> tuple[StablePo
     groups = symmetry.symmetry_groups(part, found, np.where(grouped.near, grouped.pose, -1),
                                       surface)
     rolls, axes = rolling_axes(body, downs, found.heights[grouped.lowest], grouped.tolerance)
-    on_plate = _on_plate(axes, rotations)
+    across = (rotations * axes[:, None, :]).sum(axis=2)
+    across[:, 2] = 0.0  # along the plate; zero stays zero
+    level = lengths(across)[:, None]
+    on_plate = np.divide(across, level, out=np.zeros_like(across), where=level > 0.0)
     yaw = yaw_symmetries(part, found, grouped.lowest, surface)
     faces = found.faces[grouped.lowest]
     barriers = grouped.barrier * body.radius
@@ -238,12 +241,4 @@ def _records(part: Part, found: Equilibria, grouped: Clusters) -> tuple[StablePo
         for i, (group, down, height, highest, margin, barrier, members, quaternion, position,
                 face, rotation, size, roll, axis, order) in enumerate(rows)
     )
-
-
-def _on_plate(axes: Array, rotations: Array) -> Array:
-    """Direction (P, 3) along the plate of axes in the part frame; zero stays zero."""
-    seen = (rotations * axes[:, None, :]).sum(axis=2)
-    seen[:, 2] = 0.0
-    length = lengths(seen)[:, None]
-    return np.asarray(np.divide(seen, length, out=np.zeros_like(seen), where=length > 0.0))
 

@@ -96,7 +96,8 @@ def plan_sides(wholes: list[Whole], corners: int, sides: int) -> None:
     plans += [(sides // k, max(COARSEST, sides // k)) for k in (2, 3)
               if sides % k == 0 and sides // k >= COARSEST]
     for rest, level in plans:
-        tolerance = height_of_arc(level)
+        # The height of the arc over one side of a polygon of radius 1.
+        tolerance = 1.0 - float(sines_cosines(np.array([np.pi / level]))[1][0])
         for group in groups.values():
             _plan_profile(group, tolerance)
         for one in wholes:
@@ -104,11 +105,6 @@ def plan_sides(wholes: list[Whole], corners: int, sides: int) -> None:
                 one.sides = sides if one.rolls else rest
         if sum(one.sides for one in wholes) <= ENOUGH - min(free, FEWEST_FREE):
             return
-
-
-def height_of_arc(sides: int) -> float:
-    """Height of the arc over one side of a regular polygon of radius 1."""
-    return 1.0 - float(sines_cosines(np.array([np.pi / sides]))[1][0])
 
 
 def _plan_profile(wholes: list[Whole], tolerance: float) -> None:

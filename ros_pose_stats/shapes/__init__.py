@@ -127,16 +127,14 @@ def hull_mesh(points: Array) -> Surface:
     try:
         hull = ConvexHull(points)
     except (QhullError, ValueError) as error:
-        raise MeshError(
-            "at least four finite points that are not in one plane",
-            f"an array of shape {points.shape}",
-            "give points that span a volume",
-        ) from error
+        raise MeshError("at least four finite points that are not in one plane",
+                        f"an array of shape {points.shape}",
+                        "give points that span a volume") from error
     used, triangles = np.unique(hull.simplices, return_inverse=True)
     vertices = points[used]
     triangles = triangles.reshape(-1, 3).astype(np.int64)
-    normals = _triangle_normals(vertices, triangles)
-    inward = (normals * hull.equations[:, :3]).sum(axis=1) < 0.0
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    inward = (np.cross(b - a, c - a) * hull.equations[:, :3]).sum(axis=1) < 0.0
     triangles[inward] = triangles[inward][:, ::-1]
     return vertices, in_standard_order(triangles)
 
@@ -144,8 +142,7 @@ def hull_mesh(points: Array) -> Surface:
 def sphere_points(n: int, seed: int) -> Array:
     """Random points (n, 3), uniform on the unit sphere."""
     directions = np.random.default_rng(seed).standard_normal((n, 3))
-    unit: Array = directions / np.linalg.norm(directions, axis=1, keepdims=True)
-    return unit
+    return np.asarray(directions / np.linalg.norm(directions, axis=1, keepdims=True))
 
 
 def ellipsoid_points(n: int, seed: int, semi_axes: tuple[float, float, float]) -> Array:
@@ -158,9 +155,3 @@ def _require_lengths(*lengths: float) -> None:
     if not all(0.0 < length < np.inf for length in lengths):
         found = ", ".join(map(str, lengths))
         raise RequestError("finite lengths above 0", found, "give lengths that enclose a volume")
-
-
-def _triangle_normals(vertices: Array, triangles: Index) -> Array:
-    """Right-hand normals, twice the area long, (T, 3)."""
-    a, b, c = (vertices[triangles[:, k]] for k in range(3))
-    return np.asarray(np.cross(b - a, c - a), dtype=np.float64)

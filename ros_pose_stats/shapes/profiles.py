@@ -66,7 +66,8 @@ def spur_gear(teeth: int, module: float, pressure_angle: float = np.radians(20.0
     base, tip = pitch * np.cos(pressure_angle), pitch + module
     radii = np.linspace(max(base, pitch - module), tip, 5)
     half_tooth = np.pi / (2.0 * teeth) + np.tan(pressure_angle) - pressure_angle
-    half_widths = half_tooth - _involute(radii, base)
+    roll = np.sqrt(np.maximum((radii / base) ** 2 - 1.0, 0.0))
+    half_widths = half_tooth - (roll - np.arctan(roll))  # less the involute's polar angle
     radii = np.concatenate(((pitch - 1.25 * module,), radii))
     half_widths = np.concatenate((half_widths[:1], half_widths))
     radius = np.concatenate((radii, radii[::-1]))
@@ -74,12 +75,4 @@ def spur_gear(teeth: int, module: float, pressure_angle: float = np.radians(20.0
     tooth = radius[:, None] * np.column_stack((np.cos(angle), np.sin(angle)))
     cos, sin = unit_circle(teeth).T
     turns = np.stack((np.stack((cos, sin), axis=-1), np.stack((-sin, cos), axis=-1)), axis=1)
-    outline: Outline = (tooth @ turns).reshape(-1, 2)
-    return outline
-
-
-def _involute(radius: Array, base: float) -> Array:
-    """Polar angle of a circle's involute at `radius`, radians; 0 on the base circle."""
-    roll = np.sqrt(np.maximum((radius / base) ** 2 - 1.0, 0.0))
-    polar: Array = roll - np.arctan(roll)
-    return polar
+    return np.asarray((tooth @ turns).reshape(-1, 2))

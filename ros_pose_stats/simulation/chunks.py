@@ -22,6 +22,7 @@ FIRST_CHUNK = 1
 LAST_CHUNKS = 16  # least number of drops in the chunks near the end, which get smaller
 GROWTH = 8  # factor by which a chunk may have more drops than the largest one before
 POLL_SECONDS = 0.01  # time between two questions whether to stop, while workers are busy
+NICENESS = 10  # of workers in the background
 
 
 class Chunk(NamedTuple):
@@ -101,8 +102,8 @@ class DropWorkers:
 
     def _compute_chunks(self) -> None:
         try:
-            if self._background:
-                _lower_priority()
+            if self._background and sys.platform == "linux":  # where threads have priorities
+                os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICENESS)
             while True:
                 first, count = self._next_chunk()
                 if count == 0:
@@ -135,12 +136,3 @@ class DropWorkers:
         wanted = int(count * CHUNK_SECONDS / max(seconds, 1e-9))
         with self._lock:
             self._size = max(1, min(wanted, GROWTH * max(count, self._size)))
-
-
-NICENESS = 10
-
-
-def _lower_priority() -> None:
-    """Let this thread give way, where threads have priorities of their own."""
-    if sys.platform == "linux":
-        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICENESS)

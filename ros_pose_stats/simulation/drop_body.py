@@ -129,7 +129,9 @@ def ball_tree(points: Array) -> tuple[Index, Array, Index]:
     while waiting:
         inside = waiting.pop()
         node = len(balls)
-        balls.append(_ball(points[inside]))
+        center = 0.5 * (points[inside].min(axis=0) + points[inside].max(axis=0))
+        radius = float(vectors.lengths(points[inside] - center).max()) + ROUNDING
+        balls.append((*center.tolist(), radius, vectors.length(center)))
         ranges.append([placed, placed + inside.shape[0], node + 1])
         ancestors.append((node, placed + inside.shape[0]))
         if inside.shape[0] <= LEAF:
@@ -142,12 +144,6 @@ def ball_tree(points: Array) -> tuple[Index, Array, Index]:
             done, _ = ancestors.pop()
             ranges[done][layout.BALL_NEXT] = len(balls)
     return np.concatenate(order), np.array(balls), np.array(ranges, dtype=np.int64)
-
-
-def _ball(points: Array) -> tuple[float, ...]:
-    center = 0.5 * (points.min(axis=0) + points.max(axis=0))
-    radius = float(vectors.lengths(points - center).max()) + ROUNDING
-    return (*center.tolist(), radius, float(vectors.lengths(center[None])[0]))
 
 
 def _halves(points: Array, inside: Index) -> tuple[Index, Index]:
@@ -181,7 +177,9 @@ def rolling_rims(resting: poses.RestingPoses, moment: Array, axes: Array,
                        np.zeros(corner.shape[0]), np.zeros((len(resting.poses), layout.RIM)))
     for axis, faces in _rims(body):
         pose, sides, off = int(pose_of_face[faces[0]]), *_sides_of(body, faces)
-        inside = _inside(body, faces, sides[off])
+        inside: Array = np.full(body.faces, math.inf)  # how far a part stands inside the rim's edges
+        np.minimum.at(inside, body.arrays.face[sides[off]], body.arrays.inset[sides[off]])
+        inside = inside[faces]
         if rims.rim[pose].any() or (pose_of_face[faces] != pose).any() or not inside.min() > 0.0:
             continue
         distance = body.arrays.distance[faces]
@@ -228,13 +226,6 @@ def _sides_of(body: convex_body.ConvexBody, faces: Index) -> tuple[Index, Mask]:
     return sides, np.asarray(~chosen[arrays.face[arrays.twin[sides]]])
 
 
-def _inside(body: convex_body.ConvexBody, faces: Index, edges: Index) -> Array:
-    """How far (k,) inside the rim's edges a part stands on each facet, in radii."""
-    inside = np.full(body.faces, math.inf)
-    np.minimum.at(inside, body.arrays.face[edges], body.arrays.inset[edges])
-    return np.asarray(inside[faces])
-
-
 def _shares(chord: Array, beside: float, axle: Array, moment: Array, slope: float) -> Array:
     """What the kernels need of a rim (5,): its axis, and the shares of a roll that it sets free.
 
@@ -247,10 +238,9 @@ def _shares(chord: Array, beside: float, axle: Array, moment: Array, slope: floa
     """
     x, y, z = axle.tolist()
     about = float((moment * axle * axle).sum())
-    pull = np.array([[y * z * (moment[2] - moment[1]), z * x * (moment[0] - moment[2]),
-                      x * y * (moment[1] - moment[0])]])
+    pull = np.array([y * z * (moment[2] - moment[1]), z * x * (moment[0] - moment[2]),
+                     x * y * (moment[1] - moment[0])])
     square = chord * chord
-    pulled = float(vectors.lengths(pull)[0])
-    single = float(square.max()) + 2.0 * beside * beside + 2.0 * pulled * slope
+    single = float(square.max()) + 2.0 * beside * beside + 2.0 * vectors.length(pull) * slope
     return np.array([*(axle * math.sqrt(0.5 * about)),
                      math.fsum(square.tolist()) / len(square) / about, single / about])

@@ -9,7 +9,7 @@ import numpy as np
 
 from .. import errors, version
 from ..kernels.drops.layout import P, V, W
-from ..mesh.vectors import turn_vectors
+from ..mesh.vectors import lengths, turn_vectors
 from ..records import Array, DropScene, FlipStatistics, Index, Part, scene as scenes
 from ..resting.trust import pose_remarks
 from ..statistics.errors import standard_errors
@@ -208,7 +208,7 @@ def kicks_of(body: drop_body.PreparedBody, height: float) -> Kicks:
         polygon = turn_vectors(resting.body.polygon(face), body.axes)
         first, second = polygon[1:-1] - polygon[0], polygon[2:] - polygon[0]
         rows.append(np.stack((np.broadcast_to(polygon[0], first.shape), first, second), axis=1))
-        grown = np.cumsum(_areas(first, second))
+        grown = np.cumsum(lengths(np.cross(first, second)))
         grown = grown / grown[-1]
         kept = np.diff(grown, prepend=0.0) > 0.0  # corners on one line span no area
         rows[-1], grown = rows[-1][kept], grown[kept]
@@ -217,9 +217,3 @@ def kicks_of(body: drop_body.PreparedBody, height: float) -> Kicks:
     corner, first, second = np.moveaxis(np.concatenate(rows), 1, 0)
     begin, end = np.concatenate(ends).T
     return Kicks(body, height, corner, first, second, end, begin)
-
-
-def _areas(first: Array, second: Array) -> Array:
-    (a, b, c), (d, e, f) = first.T, second.T
-    x, y, z = b * f - c * e, c * d - a * f, a * e - b * d
-    return np.asarray(np.sqrt(x * x + y * y + z * z))

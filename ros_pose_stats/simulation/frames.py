@@ -57,7 +57,9 @@ def drop_frames(part: Part, trajectory: Trajectory, resting: RestingPoses) -> Dr
     last = min(int(np.flatnonzero(above)[-1]) + 1 if above.any() else 0, len(above) - 1)
     orientation, height = _lay_down(trajectory, resting, last)
     end = float(trajectory.times[last])
-    slower = _slowing_factor((end - begin) / SHOWN)
+    factors = [base * 10.0 ** power for power in range(-1, 6) for base in (1.0, 2.0, 5.0)]
+    most = 1.0 / max((end - begin) / SHOWN, 1e-6)
+    slower = max((factor for factor in factors if factor <= most), default=factors[0])
     motion = np.arange(begin, end, 1.0 / (slower * RATE))
     moving = len(motion)
     times: Array = np.append(motion, np.full(round(PAUSE * RATE), end))
@@ -74,12 +76,6 @@ def _begin_time(trajectory: Trajectory) -> float:
     high = trajectory.heights > landing.height + FALL * trajectory.radius
     before = high & (trajectory.times < landing.time)
     return float(trajectory.times[np.flatnonzero(before)[-1]]) if before.any() else 0.0
-
-
-def _slowing_factor(share: float) -> float:
-    """Round factor by which a motion is slowed that takes a share of the time on the screen."""
-    steps = [base * 10.0 ** power for power in range(-1, 6) for base in (1.0, 2.0, 5.0)]
-    return max((one for one in steps if one <= 1.0 / max(share, 1e-6)), default=steps[0])
 
 
 def _interpolate(trajectory: Trajectory, times: Array) -> tuple[Array, Array, Array]:

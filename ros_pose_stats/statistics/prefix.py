@@ -49,11 +49,7 @@ def sooner_checkpoint(done: int, error: float, target_error: float) -> float:
 
 
 def target_reached(bound: float, target_error: float) -> bool:
-    """Whether a run stops at the checkpoint where its error keeps this bound.
-
-    `bound`: of the prefix, as a fraction; infinite (nothing settled yet) never stops a run;
-    `target_error`: as a fraction, 0 <= target_error; 0 asks for all drops.
-    """
+    """Whether a run stops where its error keeps this bound; target 0 asks for all drops."""
     return target_error > 0.0 and bound <= target_error
 
 
@@ -131,8 +127,8 @@ class Prefix:
     def judged(self) -> errors.Judged:
         """What the counts are worth, by themselves or by the judge."""
         if self._judged[0] != self.drops:  # a judgement takes as long as a dozen drops
-            self._judged = self.drops, (errors.judge_counts if self._judge is None
-                                        else self._judge.judge)(self.counts)
+            judge = errors.judge_counts if self._judge is None else self._judge.judge
+            self._judged = self.drops, judge(self.counts)
             self._judged_at = time.monotonic()
         return self._judged[1]
 
