@@ -47,8 +47,7 @@ def work_on_cluster(address: str, work: ClusterWork[Piece, Made], pieces: Sequen
                     ) -> Generator[tuple[Piece, Made], None, None]:
     """Have the workers of a scheduler do work; pieces of lost workers are done by others.
 
-    `address`: such as `tcp://10.0.0.1:8786`; it and the workers need this package in this version;
-    `worker_seconds`: how long to wait while there is no worker at all.
+    `address`: such as `tcp://10.0.0.1:8786`; `worker_seconds`: longest without any worker.
     """
     if not pieces:
         return

@@ -48,8 +48,7 @@ def work_in_processes(workers: int, call: Callable[[WorkerProcess, Piece], Made]
                       ) -> Generator[tuple[Piece, Made], None, None]:
     """Have several processes do work; the death of one costs nobody else anything.
 
-    `call`: has a piece done in a process; `stand_in`: what comes of a piece whose process died
-    twice, or once for taking too long.
+    `stand_in`: of a piece whose process died twice, or once for taking too long.
     """
     threads = min(workers, len(pieces))
     if not threads:

@@ -48,8 +48,7 @@ def qse(resting: poses.RestingPoses) -> Array:
 def nqse(resting: poses.RestingPoses) -> Array:
     """Nonlinear quasi-static estimator, Eq. 6 with the published coefficients.
 
-    For a cluster e_j is the sum over its members: taken facet by facet, f would give a tessellated
-    curve the less the finer it is.
+    Summed over the faces of a pose first, so that a finer tessellation does not count for less.
     """
     return normalized(nonlinear(qse(resting)))
 

@@ -84,8 +84,7 @@ def kept_shares(resting: RestingPoses) -> Array:
     return kept
 
 
-def component_weights(rows: Array,
-                      fits: Sequence[fitted.SplitFit] = fitted.SPLIT_FITS) -> Array:
+def component_weights(rows: Array, fits: Sequence[fitted.SplitFit] = fitted.SPLIT_FITS) -> Array:
     """Logarithm (n,) of the weights of components from their inputs (n, 26)."""
     left, held = component_bases(rows)
     told = [np.logaddexp(left + fit.left(rows), held + fit.held(rows)) for fit in fits]

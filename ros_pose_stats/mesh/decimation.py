@@ -14,11 +14,7 @@ more of the shape: twice as large ones displace the thread of a screw by half as
 
 
 def visible_triangles(part: Part, most: int = FINEST) -> Array:
-    """Triangles (t, 3, 3) to draw a part by, metres: its surface, decimated to at most `most`.
-
-    An open mesh is drawn as received, not as the hull that stands in for it, with each of its
-    triangles wound both ways.
-    """
+    """Triangles (t, 3, 3) to draw a part by, metres: at most `most`; of open meshes both sides."""
     vertices, triangles = _drawn_surface(part)
     is_open = _is_open(part)
     if is_open:

@@ -89,8 +89,7 @@ def _copy_facets(points: Array, qhull: ConvexHull) -> Facets:
 def hull_of_corners(points: Array) -> tuple[Index, Index]:
     """Triangles (M, 3) of the hull of points (N, 3) that are all its corners, and neighbours.
 
-    Round ends are faces with hundreds of corners, so the points are moved at once, by less than
-    triangles are merged within.
+    For round ends with hundreds of corners points are moved, by less than merges triangles.
     """
     moves = np.random.default_rng(0).uniform(-CORNERS_SHAKEN, CORNERS_SHAKEN, points.shape)
     try:

@@ -163,8 +163,7 @@ def _balanced(edges: Edges, shell: Index) -> bool:
 def _mixed(vertices: Array, triangles: Index, patch: Index, shell: Index) -> bool:
     """Whether a shell of several patches encloses space in both senses.
 
-    Patches linked by crowded edges alone may balance there although one half of the shell is
-    inside out. A vertical line through the widest triangle of a patch shows it.
+    Crowded edges may balance though one half is inside out; a vertical line shows it.
     """
     a, b, c = (vertices[triangles[:, k]] for k in range(3))
     u, v = b - a, c - a

@@ -35,8 +35,7 @@ class Chunk(NamedTuple):
 class DropWorkers:
     """Threads that compute the drops of one simulation.
 
-    `drop`: from the first drop and a count to their outcomes; `background`: whether the workers
-    give way to other threads; `wanted`: drops that are needed for certain; see `request_drops`.
+    `drop`: from the first drop and a count to their outcomes; `wanted`: see `request_drops`.
     """
 
     def __init__(self, drop: Callable[[int, int], DropOutcomes], drops: int, workers: int,

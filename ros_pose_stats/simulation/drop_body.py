@@ -70,8 +70,7 @@ def _prepare(part: Part, resting: poses.RestingPoses) -> PreparedBody:
 def _neighbours(points: Array) -> tuple[Index, Index, Array]:
     """Where each corner's neighbours start, the neighbours and their distances.
 
-    Neighbours share an edge between faces that are flat, and so convex, to rounding. The diagonals
-    of the hull's triangles within a flat face depend on how the hull was computed.
+    Over edges between flat faces: diagonals within a face depend on how the hull was computed.
     """
     count = points.shape[0]
     if count <= LEAF:
@@ -167,8 +166,7 @@ def rolling_rims(resting: poses.RestingPoses, moment: Array, axes: Array,
                  corner: Index) -> RollingRims:
     """Find the rims of a part that it can roll on all the way round, in one pose.
 
-    `moment` and `axes`: principal ones, of unit mass, lengths in radii; `corner`: hull points that
-    the tables are about.
+    `moment`: of unit mass, lengths in radii; `corner`: hull points that the tables are about.
     """
     body, pose_of_face = resting.body, resting.pose_of_face
     place = np.full(body.points.shape[0], -1, dtype=np.int64)
@@ -177,7 +175,8 @@ def rolling_rims(resting: poses.RestingPoses, moment: Array, axes: Array,
                        np.zeros(corner.shape[0]), np.zeros((len(resting.poses), layout.RIM)))
     for axis, faces in _rims(body):
         pose, sides, off = int(pose_of_face[faces[0]]), *_sides_of(body, faces)
-        inside: Array = np.full(body.faces, math.inf)  # how far a part stands inside the rim's edges
+        # How far inside the rim's edges a part stands on each facet, in radii.
+        inside: Array = np.full(body.faces, math.inf)
         np.minimum.at(inside, body.arrays.face[sides[off]], body.arrays.inset[sides[off]])
         inside = inside[faces]
         if rims.rim[pose].any() or (pose_of_face[faces] != pose).any() or not inside.min() > 0.0:

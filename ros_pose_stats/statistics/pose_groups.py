@@ -103,8 +103,7 @@ class PoseShares(NamedTuple):
 def pose_shares(found: PoseStatistics) -> PoseShares:
     """Probabilities of a result as feeding needs them.
 
-    Of counted poses each has an error of its own. Estimates, and whatever else knows of the
-    symmetry, share one error evenly among the poses that are alike.
+    Of counted poses each has an error of its own, else those that are alike share one evenly.
     """
     poses = sorted(found.poses, key=lambda pose: pose.index)
     probability = np.array([pose.probability for pose in poses])

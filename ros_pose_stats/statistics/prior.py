@@ -210,12 +210,7 @@ class ConnorMosimann(NamedTuple):
 
     @classmethod
     def around(cls, mean: Array, strength: Array, share: Array) -> "ConnorMosimann":
-        """With given means, and as sure of each unit as so many drops would make it.
-
-        `mean` (G,): above 0, summing to 1; `strength` (K, M, G): pseudo-drops behind each unit,
-        above 0; all alike for a Dirichlet distribution; `share` (K,): how likely each of the K is,
-        summing to 1.
-        """
+        """With given means, as sure as pseudo-drops; `share` (K,): how likely each of the K is."""
         beyond = np.cumsum(mean[:0:-1])[::-1]
         return cls(strength[..., :-1] * mean[:-1], strength[..., :-1] * beyond,
                    np.log(share)[:, None, None])
