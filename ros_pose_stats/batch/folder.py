@@ -7,8 +7,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from .. import files, version
-from ..errors import BatchError, reason
+from .. import errors, files, version
 
 
 class WorkFolder:
@@ -26,12 +25,12 @@ class WorkFolder:
             directory.mkdir(parents=True, exist_ok=True)
             lock = files.DirectoryLock.take(directory)
         except OSError as error:
-            raise BatchError("a directory that can be written to",
-                             f"{directory} ({reason(error)})",
-                             "name another one with -o") from error
+            raise errors.BatchError("a directory that can be written to",
+                                    f"{directory} ({errors.reason(error)})",
+                                    "name another one with -o") from error
         if lock is None:
-            raise BatchError(f"{what} that nobody else is making", f"{directory} in use",
-                             "wait for the other run or name another one with -o")
+            raise errors.BatchError(f"{what} that nobody else is making", f"{directory} in use",
+                                    "wait for the other run or name another one with -o")
         self._lock = lock
         try:
             self._claim(claim, request, has_work, what)
@@ -73,9 +72,10 @@ class WorkFolder:
         if has_work():
             told = theirs if isinstance(theirs, dict) else {claim: "unreadable"}
             others = [f"{name} {value}" for name, value in told.items() if value != mine.get(name)]
-            raise BatchError(f"work on the same {what.removeprefix('a ')}",
-                             f"that on another one in {self.directory} ({', '.join(others)})",
-                             "finish that one, delete the directory, or name another one")
+            raise errors.BatchError(f"work on the same {what.removeprefix('a ')}",
+                                    f"that on another one in {self.directory} "
+                                    f"({', '.join(others)})",
+                                    "finish that one, delete the directory, or name another one")
         write_durably(path, json.dumps(mine, indent=1).encode())
 
 
@@ -84,5 +84,6 @@ def write_durably(path: Path, content: bytes) -> None:
     try:
         files.replace_file(path, content)
     except OSError as error:
-        raise BatchError("a disk that takes what is made", f"{path} ({reason(error)})",
-                         "make room; the same command then goes on from here") from error
+        raise errors.BatchError("a disk that takes what is made",
+                                f"{path} ({errors.reason(error)})",
+                                "make room; the same command then goes on from here") from error

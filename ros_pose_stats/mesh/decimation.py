@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from ..records import Part
-from ..records.arrays import Array, Corners
+from ..records import Array, Corners, Part
 
 Corners = Corners
 FINEST = 20_000  # triangles that a picture of some hundred pixels shows as well as the whole mesh

@@ -11,12 +11,11 @@ the points: many of the sample's corners share a face too.
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from .. import errors, tolerances
 from ..kernels.mesh.measures import bounds, thinness
-from ..records import Array, Index, Part
+from ..records import Array, Corners, Index, Part
 
 CROWD = 1000
 """Corners of one face from which on Qhull takes longer for them than for as many other points."""
@@ -34,8 +33,8 @@ class Facets(NamedTuple):
     """The hull that Qhull found."""
 
     points: Array  # (N, 3); as given, not moved
-    simplices: NDArray[np.int32]  # (M, 3); triangles, wound either way
-    neighbors: NDArray[np.int32]  # (M, 3); triangle opposite to each corner
+    simplices: Corners  # (M, 3); triangles, wound either way
+    neighbors: Corners  # (M, 3); triangle opposite to each corner
     equations: Array  # (M, 4); outward normal and offset of each triangle's plane
     volume: float
 

@@ -8,19 +8,19 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .arrays import Array, Index, Mask
+    from .arrays import Array, Corners, Index, Mask
     from .drops import DropEvent, DropProgress, FlipStatistics, Trajectory
     from .part import Part
     from .scene import DropScene
     from .statistics import PoseStatistics, RestingShape, StablePose
 
-_HOMES = {"Array": "arrays", "DropEvent": "drops", "DropProgress": "drops", "DropScene": "scene",
-          "FlipStatistics": "drops", "Index": "arrays", "Mask": "arrays", "Part": "part",
-          "PoseStatistics": "statistics", "RestingShape": "statistics",
+_HOMES = {"Array": "arrays", "Corners": "arrays", "DropEvent": "drops", "DropProgress": "drops",
+          "DropScene": "scene", "FlipStatistics": "drops", "Index": "arrays", "Mask": "arrays",
+          "Part": "part", "PoseStatistics": "statistics", "RestingShape": "statistics",
           "StablePose": "statistics", "Trajectory": "drops"}
 
-__all__ = ["Array", "DropEvent", "DropProgress", "DropScene", "FlipStatistics", "Index", "Mask",
-           "Part", "PoseStatistics", "RestingShape", "StablePose", "Trajectory"]
+__all__ = ["Array", "Corners", "DropEvent", "DropProgress", "DropScene", "FlipStatistics", "Index",
+           "Mask", "Part", "PoseStatistics", "RestingShape", "StablePose", "Trajectory"]
 
 
 def __getattr__(name: str) -> Any:

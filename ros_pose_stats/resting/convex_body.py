@@ -9,13 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import MeshError
+from .. import errors, tolerances
 from ..kernels.body.convex_body import BodyArrays, build_body
 from ..kernels.principal_axes import principal_axes
 from ..mesh.hull import Facets, hull_of_corners, hull_of_part
 from ..mesh.vectors import lengths, scatter
 from ..records import Array, Index, Part
-from ..tolerances import COPLANAR, COPLANAR_MOST, COPLANAR_OF_THICKNESS, COPLANAR_ROUNDINGS
 from . import reshaping, rims, round_surfaces, thinning
 
 
@@ -112,7 +111,7 @@ def _reshaped(part: Part, round_sides: int) -> ConvexBody:
         rounding = part.rounding / scale
     try:
         arrays, tolerance = polyhedron(scaled, *hull_of_corners(scaled), rounding)
-    except MeshError:  # the centre of mass is closer to the surface than a facet is to its arc
+    except errors.MeshError:  # the centre of mass is closer to the surface than a facet's arc
         return plain
     return ConvexBody(scale * farthest, scaled, arrays, tolerance,
                       tuple(chain.as_run(farthest) for chain in chains),
@@ -142,12 +141,12 @@ def polyhedron(points: Array, triangles: Index, neighbors: Index, rounding: floa
     """Merge coplanar triangles; where no polyhedron remains, repeat with smaller tolerances."""
     moment, _ = principal_axes(scatter(points))
     thickness = float(np.sqrt(max(moment[0], 0.0)))
-    rounding = min(COPLANAR_ROUNDINGS * rounding, COPLANAR_MOST)
-    widest = min(max(COPLANAR, rounding), COPLANAR_OF_THICKNESS * thickness)
+    rounding = min(tolerances.COPLANAR_ROUNDINGS * rounding, tolerances.COPLANAR_MOST)
+    widest = min(max(tolerances.COPLANAR, rounding), tolerances.COPLANAR_OF_THICKNESS * thickness)
     for tolerance in (widest, widest / 10.0, widest / 100.0, 0.0):
         valid, arrays = build_body(points, triangles, neighbors, tolerance)
         if valid:
             return arrays, tolerance
-    raise MeshError("a convex hull that encloses the centre of mass",
-                    "faces through the centre of mass",
-                    "check the mesh and the given centre of mass")
+    raise errors.MeshError("a convex hull that encloses the centre of mass",
+                           "faces through the centre of mass",
+                           "check the mesh and the given centre of mass")

@@ -11,8 +11,7 @@ import numpy as np
 
 from ..errors import RequestError
 from ..kernels.body.standing import silhouette, tops
-from ..kernels.features.corner_crowding import corner_crowding
-from ..kernels.features.split_features import split_features
+from ..kernels.features import corner_crowding as corners, split_features as features
 from ..kernels.levels.splits import split_probabilities
 from ..kernels.principal_axes import principal_axes
 from ..mesh.vectors import lengths, resting_quaternions, rotation_matrices
@@ -79,14 +78,14 @@ class RestingPoses:
     def split_features(self) -> Array:
         """Features of the components of each split; see `kernels.features.split_features`."""
         found = self.equilibria.arrays
-        return split_features(self.body.points, self.body.arrays, found.stable, found.basin,
-                              found.tree, self.clusters.split, self.passage_r[0],
-                              self.passage_R[0], self.inertia)
+        return features.split_features(
+            self.body.points, self.body.arrays, found.stable, found.basin, found.tree,
+            self.clusters.split, self.passage_r[0], self.passage_R[0], self.inertia)
 
     @cached_property
     def corner_crowding(self) -> Array:
         """Crowding at each of `CORNER_REACHES`, (2,); see `kernels.features.corner_crowding`."""
-        return corner_crowding(self.body.points, self.body.arrays, CORNER_REACHES)
+        return corners.corner_crowding(self.body.points, self.body.arrays, CORNER_REACHES)
 
     @cached_property
     def axis_offsets(self) -> Array:
