@@ -75,8 +75,9 @@ def in_demo_folder(demo_folder, monkeypatch):
 
 
 LINES = [line for line in lines_of("ros_pose_stats", *PAGES) if line.split()[1] not in ROS]
-EXAMPLES = [line for line in lines_of("ros_pose_stats", "docs/commands.md") if line not in LINES]
-"""Of the help of every command, which that page shows."""
+EXAMPLES = [line for line in lines_of("ros_pose_stats", *(ROOT / "docs").glob("*.md"))
+            if line not in LINES]
+"""Of all other pages, with the help of every command."""
 CODE = [code for page in PAGES for code in blocks(page, "python")]
 
 
