@@ -12,11 +12,9 @@ from ros_pose_stats import part_from_mesh, record_drop, resting_poses, simulate
 from tests.matching import matched
 
 GRAVITY = 9.80665
-SURE = 1e-4
-"""Least p value: of some fifty comparisons with fixed seeds a right program fails none."""
+SURE = 1e-4  # least p value: of fifty comparisons with fixed seeds a right program fails none
 
-EXACT = {"cluster_tolerance": 0.0, "round_sides": 0}
-"""Every stable face a pose, and the corners those of the mesh."""
+EXACT = {"cluster_tolerance": 0.0, "round_sides": 0}  # each stable face a pose, corners as filed
 
 
 def light(surface, factor):

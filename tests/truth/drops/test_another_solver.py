@@ -20,8 +20,7 @@ from tests.truth.reference.drop_solver import Body, reference_drop, released
 
 EVENTS = 5
 AGREED = 1e-8
-SAME_TIME = 1e-10
-"""Contact forces that come down to zero together."""
+SAME_TIME = 1e-10  # contact forces that come down to zero together
 
 
 @lru_cache(maxsize=1)

@@ -13,8 +13,7 @@ from ros_pose_stats import PoseStatsError, part_from_mesh, record_drop, resting_
 from tests.bodies import clamp_hull, random_polyhedron
 from tests.truth.drops.recorded import EXACT, GRAVITY, outcomes
 
-DEEPEST = 2e-9
-"""Radii: twice what counts as touching."""
+DEEPEST = 2e-9  # radii: twice what counts as touching
 
 
 @lru_cache(maxsize=1)

@@ -18,8 +18,7 @@ from hypothesis import assume, example, given, strategies as st
 from ros_pose_stats.kernels.drops.roots import first_zero
 
 BLUR = 1e-14
-HIGHEST = 16
-"""Power of the polynomials."""
+HIGHEST = 16  # power of the polynomials
 
 
 def zero_of(c, upto=1.0):
