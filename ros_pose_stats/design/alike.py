@@ -11,18 +11,12 @@ from ..records import Array, Index, Mask
 from ..resting import symmetry
 from . import changes
 
-SAME_PLACE = 1e-3
-"""Features that a rotation leaves this far apart, in radii, are not the same."""
-
-SAME_DOWN = 0.999
-"""Cosine of the angle of two directions down that are one."""
-
-NOTHING = 1e-5
-"""Share of an axis that symmetry leaves, below which it leaves none."""
+SAME_PLACE = 1e-3  # features that a rotation leaves this far apart, in radii, are not the same
+SAME_DOWN = 0.999  # cosine of the angle of two directions down that are one
+NOTHING = 1e-5  # share of an axis that symmetry leaves, below which it leaves none
 
 
-SAME_STEP = 1e-6
-"""Difference of two shares of a step that are equal but for rounding."""
+SAME_STEP = 1e-6  # difference of two shares of a step that are equal but for rounding
 
 
 def feature_images(space: changes.DesignSpace) -> tuple[Array, Index]:

@@ -82,10 +82,6 @@ class ChangedPart(NamedTuple):
     origin: Index  # (F,); face of the body before that each face of its body was
 
 
-Moments = tuple[float, Array, Array]
-"""Mass, first moment (3,) and second moment (3, 3) about one point."""
-
-
 class DesignSpace:
     """A part and all that can be changed on it; `resting` is of the part as it is."""
 
@@ -114,14 +110,26 @@ class DesignSpace:
         normals = before.normal / stretch
         size = lengths(normals)
         normals, distances = normals / size[:, None], before.distance / size
-        mass, center, second = self._stretched(np.diag(stretch))
+        # In masses and radii before: the material is carried along, and a sliver that is added or
+        # cut off has the mean density.
+        linear, inertia, mass = np.diag(stretch), self.resting.inertia, 1.0
+        center: Array = np.zeros(3)
+        second = linear @ (0.5 * np.trace(inertia) * np.eye(3) - inertia) @ linear
         if values[6:].any():
             for feature, value in zip(self.features[6:], values[6:].tolist(), strict=True):
                 distances[feature.planes] += value / self.body.radius
             corners = corners_of_planes(normals, distances, corners)
             hull = hull_of_corners(corners)
-            mass, center, second = self._reshaped(np.diag(stretch), second,
-                                                  _moments_of(corners, hull[0]))
+            volume, first, squares = self._moments
+            grown = float(np.linalg.det(linear))
+            density, after = 1.0 / (volume * grown), _moments_of(corners, hull[0])
+            mass += density * (after[0] - grown * volume)
+            if mass <= 0.0:
+                raise MeshError("a part of which something is left", "one that was cut away",
+                                "change the part less")
+            center = density * (after[1] - grown * linear @ first) / mass
+            second = second + density * (after[2] - grown * linear @ squares @ linear)
+            second = second - mass * np.outer(center, center)
         return self._part(corners, hull, normals, center + values[:3] / self.body.radius, mass,
                           np.trace(second) * np.eye(3) - second)
 
@@ -130,25 +138,6 @@ class DesignSpace:
         steps = np.zeros(len(self.features))
         steps[number] = step
         return self.change(steps)
-
-    def _stretched(self, linear: Array) -> Moments:
-        """Mass, centre of mass and central second moment, in masses and radii before."""
-        inertia = self.resting.inertia
-        second = linear @ (0.5 * np.trace(inertia) * np.eye(3) - inertia) @ linear
-        return 1.0, np.zeros(3), second
-
-    def _reshaped(self, linear: Array, second: Array, after: Moments) -> Moments:
-        """The same once the hull, stretched by `linear`, has other moments at density one."""
-        volume, first, squares = self._moments
-        grown = float(np.linalg.det(linear))
-        density = 1.0 / (volume * grown)
-        mass = 1.0 + density * (after[0] - grown * volume)
-        if mass <= 0.0:
-            raise MeshError("a part of which something is left", "one that was cut away",
-                            "change the part less")
-        center = density * (after[1] - grown * linear @ first) / mass
-        second = second + density * (after[2] - grown * linear @ squares @ linear)
-        return mass, center, second - mass * np.outer(center, center)
 
     def _part(self, corners: Array, hull: tuple[Index, Index], normals: Array, center: Array,
               mass: float, inertia: Array) -> ChangedPart:
@@ -175,8 +164,8 @@ class DesignSpace:
         return ChangedPart(changed, plane)
 
 
-def _moments_of(corners: Array, triangles: Index) -> Moments:
-    """Of the inside of a hull, at density one."""
+def _moments_of(corners: Array, triangles: Index) -> tuple[float, Array, Array]:
+    """Volume, first moment (3,) and second moment (3, 3) of the inside of a hull."""
     a, b, c = (corners[triangles[:, k]] for k in range(3))
     middle = corners.mean(axis=0)
     inward = (np.cross(b - a, c - a) * (a - middle)).sum(axis=1) < 0.0
@@ -191,8 +180,7 @@ SNAP = 2e-5
 """Corners this close, in radii, to one that was there before are that corner. Where more than
 three faces meet in rounded coordinates, their planes miss each other by as much."""
 
-SAME = 1e-9
-"""New corners this close are one."""
+SAME = 1e-9  # new corners this close are one
 
 
 def corners_of_planes(normals: Array, distances: Array, before: Array) -> Array:

@@ -39,8 +39,7 @@ MOST_VARIANTS = 26
 LARGEST_RATIO = 9.0
 """Of two radii: beyond it lie those of a part in millimetres and in centimetres."""
 
-LEFT = 0.1
-"""Error of a difference that is nearly 0, over the plate's error of a single share."""
+LEFT = 0.1  # error of a difference that is nearly 0, over the plate's error of a single share
 
 KEPT = 0.35
 """Error of a larger difference over the difference. Both cover what rolled dice and simulated

@@ -15,8 +15,7 @@ from .correspondence import Correspondence, MatchedPoses
 
 SHOWN = {True: "difference shown", False: "none shown"}
 
-LEVEL = 0.05
-"""Chance that a difference is shown between variants that do not differ."""
+LEVEL = 0.05  # chance that a difference is shown between variants that do not differ
 
 
 class ShareDifference(NamedTuple):

@@ -16,8 +16,7 @@ from ..records import Array, Index, Mask
 from ..resting.poses import RestingPoses
 from ..simulation.drops import random_starts
 
-FOOTPRINT = slice(0, 3)
-"""What of a pose's sizes does not hang on the centre of mass."""
+FOOTPRINT = slice(0, 3)  # what of a pose's sizes does not hang on the centre of mass
 
 SAME_SIZE, SCALED = math.log(1.05), math.log(1.4)
 """Largest logarithm of the ratio of sizes that are nearly the same, and of corresponding poses."""
@@ -34,11 +33,8 @@ SAME_BODY, SAME_INERTIA = 0.003, 0.02
 """Distance between the surfaces of two exports of one body, in radii: a circle of 48 sides; and
 difference between their inertias, as a share of it."""
 
-DIRECTIONS = 256
-"""In which surfaces are compared."""
-
-MOST_TURNS = 200
-"""Ways to turn one body into another that are tried."""
+DIRECTIONS = 256  # in which surfaces are compared
+MOST_TURNS = 200  # ways to turn one body into another that are tried
 
 
 class MatchedPoses(NamedTuple):

@@ -19,22 +19,13 @@ from ..simulation.request import drop_request
 from ..statistics import feeding, paired_counts
 from . import alike, changes, describe, sensitivity, shares
 
-GAIN_DROPS = 2000
-"""Drops that tell the gains, of the part as it is and after each step."""
-
+GAIN_DROPS = 2000  # drops that tell the gains, of the part as it is and after each step
 MOST_STEPS = 3
 
-LEAST_GAIN = 0.003
-"""Estimated gain of a step below which it is not worth making."""
-
-STRIDES = (-1.0, -0.5, 0.5, 1.0)
-"""Shares of the bound by which a feature is changed."""
-
-LOOKED_AT = 12
-"""Ways that are estimated anew after the first step: those that gained most alone."""
-
-SLACK = 1e-6
-"""Share by which outline and centre of mass may seem to move farther for rounding."""
+LEAST_GAIN = 0.003  # estimated gain of a step below which it is not worth making
+STRIDES = (-1.0, -0.5, 0.5, 1.0)  # shares of the bound by which a feature is changed
+LOOKED_AT = 12  # ways that are estimated anew after the first step: those that gained most alone
+SLACK = 1e-6  # share by which outline and centre of mass may seem to move farther for rounding
 
 
 class Step(NamedTuple):

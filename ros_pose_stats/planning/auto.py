@@ -11,8 +11,7 @@ from ..records import DropProgress, DropScene, Part, PoseStatistics, scene as sc
 from ..simulation.request import Watch, drop_request
 from .hybrid import checked, keep_target
 
-MOST_DROPS = 10_000_000
-"""Drops that a target may cost where the caller sets no bound."""
+MOST_DROPS = 10_000_000  # drops that a target may cost where the caller sets no bound
 
 
 def auto(part: Part, target_error: float = 0.0, drops: int | None = None,

@@ -23,8 +23,7 @@ from ..statistics.prior import PosePrior, PriorFit, prior_fit
 
 Counts = NDArray[np.int64]
 
-FIRST_LOOK = 10
-"""Drops before the first look at the error: an estimate may need no more."""
+FIRST_LOOK = 10  # drops before the first look at the error: an estimate may need no more
 
 WORTHLESS = 0.02
 """An estimate that stands for less than this share of the drops needed is left out."""
@@ -36,8 +35,7 @@ STRANGE = 0.08
 """How likely a part is of a kind that no fit has seen: a judgement, whose outcome is in
 docs/measured/benchmarks.md."""
 
-LEAST_POINTS = 0.01
-"""What is told of an error that symmetry makes vanish."""
+LEAST_POINTS = 0.01  # what is told of an error that symmetry makes vanish
 
 
 def pose_prior(resting: RestingPoses, scene: DropScene,
@@ -135,9 +133,7 @@ def not_enough(what: str, bound: float, target_error: float) -> str:
 PLATE_ERRORS = scenes.DEFAULT_PLATE_ERROR * 2.0 ** np.linspace(-2.5, 2.5, 11)
 """Errors that a plate nobody has calibrated may have."""
 
-PLATE_ERROR_SPREAD = 0.7
-"""Standard deviation of their logarithm before anything was counted."""
-
+PLATE_ERROR_SPREAD = 0.7  # standard deviation of their logarithm before anything was counted
 ON_PLATES = PriorFit(center=0.0, spread=0.5, overrated=0.0, rare_below=0.0,
                      unsure_share=0.5)
 """A plate contradicts the model of one part more than that of another: strengths scatter by a

@@ -70,8 +70,7 @@ def merge_counts(counted: Iterable[CountedPart]) -> tuple[CountedPart, ...]:
     return tuple(found.values())
 
 
-MOST = 1 << 48
-"""Parts that nobody counts."""
+MOST = 1 << 48  # parts that nobody counts
 
 
 def read_count_rows(file: Path) -> dict[Path, Counter[int]]:

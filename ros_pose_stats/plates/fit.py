@@ -22,8 +22,7 @@ from ..records import Array, DropScene, Index, scene as scenes
 from ..statistics.chi_square import goodness_of_fit
 from .counts import CountedPart, merge_counts
 
-FEWEST_COUNTS = 50
-"""Parts of all kinds together."""
+FEWEST_COUNTS = 50  # parts of all kinds together
 
 MOST_PARTS = 16
 """Kinds; those counted most. More of them hardly change a fit, and each takes its time."""
@@ -39,8 +38,7 @@ SIDES = (scenes.DEFAULT_ROUND_SIDES, 96, 384, 48)
 UNTOLD_SIDES = scenes.DEFAULT_ROUND_SIDES, min(SIDES), max(SIDES)
 """What counts without round parts say: nothing is excluded."""
 
-DEFAULT_WEIGHT = 0.5
-"""Of the default scene beforehand."""
+DEFAULT_WEIGHT = 0.5  # of the default scene beforehand
 
 SCATTERS = np.array([0.03, 0.04, 0.05, 0.06, 0.08, 0.16])
 """By how much an estimated share of one half may be off on a real plate; one of p by
@@ -56,11 +54,8 @@ UNTESTED = 0.1
 """Parts that the error of an unknown plate counts as, beside those that a fit was tested on;
 chosen on plates that the study does not judge."""
 
-LEAST_SHARE = 1e-12
-"""A share that was never met may still occur."""
-
-AS_DEFAULT = -1.0
-"""Drop height of the default scene: 20 radii of each part."""
+LEAST_SHARE = 1e-12  # a share that was never met may still occur
+AS_DEFAULT = -1.0  # drop height of the default scene: 20 radii of each part
 
 Triple = tuple[float, float, float]
 
@@ -173,7 +168,8 @@ def fit_plate(counted: Sequence[CountedPart]) -> PlateFit:
     """
     begin = time.perf_counter()
     told = choose_parts(counted)
-    sides = SIDES if any(map(rolls_about, told)) else SIDES[:1]
+    rounds = any(map(rolls_about, told))
+    sides = SIDES if rounds else SIDES[:1]
     grid = SceneGrid([one.resting.body.radius for one in told], sides)
     parts = [ExplainedPart(one, grid) for one in told]
     logarithm, weight = weigh_scenes(parts, grid)
@@ -206,12 +202,15 @@ def fit_plate(counted: Sequence[CountedPart]) -> PlateFit:
         plate_square = max(unknown, tested.popitem()[1][1])
     found = grid.scene(place)
     table = logarithm[1:].reshape(len(sides), RESTITUTIONS.size, HEIGHTS)
+    profile = table.max(axis=(1, 2))
+    likely = [found.round_sides,
+              *np.array(sides)[profile >= profile.max() - 0.5 * REACH].tolist()]
     return PlateFit(
         _interval(RESTITUTIONS, table.max(axis=(0, 2)), found.restitution),
         _interval(grid.height, table.max(axis=(0, 1)), found.drop_height or AS_DEFAULT),
-        _sides_interval(sides, table.max(axis=(1, 2)), found.round_sides), float(weight[0]),
-        math.sqrt(plate_square), _p_value(parts, place, grid), sum(one.counted for one in told),
-        tuple(evidence), time.perf_counter() - begin)
+        (found.round_sides, min(likely), max(likely)) if rounds else UNTOLD_SIDES,
+        float(weight[0]), math.sqrt(plate_square), _p_value(parts, place, grid),
+        sum(one.counted for one in told), tuple(evidence), time.perf_counter() - begin)
 
 
 def choose_parts(counted: Iterable[CountedPart]) -> list[CountedPart]:
@@ -277,14 +276,6 @@ def _interval(values: Array, profile: Array, found: float) -> Triple:
         ends.append(float(end))
     return (found, ends[0], ends[1]) if found == AS_DEFAULT else (
         found, min(ends[0], found), max(ends[1], found))
-
-
-def _sides_interval(sides: Sequence[int], profile: Array, found: int) -> tuple[int, int, int]:
-    if len(sides) == 1:
-        return UNTOLD_SIDES
-    likely = profile >= profile.max() - 0.5 * REACH
-    left = [found, *(each for each, is_left in zip(sides, likely, strict=True) if is_left)]
-    return found, min(left), max(left)
 
 
 def _p_value(parts: Sequence[ExplainedPart], place: int, grid: SceneGrid) -> float:

@@ -18,12 +18,8 @@ from . import fit as fits
 
 HEAD = "plates"
 MOST_PLATES = 256
-MOST_BYTES = 2**18
-"""Of a file of plates: reading takes a second for so many."""
-
-MOST_VALUES = 50_000
-"""In a file of plates, each as often as aliases repeat it."""
-
+MOST_BYTES = 2**18  # of a file of plates: reading takes a second for so many
+MOST_VALUES = 50_000  # in a file of plates, each as often as aliases repeat it
 LONGEST_NAME = 100
 
 
