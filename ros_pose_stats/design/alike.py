@@ -3,8 +3,7 @@
 from functools import lru_cache, partial
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
+from scipy.sparse import coo_array, csgraph
 from scipy.spatial.distance import cdist
 
 from ..records import Array, Index, Mask
@@ -48,7 +47,7 @@ def first_alike(space: changes.DesignSpace, kept: Mask) -> Index:
     images, count = images[keeps], images.shape[1]
     graph = coo_array((np.ones(images.size), (np.tile(np.arange(count), len(images)),
                                               images.ravel())), shape=(count, count))
-    _, orbit = connected_components(graph, directed=False)
+    _, orbit = csgraph.connected_components(graph, directed=False)
     return np.asarray(np.unique(orbit, return_index=True)[1][orbit], dtype=np.int64)
 
 

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..records import Array
-from ..records.statistics import without_rounding
+from ..records import Array, statistics
 from ..statistics import paired_counts
 from ..text import listed, name_poses, several
 from . import changes
@@ -69,7 +68,7 @@ def feature_as_dict(space: changes.DesignSpace, number: int) -> dict[str, Any]:
     place = space.part.center_of_mass + feature.anchor * radius
     return {"kind": feature.kind,
             "axis": changes.AXES[feature.axis] if feature.axis >= 0 else None,
-            "poses": list(feature.poses), "place": without_rounding(place),
+            "poses": list(feature.poses), "place": statistics.without_rounding(place),
             "size": feature.size * radius ** 2, "unit": "m" if feature.is_length else "1"}
 
 

@@ -12,8 +12,7 @@ import numpy as np
 from ..mesh.vectors import turn_vectors
 from ..records import Array, DropScene, Index, Mask, Part
 from ..resting.poses import poses_in
-from ..simulation import chunks, drop_body
-from ..simulation.drops import DropOutcomes, compute_drops, drop_rules, random_starts
+from ..simulation import chunks, drop_body, drops as motions
 
 UNSETTLED = -1
 NONE = np.zeros((2, 0), dtype=np.int64)
@@ -75,14 +74,14 @@ class PairedDrops:
             for which, before in enumerate((self.outcome, self.touched)))
 
     def _drop(self, place: int, drops: int, workers: int,
-              should_stop: Callable[[], bool]) -> Iterator[DropOutcomes]:
+              should_stop: Callable[[], bool]) -> Iterator[motions.DropOutcomes]:
         body, turn = drop_body.drop_body(self.parts[place], self.scene), self._turns[place]
-        rules, begin = drop_rules(self.scene, body.radius), self._first + self.drops
+        rules, begin = motions.drop_rules(self.scene, body.radius), self._first + self.drops
 
-        def drop(first: int, count: int) -> DropOutcomes:
-            starts = random_starts(self.seed, begin + first, count)
-            return compute_drops(body, rules,
-                                 starts if turn is None else turn_vectors(starts, turn.T))
+        def drop(first: int, count: int) -> motions.DropOutcomes:
+            starts = motions.random_starts(self.seed, begin + first, count)
+            return motions.compute_drops(
+                body, rules, starts if turn is None else turn_vectors(starts, turn.T))
 
         return chunks.DropWorkers(drop, drops - self.drops, workers,
                                   should_stop).outcomes_in_order()

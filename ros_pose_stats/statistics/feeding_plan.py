@@ -15,9 +15,8 @@ import numpy as np
 
 from ..errors import RequestError
 from ..records import Array, FlipStatistics, Index, PoseStatistics
-from .feeding import Bounded, check_rate, check_wanted, spread_of
+from . import feeding, pose_groups
 from .fill import PlateFill, plate_fill
-from .pose_groups import PoseShares, equivalent_drops, pose_shares
 
 PICK, FLIP, LEAVE = "pick", "flip", "leave"
 MOST_KICKS = 100  # kicks between two empty plates; more of them are worth hardly more
@@ -51,7 +50,7 @@ class FeederCell:
 
     def check(self) -> None:
         """Raise RequestError if a number is out of its range."""
-        check_rate(self.rate, self.cycle_time)
+        feeding.check_rate(self.rate, self.cycle_time)
         for side in self.plate:
             if not 0.0 < side < np.inf:
                 raise RequestError("a plate with sides above 0 m", f"{side}",
@@ -69,7 +68,7 @@ class KickPlan(NamedTuple):
     parts: int  # on the plate at each picture
     kicks: int  # from one empty plate to the next
     pickable: float  # parts that the first picture shows free in wanted poses
-    per_minute: Bounded  # parts picked a minute; the interval has the plate's error in it
+    per_minute: feeding.Bounded  # parts picked a minute; the interval has the plate's error in it
     feeder_speed: str = ""  # of a kick whose flips were counted in the cell
 
 
@@ -128,8 +127,8 @@ def plan_feeding(dropped: PoseStatistics, wanted: Sequence[int], cell: FeederCel
         wanted one, or flips out of a pose are missing.
     """
     cell.check()
-    picked = check_wanted(wanted, len(dropped.poses)).astype(np.float64)
-    shares = pose_shares(dropped)
+    picked = feeding.check_wanted(wanted, len(dropped.poses)).astype(np.float64)
+    shares = pose_groups.pose_shares(dropped)
     if not shares.probability @ picked > 0.0:
         raise RequestError("wanted poses that dropped parts come to rest in", "none of them",
                            "name others; `ros_pose_stats estimate` lists their probabilities")
@@ -153,7 +152,7 @@ class Plate:
 
     cell: FeederCell
     picked: Array  # (K,); 1 where the robot picks parts in a pose, else 0
-    dropped: PoseShares
+    dropped: pose_groups.PoseShares
     outlines: Sequence[Array]
     plate_error: float  # of the shares on a real plate, beside that of the model; a fraction
 
@@ -184,9 +183,9 @@ class Plate:
             at, kicks = np.unravel_index(int(rates.argmax()), rates.shape)
             shares = pictures[:kicks + 1, at].mean(axis=0)
         chain = pictures[:kicks + 1, at]
-        spread = spread_of(self._picks_error(chain, seen[at], kick))
+        spread = feeding.spread_of(self._picks_error(chain, seen[at], kick))
         around = np.outer((1.0, 1.0 / spread, spread), picks[at])
-        rate = Bounded(*self._rates(parts[[at, at, at]], around)[:, kicks].tolist())
+        rate = feeding.Bounded(*self._rates(parts[[at, at, at]], around)[:, kicks].tolist())
         return KickPlan(0.0 if kick is None else kick.kick_height, int(parts[at]), int(kicks),
                         float(picks[at, 0]), rate, "" if kick is None else kick.feeder_speed)
 
@@ -232,7 +231,7 @@ class Plate:
 
     def _drops(self, shares: Array, counted: float) -> float:
         """Drops whose counts would be as uncertain as shares counted so and the plate's error."""
-        plate = equivalent_drops(shares, np.full(shares.size, self.plate_error))
+        plate = pose_groups.equivalent_drops(shares, np.full(shares.size, self.plate_error))
         if not counted:
             return math.nan
         inverse = 1.0 / counted + 1.0 / plate
