@@ -94,7 +94,7 @@ def test_the_rate_is_that_of_parts_followed_one_by_one(dropped, flips):
 
 def test_no_other_policy_takes_less_time(dropped, flips):
     """All sets of poses to flip, by the equations of the time that a part takes."""
-    plate = feeding_plan.Plate(CELL, PICKED, feeding_plan.pose_shares(dropped),
+    plate = feeding_plan.Plate(CELL, PICKED, feeding_plan.pose_groups.pose_shares(dropped),
                                by_index(dropped, "outline"), 0.05)
     moves, shares, parts = flips[1].transition, np.array(by_index(dropped, "probability")), 8
     free = plate.picked * plate.fill(shares).free(np.array([parts]))[0]
@@ -125,7 +125,7 @@ def test_the_interval_is_that_of_redrawn_shares(dropped, flips):
     """Shares and rows drawn again as often as their errors say: the scatter of the rate."""
     alone, kick = replace(dropped, plate_error=0.03), flips[2]
     moves, settled = kick.transition, kick.counts.sum(axis=1)
-    shares = feeding_plan.pose_shares(alone)
+    shares = feeding_plan.pose_groups.pose_shares(alone)
 
     def plate(probability):
         return feeding_plan.Plate(CELL, PICKED, shares._replace(probability=probability),
