@@ -28,6 +28,7 @@ _NO_SUCH_SYNC = frozenset((errno.EINVAL, errno.ENOTSUP, errno.EOPNOTSUPP))
 
 _GLANCES = 5  # a lock found taken is tried again this often: somebody may only have looked at it
 _GLANCE = 0.002  # seconds between two tries; looking takes microseconds
+LOCK_SECONDS = 10.0  # for which a writer waits for another one
 _TAKEN = frozenset((errno.EWOULDBLOCK, errno.EAGAIN, errno.EACCES))
 
 
@@ -215,8 +216,14 @@ def locked_directory(directory: Path) -> Iterator[None]:
     """Have what is written into a directory meanwhile follow what others write so."""
     number = os.open(directory, os.O_RDONLY)
     try:
+        until = time.monotonic() + LOCK_SECONDS
         with suppress(OSError):  # of file systems that lock no directories
-            fcntl.flock(number, fcntl.LOCK_EX)
+            while not _try(number, fcntl.LOCK_EX):
+                if time.monotonic() > until:
+                    raise RequestError(f"to write in {directory} within {LOCK_SECONDS:g} s",
+                                       "another process that writes there",
+                                       "end that one, or try again")
+                time.sleep(0.02)
         yield
     finally:
         os.close(number)

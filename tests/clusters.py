@@ -1,7 +1,5 @@
 """A dask.distributed cluster of separate processes on this machine."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

@@ -5,8 +5,6 @@ end a run says how many processes its tests started, and lists them in the file 
 a whole quick run that starts more than `MOST_STARTS` fails.
 """
 
-from __future__ import annotations
-
 import os
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Finely divided parts with teeth, a thread, a bore; lengths in metres."""
 
-from __future__ import annotations
-
 import numpy as np
 from manifold3d import CrossSection, Manifold, Mesh64
 

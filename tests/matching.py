@@ -1,7 +1,5 @@
 """Poses of differently given parts, matched by the direction that points down."""
 
-from __future__ import annotations
-
 from collections import Counter
 
 import numpy as np

@@ -37,13 +37,13 @@ def serve(kind: str) -> None:
     """Answer until standard input ends."""
     from ros_pose_stats.ros.answering_node import AnsweringNode
 
-    warnings.filterwarnings("ignore", message="failed to send response")
     rclpy.init()
-    node = (AnsweringNode if kind == "node" else rclpy.create_node)("first_calls")
-
     if kind == "node":
+        node = AnsweringNode("first_calls")
         node.serve(CancelDropSimulation, SERVICE, lambda request, response: None)
     else:
+        warnings.filterwarnings("ignore", message="failed to send response")
+        node = rclpy.create_node("first_calls")
         node.create_service(CancelDropSimulation, SERVICE, lambda request, response: response)
     executor = MultiThreadedExecutor(8)
     executor.add_node(node)

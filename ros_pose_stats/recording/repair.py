@@ -3,6 +3,7 @@
 import os
 import re
 import shutil
+import time
 import zlib
 from contextlib import suppress
 from dataclasses import dataclass
@@ -12,11 +13,12 @@ from mcap import exceptions, opcode, reader, records
 
 from .. import files as disk
 from .reader import UNREADABLE, Frame, frames
-from .runs import METADATA, bag_files, runs
+from .runs import METADATA, bag_files, delete_run, runs
 from .writer import mcap_layout as layout
 
 _LEAST = 2 * len(layout.MAGIC) + layout.RECORD.size + layout.FOOTER_LENGTH
 _CHECK_SIZE = 4 + len(layout.MAGIC)  # of the checksum of the summary, and what follows it
+_YOUNG = 60.0  # seconds; a run without files is then that of a process that died
 _MESSAGE_COUNT = re.compile(r"^  message_count: (\d+)$", re.MULTILINE)
 
 
@@ -46,9 +48,12 @@ def repair_bags(log_directory: Path) -> list[Repair]:
 def _repair(run: Path) -> Repair | None:
     """Mend one bag; None where there is nothing to do, or somebody else has it."""
     try:
-        # A run without files is that of a process that is about to make the first, or died.
-        lock = (None if not bag_files(run) or _is_finished(run)
-                else disk.DirectoryLock.take(run))
+        if not bag_files(run):
+            with suppress(FileNotFoundError):  # somebody else may have deleted it
+                if time.time() - run.stat().st_ctime > _YOUNG:
+                    delete_run(run)
+            return None
+        lock = None if _is_finished(run) else disk.DirectoryLock.take(run)
         if lock is None:
             return None
         with lock:

@@ -15,7 +15,7 @@ from concurrent.futures import Future
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 from rclpy import callback_groups, exceptions, node as nodes, qos
 from rosgraph_msgs.msg import Clock
@@ -32,7 +32,7 @@ THREADS = 3  # those that wait for the disk at the same time wait for it togethe
 MOST_WAITING = 2000  # requests; the others are left to the middleware
 MOST_NUMBERS, MOST_ALIKE = 1000, 16  # by which clients are told apart; clients of one number
 MISSES = 2  # in a row, after which a client is taken for one that cannot be reached
-AGAIN = 10.0  # seconds between tries to reach such clients, all together
+FIRST, AGAIN = 1.0, 10.0  # seconds before such a client is tried; the second for all together
 QUIET = 60.0  # seconds between two warnings of a kind
 
 warnings.filterwarnings("error", message="failed to send response", category=RuntimeWarning)
@@ -64,12 +64,14 @@ def answered(callback: Callback, say_failure: Callable[[str], object], request: 
                 coming = steps.send(value)
         except StopIteration:
             pass
-        except PoseStatsError as refusal:
-            response.success, response.message = False, str(refusal)
         except Exception as error:  # the client gets an answer in any case
-            response.success = False
-            response.message = f"internal failure: {type(error).__name__}: {error}"
-            say_failure(f"{type(request).__qualname__}: {response.message}")
+            is_refusal = isinstance(error, PoseStatsError)
+            message = str(error) if is_refusal else (
+                f"internal failure: {type(error).__name__}: {error}")
+            if not is_refusal:
+                say_failure(f"{type(request).__qualname__}: {message}")
+            if hasattr(response, "success"):
+                response.success, response.message = False, message
         if coming is None:
             coming_answer.set_result(response)
         else:  # no thread waits
@@ -88,14 +90,23 @@ class Client:
     requests: deque[Callable[[], object]] = field(default_factory=deque)  # that wait
     misses: int = 0  # answers in a row that did not reach it
     due: float = 0.0  # when it may be tried again, by the monotonic clock
-    is_mixed_up: bool = False  # maybe with another one that gave its last request that number
+    # Another one gave a request the same number, and which is which is not known yet.
+    is_mixed_up: bool = False
+
+
+class Asked(NamedTuple):
+    """Who a request seems to be from, and the one that it may be from, which was not reached."""
+
+    client: Client
+    rival: Client | None
 
 
 class Answers:
     """Works off requests, the clients in turn; while `changed` is held nobody is answered."""
 
-    def __init__(self, warn: Callable[[str], object]) -> None:
-        self._warn = warn
+    def __init__(self, warn: Callable[[str], object],
+                 clock: Callable[[], float] = time.monotonic) -> None:
+        self._warn, self._clock = warn, clock
         self._by_number: dict[tuple[str, int], list[Client]] = {}  # of their last requests
         self._lines: deque[Client] = deque()  # clients whose requests wait
         self._waiting, self._closed = 0, False
@@ -104,14 +115,12 @@ class Answers:
         self.last = 0.0
         self._threads: list[threading.Thread] = []
 
-    def asked(self, service: str, number: int) -> tuple[Client, bool]:
-        """Tell who gave its request this number, of several the best; and whether that is sure."""
+    def asked(self, service: str, number: int) -> Asked:
+        """Tell who has given its request this number; of several clients, one that is reached."""
         with self.changed:
             # Of equal ones the last that asked: many at once come one right after the other.
             alike = sorted(self._by_number.pop((service, number - 1), []),
                            key=lambda candidate: -candidate.misses)
-            for candidate in alike:
-                candidate.is_mixed_up = candidate.is_mixed_up or len(alike) > 1
             client = alike.pop() if alike else Client()
             if alike:
                 self._by_number[service, number - 1] = alike
@@ -120,8 +129,10 @@ class Answers:
             del there[:-MOST_ALIKE]
             if len(self._by_number) > MOST_NUMBERS:
                 del self._by_number[next(iter(self._by_number))]
-            is_sure, client.is_mixed_up = not client.is_mixed_up, False
-            return client, is_sure
+            rival = alike[-1] if alike and client.misses < MISSES <= alike[-1].misses else None
+            if rival is not None:
+                rival.is_mixed_up = True
+            return Asked(client, rival)
 
     def put(self, client: Client, act: Callable[[], object]) -> bool:
         """Have a request answered when it is its client's turn; whether it may wait."""
@@ -156,36 +167,47 @@ class Answers:
             except Exception as error:  # must not end the thread
                 self._warn(f"a request could not be answered: {type(error).__name__}: {error}")
 
-    def send(self, service: str, client: Client, is_sure: bool,
-             send: Callable[[], object]) -> None:
-        """Send an answer, unless its client was not reached the last times."""
+    def send(self, service: str, asked: Asked, send: Callable[[], object]) -> None:
+        """Send an answer, unless its client was surely not reached the last times."""
+        client, rival = asked
         with self.changed:
-            now = time.monotonic()
-            if client.misses >= MISSES and is_sure:
+            now = self._clock()
+            if client.misses >= MISSES and not client.is_mixed_up:
                 if now < max(client.due, self._next_try):
                     return
                 self._next_try = now + AGAIN
         self.last = now
+        reached = True
         try:
             with suppress(exceptions.InvalidHandle):  # the service has ended, and the node with it
                 send()
-            client.misses = 0
         except (RuntimeWarning, SystemError) as error:
             if not isinstance(error.__cause__ or error, RuntimeWarning):  # as which it comes out
                 raise
+            reached = False
+        with self.changed:
+            if rival is not None:
+                rival.is_mixed_up = False
+                if not reached and client.misses < MISSES <= rival.misses:  # it was the rival's
+                    client.misses, rival.misses = rival.misses, client.misses
+            if reached:
+                if client.misses >= MISSES:  # the try held up nobody
+                    self._next_try = 0.0
+                client.misses = 0
+                return
             client.misses += 1
-            client.due = now + AGAIN * 2.0**(client.misses - MISSES)
-            if client.misses >= MISSES and now - self._warned.get(service, -QUIET) >= QUIET:
-                self._warned[service] = now
-                self._warn(f"{service}: an answer could not be delivered: expected a client "
-                           "whose quality of service fits the node's (reliable, volatile), got "
-                           "one that cannot be reached; check its quality of service and call "
-                           "again")
+            client.due = now + (FIRST if client.misses == MISSES else AGAIN)
+            if client.misses < MISSES or now - self._warned.get(service, -QUIET) < QUIET:
+                return
+            self._warned[service] = now
+        self._warn(f"{service}: an answer could not be delivered: expected a client whose quality "
+                   "of service fits the node's (reliable, volatile), got one that cannot be "
+                   "reached; check its quality of service and call again")
 
     def wait_until_quiet(self, pause: float, longest: float) -> None:
         """Let whoever waits be answered, until nobody was for some seconds."""
-        begin = time.monotonic()
-        while time.monotonic() < min(max(begin, self.last) + pause, begin + longest):
+        begin = self._clock()
+        while self._clock() < min(max(begin, self.last) + pause, begin + longest):
             time.sleep(0.01)
 
     def close(self, seconds: float) -> None:
@@ -206,7 +228,7 @@ class AnsweringNode(nodes.Node):
         super().__init__(name, **options)
 
         def send(name: str, send_now: Callable[..., object], response: Any, header: Any) -> None:
-            self.answers.send(name, *self.answers.asked(name, header.request_id.sequence_number),
+            self.answers.send(name, self.answers.asked(name, header.request_id.sequence_number),
                               lambda: send_now(response, header))
 
         for service in self.services:  # of parameters and types, which rclpy has made by itself
@@ -220,10 +242,16 @@ class AnsweringNode(nodes.Node):
             callback_group=callback_groups.MutuallyExclusiveCallbackGroup())
         send_now, answers = service.send_response, self.answers
 
-        def answer(asked: tuple[Client, bool], header: Any, request: Any) -> None:
+        def send(asked: Asked, header: Any, done: Future[Any]) -> None:
+            try:
+                answers.send(name, asked, lambda: send_now(done.result(), header))
+            except Exception as error:  # whoever has the response ready is not to blame
+                self.get_logger().error(
+                    f"{name}: an answer could not be sent: {type(error).__name__}: {error}")
+
+        def answer(asked: Asked, header: Any, request: Any) -> None:
             coming = answered(callback, self.get_logger().error, request, kind.Response())
-            coming.add_done_callback(lambda done: answers.send(
-                name, *asked, lambda: send_now(done.result(), header)))
+            coming.add_done_callback(partial(send, asked, header))
 
         def sort_all(taken: _Taken, header: Any) -> None:
             """Sort a request and those behind it; one that may not wait is answered now."""
@@ -232,7 +260,7 @@ class AnsweringNode(nodes.Node):
                 while header is not None:
                     asked = answers.asked(name, header.request_id.sequence_number)
                     act = partial(answer, asked, header, request)
-                    if not (may_wait(request) and answers.put(asked[0], act)):
+                    if not (may_wait(request) and answers.put(asked.client, act)):
                         break
                     try:
                         with service.handle:

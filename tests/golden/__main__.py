@@ -7,8 +7,6 @@
 `compare` ends with status 1 where anything differs but times.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 import tempfile

@@ -7,8 +7,6 @@ JSON file that is written: request -> answer, all numbers in full. Nothing of th
 command line is imported, so that this file serves checkouts whose inside is different.
 """
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import hashlib

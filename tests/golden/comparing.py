@@ -5,8 +5,6 @@ and its floating-point numbers to twelve digits. Libraries round otherwise on ot
 numbers agree within `ROUNDING`, and those printed in text within one unit of their last digit.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import re

@@ -3,8 +3,6 @@
 Where the environment already chooses the kernels of OpenBLAS, they are left alone.
 """
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """What the bag of a node holds that was sent the demo parts; of one checkout beside another."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """The answers of a checkout, made by a process of its own in a chosen environment."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

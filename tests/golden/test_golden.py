@@ -6,8 +6,6 @@ Counts, digests and words are exact; estimates, which may use the libraries, are
 rounding (`comparing.ROUNDING`).
 """
 
-from __future__ import annotations
-
 import json
 import os
 import re

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 K = TypeVar("K", bound=Hashable)
 V = TypeVar("V")
 
-NODE_SCENE = (-1.0, -1.0)  # restitution and drop height of a part that has no scene of its own
-
 
 class Memory(Generic[K, V]):
     """A bounded dictionary for several threads; the newest value stays, whatever its weight."""

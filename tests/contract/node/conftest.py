@@ -1,7 +1,5 @@
 """Two nodes to every worker, one as it comes and one whose parameters may change."""
 
-from __future__ import annotations
-
 import os
 import warnings
 from contextlib import ExitStack

@@ -1,7 +1,5 @@
 """Names, types and defaults that feeder planners are written against."""
 
-from __future__ import annotations
-
 PACKAGE = "ros_pose_stats_msgs"
 
 SERVICES = {

@@ -1,7 +1,5 @@
 """What cameras count and see: on record as it came, and what the node learns from it."""
 
-from __future__ import annotations
-
 import math
 import signal
 

@@ -1,7 +1,5 @@
 """What the node says of its own health on /diagnostics."""
 
-from __future__ import annotations
-
 import os
 import platform
 import time

@@ -1,7 +1,5 @@
 """The few messages that random searches once tripped over, each as small as it can be."""
 
-from __future__ import annotations
-
 import struct
 
 import pytest

@@ -1,7 +1,5 @@
 """The installed examples as a user runs them: processes beside a node, and their decisions."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import re

@@ -1,7 +1,5 @@
 """Every name of the contract is there, under its type, with its quality of service."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

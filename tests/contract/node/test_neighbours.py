@@ -1,7 +1,5 @@
 """Messages that are not quite right, greedy and deaf clients, another node: this one serves on."""
 
-from __future__ import annotations
-
 import itertools
 import math
 import re

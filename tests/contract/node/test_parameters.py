@@ -1,7 +1,5 @@
 """Parameters while the node runs: what is refused, and what a change changes."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -1,7 +1,5 @@
 """A planner's questions: what a feeder gets out of a part (`~/feeding`), and true outlines."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Starts that are refused in one line, odd ones that are not, and ends at any moment."""
 
-from __future__ import annotations
-
 import itertools
 import os
 import signal

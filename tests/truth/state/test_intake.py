@@ -6,7 +6,7 @@ import os
 import threading
 from functools import partial
 from types import SimpleNamespace
-from unittest.mock import MagicMock, Mock
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -20,14 +20,13 @@ from ros_pose_stats.records.scene import Numbering
 from ros_pose_stats.ros.answering_node import answered
 from ros_pose_stats.ros.base import Base
 from ros_pose_stats.ros.lanes import Lane, Lanes, Rank
-from ros_pose_stats.ros.messages.part_requests import PartRequest
 from ros_pose_stats.ros.parts.count_store import CellCounts, CountStore, Ground
 from ros_pose_stats.ros.parts.intake import LARGE_BYTES, Checks, Intake
-from ros_pose_stats.ros.parts.known_part import NODE_SCENE, KnownPart, PartSource
-from ros_pose_stats.ros.parts.part_store import PartStore
+from ros_pose_stats.ros.parts.known_part import KnownPart, PartSource
 from ros_pose_stats.ros.parts.result_store import Stores
 from ros_pose_stats.ros.services.plate_fits import PlateFits
 
+NODE_SCENE = (-1.0, -1.0)  # of a part that has no scene of its own
 TETRAHEDRON = ([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]],
                [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
 
@@ -155,7 +154,7 @@ def test_fits_hold_up_no_other_answer_and_are_refused_at_the_end(lanes):
     service = PlateFits(base_of(lanes, plate=""),
                         Stores(Mock(all=lambda: [known]), None, None, None), None)
     answers = [answered(service.answer, print, SimpleNamespace(plate="", apply=False),
-                        SimpleNamespace()) for _ in range(2)]
+                        SimpleNamespace(success=False)) for _ in range(2)]
     assert begun.wait(60.0) and not any(answer.done() for answer in answers)
     lanes.close()
     may_end.set()
@@ -174,36 +173,3 @@ def test_counts_that_do_not_fit_a_result_are_left_out_of_it(plate, sides, total,
     message = PoseStatistics(cluster_tolerance=0.0, round_sides=0, poses=[StablePose()] * 4)
     assert store.observe(known, message) is None
     assert (build.call_count, node.get_logger().warning.call_count) == (builds, warnings)
-
-
-@pytest.mark.filterwarnings("ignore::DeprecationWarning")  # of a parser of rclpy
-def test_the_use_of_a_mesh_is_not_kept_over_the_next_of_its_name():
-    digests, met, lock = [], threading.Event(), threading.RLock()
-
-    def acquire():
-        if threading.current_thread() is uses:
-            met.set()
-        lock.acquire()
-
-    def put(change):
-        digests.append(change.row[1])
-        met.set()
-
-    def put_mesh(part_id, message, change, *gone):
-        digests.append(change.row[1])
-        uses.start()
-        assert met.wait(60.0)
-
-    state = SimpleNamespace(put=put, put_mesh=put_mesh, rows=lambda table: [
-        ("clamp", "old", b"", -1.0, -1.0, 1, 1)])
-    parts = PartStore(base_of(state=state, max_parts=9, max_part_bytes=10**6), Mock(), None)
-    uses = threading.Thread(target=parts.keep_uses)
-    parts.restore()
-    revisions = parts.find("clamp").revisions
-    revisions.lock = MagicMock(**{"__enter__.side_effect": acquire,
-                                "__exit__.side_effect": lambda *error: lock.release()})
-    source = PartSource(part_from_mesh(*TETRAHEDRON))
-    parts.put(KnownPart("clamp", "new", b"", NODE_SCENE, source, revisions),
-              PartRequest("clamp", *map(np.array, TETRAHEDRON)))
-    uses.join()
-    assert digests == ["new"]

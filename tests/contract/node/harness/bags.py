@@ -1,7 +1,5 @@
 """What the node has recorded, finished or not, as the mcap tools and `rosbags` read it."""
 
-from __future__ import annotations
-
 import struct
 from contextlib import suppress
 from functools import lru_cache

@@ -1,7 +1,5 @@
 """A camera over the plate: what it counts and where it sees parts lie."""
 
-from __future__ import annotations
-
 import itertools
 
 from geometry_msgs.msg import Point, Pose, Quaternion

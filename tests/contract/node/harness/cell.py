@@ -1,7 +1,5 @@
 """A node in a namespace of its own, its publishers and what it says of its health."""
 
-from __future__ import annotations
-
 import threading
 from contextlib import contextmanager
 

@@ -1,7 +1,5 @@
 """A client of the node inside the test's process."""
 
-from __future__ import annotations
-
 import threading
 import time
 

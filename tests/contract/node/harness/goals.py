@@ -1,7 +1,5 @@
 """Goals of the actions as a client follows them."""
 
-from __future__ import annotations
-
 import threading
 
 from rclpy.action import ActionClient

@@ -1,7 +1,5 @@
 """Drop simulations as a client follows them."""
 
-from __future__ import annotations
-
 from .client import CANCELLED, DONE, QUEUED, RUNNING, until
 from .parts import WEDGE, flat, new_id
 

@@ -1,7 +1,5 @@
 """Parts as messages, and what the library says of the same parts."""
 
-from __future__ import annotations
-
 import itertools
 from array import array
 

@@ -1,7 +1,5 @@
 """Meshes that take the node long, and the process in which it builds them."""
 
-from __future__ import annotations
-
 import os
 import signal
 from pathlib import Path

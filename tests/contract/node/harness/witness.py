@@ -1,7 +1,5 @@
 """Clients that keep the node busy and remember what it told them."""
 
-from __future__ import annotations
-
 import random
 import threading
 

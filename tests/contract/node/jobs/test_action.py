@@ -1,7 +1,5 @@
 """The action `~/simulate_drops`: feedback, result and cancel."""
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """The action `~/simulate_flips`: kicks out of every pose, beside the drops."""
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 

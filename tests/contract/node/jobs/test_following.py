@@ -1,7 +1,5 @@
 """How clients follow, list and cancel drop simulations."""
 
-from __future__ import annotations
-
 import pytest
 from ros_pose_stats_msgs.msg import JobEvent
 from ros_pose_stats_msgs.srv import GetDropSimulation

@@ -1,7 +1,5 @@
 """`~/fit_plate`: counts in, a profile in the file of plates, results of that scene out."""
 
-from __future__ import annotations
-
 import numpy as np
 import yaml
 

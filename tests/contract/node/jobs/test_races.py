@@ -1,7 +1,5 @@
 """Jobs, goals and cancels that meet at bad moments: every job ends, once."""
 
-from __future__ import annotations
-
 import signal
 import threading
 from random import Random

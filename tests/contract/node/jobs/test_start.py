@@ -1,7 +1,5 @@
 """Drop simulations through `~/start_drop_simulation`: what is asked for is what is done."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -1,7 +1,5 @@
 """`~/estimate` and `~/get_statistics`: which part, in which scene, with which values."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Every way in for a mesh: topics, publishers that were there before the node, the command."""
 
-from __future__ import annotations
-
 import json
 import signal
 import subprocess
