@@ -85,6 +85,11 @@ class Sensitivity:
     warnings: tuple[str, ...] = ()
 
     @property
+    def share(self) -> float:
+        """Estimated share of the wanted poses, without its interval."""
+        return self.accepted.value
+
+    @property
     def best(self) -> list[Effect]:
         """Effects whose step helps, the one that helps most first."""
         return sorted((one for one in self.effects if one.helps), key=lambda one: -one.change)

@@ -43,7 +43,7 @@ class DropChunk(NamedTuple):
 
 def drop_rules(scene: DropScene, radius: float, *, to_rest: bool = False) -> at.DropRules:
     """The scene and `tolerances` in the kernels' units; `to_rest`: until the part lies still."""
-    slow = max(SLOW, SOON_OVER * (1.0 - scene.restitution))
+    slow = max(SLOW, SOON_OVER * (1.0 - float(scene.restitution)))
     return at.DropRules(float(scene.restitution), scene.release_height(radius) / radius, to_rest,
                         TRUNCATION, TOUCHING, slow, SOFT, SOFT_SHARE, MOST_STEPS)
 
