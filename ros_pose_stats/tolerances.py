@@ -103,12 +103,13 @@ TOUCHING = 1e-9
 SLOW = 1e-5
 """An infinite series of impacts is cut off when no touching vertex approaches faster.
 
-In units of sqrt(g radius), as in appendix B; the energy that is dropped is below 1e-10 m g radius.
+In units of sqrt(g radius), as in appendix B.
 """
 
 SOON_OVER = 5e-4
-"""Or when none approaches faster than this times 1 - restitution: what is left of the series then
-takes some 1e-3 sqrt(radius / g), and leaves a part that turns slowly where the cut leaves it."""
+"""Or when none approaches faster than this times 1 - restitution, where that is faster, and the
+energy that is dropped is within `SOFT` and `SOFT_SHARE`: what is left of the series then takes
+some 1e-3 sqrt(radius / g), and leaves a part that turns slowly where the cut leaves it."""
 
 SOFT = 1e-9
 """Most energy, in m g radius, that bringing one slow vertex to rest may cost.

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from ros_pose_stats.estimators.registry import estimator
 
+from ros_pose_stats.estimators.estimate import estimator
 from ros_pose_stats.estimators.expected import expected_error
 from ros_pose_stats.records import DropScene
 from ros_pose_stats.resting.poses import RestingPoses

@@ -204,9 +204,10 @@ def _effects(space: changes.DesignSpace, model: shares.WantedShare, reach: float
     def effect_of(number: int) -> list[Effect]:
         feature = space.features[number]
         unit = reach if feature.is_length else reach / space.body.radius
+        if should_stop():
+            return []
         try:
-            after = [] if should_stop() else [space.change_one(number, side)
-                                              for side in (-unit, unit)]
+            after = [space.change_one(number, side) for side in (-unit, unit)]
         except errors.MeshError:
             after = []
         on_progress(next(done) / len(numbers))

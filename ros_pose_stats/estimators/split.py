@@ -5,7 +5,8 @@ split by split. But the probabilities at a split are not the ratio of two solid 
 component has a weight, the sum of two terms. One is the area of {r < E}, the other the solid angle
 of the faces that hold what lands on them, each times the exponential of a small neural network of
 the component's features (`kernels.split_features`), the body and the scene. The networks were
-fitted to drop simulations of many kinds of bodies (`fitted`).
+fitted to drop simulations of many kinds of bodies (`fitted`). In the end odds fall with how far
+curves that a part rocks on lie across a pose (`resting.turns.curves`).
 """
 
 from collections.abc import Sequence
@@ -37,7 +38,8 @@ def split(resting: RestingPoses, scene: DropScene) -> Array:
     """Probabilities (P,) from fitted weights of the components at each split.
 
     They are exact where symmetry decides, and continuous in the shape where the modified energy
-    absorption estimator is. Beyond the scenes of the fit they are those of the nearest.
+    absorption estimator is, but where facets of a curve break. Beyond the scenes of the fit they
+    are those of the nearest.
     """
     rows = split_inputs(resting, scene)
     tree, wanted = resting.equilibria.arrays.tree, resting.clusters.split

@@ -4,7 +4,6 @@ import numpy as np
 
 from ..records import Array, Corners, Part
 
-Corners = Corners
 FINEST = 20_000  # triangles that a picture of some hundred pixels shows as well as the whole mesh
 
 TOLERANCES = 2.0 ** np.arange(-13.0, -0.75, 0.25)

@@ -111,9 +111,12 @@ def unit_that_counts(asked: float | Literal["auto"] | None, declared: float | No
         return declared, "declared"
     if asked != AUTO:
         return (1.0, "assumed") if asked is None else (float(asked), "given")
-    extent = float(np.ptp(vertices[triangles.ravel()], axis=0).max())
+    corners = triangles.ravel()
+    if not len(corners) or corners.min() < 0 or corners.max() >= len(vertices):
+        return 1.0, "assumed"  # refused where the part is built
+    extent = float(np.ptp(vertices[corners], axis=0).max())
     if not math.isfinite(extent):
-        return 1.0, "assumed"  # refused with its vertex where the part is built
+        return 1.0, "assumed"  # refused with its vertex there
     likely = likely_units(vertices, triangles)
     if not likely:
         raise errors.RequestError("a mesh that in mm, m, inch or cm is 0.5 mm to 1 m long",

@@ -66,7 +66,9 @@ def merge_counts(counted: Iterable[CountedPart]) -> tuple[CountedPart, ...]:
     found: dict[tuple[str, float, int], CountedPart] = {}
     for one in counted:
         key = one.part.digest, one.cluster_tolerance, one.round_sides
-        found[key] = replace(one, count=one.count + found[key].count) if key in found else one
+        first = found.setdefault(key, one)
+        if first is not one:
+            found[key] = replace(first, count=first.count + one.count)
     return tuple(found.values())
 
 

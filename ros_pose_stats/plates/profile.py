@@ -224,6 +224,7 @@ REQUIRED = ("restitution", "restitution_low", "restitution_high", "drop_height",
 READERS: dict[str, Callable[[Any], Any]] = {
     **dict.fromkeys((*REQUIRED, "p_value", "default_weight"), float),
     **dict.fromkeys(("round_sides", "round_sides_low", "round_sides_high"), _whole),
-    "parts": lambda parts: tuple(map(str, parts)), "counted": int, "date": str, "version": str,
+    "parts": lambda parts: tuple(map(str, parts)) if isinstance(parts, list) else (),
+    "counted": int, "date": str, "version": str,
     "left_out": lambda parts: {str(digest): _left_out(**one) for digest, one in parts.items()}}
 """Fields of a plate in a file; earlier versions did not write all."""

@@ -69,11 +69,14 @@ def curves(body: convex_body.ConvexBody, inertia: Array, pose_of_face: Index, lo
     lies = np.maximum.reduceat(curve, first)[lowest][pose_of_face]
     each = lies * arrays.angle / np.maximum(np.add.reduceat(smooth, first), TINY)
     weight = each[face] * smooth * curve * np.sqrt(lever / (about + lever))
-    tensor = (edge * weight[:, None]).T @ edge
-    whole = max(float(np.trace(tensor)), TINY)
+    by_face = np.add.reduceat(weight[:, None, None] * edge[:, :, None] * edge[:, None, :], first)
+    tensor = np.zeros((poses, 3, 3))  # of each pose's own faces, and then of all others
+    np.add.at(tensor, pose_of_face, by_face)
+    tensor = tensor.sum(axis=0) - tensor
+    whole = np.maximum(np.trace(tensor, axis1=1, axis2=2), TINY)[:, None, None]
     tensor = tensor @ tensor @ tensor / (whole * whole)  # where generators are parallel
-    return share, np.asarray(((downs @ tensor) * downs).sum(axis=1)
-                             / np.maximum(4.0 * np.pi - angle, TINY))
+    across = (downs[:, None, :] @ tensor @ downs[:, :, None])[:, 0, 0]
+    return share, across / np.maximum(4.0 * np.pi - angle, TINY)
 
 
 def _on_full_turns(body: convex_body.ConvexBody) -> Mask:

@@ -238,3 +238,11 @@ def loaded_by_an_estimate(tmp_path_factory) -> set[str]:
 def test_an_estimate_of_an_stl_file_does_not_load(loaded_by_an_estimate, library):
     assert "ros_pose_stats.estimators.estimate" in loaded_by_an_estimate
     assert library not in loaded_by_an_estimate
+
+
+@pytest.mark.parametrize("tree", ["study", "lab"])
+def test_what_programs_of_the_checkout_import_is_there(tree):
+    known = Sources(PACKAGE).files
+    missing = [str(one) for one in Sources(PACKAGE.parent / tree).imports
+               if one.target.startswith(f"{PACKAGE.name}.") and one.target not in known]
+    assert missing == []

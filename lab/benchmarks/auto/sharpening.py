@@ -8,8 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from ros_pose_stats.estimators.registry import estimator
 
+from ros_pose_stats.estimators.estimate import estimator
 from ros_pose_stats.statistics.fitted_prior import FITTED_METHOD
 from ros_pose_stats.statistics.posterior import Kinds
 from ros_pose_stats.statistics.prior import PosePrior
