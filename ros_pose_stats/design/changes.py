@@ -72,7 +72,8 @@ def check_reach(what: str, reach: float, radius: float) -> None:
     """Raise RequestError for a length of a change that is none."""
     if not 0.0 < reach <= 0.5 * radius:
         raise RequestError(f"a {what} above 0 and at most {500.0 * radius:.3g} mm, half the "
-                           "part's radius", f"{1e3 * reach:.3g} mm", "give one, for instance 1mm")
+                           "part's radius", f"{1e3 * reach:.3g} mm",
+                           f"give one, for instance {50.0 * radius:.2g}mm, or leave it out")
 
 
 class ChangedPart(NamedTuple):

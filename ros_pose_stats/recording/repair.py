@@ -13,7 +13,7 @@ from mcap import exceptions, opcode, reader, records
 
 from .. import files as disk
 from .reader import UNREADABLE, Frame, frames
-from .runs import METADATA, bag_files, delete_run, runs
+from .runs import METADATA, bag_files, remove_empty, runs
 from .writer import mcap_layout as layout
 
 _LEAST = 2 * len(layout.MAGIC) + layout.RECORD.size + layout.FOOTER_LENGTH
@@ -49,9 +49,12 @@ def _repair(run: Path) -> Repair | None:
     """Mend one bag; None where there is nothing to do, or somebody else has it."""
     try:
         if not bag_files(run):
-            with suppress(FileNotFoundError):  # somebody else may have deleted it
-                if time.time() - run.stat().st_ctime > _YOUNG:
-                    delete_run(run)
+            with suppress(OSError):  # it does no harm, and may be gone already
+                young = time.time() - run.stat().st_ctime < _YOUNG
+                lock = None if young else disk.DirectoryLock.take(run)
+                if lock is not None:
+                    with lock:
+                        remove_empty(run)
             return None
         lock = None if _is_finished(run) else disk.DirectoryLock.take(run)
         if lock is None:

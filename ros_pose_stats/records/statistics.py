@@ -328,6 +328,6 @@ def plain_number(value: Any) -> Any:
 
 
 def without_rounding(vector: Array) -> list[float]:
-    """Components of a vector, with 0 for those that are rounding."""
+    """Components of a vector, with 0 for those that are rounding; unknown ones stay."""
     least = NOTHING * float(np.abs(vector).max())
-    return [x if abs(x) > least else 0.0 for x in vector.tolist()]
+    return [0.0 if abs(x) <= least else x for x in vector.tolist()]

@@ -27,7 +27,7 @@ def register(commands: given.Commands) -> None:
         description="Drop variants of a part from the same starts, and say which feeds better, "
         "which of their poses correspond, and whether the drops show a difference in the model, "
         "and one to expect on a plate. Drops end where the verdict is settled or all differences "
-        "are known to a point; as many afresh then tell shares and differences.",
+        "are known to a point; as many afresh then give shares and differences.",
         examples=("ros_pose_stats compare demo/clamp.stl demo/clamp.stl --unit mm "
                   "--com 17mm 17mm 0 --com 17mm 17mm 2mm --wanted 0,1 -o clamps.html",
                   "ros_pose_stats compare demo/prism.stl demo/cylinder.stl --unit mm --json"))

@@ -176,8 +176,8 @@ class _BagReader:
             "{} left out, with more poses than numbers or fewer: camera count": counts.refused,
             "{} left out, of flips and not of landings: camera count": counts.flips,
             "{} in several bags, counted once: camera count": counts.copies.found,
-            "{} without a time stamp; copies in other bags were told by the time of recording "
-            "(within 1 s): camera count": counts.copies.unstamped,
+            "{} without a time stamp; copies in other bags were recognized by the time of "
+            "recording (within 1 s): camera count": counts.copies.unstamped,
         }
         notes = []
         for text, count in found.items():
