@@ -19,7 +19,7 @@ from tests.house.weight import (
     words_of_people,
 )
 
-LINES = {"ros_pose_stats": 36_000, "tests": 24_150}
+LINES = {"ros_pose_stats": 36_000, "tests": 24_160}
 FILES = {"ros_pose_stats": 248, "tests": 218}
 IMPORTS = {"ros_pose_stats": 0.06, "tests": 0.08}
 """Share of the lines."""

@@ -54,10 +54,10 @@ class Refinement:
     def answer_checked(self, known: known_part.KnownPart, checked: PoseStatistics,
                        scene: DropScene) -> tuple[PoseStatistics, str]:
         """What answers where no target was asked for, and why."""
-        best, dropped = best_method(scene.restitution), self._results.find_drops(known, scene)
-        if (dropped is not None and dropped.drops > checked.drops
-                and statistics_messages.refutes(dropped)):
-            return dropped, f"Drops already made contradict {best}."
+        best = best_method(scene.restitution)
+        for dropped in self._results.find_drops(known, scene)[:1]:
+            if dropped.drops > checked.drops and statistics_messages.refutes(dropped):
+                return dropped, f"Drops already made contradict {best}."
         return checked, hybrid.explain_check(best, checked.drops, scene, checked.radius)
 
     def answer(self, known: known_part.KnownPart, target_error: float,
@@ -65,17 +65,19 @@ class Refinement:
         """The best that can be said at once, and why; drops follow if it misses the target."""
         best = self._results.estimate(known, methods.AUTO, scene)
         dropped = self._results.find_drops(known, scene)
-        if dropped is not None and statistics_messages.refutes(dropped):
-            best = dropped
+        if dropped and statistics_messages.refutes(dropped[0]):
+            best = dropped[0]
         settings = self._settings()
         most = min(settings.drops, settings.max_drops)
-        for result in (best, *filter(None, [dropped])):
+        for result in (best, *dropped):
             bound = credible_bound(known.part, result, scene)
             if bound <= target_error:
                 return result, confidence.enough(_means(result), bound, target_error)
-            if result is dropped and dropped.drops >= most:
-                short = confidence.not_enough(_means(dropped), bound, target_error)
-                return _missed(dropped, f"{short}, and the node drops at most {most} times for it "
+        for result in dropped:
+            if result.drops >= most:
+                short = confidence.not_enough(
+                    _means(result), credible_bound(known.part, result, scene), target_error)
+                return _missed(result, f"{short}, and the node drops at most {most} times for it "
                                "(parameter drops).")
         bound = credible_bound(known.part, best, scene)
         short = confidence.not_enough(_means(best), bound, target_error)

@@ -180,12 +180,12 @@ class ResultStore:
         if before is None or messages.replaces(message, before):
             self._results.put(key, message)
 
-    def find_drops(self, known: KnownPart, scene: records.DropScene) -> PoseStatistics | None:
-        """The best end result of drops that is remembered for a scene."""
+    def find_drops(self, known: KnownPart, scene: records.DropScene) -> list[PoseStatistics]:
+        """End results of drops that are remembered for a scene, the best first."""
         results = [self._results.get(self._key(role, known, scene)) for role in (REFINED, BEST)]
-        ended = [result for result in results
-                 if result is not None and result.drops and result.final]
-        return min(ended, key=messages.known_error, default=None)
+        return sorted((result for result in results
+                       if result is not None and result.drops and result.final),
+                      key=messages.known_error)
 
     def number_result(self, known: KnownPart, statistics: records.PoseStatistics,
                       settings: Settings, job_id: str = "", final: bool = True,

@@ -154,7 +154,7 @@ def test_what_comes_faster_than_it_can_be_recorded_is_told_as_lost(node, tuned, 
     until(all_there, "all counts")
     node.says("counts lost so far")
 
-    def both_flood():  # what came of the flood may have been just what is usual
+    def both_flood():  # what came may have been just what is usual
         counter.publish(counted(model, [0]))
         eyes.publish(picture(model.part_id, pose))
         floods = health.latest("parts")[1]["floods"]
