@@ -79,9 +79,9 @@ def test_the_best_come_first():
 
 @pytest.mark.long
 def test_plates_fitted_to_some_parts_predict_the_others():
-    """Within three told errors, on a single split; 0 is within the noise of the counts."""
+    """Of eleven plates, each one degree of freedom: 1.4 is two errors of the expected rms."""
     results = study_json("plates", "--splits", 1)
     assert results["splits"] == 1 and len(results["plates"]) == 11
-    for plate in results["plates"]:
-        assert 0.0 <= plate["errors"]["fit"] < 3.0 * plate["told"]
-    assert any(plate["errors"]["fit"] > 0.0 for plate in results["plates"])
+    errors = [plate["errors"]["fit"] for plate in results["plates"]]
+    assert 0.0 < np.mean(np.square(errors)) < np.mean(np.square(
+        [1.4 * plate["told"] for plate in results["plates"]]))
