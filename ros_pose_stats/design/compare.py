@@ -106,22 +106,12 @@ def compare(parts: Sequence[Part], wanted: Sequence[int] = (), drops: int = MOST
         If the hull of a part does not enclose its centre of mass.
     """
     begin = time.perf_counter()
-    if not 2 <= len(parts) <= MOST_VARIANTS:
-        raise errors.RequestError(f"2 to {MOST_VARIANTS} variants to compare", f"{len(parts)}",
-                           "give the files of the variants, the one to compare with first")
     if not 0.0 <= plate_error <= 1.0:
         raise errors.RequestError("a plate error from 0 to 1, as a fraction", f"{plate_error}",
                            "0.05 is a plate that nobody has counted on")
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
     asked = request.drop_request(drops, seed, 0.0, workers)
-    resting = [stable.resting_poses(part, cluster_tolerance, round_sides) for part in parts]
-    first = resting[0].body.radius
-    for place, radius in enumerate(one.body.radius for one in resting):
-        if max(radius, first) > LARGEST_RATIO * min(radius, first):
-            raise errors.RequestError(
-                f"variants of one scale, radii at most {LARGEST_RATIO:g} times apart",
-                f"A with a radius of {1e3 * first:.4g} mm and {describe.letter(place)} with "
-                f"{1e3 * radius:.4g} mm", "export them in one unit")
+    resting = _prepared(parts, scene)
     if wanted:
         feeding.check_wanted(wanted, len(resting[0].poses))
     accepted = tuple(sorted(set(map(int, wanted))))
@@ -158,20 +148,42 @@ def compare(parts: Sequence[Part], wanted: Sequence[int] = (), drops: int = MOST
     shares = [share._replace(chance=chance, chance_on_plate=on_plate)
               for share, (chance, on_plate) in zip(
                   _differences(pairs, tests, plate_error), chances, strict=True)]
-    variants = []
-    for place, match in enumerate(matches, start=1):
-        mine = [(test, share) for test, share in zip(tests, shares, strict=True)
-                if test.second == place]
-        poses = [comparison.PoseComparison(test.poses, share) for test, share in mine
-                 if not test.is_accepted]
-        poses.sort(key=lambda one: (not one.poses.is_pair, -max(one.share.first.value,
-                                                                one.share.second.value)))
-        lost = tuple(one for one in accepted if match.partner[one] < 0)
-        feeder = next((comparison.FeederComparison(test.poses, share, lost)
-                       for test, share in mine if test.is_accepted), None)
-        variants.append(comparison.VariantComparison(place, match, tuple(poses), feeder))
-    return comparison.Comparison(tuple(parts), tuple(found), tuple(variants), pairs.scene,
-                                 asked.seed, accepted, plate_error, time.perf_counter() - begin)
+    variants = tuple(_compared(place, match, accepted, list(zip(tests, shares, strict=True)))
+                     for place, match in enumerate(matches, start=1))
+    return comparison.Comparison(tuple(parts), tuple(found), variants, pairs.scene, asked.seed,
+                                 accepted, plate_error, time.perf_counter() - begin)
+
+
+def _prepared(parts: Sequence[Part], scene: DropScene) -> list[stable.RestingPoses]:
+    """The variants at rest; raises RequestError where they are not of one scale, or too few."""
+    if not 2 <= len(parts) <= MOST_VARIANTS:
+        raise errors.RequestError(f"2 to {MOST_VARIANTS} variants to compare", f"{len(parts)}",
+                                  "give the files of the variants, the one to compare with first")
+    resting = [stable.resting_poses(part, scene.cluster_tolerance, scene.round_sides)
+               for part in parts]
+    first = resting[0].body.radius
+    for place, radius in enumerate(one.body.radius for one in resting):
+        if max(radius, first) > LARGEST_RATIO * min(radius, first):
+            raise errors.RequestError(
+                f"variants of one scale, radii at most {LARGEST_RATIO:g} times apart",
+                f"A with a radius of {1e3 * first:.4g} mm and {describe.letter(place)} with "
+                f"{1e3 * radius:.4g} mm", "export them in one unit")
+    return resting
+
+
+def _compared(second: int, match: correspondence.Correspondence, accepted: tuple[int, ...],
+              results: "list[tuple[_Test, comparison.ShareDifference]]"
+              ) -> comparison.VariantComparison:
+    """What was found of a variant beside the first, pairs of poses and frequent ones first."""
+    mine = [(test, share) for test, share in results if test.second == second]
+    poses = [comparison.PoseComparison(test.poses, share) for test, share in mine
+             if not test.is_accepted]
+    poses.sort(key=lambda one: (not one.poses.is_pair, -max(one.share.first.value,
+                                                            one.share.second.value)))
+    lost = tuple(one for one in accepted if match.partner[one] < 0)
+    feeder = next((comparison.FeederComparison(test.poses, share, lost)
+                   for test, share in mine if test.is_accepted), None)
+    return comparison.VariantComparison(second, match, tuple(poses), feeder)
 
 
 class _Test(NamedTuple):
