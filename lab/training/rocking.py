@@ -135,11 +135,11 @@ know none of these families.
 Rocking on a curve is a turn about its generators. It lasts while all other motion dies: narrow
 facets take little of its energy, and without friction nothing turns it about another axis. So a
 part does not lie down where the generators stand on end (a lens on its flat sides). `split`
-multiplies odds by exp(-{across:g} x); x is the solid angle of facets to rock on, each times the
-share of energy that they leave in a radian, times the share of a blow that becomes a turn about
-the generator, times the square of its component along the pose's vertical, over what leads to
-other poses. *Without it*: true errors of the networks alone. The best number for all is
-{best:.1f}; *held out*: with the best for all other families.
+multiplies odds by exp(-{across:g} x); x is the solid angle of facets to rock on that lead to
+other poses, each times the share of energy that they leave in a radian, times the share of a blow
+that becomes a turn about the generator, times the square of its component along the pose's
+vertical, over all that leads to other poses. *Without it*: true errors of the networks
+alone. The best number for all is {best:.1f}; *held out*: with the best for all other families.
 
 *True* is the root mean square error over all poses, the noise of the drops taken off; *told* the
 expected error, without and with what rocking adds: {shipped:g} sqrt(p) |c² - mean c²| for each

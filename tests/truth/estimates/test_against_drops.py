@@ -108,3 +108,12 @@ def test_the_bound_of_parts_that_roll_and_rock_holds_what_drops_show(make):
     told = estimate(part, "split", **scene)
     away = np.abs(by_index(told) - by_index(simulate(part, 200, seed=1, **scene))).max()
     assert 0.15 < away < told.largest_error
+
+
+def test_what_rocks_back_to_its_pose_rests_there():
+    """An egg, flat on top and heavy below, of whose drops none ends on the flat."""
+    height, turn = np.append(np.linspace(-1.0, 0.94, 800), [0.95] * 60), 2.4 * np.arange(860)
+    ring = np.sqrt(1.0 - height**2)
+    egg = 0.02 * np.column_stack((ring * np.cos(turn), 0.97 * ring * np.sin(turn), 0.94 * height))
+    part = part_from_mesh(*shapes.hull_mesh(egg), mass=0.05, center_of_mass=(0.0, 0.0, -0.0113))
+    assert estimate(part, "split").poses[0].probability > 0.98

@@ -29,8 +29,7 @@ class Service:
 @pytest.mark.parametrize(("clients", "most"), [
     ("D", 220), ("DD", 220), ("HD", 220), ("HDD", 220), ("DH", 2000)])
 def test_who_can_be_reached_is_and_others_are_tried_seldom(clients, most):
-    """A call a second of each, in step; one that asks before its like is taken for that one."""
-    service = Service()
+    service = Service()  # a call a second of each; one that asks before its like is taken for it
     for number in range(1, 2001):
         service.now += 1.0
         for which, kind in enumerate(clients):
