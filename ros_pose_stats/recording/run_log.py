@@ -85,11 +85,11 @@ class RunLog:
                     runs.new_run_name(self.directory.parent))
 
     @property
-    def place(self) -> tuple[Path, int] | None:
-        """The file that is being written, and its bytes; None before the first record."""
+    def place(self) -> tuple[Path, int, int] | None:
+        """The file that is being written, its bytes and its last time; None before a record."""
         with self._lock:
             file = self._bag.file if self._bag else None
-            return None if file is None else (file.path, file.size)
+            return None if file is None else (file.path, file.size, self._last_time)
 
     @property
     def bytes_written(self) -> int:

@@ -59,7 +59,7 @@ class Recorder:
                                   max_log_bytes=settings.max_log_bytes, node=node)
         self.step = threading.RLock()
         self._placing = threading.Lock()
-        self._place: tuple[Path, int] | None = None
+        self._place: tuple[Path, int, int] | None = None
         self._directory = self.log.directory
         self.counts_lost = self.lost = 0  # messages of cameras, and all that were not recorded
         self._lock = threading.Lock()
@@ -95,18 +95,19 @@ class Recorder:
 
     def begin_place(self) -> None:
         """Note that the state has all that counts of earlier bags, and nothing of this one."""
-        self._put_place((runs.bag_file(self.log.directory, 0), 0))
+        self._put_place((runs.bag_file(self.log.directory, 0), 0, 0))
 
     def note_place(self) -> None:
         """Note that the state has all of the bag so far; a next start takes in what follows."""
         with self.step:
-            self._put_place(self.log.place or (self.log.directory, 0))
+            self._put_place(self.log.place or (self.log.directory, 0, 0))
 
-    def _put_place(self, place: tuple[Path, int]) -> None:
+    def _put_place(self, place: tuple[Path, int, int]) -> None:
         with self._placing:  # not `step`: who records may hold what the holder of `step` waits for
             if place != self._place:
                 self._place = place
-                fact = json.dumps([str(place[0]), place[1]])
+                inode = place[0].stat().st_ino if place[0].exists() else 0
+                fact = json.dumps([str(place[0]), *place[1:], inode])
                 self._state.put(Change("facts", PLACE, (PLACE, fact)))
 
     def close(self) -> None:
@@ -133,7 +134,7 @@ class Recorder:
         if changed:
             self._warn(f"NOT_RECORDED: {problem}" if problem else "recording works again")
         if is_new:
-            self._put_place((bag, 0))
+            self._put_place((bag, 0, 0))
             self._warn(f"the bag was deleted; recording goes on in {bag}")
 
     def mend_bags(self) -> None:

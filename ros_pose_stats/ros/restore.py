@@ -81,7 +81,7 @@ def tail_of(state: State, warn: Callable[[str], object]) -> Tail:
     tail, fact = Tail(), state.get("facts", PLACE)
     if fact is None:
         return tail
-    place, offset = json.loads(fact[1])
+    place, offset, time, inode = [*json.loads(fact[1]), 0, 0][:4]  # older ones have only two
     path = Path(place)
     try:
         if path.is_file():
@@ -90,8 +90,10 @@ def tail_of(state: State, warn: Callable[[str], object]) -> Tail:
         else:  # a whole bag, which had no file then
             files = files_of_bag(path) if path.is_dir() else []
         for file in files:
-            for message in raw_messages(file, begin=offset if file == path else 0):
-                kind = TAKEN.get(message.topic, "")
+            # Whoever mended the file wrote it anew, and what was damaged before the place is gone.
+            same = file == path and inode in (0, file.stat().st_ino)
+            for message in raw_messages(file, begin=offset if same else 0):
+                kind = TAKEN.get(message.topic, "") if message.log_time > time else ""
                 data = as_of_today(kind, message.definition, message.data) if kind else None
                 read = None if data is None else deserialize_message(data, getattr(msg, kind))
                 if message.topic == POSE_COUNTS and read is not None:
