@@ -238,7 +238,7 @@ class AnsweringNode(nodes.Node):
               may_wait: Callable[[Any], bool] = lambda request: True) -> None:
         """Make a service that answers in turn, also by a future; `may_wait`: what is not large."""
         service: Any = self.create_service(
-            kind, name, _Taken, qos_profile=SERVICE_QUALITY,
+            kind, name, lambda request, response: request, qos_profile=SERVICE_QUALITY,
             callback_group=callback_groups.MutuallyExclusiveCallbackGroup())
         send_now, answers = service.send_response, self.answers
 
@@ -253,9 +253,8 @@ class AnsweringNode(nodes.Node):
             coming = answered(callback, self.get_logger().error, request, kind.Response())
             coming.add_done_callback(partial(send, asked, header))
 
-        def sort_all(taken: _Taken, header: Any) -> None:
+        def sort_all(request: Any, header: Any) -> None:
             """Sort a request and those behind it; one that may not wait is answered now."""
-            request: Any = taken.request
             with answers.changed:
                 while header is not None:
                     asked = answers.asked(name, header.request_id.sequence_number)
@@ -271,7 +270,7 @@ class AnsweringNode(nodes.Node):
                     return
             act()
 
-        service.send_response = sort_all
+        service.send_response = sort_all  # what it is given is the request, see above
 
     def create_subscription(self, msg_type: Any, topic: str, callback: Callable[..., Any],
                             *arguments: Any, **options: Any) -> Any:
@@ -286,11 +285,3 @@ class AnsweringNode(nodes.Node):
 
         return super().create_subscription(
             msg_type, topic, follow if msg_type is Clock else callback, *arguments, **options)
-
-
-@dataclass(slots=True, eq=False)
-class _Taken:
-    """A request that waits for its turn, in place of its answer."""
-
-    request: Any
-    response: Any

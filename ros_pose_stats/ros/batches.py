@@ -56,7 +56,7 @@ class BatchSubscription:
         self._hand_over, self._add_lost = take, base.recorder.count_lost
         self._gaps, self._warned = SequenceGaps(), -math.inf
         self._lock = threading.Lock()
-        self._came: OrderedDict[tuple[bool, int], int] = OrderedDict()
+        self._came: OrderedDict[tuple[int, int, int], None] = OrderedDict()
         group = MutuallyExclusiveCallbackGroup()
         self._subscription: Any = base.node.create_subscription(
             kind, topic, lambda data, info: self._take_with([(data, info)]), DEPTH, raw=True,
@@ -91,24 +91,22 @@ class BatchSubscription:
                 self._warned = time.monotonic()
                 self._log.warning(f"{self._topic}: {total} counts lost so far: they come faster "
                                   "than they can be recorded")
-            fresh = [data for data, _ in received if not self._is_copy(data, reliable=True)]
+            fresh = [data for data, info in received if not self._is_copy(data, info)]
             if fresh:
                 self._hand_over(fresh)
         return bool(received)
 
-    def _take_unreliable(self, data: bytes) -> None:
+    def _take_unreliable(self, data: bytes, info: Mapping[str, int]) -> None:
         """Hand over what best-effort publishers send."""
         with self._lock:
-            if not self._is_copy(data, reliable=False):
+            if not self._is_copy(data, info):
                 self._hand_over([data])
 
-    def _is_copy(self, data: bytes, *, reliable: bool) -> bool:
+    def _is_copy(self, data: bytes, info: Mapping[str, int]) -> bool:
         """Whether the other subscription had it: a reliable publisher matches both."""
-        digest = hash(bytes(data))
-        if self._came.get((not reliable, digest), 0):
-            self._came[not reliable, digest] -= 1
-            return True
-        self._came[reliable, digest] = self._came.pop((reliable, digest), 0) + 1
+        sent = info["source_timestamp"], info["publication_sequence_number"], hash(bytes(data))
+        came = sent in self._came
+        self._came[sent] = None
         if len(self._came) > 4 * DEPTH:
             self._came.popitem(last=False)
-        return False
+        return came

@@ -10,7 +10,6 @@ from rclpy import exceptions, executors, signals
 
 from ..errors import PoseStatsError
 from ..kernels.compilation import all_kernels, compile_missing, filling_store, prepare_kernels
-from .messages.times import steady_timer
 from .node import PoseStatsNode
 from .stop_signals import StopSignals
 
@@ -20,6 +19,7 @@ THREADS = 8
 RESTORE_SECONDS = 1.5  # the first client is let wait so long for parts whose scene is a new one
 END_SECONDS = 1.4  # jobs, goals and clients that wait are seen off in that time
 SAVE_SECONDS = 0.4  # to commit the state and finish the bag, where the rest took too long
+SECONDS_BETWEEN = 5.0  # between lines of how many kernels are compiled
 SWITCH_SECONDS = 0.001  # threads that wait for the interpreter get it this soon
 
 
@@ -77,7 +77,7 @@ class Life:
             self._node.start()
             self._node.intake.restored(RESTORE_SECONDS)
             self._executor.add_node(self._node)
-            _say_ready(self._node)
+            self._executor.create_task(self._node.get_logger().info, "ready")
             self._executor.spin()
         except BaseException as error:
             if not self._stop.asked:  # else the executor has just been taken apart
@@ -109,28 +109,13 @@ def _within(seconds: float, act: Callable[[], object]) -> bool:
     return done.is_set()
 
 
-def warm_up(say: Callable[[str], object]) -> None:
+def warm_up(say: Callable[..., object]) -> None:
     """Have the machine code of every kernel at hand; says if that takes a minute or more."""
     def fill() -> None:
         say("compiling kernels, once for all later starts; it takes a minute or two")
-        reached = [0]
-
-        def tell(done: int, total: int) -> None:
-            if done >= reached[0] + 10:
-                reached[0] = done
-                say(f"{done} of {total} kernels compiled")
-
-        compile_missing(tell)
+        compile_missing(lambda done, total: say(f"{done} of {total} kernels compiled",
+                                                throttle_duration_sec=SECONDS_BETWEEN))
 
     all_kernels()
     with filling_store(fill):
         prepare_kernels()
-
-
-def _say_ready(node: PoseStatsNode) -> None:
-    """Have the executor say once that it answers."""
-    def say() -> None:
-        timer.cancel()
-        node.get_logger().info("ready")
-
-    timer = steady_timer(node, 0.001, say)

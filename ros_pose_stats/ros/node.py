@@ -15,7 +15,7 @@ from .parameters import Parameters
 from .parts import announcer, count_store, intake, part_builder, part_store, result_store
 from .recorder import Recorder
 from .refusals import Diagnostics, Refusals
-from .services import feeding, goals, plate_fits, requests, services
+from .services import feeding, goals, plate_fits, services
 from .settings import Settings
 from .state import State
 
@@ -53,12 +53,11 @@ class PoseStatsNode(AnsweringNode):
         prefix = recorder.log.directory.name.removeprefix("pose_stats_")
         self.jobs = jobs = Jobs(prefix, reports, log.error)
         jobs.add_ended(ended)
-        flips, answered = run.FlipReports(), run.FlipReports()
+        flips = run.FlipReports()
         self.flip_jobs = (Jobs(f"{prefix}_flips", flips, log.error, run.run_flips),
-                          Jobs(f"{prefix}_feeding", answered, log.error, run.run_flips))
+                          Jobs(f"{prefix}_feeding", flips, log.error, run.run_flips))
         refiner = refinement.Refinement(base, stores, jobs)
-        checker = intake.Checks(base, stores, refiner.refine)
-        self.intake = intake.Intake(base, stores, self.builder, checker.follow)
+        self.intake = intake.Intake(base, stores, self.builder, refiner.follow)
         # The way in. What the bag has is learnt before cameras are heard.
         self.counts = camera_counts.CountSubscription(base, stores)
         if settings().restore:
@@ -73,21 +72,19 @@ class PoseStatsNode(AnsweringNode):
         state.commit()
         restore.record_cancelled(cancelled, recorder, state, log.warning)
         self._mending = threading.Thread(target=recorder.mend_bags, name="mend bags", daemon=True)
-        self.requests = requests.Requests(base, stores, self.intake, jobs)
         intake.MeshSubscriptions(base, self.intake)
         self.observed = camera_counts.ObservedSubscription(base, stores, self.counts)
-        services.Services(base, stores, self.requests, self.intake, checker, refiner, jobs,
-                          reports, self.outlines)
-        feeding.FeedingService(base, stores, self.flip_jobs[1], answered, flips)
+        asked = services.Services(base, stores, self.intake, refiner, jobs, reports,
+                                  self.outlines)
+        feeding.FeedingService(base, stores, self.flip_jobs[1], flips)
         plate_fits.PlateFits(base, stores, self.table.use_plate)
-        self.actions = [goals.SimulateDropsServer(base, self.requests, jobs, reports),
+        self.actions = [goals.SimulateDropsServer(base, asked, jobs, reports),
                         goals.SimulateFlipsServer(base, stores, self.flip_jobs[0], flips)]
         # Once a second.
         steady_timer(self, 1.0, self._write_down)
         Diagnostics(self, {
             "parts": lambda: refusals.health(len(parts.all()), lanes.waiting()),
-            "counts": lambda: count_store.count_health({known.part_id: known.counts
-                                                        for known in parts.all()}),
+            "counts": counts.health,
             "jobs": lambda: queue.job_health(jobs, settings()),
             "flips": lambda: queue.flip_health(*self.flip_jobs),
             "recording": recorder.health})
@@ -122,7 +119,6 @@ class PoseStatsNode(AnsweringNode):
 
     def close(self) -> None:
         """End jobs and goals, and write all down; what does not end in its time is left so."""
-        self.requests.close()
         self.builder.close()
         self.outlines.close()
         ends = [self.lanes.close, partial(self.answers.close, LAST_SECONDS),

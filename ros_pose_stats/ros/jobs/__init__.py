@@ -1,6 +1,6 @@
 """Simulations in the background, without a word of ROS."""
 
-from .queue import KEPT, Jobs
+from .queue import Jobs
 from .run import FlipRequest, Job, JobListener, JobRequest, State
 
-__all__ = ["KEPT", "FlipRequest", "Job", "JobListener", "JobRequest", "Jobs", "State"]
+__all__ = ["FlipRequest", "Job", "JobListener", "JobRequest", "Jobs", "State"]

@@ -1,5 +1,6 @@
 """What happens to drop simulations is kept, goes on record, to late joiners and to goals."""
 
+import math
 import time
 from collections import deque
 
@@ -21,21 +22,16 @@ SECONDS_BETWEEN = 1.0  # a running job is kept as far as it is this often
 
 def job_event(job: Job, event: int, message: str = "") -> JobEvent:
     """The record of something that happened to a job; a pure function but for the time."""
-    request = job.request
-    report = JobEvent(event=event)
-    report.header.stamp = times.time_message(times.now())
-    report.job_id, report.part_id, report.message = job.job_id, job.part_id, message
-    report.refinement, report.max_seconds = request.refinement, request.max_seconds
-    report.drops, report.drops_done, report.seed = request.drops, job.drops_done, job.seed
-    scene, report.target_error = request.scene, request.target_error
-    report.restitution = float(scene.restitution)
-    report.cluster_tolerance = float(scene.cluster_tolerance)
-    report.round_sides = scene.round_sides
+    request, scene, known = job.request, job.request.scene, job.known()
     height = scene.drop_height if job.snapshot is None else job.snapshot.drop_height
-    report.drop_height = float("nan") if height is None else float(height)
-    known = job.known()
-    if known is not None:
-        report.part_digest = known.digest
+    report = JobEvent(
+        event=event, job_id=job.job_id, part_id=job.part_id, message=message,
+        refinement=request.refinement, max_seconds=request.max_seconds, drops=request.drops,
+        drops_done=job.drops_done, seed=job.seed, target_error=request.target_error,
+        restitution=float(scene.restitution), cluster_tolerance=float(scene.cluster_tolerance),
+        round_sides=scene.round_sides, drop_height=math.nan if height is None else float(height),
+        part_digest="" if known is None else known.digest)
+    report.header.stamp = times.time_message(times.now())
     return report
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 from ...errors import PoseStatsError, RequestError
 from ...records import FlipStatistics, Part, PoseStatistics
-from ..lanes import result_of
+from ..lanes import ending, result_of
 from ..parts.known_part import KnownPart
 from ..refusals import Health
 from .run import Ending, Job, JobListener, JobRequest, State, run_drops
@@ -38,8 +38,7 @@ class Jobs:
         self._numbers = itertools.count(1)
         self._known: dict[str, Job] = {}
         self._ended: deque[str] = deque()
-        self._asked: deque[Job] = deque()
-        self._refinements: deque[Job] = deque()
+        self._waiting: deque[Job] = deque()
         self.running: Job | None = None
         self._accepting = threading.Lock()
         self._changed = threading.Condition()
@@ -58,9 +57,9 @@ class Jobs:
                 twin = next(filter(partial(_is_twin, request), self._known.values()), None)
                 most = settings.max_queued_jobs
                 if twin is None and self._closing:
-                    raise RequestError("a running node", "one that is ending", "start it again")
+                    raise ending()
                 if twin is None and not (request.refinement or is_accepted) and (
-                        len(self._asked) >= most + (self.running is None)):
+                        self.counts()[0] >= most + (self.running is None)):
                     raise RequestError(
                         f"at most {most} simulations waiting (parameter max_queued_jobs)",
                         "a full queue", "wait, or cancel one")
@@ -75,12 +74,8 @@ class Jobs:
             job.recorded = self._listener.queued(job)
             with self._changed:
                 self._known[job.job_id] = job
-                too_late = self._closing
-                if not too_late:
-                    (self._refinements if request.refinement else self._asked).append(job)
-                    self._changed.notify_all()
-            if too_late:  # closed while the acceptance went on record
-                self._end(job, State.CANCELLED, too_late)
+                self._waiting.append(job)
+                self._changed.notify_all()
             return job
 
     def cancel(self, job_id: str, reason: str) -> None:
@@ -89,11 +84,10 @@ class Jobs:
             job = self._known.get(job_id)
             if job is None or job.state.ended:
                 return
-            job.cancel(reason)
-            queue = next((jobs for jobs in (self._asked, self._refinements) if job in jobs), None)
-            if queue is None:
+            job.cancel_reason = job.cancel_reason or reason  # the first one stays
+            if job not in self._waiting:
                 return
-            queue.remove(job)
+            self._waiting.remove(job)
         self._end(job, State.CANCELLED, reason)
 
     def cancel_refinement(self, part_id: str, reason: str, but: JobRequest | None = None) -> None:
@@ -121,23 +115,18 @@ class Jobs:
 
     def counts(self) -> tuple[int, int]:
         """Jobs waiting for clients, and refinements waiting."""
-        with self._changed:
-            return len(self._asked), len(self._refinements)
+        waiting = list(self._waiting)
+        refinements = sum(job.request.refinement for job in waiting)
+        return len(waiting) - refinements, refinements
 
     def close(self, reason: str) -> None:
         """Cancel all and wait a while for the thread."""
-        with self._changed:
+        with self._accepting:  # who was before this is cancelled, who comes then is refused
             self._closing = reason
-            waiting = [*self._asked, *self._refinements]
-            self._asked.clear()
-            self._refinements.clear()
-            if self.running is not None:
-                self.running.cancel(reason)
+        for job in self.all():
+            self.cancel(job.job_id, reason)
+        with self._changed:
             self._changed.notify_all()
-        for job in waiting:
-            self._end(job, State.CANCELLED, reason)
-        with self._accepting:  # whoever came too late has ended that job
-            pass
         if self._thread.is_alive():
             self._thread.join(LAST_SECONDS)
         running = self.running
@@ -148,10 +137,11 @@ class Jobs:
         while True:
             with self._changed:
                 self.running = None
-                self._changed.wait_for(lambda: self._asked or self._refinements or self._closing)
+                self._changed.wait_for(lambda: self._waiting or self._closing)
                 if self._closing:
                     return
-                job = self.running = (self._asked or self._refinements).popleft()
+                job = self.running = min(self._waiting, key=lambda job: job.request.refinement)
+                self._waiting.remove(job)
                 job.state = State.RUNNING
             try:
                 self._run(job)
@@ -171,11 +161,11 @@ class Jobs:
         self._listener.started(job)
         job.tell_followers()
         outcome, ending = self._compute(
-            job, part, self._listener, lambda: job.request.refinement and bool(self._asked))
+            job, part, self._listener, lambda: job.request.refinement and self.counts()[0] > 0)
         with self._changed:
             if ending is Ending.GAVE_WAY and not job.cancel_reason:
                 job.state, job.drops_done = State.QUEUED, 0
-                self._refinements.appendleft(job)
+                self._waiting.appendleft(job)
                 return
         job.keep(outcome)
         if ending in (Ending.CANCELLED, Ending.GAVE_WAY):

@@ -1,4 +1,9 @@
-"""Drops in the background that make an estimate as good as somebody wants it."""
+"""Drops that check an estimate, and those in the background that make it as good as wanted."""
+
+import threading
+from concurrent.futures import CancelledError, Future
+from contextlib import suppress
+from functools import partial
 
 import numpy as np
 from ros_pose_stats_msgs.msg import PoseStatistics
@@ -9,9 +14,10 @@ from ...planning import confidence, hybrid
 from ...records import DropScene, Part
 from ...resting.poses import poses_in
 from ..base import Base
-from ..lanes import done_with
+from ..lanes import Lane, Rank, done_with
 from ..messages import statistics_messages
-from ..parts import known_part, result_store
+from ..parts import result_store
+from ..parts.known_part import KnownPart
 from . import JobRequest, Jobs
 
 
@@ -28,13 +34,76 @@ def credible_bound(part: Part, message: PoseStatistics, scene: DropScene) -> flo
 
 
 class Refinement:
-    """Starts drops where an estimate alone is not good enough."""
+    """Has estimates checked in a lane of their own, equal ones once, and refined by jobs."""
 
     def __init__(self, base: Base, stores: result_store.Stores, jobs: Jobs) -> None:
-        self._settings, self._jobs = base.settings, jobs
-        self._results, self._announcer = stores.results, stores.announcer
+        self._settings, self._lanes, self._jobs = base.settings, base.lanes, jobs
+        self._parts, _, self._results, self._announcer = stores
+        self._report_failure = base.node.get_logger().error
+        self._checks: dict[tuple[str, str, DropScene], Future[PoseStatistics]] = {}
+        self._follows = False  # whether a part that awaits its check has its turn in the lane
+        self._lock = threading.Lock()
 
-    def refine(self, known: known_part.KnownPart) -> None:
+    def checked(self, known: KnownPart, scene: DropScene) -> Future[PoseStatistics]:
+        """A built part's checked estimate; new parts come before scenes of known ones."""
+        with self._lock:
+            message = self._results.checked(known, scene)
+            if message is not None:
+                return done_with(message)
+            key = known.part_id, known.digest, scene
+            coming = self._checks.get(key)
+            if coming is None:
+                rank = Rank.SENT if known.awaits_check else Rank.KNOWN
+                coming = self._lanes.put(partial(self._check, known, scene), rank, Lane.CHECK)
+                if not coming.done():
+                    self._checks[key] = coming
+            return coming
+
+    def _check(self, known: KnownPart, scene: DropScene) -> PoseStatistics:
+        try:
+            return self._results.check(known, scene, lambda: self._lanes.closed)
+        except (errors.PoseStatsError, CancelledError):
+            raise
+        except Exception as error:
+            self._report_failure(f"an estimate of {known.part_id!r} could not be checked: "
+                                 f"{type(error).__name__}: {error}")
+            raise
+        finally:
+            with self._lock:
+                self._checks.pop((known.part_id, known.digest, scene), None)
+
+    def follow(self, known: KnownPart) -> None:
+        """Have what a part shows checked, where it is an estimate alone, and then refined."""
+        if not self._results.lacks_check(known):
+            self._refine(known)
+            return
+        known.awaits_check = True
+        self._follow_next()
+
+    def _follow_next(self) -> None:
+        with self._lock:
+            follows, self._follows = self._follows, True
+        if not follows:
+            self._lanes.put(self._follow_one, Rank.LATER, Lane.CHECK)
+
+    def _follow_one(self) -> None:
+        waiting = [known for known in self._parts.all() if known.awaits_check]
+        for known in waiting[:1]:
+            known.awaits_check = False
+            with suppress(Exception):  # has been reported
+                self._check(known, self._settings().scene(known.scene_override))
+            try:
+                self._refine(known)
+            except errors.PoseStatsError:
+                pass  # the node ends
+            except Exception as error:  # must not keep others from being checked
+                self._report_failure(f"an estimate of {known.part_id!r} could not be refined: "
+                                     f"{type(error).__name__}: {error}")
+        self._follows = False
+        if any(known.awaits_check for known in self._parts.all()):
+            self._follow_next()
+
+    def _refine(self, known: KnownPart) -> None:
         """Refine a part's latched result in the background, if that is wanted and not done."""
         settings = self._settings()
         drops = min(settings.refine_drops or settings.drops, settings.max_drops)
@@ -51,7 +120,7 @@ class Refinement:
         if (settings.refine_drops or target) and not fine:
             self._jobs.submit(request, done_with(known), settings)
 
-    def answer_checked(self, known: known_part.KnownPart, checked: PoseStatistics,
+    def answer_checked(self, known: KnownPart, checked: PoseStatistics,
                        scene: DropScene) -> tuple[PoseStatistics, str]:
         """What answers where no target was asked for, and why."""
         best = best_method(scene.restitution)
@@ -60,7 +129,7 @@ class Refinement:
                 return dropped, f"Drops already made contradict {best}."
         return checked, hybrid.explain_check(best, checked.drops, scene, checked.radius)
 
-    def answer(self, known: known_part.KnownPart, target_error: float,
+    def answer(self, known: KnownPart, target_error: float,
                scene: DropScene) -> tuple[PoseStatistics, str]:
         """The best that can be said at once, and why; drops follow if it misses the target."""
         best = self._results.estimate(known, methods.AUTO, scene)
@@ -93,7 +162,7 @@ class Refinement:
             promise += f" {self._announcer.not_recorded()}"
         return _missed(best, f"{short}; {promise}")
 
-    def _aim(self, known: known_part.KnownPart, target_error: float, scene: DropScene) -> float:
+    def _aim(self, known: KnownPart, target_error: float, scene: DropScene) -> float:
         """The bound at which drops may end; with a higher one they might not be latched."""
         model = known.model_in(scene)
         return target_error if model is None else min(target_error,

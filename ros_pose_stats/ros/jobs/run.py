@@ -104,10 +104,6 @@ class Job:
         good = part.done() and not part.cancelled() and part.exception() is None
         return part.result() if good else None
 
-    def cancel(self, reason: str) -> None:
-        """Ask the job to end; the first reason stays."""
-        self.cancel_reason = self.cancel_reason or reason
-
     def take(self, progress: DropProgress) -> None:
         """Note how far the run is, and now and then its statistics."""
         self.drops_done, self.expected_error = progress.drops, progress.expected_error
@@ -256,22 +252,21 @@ class FlipReports(JobListener):
 
     def __init__(self) -> None:
         # the most flips of a key, and those of a job, without the poses themselves
-        self._best: Memory[FlipKey, FlipStatistics] = Memory(
+        self.best: Memory[FlipKey, FlipStatistics] = Memory(
             REMEMBERED, lambda counted: counted.counts.size)
-        self._of_jobs: Memory[str, FlipStatistics] = Memory(
+        self.of_jobs: Memory[str, FlipStatistics] = Memory(
             REMEMBERED, lambda counted: counted.counts.size)
-        self.best, self.of_job = self._best.get, self._of_jobs.get
 
     def ended(self, job: Job, state: State) -> None:
         """Remember what was counted."""
         if job.flips is None:
             return
         counted = replace(job.flips, poses=())
-        self._of_jobs.put(job.job_id, counted)
+        self.of_jobs.put(job.job_id, counted)
         key = flip_key(counted.part_digest, job.request.scene, counted.kick_height)
-        before = self._best.get(key)
+        before = self.best.get(key)
         if counted.flips and (before is None or before.flips < counted.flips):
-            self._best.put(key, counted)
+            self.best.put(key, counted)
 
 
 def pose_count(part: Part, scene: DropScene) -> int:

@@ -31,20 +31,6 @@ class NotPlainCdrError(Exception):
     """The bytes are in another encapsulation, or not what they should be."""
 
 
-class PartArrays(NamedTuple):
-    """Content of a `PartMesh`; arrays view the buffer."""
-
-    stamp: int  # nanoseconds
-    part_id: str
-    mesh_vertices: NDArray[np.float64]  # (V, 3)
-    mesh_triangles: NDArray[np.uint32]  # (T, 3) uint32
-    vertices: NDArray[np.float64]  # (N,)
-    triangles: NDArray[np.uint32]  # (M,) uint32
-    # (13,); unit, mass, centre of mass (3), ixx, ixy, ixz, iyy, iyz, izz, restitution, drop_height
-    scalars: NDArray[np.float64]
-    resource: str
-
-
 class ObservedArrays(NamedTuple):
     """Content of an `ObservedParts`; arrays view the buffer."""
 
@@ -55,9 +41,6 @@ class ObservedArrays(NamedTuple):
     confidence: NDArray[np.float64]  # (m,)
     from_pose: int  # -1: fresh landings
     feeder_speed: str
-
-
-SCALARS = 13
 
 
 class _Cursor:
@@ -106,31 +89,8 @@ def _mesh(cursor: _Cursor) -> tuple[NDArray[np.float64], NDArray[np.uint32]]:
     return cursor.array(3 * cursor.count(), "<f8").reshape(-1, 3), triangles
 
 
-def mesh_arrays(data: bytes) -> tuple[NDArray[np.float64], NDArray[np.uint32]]:
-    """See vertices and triangles of a serialised `shape_msgs/Mesh`, or raise NotPlainCdrError."""
-    cursor = _Cursor(data)
-    surface = _mesh(cursor)
-    cursor.end()
-    return surface
-
-
-def part_mesh_arrays(data: bytes) -> PartArrays:
-    """See a serialised `ros_pose_stats_msgs/PartMesh`; see `mesh_arrays`."""
-    cursor = _Cursor(data)
-    stamp = cursor.stamp()
-    cursor.text()  # frame_id
-    part_id = cursor.text()
-    mesh_vertices, mesh_triangles = _mesh(cursor)
-    vertices = cursor.array(cursor.count(), "<f8")
-    triangles = cursor.array(cursor.count(), "<u4")
-    scalars, resource = cursor.array(SCALARS, "<f8"), cursor.text()
-    cursor.end()
-    return PartArrays(stamp, part_id, mesh_vertices, mesh_triangles, vertices, triangles, scalars,
-                   resource)
-
-
 def observed_arrays(data: bytes) -> ObservedArrays:
-    """See a serialised `ros_pose_stats_msgs/ObservedParts`; see `mesh_arrays`."""
+    """See a serialised `ros_pose_stats_msgs/ObservedParts`, or raise NotPlainCdrError."""
     cursor = _Cursor(data)
     stamp, frame_id, part_id = cursor.stamp(), cursor.text(), cursor.text()
     poses = cursor.array(7 * cursor.count(), "<f8").reshape(-1, 7)
@@ -149,13 +109,18 @@ MOST_DESERIALIZED = 4 * 2**20
 
 def request_of_mesh_bytes(data: bytes, part_id: str, unit: float) -> part_requests.PartRequest:
     """Take a serialised `shape_msgs/Mesh`; raises MeshError, RequestError."""
-    vertices, triangles = see(data, Mesh, mesh_arrays)
-    return part_requests.PartRequest(part_id, vertices, triangles, unit)
+    def view(data: bytes) -> part_requests.PartRequest:
+        cursor = _Cursor(data)
+        vertices, triangles = _mesh(cursor)
+        cursor.end()
+        return part_requests.PartRequest(part_id, vertices, triangles, unit)
+
+    return see(data, Mesh, view)
 
 
 def request_of_part_bytes(data: bytes) -> part_requests.PartRequest:
     """Take a serialised `PartMesh`; raises MeshError, RequestError."""
-    return _request(see(data, PartMesh, part_mesh_arrays))
+    return see(data, PartMesh, _part_request)
 
 
 def taken_request(message: PartMesh) -> part_requests.PartRequest:
@@ -200,27 +165,35 @@ def flat(values: NDArray[Any], code: str = "d") -> Any:
     return array(code, np.ascontiguousarray(values, dtype=np.dtype(code)).tobytes())
 
 
-def _request(numbers: PartArrays) -> part_requests.PartRequest:
+def _part_request(data: bytes) -> part_requests.PartRequest:
+    cursor = _Cursor(data)
+    stamp = cursor.stamp()
+    cursor.text()  # frame_id
+    part_id = cursor.text()
+    vertices, triangles = _mesh(cursor)
+    flat_vertices = cursor.array(cursor.count(), "<f8")
+    flat_triangles = cursor.array(cursor.count(), "<u4")
+    # unit, mass, centre of mass (3), ixx, ixy, ixz, iyy, iyz, izz, restitution, drop_height
+    values, resource = cursor.array(13, "<f8"), cursor.text()
+    cursor.end()
     filled = [name for name, there in (
-        ("mesh", numbers.mesh_vertices.size + numbers.mesh_triangles.size),
-        ("the flat arrays", numbers.vertices.size + numbers.triangles.size),
-        ("mesh_resource", numbers.resource)) if there]
+        ("mesh", vertices.size + triangles.size),
+        ("the flat arrays", flat_vertices.size + flat_triangles.size),
+        ("mesh_resource", resource)) if there]
     if len(filled) != 1:
         raise MeshError("one of mesh, the flat arrays vertices and triangles, and mesh_resource "
                         "filled", " and ".join(filled) or "none", "fill exactly one")
-    values = numbers.scalars
-    vertices, triangles, unit = numbers.mesh_vertices, numbers.mesh_triangles, float(values[0])
-    if numbers.resource:
-        mesh = files.read_mesh(resource_file(numbers.resource), unit, unless_declared=True)
+    unit = float(values[0])
+    if resource:
+        mesh = files.read_mesh(resource_file(resource), unit, unless_declared=True)
         vertices, triangles = np.asarray(mesh.vertices), np.asarray(mesh.triangles, np.uint32)
         unit = mesh.unit
     elif filled != ["mesh"]:
-        vertices = _rows(numbers.vertices, "vertices")
-        triangles = _rows(numbers.triangles, "triangles")
+        vertices, triangles = _rows(flat_vertices, "vertices"), _rows(flat_triangles, "triangles")
     inertia = values[[5, 6, 7, 6, 8, 9, 7, 9, 10]].reshape(3, 3)
     return part_requests.PartRequest(
-        numbers.part_id, vertices, triangles, unit, float(values[1]),
-        np.array(values[2:5]), inertia, float(values[11]), float(values[12]), numbers.stamp)
+        part_id, vertices, triangles, unit, float(values[1]), np.array(values[2:5]), inertia,
+        float(values[11]), float(values[12]), stamp)
 
 
 def resource_file(uri: str) -> Path:

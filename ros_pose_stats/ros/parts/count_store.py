@@ -2,10 +2,9 @@
 
 import hashlib
 import json
-import threading
 import time
 from collections import Counter, deque
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -61,23 +60,16 @@ class CellCounts:
         self.ground, self.series = ground, series
         self.change: int | None = None  # of the state, that has all of it; None: all so far
         self.evidence: Array | None = None  # what they say of the plate's error, by `PLATE_ERRORS`
-        self._total = total.copy()
+        self.total = total  # parts (P,) seen in each pose, by `index`; each sum is a new array
         # by the feeder's speed, and by the pose before and after
         self.flips: dict[str, Counter[tuple[int, int]]] = {}
         self._recent: deque[Index] = deque()
         self._seen = 0
-        self._drift: str | None = None
-        self._lock = threading.Lock()
-
-    @property
-    def total(self) -> Index:
-        """Parts (P,) seen in each pose, by `index`."""
-        with self._lock:
-            return self._total.copy()
+        self._drift = total, ""  # of that total
 
     def add(self, counts: PoseCounts) -> int:
         """Add what a camera counted, of poses that the part has; how many parts that is."""
-        new = np.zeros_like(self._total)
+        new = np.zeros_like(self.total)
         for index, count in zip(counts.index, counts.count, strict=True):
             new[index] += count
         seen = int(new.sum())
@@ -88,26 +80,23 @@ class CellCounts:
                 (counts.from_pose, index): int(new[index])
                 for index in np.flatnonzero(new).tolist()})
             return seen
-        with self._lock:
-            self._total += new
-            self._drift = self.evidence = None
-            self._recent.append(new)
-            self._seen += seen
-            while self._seen - int(self._recent[0].sum()) >= RECENT:
-                self._seen -= int(self._recent.popleft().sum())
+        self._recent.append(new)
+        self._seen += seen
+        while self._seen - int(self._recent[0].sum()) >= RECENT:
+            self._seen -= int(self._recent.popleft().sum())
+        self.total, self.evidence = self.total + new, None
         return seen
 
     def drift(self) -> str:
         """How the last parts differ from those before beyond chance; empty if they do not."""
-        with self._lock:
-            if self._drift is None:
-                recent = np.sum(self._recent, axis=0) if self._recent else 0 * self._total
-                self._drift = _describe_drift(recent, self._total - recent)
-            return self._drift
+        total, recent = self.total, sum(list(self._recent), 0 * self.total)
+        if total is not self._drift[0]:
+            self._drift = total, _describe_drift(recent, total - recent)
+        return self._drift[1]
 
 
 def _describe_drift(recent: Index, before: Index) -> str:
-    if min(recent.sum(), before.sum()) < RECENT:
+    if min(recent.sum(), before.sum()) < RECENT or before.min() < 0:  # a camera counts meanwhile
         return ""
     test = homogeneity(before, recent)
     if not test.p_value < CHANCE:
@@ -116,18 +105,6 @@ def _describe_drift(recent: Index, before: Index) -> str:
     most = int(np.abs(now - then).argmax())
     return (f"of the last {recent.sum()} parts {text.percent(now[most])} % lie in pose {most}, "
             f"of the {before.sum()} before {text.percent(then[most])} % did")
-
-
-def count_health(parts: Mapping[str, CellCounts | None]) -> Health:
-    """The line of diagnostics about what cameras counted, and what has changed in it."""
-    counted = {part_id: counts for part_id, counts in parts.items() if counts is not None}
-    changed = {f"changed {part_requests.shown(part_id)}": drift
-               for part_id, counts in counted.items() if (drift := counts.drift())}
-    total = sum(int(counts.total.sum()) for counts in counted.values())
-    text = next((f"{name}: {drift}" for name, drift in changed.items()),
-                f"{total} parts counted of {len(counted)} kinds")
-    return Health(bool(changed), text, {"kinds counted": len(counted), "parts counted": total,
-                                        **changed})
 
 
 class CountStore:
@@ -150,6 +127,18 @@ class CountStore:
                 known.counts.flips = {
                     speed: Counter({(before, after): count for before, after, count in flips})
                     for speed, flips in json.loads(flipped[2]).items()}
+
+    def health(self) -> Health:
+        """The line of diagnostics about what cameras counted, and what has changed in it."""
+        counted = {known.part_id: counts for known in self._parts.all()
+                   if (counts := known.counts) is not None}
+        changed = {f"changed {part_requests.shown(part_id)}": drift
+                   for part_id, counts in counted.items() if (drift := counts.drift())}
+        total = sum(int(counts.total.sum()) for counts in counted.values())
+        text = next((f"{name}: {drift}" for name, drift in changed.items()),
+                    f"{total} parts counted of {len(counted)} kinds")
+        return Health(bool(changed), text, {"kinds counted": len(counted), "parts counted": total,
+                                            **changed})
 
     def take_new(self) -> list[known_part.KnownPart]:
         """Parts of which more was counted since this was last asked."""

@@ -1,14 +1,12 @@
 """The way of a mesh, from a topic, a request or an earlier run, to a part with its result."""
 
-import threading
 from collections.abc import Callable, Mapping
-from concurrent.futures import CancelledError, Future, wait
-from contextlib import suppress
+from concurrent.futures import Future, wait
 from functools import partial
 from typing import Any
 
 from rclpy import callback_groups, event_handler, qos
-from ros_pose_stats_msgs.msg import PartMesh, PoseStatistics
+from ros_pose_stats_msgs.msg import PartMesh
 from shape_msgs.msg import Mesh
 
 from ...errors import PoseStatsError
@@ -24,7 +22,6 @@ from . import part_builder, result_store
 from .known_part import KnownPart
 
 DEPTH = 100  # messages that wait in the middleware
-TRIES = 3  # of building a part of an earlier run, where something fails inside the program
 LARGE_BYTES = 36 * part_builder.LARGE_TRIANGLES  # of a part that is not built yet
 
 class Intake:
@@ -111,24 +108,20 @@ class Intake:
     def _build_again(self, known: KnownPart, to_show: bool) -> None:
         """Build a part of an earlier run; one that is refused now goes."""
         name = part_requests.named(known.part_id)
-        for left in reversed(range(TRIES)):
-            try:
-                known.source.get()
-                if to_show:
-                    self._show_again(known)
-                elif self._results.lacks_check(known):
-                    self._follow(known)
-                break
-            except (TakesLongError, part_builder.NotBuiltError):
-                raise
-            except PoseStatsError as refusal:
-                self._refusals.refuse(f"part of an earlier run{name}", str(refusal))
-                self._parts.forget(known, f"it is refused now: {refusal}")
-                break
-            except Exception as error:
-                if not left:
-                    self._log.error(f"a part of an earlier run{name} could not be built: "
-                                    f"{type(error).__name__}: {error}; a request tries again")
+        try:
+            known.source.get()
+            if to_show:
+                self._show_again(known)
+            elif self._results.lacks_check(known):
+                self._follow(known)
+        except (TakesLongError, part_builder.NotBuiltError):
+            raise
+        except PoseStatsError as refusal:
+            self._refusals.refuse(f"part of an earlier run{name}", str(refusal))
+            self._parts.forget(known, f"it is refused now: {refusal}")
+        except Exception as error:
+            self._log.error(f"a part of an earlier run{name} could not be built: "
+                            f"{type(error).__name__}: {error}; a request tries again")
         self._announcer.draw()
 
 
@@ -139,82 +132,6 @@ def _lane_of(part: KnownPart | part_requests.PartRequest) -> Lane:
     else:
         is_large = part_builder.is_large(part.part if isinstance(part, KnownPart) else part)
     return Lane.SLOW if is_large else Lane.QUICK
-
-
-class Checks:
-    """Checks estimates in a lane of their own, equal ones once; `refine` comes after a check."""
-
-    def __init__(self, base: Base, stores: result_store.Stores,
-                 refine: Callable[[KnownPart], object]) -> None:
-        self._settings, self._parts, self._results = base.settings, stores.parts, stores.results
-        self._lanes, self._refine = base.lanes, refine
-        self._report_failure = base.node.get_logger().error
-        self._coming: dict[tuple[str, str, DropScene], Future[PoseStatistics]] = {}
-        self._shown: dict[str, None] = {}  # names of parts that are shown anew, in their order
-        self._follows = False  # whether the next one of them is in the lane
-        self._lock = threading.Lock()
-
-    def begin(self, known: KnownPart, scene: DropScene) -> Future[PoseStatistics]:
-        """Have a built part's estimate checked; new parts come before scenes of known ones."""
-        with self._lock:
-            message = self._results.checked(known, scene)
-            if message is not None:
-                return done_with(message)
-            key = known.part_id, known.digest, scene
-            coming = self._coming.get(key)
-            if coming is None:
-                rank = Rank.SENT if known.part_id in self._shown else Rank.KNOWN
-                coming = self._lanes.put(partial(self._check, known, scene), rank, Lane.CHECK)
-                if not coming.done():
-                    self._coming[key] = coming
-            return coming
-
-    def follow(self, known: KnownPart) -> None:
-        """Have what a part shows checked, where it is an estimate alone, and then refined."""
-        if not self._results.lacks_check(known):
-            self._refine(known)
-            return
-        with self._lock:
-            if len(self._shown) > 2 * self._settings().max_parts:  # of a flood of new parts
-                self._shown = {other.part_id: None for other in self._parts.all()
-                               if other.part_id in self._shown}
-            self._shown[known.part_id] = None
-            follows, self._follows = self._follows, True
-        if not follows:
-            self._lanes.put(self._check_next, Rank.LATER, Lane.CHECK)
-
-    def _check_next(self) -> None:
-        with self._lock:
-            name = next(iter(self._shown))
-            del self._shown[name]
-        known = self._parts.current(name)
-        if known is not None:
-            with suppress(Exception):  # has been reported
-                self._check(known, self._settings().scene(known.scene_override))
-            try:
-                self._refine(known)
-            except PoseStatsError:
-                pass  # the node ends
-            except Exception as error:  # must not keep others from being checked
-                self._report_failure(f"an estimate of {name!r} could not be refined: "
-                                     f"{type(error).__name__}: {error}")
-        with self._lock:
-            follows = self._follows = bool(self._shown)
-        if follows:
-            self._lanes.put(self._check_next, Rank.LATER, Lane.CHECK)
-
-    def _check(self, known: KnownPart, scene: DropScene) -> PoseStatistics:
-        try:
-            return self._results.check(known, scene, lambda: self._lanes.closed)
-        except (PoseStatsError, CancelledError):
-            raise
-        except Exception as error:
-            self._report_failure(f"an estimate of {known.part_id!r} could not be checked: "
-                                 f"{type(error).__name__}: {error}")
-            raise
-        finally:
-            with self._lock:
-                self._coming.pop((known.part_id, known.digest, scene), None)
 
 
 class MeshSubscriptions:

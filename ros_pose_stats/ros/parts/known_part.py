@@ -108,6 +108,7 @@ class KnownPart:
     counts: "CellCounts | None" = None  # what cameras counted of it; written by the count store
     size: int = 0  # bytes of the mesh as it is kept, and of the part when it became known
     change: int = 0  # number of the change of the state that has it
+    awaits_check: bool = False  # of what it shows, when nothing else waits
 
     def model_in(self, scene: DropScene) -> PoseStatistics | None:
         """The model behind what is shown, where that is for this scene."""
@@ -121,8 +122,11 @@ class KnownPart:
 
 
 BUILT_BYTES = 64 * 2**20  # of parts that are kept because they may come again
+REFUSAL_BYTES = 2**12  # of the error of one that was refused
 
 
-def memory_of_parts() -> Memory[Any, Part]:
+def memory_of_parts() -> Memory[Any, Any]:
     """Parts by any key, as far as they take `BUILT_BYTES` with what is prepared of them."""
-    return Memory(BUILT_BYTES, lambda part: 2 * part.vertices.nbytes + 3 * part.triangles.nbytes)
+    return Memory(BUILT_BYTES, lambda part: (
+        2 * part.vertices.nbytes + 3 * part.triangles.nbytes if isinstance(part, Part)
+        else REFUSAL_BYTES))

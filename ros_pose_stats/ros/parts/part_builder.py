@@ -57,22 +57,21 @@ def attempt(function: Callable[..., T], *arguments: Any) -> T | Exception:
         return RuntimeError(f"{type(error).__name__}: {error}")
 
 
-class PartWorker:
+class PartWorker(Worker):
     """The process, for one caller after the other."""
 
     def __init__(self) -> None:
-        self._worker = Worker(prepare)
-        self.close = self._worker.close
+        super().__init__(prepare)
 
     def call(self, seconds: float, late: errors.PoseStatsError, function: Callable[..., T],
              *arguments: Any) -> T:
         """Have a function called there; raises `late`, NotBuiltError and what it has raised."""
         try:
-            outcome = self._worker.call_within(seconds, attempt, function, *arguments)
+            outcome = self.call_within(seconds, attempt, function, *arguments)
         except TookLongError as error:
             raise late from error
         except (ProcessDiedError, errors.BatchError) as error:
-            if self._worker.closed:
+            if self.closed:
                 raise NotBuiltError("a running node", "one that is ending",
                                     "start it again") from error
             raise NotBuiltError("a process that works on the part to the end", f"one that {error}",

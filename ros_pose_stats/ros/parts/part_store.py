@@ -18,7 +18,6 @@ from . import part_builder
 from .announcer import Announcer
 from .known_part import KnownPart, Memory, PartSource, Revisions, memory_of_parts
 
-REFUSED = 1024  # refused meshes kept for when they come again
 NUMBERED = 1024  # forgotten parts whose revisions go on where they come again
 
 
@@ -33,9 +32,8 @@ class PartStore:
         self._used: set[str] = set()
         self._uses = itertools.count(1)
         self._lock = threading.Lock()
-        self._refused: Memory[tuple[str, bytes], PoseStatsError] = Memory(REFUSED)
-        # also after another mesh of the same name has come
-        self._built: Memory[tuple[str, bytes], Part] = memory_of_parts()
+        # or why it was refused; also after another mesh of the same name has come
+        self._built: Memory[tuple[str, bytes], Part | PoseStatsError] = memory_of_parts()
         self._revisions: Memory[str, Revisions] = Memory(NUMBERED)
 
     def restore(self) -> None:
@@ -81,20 +79,18 @@ class PartStore:
 
     def _build(self, request: part_requests.PartRequest) -> Part:
         key = request.part_id, request.content
-        refusal = self._refused.get(key)
-        if refusal is not None:
-            raise refusal
-        part = self._built.get(key)
-        if part is None:
+        built = self._built.get(key)
+        if built is None:
             try:
-                part = self._builder.build(request)
+                built = self._builder.build(request)
             except part_builder.NotBuiltError:  # the mesh may be good
                 raise
             except PoseStatsError as error:
-                self._refused.put(key, error)
-                raise
-            self._built.put(key, part)
-        return part
+                built = error
+            self._built.put(key, built)
+        if isinstance(built, PoseStatsError):
+            raise built
+        return built
 
     def put(self, known: KnownPart, request: part_requests.PartRequest) -> None:
         """Keep a part in place of the last of its name, and of the oldest; raises MeshError."""

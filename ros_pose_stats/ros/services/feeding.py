@@ -8,7 +8,7 @@ from ros_pose_stats_msgs.msg import PoseStatistics
 from ros_pose_stats_msgs.srv import FeedingAnswer
 
 from ...errors import RequestError
-from ...records import DropScene, FlipStatistics, Index
+from ...records import FlipStatistics, Index
 from ...simulation.flips import check_kick, usual_kicks
 from ...statistics import counted_flips, feeding, pose_groups
 from ...statistics.feeding_plan import FLIP, LEAVE, PICK, FeederCell, plan_feeding
@@ -22,19 +22,21 @@ from ..parts import known_part, result_store
 FLIP_SECONDS = 10.0  # longest that an answer flips for; the fewer flips, the wider its intervals
 SEED = 1  # of the flips of an answer: the same question has the same answer
 MOST_KICKS = 100
+MOST_FLIPPED = 10_000  # parts, scenes and kicks that answers have flipped for
 
 ACTIONS = {PICK: FeedingAnswer.Response.PICK, FLIP: FeedingAnswer.Response.FLIP,
            LEAVE: FeedingAnswer.Response.LEAVE}
 
 
 class FeedingService:
-    """Answers from flips of its own `jobs`, or of `goals` if there are enough, or from none."""
+    """Answers from flips of its own `jobs`, or of goals if there are enough, or from none."""
 
     def __init__(self, base: Base, stores: result_store.Stores, jobs: Jobs,
-                 reports: run.FlipReports, goals: run.FlipReports) -> None:
+                 reports: run.FlipReports) -> None:
         self._settings = base.settings
         self._parts, self._learnt, _, _ = stores
-        self._jobs, self._reports, self._goals = jobs, reports, goals
+        self._jobs, self._reports = jobs, reports
+        self._flipped: known_part.Memory[run.FlipKey, bool] = known_part.Memory(MOST_FLIPPED)
         base.node.serve(FeedingAnswer, "~/feeding", self.answer)
 
     def answer(self, request: Any, response: Any) -> Steps:
@@ -67,29 +69,24 @@ class FeedingService:
         flips: list[FlipStatistics] = []
         job = None
         for height in sorted({check_kick(height) for height in heights}):
-            found = self._remembered(known, scene, height, len(latched.poses))
-            if found is None:
+            key = run.flip_key(known.digest, scene, height)
+            found = self._reports.best.get(key)
+            enough = run.flips_in_all(len(latched.poses), 0, settings)
+            if found is None or (found.flips < enough and not self._flipped.get(key)):
                 job = self._jobs.submit(
                     FlipRequest(known.part_id, known.content, scene, 0, SEED, 0.0, seconds,
                                 kick_height=height), done_with(known), settings,
                     is_accepted=job is not None)
                 yield job.finished
-                found = self._reports.of_job(job.job_id)
+                found = self._reports.of_jobs.get(job.job_id)
                 if job.state is State.CANCELLED:  # nobody but the node itself cancels
                     raise ending()
                 if found is None:
                     response.success, response.message = False, job.message
                     return
+                self._flipped.put(key, True)
             flips.append(found)
         _answer(request, response, latched, cell, flips, counted)
-
-    def _remembered(self, known: known_part.KnownPart, scene: DropScene, kick: float,
-                    poses: int) -> FlipStatistics | None:
-        """Flips as many as an answer takes, of goals too, or what there was time for."""
-        key = run.flip_key(known.digest, scene, kick)
-        own, of_goals = self._reports.best(key), self._goals.best(key)
-        enough = run.flips_in_all(poses, 0, self._settings()) if own is None else own.flips
-        return of_goals if of_goals is not None and of_goals.flips >= enough else own
 
 
 def _answer(request: Any, response: Any, latched: PoseStatistics, cell: FeederCell | None,

@@ -18,7 +18,7 @@ from ..jobs import FlipRequest, Job, Jobs, State, job_reports, run
 from ..lanes import done_with
 from ..messages.part_messages import flat
 from ..parts import part_builder, result_store
-from .requests import Requests
+from .services import Services
 
 FEEDBACK_SECONDS = 0.1
 CANCEL_SECONDS = 5.0  # for the transition that follows a cancel's callback, usually in 1 ms
@@ -181,15 +181,15 @@ class GoalServer(ABC):
 class SimulateDropsServer(GoalServer):
     """Goals that are drop simulations."""
 
-    def __init__(self, base: Base, requests: Requests, jobs: Jobs,
+    def __init__(self, base: Base, services: Services, jobs: Jobs,
                  reports: job_reports.JobReports) -> None:
-        self._requests, self._reports = requests, reports
+        self._services, self._reports = services, reports
         super().__init__(base.node, SimulateDrops, "simulate_drops", jobs)
 
     def start_job(self, request: Any) -> Job:
         """Accept a drop simulation."""
         try:
-            return self._requests.start_job(request)
+            return self._services.start_job(request)
         finally:  # the goal is kept for a while
             request.part = PartMesh(part_id=request.part.part_id)
 
@@ -242,7 +242,7 @@ class SimulateFlipsServer(GoalServer):
     def result(self, job: Job | None, success: bool, message: str) -> Any:
         """The transition matrix of what was done."""
         result = SimulateFlips.Result(success=success, message=message)
-        flips = None if job is None else self._reports.of_job(job.job_id)
+        flips = None if job is None else self._reports.of_jobs.get(job.job_id)
         if flips is None:
             return result
         for name in ("part_id", "part_digest", "restitution", "kick_height", "seed"):

@@ -1,7 +1,8 @@
 """Service callbacks: a request in, a response out, refusals as messages."""
 
 import math
-from concurrent.futures import wait
+from collections.abc import Callable
+from concurrent.futures import Future, wait
 from dataclasses import replace
 from typing import Any
 
@@ -15,30 +16,34 @@ from ...records import DropScene, Part
 from ...text import listed, millimetres
 from ..answering_node import Steps
 from ..base import Base
-from ..jobs import Job, Jobs, State, job_reports, refinement as refining
+from ..jobs import Job, JobRequest, Jobs, State, job_reports, refinement as refining
+from ..lanes import done_with, result_of
 from ..messages import part_messages, part_requests, statistics_messages
-from ..parts import known_part, part_builder, result_store
-from ..parts.intake import Checks, Intake
+from ..parts import part_builder, result_store
+from ..parts.intake import Intake
+from ..parts.known_part import KnownPart, Memory, PartSource, memory_of_parts
 from ..recorder import ANSWERS
-from .requests import Requests, check_target
 
 BY_DROPS = "ask for the method auto, or start a drop simulation"
 AS_ITSELF = "for drops, send the part with this centre of mass in its inertia"
 """What to do about an estimate that misses its target."""
 
 CANCEL_PATIENCE = 0.06  # seconds that a cancel waits for the simulation's end
+START_PATIENCE = 0.004  # seconds that a start waits for a small part, which may be refused
+QUICK_TRIANGLES = 1000  # most of such a part
+
 
 class Services:
-    """All services of the node."""
+    """All services about parts and drop simulations."""
 
-    def __init__(self, base: Base, stores: result_store.Stores, requests: Requests, intake: Intake,
-                 checks: Checks, refinement: refining.Refinement, jobs: Jobs,
+    def __init__(self, base: Base, stores: result_store.Stores, intake: Intake,
+                 refinement: refining.Refinement, jobs: Jobs,
                  reports: job_reports.JobReports, outlines: part_builder.Outlines) -> None:
-        self._settings, self._requests, self._intake = base.settings, requests, intake
+        self._settings, self._refusals, self._intake = base.settings, base.refusals, intake
         self._parts, _, self._results, self._announcer = stores
-        self._checks, self._refinement = checks, refinement
-        self._jobs, self._reports, self._outlines = jobs, reports, outlines
-        self._shifted: known_part.Memory[Any, Part] = known_part.memory_of_parts()
+        self._refinement, self._outlines = refinement, outlines
+        self._jobs, self._reports = jobs, reports
+        self._shifted: Memory[Any, Part] = memory_of_parts()
         for kind, name, callback in (
                 (srv.EstimatePoses, "estimate", self.estimate),
                 (srv.StartDropSimulation, "start_drop_simulation", self.start),
@@ -50,33 +55,67 @@ class Services:
             base.node.serve(kind, f"~/{name}", callback, lambda request: not (  # meshes have lanes
                 hasattr(request, "part") and part_messages.is_given(request.part)))
 
+    def _find_part(self, request: Any,
+                   is_enough: Callable[[KnownPart], bool] = lambda known: False
+                   ) -> tuple[Future[KnownPart], KnownPart | part_requests.PartRequest]:
+        """The part of a request, on its way, and as far as it is there; empties its message.
+
+        `is_enough`: whether a known part will do though it is not built yet.
+        """
+        message, carried = request.part, part_messages.is_given(request.part)
+        if request.part_id and message.part_id and request.part_id != message.part_id:
+            wanted, got = (
+                ("the same part_id in the request and in its part", "{} and {}") if carried
+                else ("one part", "part_id {} and part {}"))
+            raise errors.RequestError(
+                wanted, got.format(*map(part_requests.shown, (request.part_id, message.part_id))),
+                "fill one of the two")
+        part_id = message.part_id = message.part_id or request.part_id
+        if not carried:
+            known = self._parts.known(part_id)
+        else:
+            same = self._parts.find(part_id) if part_id else None
+            source = f"request for {part_requests.shown(part_id)}"
+            try:
+                mesh = part_messages.taken_request(message)
+                part_requests.check_request(mesh, self._settings().max_mesh_bytes)
+                self._settings().scene(mesh.scene_override)
+            except errors.PoseStatsError as refusal:
+                self._refusals.refuse(source, str(refusal))
+                raise
+            if same is None or (same.content, same.scene_override) != (
+                    mesh.content, mesh.scene_override):
+                return self._intake.take_sent(mesh, source), mesh
+            known = same
+        return done_with(known) if is_enough(known) else self._intake.built(known), known
+
     def estimate(self, request: Any, response: Any) -> Steps:
         """An analytic answer; one that nobody chose is checked by drops, or refined by them."""
         check_target(request.target_error)
         step = request.com_offset
         offset = mass_properties.check_offset((step.x, step.y, step.z))
 
-        def is_enough(known: known_part.KnownPart) -> bool:
+        def is_enough(known: KnownPart) -> bool:
             """Whether the answer is remembered since before the part was built in this run."""
             scene = self._settings().scene((request.restitution, request.drop_height),
                                            known.scene_override)
             return not (offset.any() or request.target_error) and self._results.remembers(
                 known, request.method, scene)
 
-        coming, mesh = self._requests.find_part(request.part_id, request.part, is_enough)
+        coming, mesh = self._find_part(request, is_enough)
         known = received = yield coming
         if offset.any():
             key = received.part_id, received.digest, offset.tobytes()
             part = self._shifted.get(key) or meshes.shift_center(received.part, offset)
             self._shifted.put(key, part)
-            known = replace(received, digest=part.digest, source=known_part.PartSource(part),
+            known = replace(received, digest=part.digest, source=PartSource(part),
                             shown=None, counts=None)
         scene = self._settings().scene((request.restitution, request.drop_height),
                                        mesh.scene_override)
         yield self._intake.prepared(known, scene)
         is_auto = (request.method or self._settings().default_method) == methods.AUTO
         if is_auto and not request.target_error:
-            checked = yield self._checks.begin(known, scene)
+            checked = yield self._refinement.checked(known, scene)
             message, response.message = self._refinement.answer_checked(known, checked, scene)
         elif is_auto and known is received:
             message, response.message = self._refinement.answer(known, request.target_error, scene)
@@ -93,7 +132,7 @@ class Services:
             message = self._announcer.warn_unrecorded(message)
         response.statistics = self._announcer.record(ANSWERS, received, message)
 
-    def _named(self, known: known_part.KnownPart, request: Any, scene: DropScene,
+    def _named(self, known: KnownPart, request: Any, scene: DropScene,
                advice: str) -> PoseStatistics:
         """An answer by the one estimator that was asked for, whatever its error."""
         message = self._results.estimate(known, request.method, scene)
@@ -110,10 +149,33 @@ class Services:
 
     def start(self, request: Any, response: Any) -> None:
         """Queue a drop simulation."""
-        job = self._requests.start_job(request)
+        job = self.start_job(request)
         response.job_id = job.job_id
         if not job.recorded:
             response.message = self._announcer.not_recorded()
+
+    def start_job(self, request: Any) -> Job:
+        """Accept a drop simulation out of a `StartDropSimulation` or a goal."""
+        settings = self._settings()
+        drops = request.drops or min(settings.drops, settings.max_drops)
+        if drops > settings.max_drops:
+            raise errors.RequestError(f"at most {settings.max_drops} drops (parameter max_drops)",
+                               f"{drops}", "ask for fewer, or raise the parameter")
+        check_target(request.target_error)
+        seconds, most = request.max_seconds or settings.max_job_seconds, settings.max_job_seconds
+        if not 0.0 < seconds <= most:
+            raise errors.RequestError(
+                f"max_seconds from 0 to {most:g} s (parameter max_job_seconds)",
+                f"{request.max_seconds:g} s", "0 stands for the node's")
+        coming, mesh = self._find_part(request)
+        if isinstance(mesh, KnownPart) or len(mesh.triangles) <= QUICK_TRIANGLES:
+            wait([coming], START_PATIENCE)
+        if coming.done():
+            result_of(coming)
+        scene = settings.scene((request.restitution, request.drop_height), mesh.scene_override)
+        return self._jobs.submit(
+            JobRequest(mesh.part_id, mesh.content, scene, drops, request.seed,
+                       request.target_error, seconds), coming, settings)
 
     def get_statistics(self, request: Any, response: Any) -> Steps:
         """What is latched, with outlines of one part where they are asked for."""
@@ -145,15 +207,11 @@ class Services:
 
     def list(self, request: Any, response: Any) -> None:
         """All jobs."""
-        for job in self._jobs.all():
-            response.job_id.append(job.job_id)
-            response.part_id.append(job.part_id)
-            response.state.append(int(job.state))
-            response.drops_done.append(job.drops_done)
-            response.drops_total.append(job.request.drops)
-            response.jobs.append(JobStatus(
-                job_id=job.job_id, part_id=job.part_id, state=int(job.state),
-                drops_done=job.drops_done, drops_total=job.request.drops))
+        response.jobs = [JobStatus(
+            job_id=job.job_id, part_id=job.part_id, state=int(job.state),
+            drops_done=job.drops_done, drops_total=job.request.drops) for job in self._jobs.all()]
+        for name in ("job_id", "part_id", "state", "drops_done", "drops_total"):
+            setattr(response, name, [getattr(status, name) for status in response.jobs])
 
     def cancel(self, request: Any, response: Any) -> None:
         """Cancel a job; what was done is kept."""
@@ -173,3 +231,10 @@ class Services:
                                       part_requests.shown(job_id),
                                       "list_drop_simulations lists those that the node knows")
         return job
+
+
+def check_target(value: float) -> None:
+    """Refuse a target error that is none; raises RequestError."""
+    if not 0.0 <= value < 1.0:
+        raise errors.RequestError("a target_error from 0 to below 1, as a fraction", f"{value}",
+                           "0.01 is one point; 0 stands for none")

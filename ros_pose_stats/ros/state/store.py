@@ -134,9 +134,12 @@ class State:
                 with suppress(sqlite3.Error):
                     link.close()
             self._link = self._reader = None
-        if self._lock is not None:
-            self._lock.release()
-            self._lock = None
+        self._let_go()
+
+    def _let_go(self) -> None:
+        lock, self._lock = self._lock, None
+        if lock is not None:
+            lock.release()
 
     def _run(self) -> None:
         """Write all that waits, whenever somebody waits for it, and within a second."""
@@ -227,26 +230,17 @@ class State:
     def _make_anew(self, old: sqlite3.Connection) -> None:
         """Write what the deleted file holds, which is still open, into one of its name."""
         files.make_directories(self.file.parent)
-        lock = tables.FileLock(self.file, 0.0)
-        half = self.file.with_name(f"{self.file.name}.half")
-        try:
-            half.unlink(missing_ok=True)
-            for end in ("-wal", "-shm"):
-                Path(f"{self.file}{end}").unlink(missing_ok=True)
-            copy = sqlite3.connect(half)
-            with suppress(sqlite3.Error):
-                old.execute("PRAGMA wal_checkpoint(PASSIVE)")
-            old.backup(copy)
-            copy.close()
-            half.replace(self.file)
-            link = tables.connect(self.file)
-        except BaseException:
-            lock.release()
-            raise
-        if self._lock is not None:
-            self._lock.release()
-        self._lock = lock
-        self._use(link)
+        self._let_go()  # of a lock file that may be gone, too
+        self._lock = tables.FileLock(self.file, 0.0)
+        half = self.file.with_name(f"{self.file.name}{files.HALF}")
+        half.unlink(missing_ok=True)
+        for end in ("-wal", "-shm"):
+            Path(f"{self.file}{end}").unlink(missing_ok=True)
+        copy = sqlite3.connect(half)
+        old.backup(copy)
+        copy.close()
+        half.replace(self.file)
+        self._use(tables.connect(self.file))
         self._say(f"the state file {self.file} was deleted, and is made anew")
 
     def _remove_files(self, link: sqlite3.Connection, names: Iterable[str]) -> None:

@@ -19,9 +19,10 @@ from ros_pose_stats.mesh.overlap import TakesLongError
 from ros_pose_stats.records.scene import Numbering
 from ros_pose_stats.ros.answering_node import answered
 from ros_pose_stats.ros.base import Base
+from ros_pose_stats.ros.jobs.refinement import Refinement
 from ros_pose_stats.ros.lanes import Lane, Lanes, Rank
 from ros_pose_stats.ros.parts.count_store import CellCounts, CountStore, Ground
-from ros_pose_stats.ros.parts.intake import LARGE_BYTES, Checks, Intake
+from ros_pose_stats.ros.parts.intake import LARGE_BYTES, Intake
 from ros_pose_stats.ros.parts.known_part import KnownPart, PartSource
 from ros_pose_stats.ros.parts.result_store import Stores
 from ros_pose_stats.ros.services.plate_fits import PlateFits
@@ -127,24 +128,18 @@ def test_an_older_mesh_of_a_name_comes_first_though_it_takes_long(lanes):
 
 
 def test_a_failing_refinement_keeps_no_other_part_from_being_checked(lanes):
-    done, node = threading.Event(), Mock()
-
-    def refine(known):
-        if known.part_id == "last":
-            done.set()
-        raise OSError("no room")
-
-    parts = {name: SimpleNamespace(part_id=name, digest="", scene_override=NODE_SCENE)
-             for name in ("first", "last")}
-    checks = Checks(base_of(lanes, node=node, max_parts=2, scene=lambda override: override),
-                    Stores(Mock(current=parts.get), None, Mock(), None), refine)
+    said, done = [], threading.Event()
+    node, jobs = Mock(), Mock(cancel_refinement=Mock(side_effect=OSError("no room")))
+    node.get_logger().error = lambda line: done.set() if said else said.append(line)
+    parts = [Mock(part_id=name, awaits_check=False) for name in ("first", "last")]
+    base = base_of(lanes, node=node, refine_drops=0, drops=1, max_drops=1, target_error=0.0,
+                   scene=Mock(), default_method="area", max_job_seconds=1.0)
+    refinement = Refinement(base, Stores(Mock(all=lambda: parts), None, Mock(), None), jobs)
     may_end = occupied(lanes, Lane.CHECK)
-    for known in parts.values():
-        checks.follow(known)
+    for known in parts:
+        refinement.follow(known)
     may_end.set()
-    assert done.wait(60.0)
-    (failure,) = node.get_logger().error.call_args_list[0].args
-    assert "'first' could not be refined: OSError: no room" in failure
+    assert done.wait(60.0) and "'first' could not be refined: OSError: no room" in said[0]
 
 
 def test_fits_hold_up_no_other_answer_and_are_refused_at_the_end(lanes):
