@@ -10,7 +10,6 @@ import numpy as np
 
 from ros_pose_stats.estimators.published import nonlinear
 from ros_pose_stats.files import write_whole
-from ros_pose_stats.plots.figures import save_figure
 
 from .chart import PLANS, QUICK, ChartResults, chart, chart_text
 from .dataset import Dataset, shipped_dataset, shipped_datasets
@@ -19,7 +18,7 @@ from .errors.partition import INTERVAL_LEVEL, noise_of
 from .errors.simulated_poses import SimulatedPoses, pooled
 from .figures.probabilities import Panel, estimators_figure, noise_figure
 from .figures.speed_accuracy import SUBTITLE, speed_accuracy_figure
-from .output import write_json, write_page
+from .output import save_figure, write_json, write_page
 from .prisms import PrismResults, prisms, prisms_text
 from .prisms.prism_results import draw_prisms
 from .table import TableResults, table, table_text

@@ -72,6 +72,16 @@ def _line(row: Sequence[str], widths: Sequence[int]) -> str:
     return "| " + " | ".join(padded) + " |"
 
 
+def save_figure(figure: Figure, file: Path) -> None:
+    """Write a PNG or SVG file, as its suffix says; an equal figure gives equal bytes."""
+    import matplotlib
+
+    file.parent.mkdir(parents=True, exist_ok=True)
+    metadata = {"Date": None} if file.suffix == ".svg" else None
+    with matplotlib.rc_context({"svg.hashsalt": "ros_pose_stats", "svg.fonttype": "none"}):
+        figure.savefig(file, dpi=160, metadata=metadata)
+
+
 def write_page(folder: Path, page: str, text: str, figures: Mapping[str, Figure],
                numbers: Mapping[str, Any]) -> list[Path]:
     """Write `measured/PAGE`, `figures/NAME.png` and `measured/numbers/NAME.json`: all or none.
@@ -90,8 +100,6 @@ def write_page(folder: Path, page: str, text: str, figures: Mapping[str, Figure]
     list of Path
         What was written.
     """
-    from ros_pose_stats.plots.figures import save_figure
-
     def write(aside: Path) -> None:
         measured = aside / "measured"
         measured.mkdir()

@@ -63,8 +63,8 @@ def run(options: argparse.Namespace) -> int:
     feeder = report.Feeder(tuple(dict.fromkeys(options.wanted)), options.rate, options.kick,
                     options.cycle_time, options.changes)
     with running.end_on_interrupt(), running.ProgressBar(sys.stderr) as bar:
-        findings = report.investigate(part, drops=options.drops, seed=options.seed, feeder=feeder,
-                               on_progress=bar.draw, **given.scene_keywords(options))
+        findings = report.investigate(part, given.scene_of(options), feeder, options.drops,
+                                      options.seed, bar.draw)
         found = findings.simulated
         bar.draw(1.0, "pictures")
         commands = commands_to_reproduce(options, found)

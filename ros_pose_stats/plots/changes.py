@@ -18,7 +18,7 @@ PLAIN = np.array([0.86, 0.86, 0.86])
 FAINTEST = 0.35  # strength of the colour of an effect that is hardly above its error
 
 SIDES = (("as in the part frame, from above", np.ones(3)),
-                ("turned upside down about x", np.array([1.0, -1.0, -1.0])))
+         ("turned upside down about x", np.array([1.0, -1.0, -1.0])))
 """How the part is shown, with the light from above each time."""
 
 ON_FACE, SAME_NORMAL = 0.01, 0.998
@@ -26,8 +26,7 @@ ON_FACE, SAME_NORMAL = 0.01, 0.998
 
 PIXELS, LISTED = 620, 4
 
-SHADES = ("the stronger the colour of a face, the more a step gains; grey: no gain beyond "
-                 "the error")
+SHADES = "the stronger the colour of a face, the more a step gains; grey: no gain beyond the error"
 
 
 def changes_figure(found: sensitivity.Sensitivity) -> Figure:
@@ -83,8 +82,7 @@ def _face_colors(found: sensitivity.Sensitivity) -> Array:
 
 def _faces_of(triangles: Array, body: ConvexBody) -> Index:
     """Face of the hull that each triangle (t, 3, 3) lies on; the number of faces for none."""
-    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
+    normals = rendering.triangle_normals(triangles)
     middle = triangles.mean(axis=1) / body.radius
     found = np.empty(len(triangles), dtype=np.int64)
     for begin in range(0, len(triangles), 1000):

@@ -73,25 +73,7 @@ def in_digits(value: float, digits: int) -> str:
 
 Picture = NDArray[np.uint8]
 
-SALT = "ros_pose_stats"
 RASTER = 150  # dots per inch of images within vector graphics
-
-
-def save_figure(figure: Figure, file: Path) -> None:
-    """Write a PNG or SVG file, as its suffix says; an equal figure gives equal bytes."""
-    file.parent.mkdir(parents=True, exist_ok=True)
-    metadata = {"Date": None} if file.suffix == ".svg" else None
-    with matplotlib.rc_context({"svg.hashsalt": SALT, "svg.fonttype": "none"}):
-        figure.savefig(file, dpi=160, metadata=metadata)
-
-
-def svg_bytes(figure: Figure) -> bytes:
-    """A figure as an SVG file, letters as outlines, without a background; equal ones are equal."""
-    file = io.BytesIO()
-    with matplotlib.rc_context({"svg.hashsalt": SALT, "svg.fonttype": "path"}):
-        figure.savefig(file, format="svg", metadata={"Date": None, "Creator": None}, dpi=RASTER,
-                       transparent=True)
-    return file.getvalue()
 
 
 def figure_png(figure: Figure) -> bytes:
@@ -123,8 +105,12 @@ def address(kind: str, picture: bytes) -> str:
 
 
 def svg_address(figure: Figure) -> str:
-    """A figure as such an address."""
-    return address("svg+xml", svg_bytes(figure))
+    """A figure as such an address, letters as outlines, no background; equal ones are equal."""
+    file = io.BytesIO()
+    with matplotlib.rc_context({"svg.hashsalt": "ros_pose_stats", "svg.fonttype": "path"}):
+        figure.savefig(file, format="svg", metadata={"Date": None, "Creator": None}, dpi=RASTER,
+                       transparent=True)
+    return address("svg+xml", file.getvalue())
 
 
 def write_gif(file: Path, pictures: Iterable[Picture], rate: int) -> None:

@@ -92,8 +92,8 @@ BESIDE_PIXELS = 320  # pixels across a picture
 
 
 def pictures_beside(parts: tuple[Part, Part], turn: Array | None,
-                    rows: Sequence[tuple[StablePose | None, StablePose | None]], radius: float,
-                    pixels: int = BESIDE_PIXELS) -> list[tuple[Picture | None, Picture | None]]:
+                    rows: Sequence[tuple[StablePose | None, StablePose | None]], radius: float
+                    ) -> list[tuple[Picture | None, Picture | None]]:
     """Pictures of corresponding poses of two parts, on the plate and at one scale.
 
     `turn` (3, 3): from the frame of the first to that of the second, None where they are equal;
@@ -112,23 +112,20 @@ def pictures_beside(parts: tuple[Part, Part], turn: Array | None,
                       rotation @ _smallest_turn(back @ other.down, one.down) @ back)
             right = _placed(second, turned, other)
         laid.append((left, right))
-    view = resting_view([one for pair in laid for one in pair if one is not None], radius, pixels)
+    view = resting_view([one for pair in laid for one in pair if one is not None], radius,
+                        BESIDE_PIXELS)
     return [(None if left is None else rendered(left, view),
              None if right is None else rendered(right, view)) for left, right in laid]
 
 
 def _smallest_turn(source: Array, target: Array) -> Array:
     """Smallest rotation of one unit vector onto another; a half turn where they are opposite."""
-    cosine = float(source @ target)
-    axis = np.cross(source, target)
-    if cosine < -1.0 + 1e-12:
+    quaternion = np.append(np.cross(source, target), 1.0 + source @ target)
+    if quaternion[3] < 1e-12:
         aside = np.eye(3)[int(np.abs(source).argmin())]
-        across = np.cross(source, aside)
-        across = across / np.linalg.norm(across)
-        return np.asarray(2.0 * np.outer(across, across) - np.eye(3))
-    x, y, z = axis
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.asarray(np.eye(3) + cross + cross @ cross / (1.0 + cosine))
+        quaternion = np.append(np.cross(source, aside), 0.0)
+    quaternion /= np.linalg.norm(quaternion)
+    return np.asarray(vectors.rotation_matrices(quaternion[None, :])[0])
 
 
 SMALL_PIXELS = 176  # pixels across: twice those that a table shows, for fine screens

@@ -43,7 +43,7 @@ def rendered(triangles: Array, view: View, color: Array = PART) -> NDArray[np.ui
     each triangle, 0 to 1.
     """
     wide, high = (FINENESS * side for side in view.pixels)
-    normals = _normals(triangles)
+    normals = triangle_normals(triangles)
     right, up, towards = view_axes(view)
     scale = wide / view.width
     frame = np.stack([scale * right, -scale * up, scale * towards], axis=1)
@@ -67,7 +67,8 @@ def rendered(triangles: Array, view: View, color: Array = PART) -> NDArray[np.ui
     return np.asarray(sum(samples) * (255.0 / len(samples)) + 0.5, dtype=np.uint8)
 
 
-def _normals(triangles: Array) -> Array:
+def triangle_normals(triangles: Array) -> Array:
+    """Unit normals (t, 3) of triangles (t, 3, 3); zero where a triangle has no area."""
     normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     lengths = np.maximum(np.linalg.norm(normals, axis=1), 1e-300)
     return np.asarray(normals / lengths[:, None])

@@ -2,15 +2,15 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from dataclasses import asdict, dataclass, replace
+from typing import NamedTuple
 
 from ..design.sensitivity import Sensitivity, sensitivity
 from ..errors import RequestError
 from ..estimators import best_method, estimate_all
 from ..kernels.compilation import prepare_kernels
 from ..planning import confidence, hybrid
-from ..records import DropScene, FlipStatistics, Part, PoseStatistics, scene as scenes
+from ..records import DropScene, FlipStatistics, Part, PoseStatistics
 from ..resting import pose_sphere as spheres, poses, splitting_graph as graphs
 from ..simulation import flips, request, simulate
 from ..statistics import feeding, pose_groups
@@ -102,50 +102,39 @@ class Findings:
         return [one for code, one in said.items() if code not in known]
 
 
-def investigate(part: Part, *, drops: int | None = None, seed: int | None = None,
-                restitution: float = scenes.DEFAULT_RESTITUTION, drop_height: float | None = None,
-                cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
-                round_sides: int = scenes.DEFAULT_ROUND_SIDES,
-                workers: int | None = None, feeder: Feeder | None = None,
-                on_progress: Callable[[float, str], object] = lambda share, what: None
-                ) -> Findings:
+def investigate(part: Part, scene: DropScene, feeder: Feeder, drops: int | None, seed: int | None,
+                on_progress: Callable[[float, str], object]) -> Findings:
     """Compute the numbers of a report; the same request gives the same counts everywhere.
 
-    `drops`: default: as many as bring the error over the poses within a point, at most 10 000;
+    `drops`: None for as many as bring the error over the poses within a point, at most 10 000;
     `on_progress`: takes the share done, 0 to 1, and what is done.
     """
-    resting = poses.resting_poses(part, cluster_tolerance, round_sides)
-    asked = Feeder(()) if feeder is None else feeder
-    asked.check(len(resting.poses))
+    resting, keywords = poses.poses_in(part, scene), asdict(scene)
+    feeder.check(len(resting.poses))
     prepare_kernels()
-    scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
-    keywords: dict[str, Any] = {
-        "restitution": restitution, "drop_height": drop_height,
-        "cluster_tolerance": cluster_tolerance, "round_sides": round_sides}
-    target = TARGET_ERROR if drops is None else 0.0
-    bound = MOST_DROPS if drops is None else drops
+    target, bound = (TARGET_ERROR, MOST_DROPS) if drops is None else (0.0, drops)
     simulated = simulate.simulate(
-        part, bound, seed=seed, target_error=target, workers=workers, **keywords,
+        part, bound, seed=seed, target_error=target, **keywords,
         on_progress=lambda one: on_progress(one.drops / bound, "drops"))
     kicks: tuple[KickFeeding, ...] = ()
     afresh = changes = None
-    if asked.wanted and simulated.drops > simulated.unsettled:
+    if feeder.wanted and simulated.drops > simulated.unsettled:
         shares = pose_groups.pose_shares(simulated)
-        afresh = feeding.drop_afresh(shares, asked.wanted,
-                                     math.nan if asked.rate is None else asked.rate)
-        if asked.kick_height is not None and asked.rate is not None:
+        afresh = feeding.drop_afresh(shares, feeder.wanted,
+                                     math.nan if feeder.rate is None else feeder.rate)
+        if feeder.kick_height is not None and feeder.rate is not None:
             kicks = tuple(KickFeeding(counted, feeding.flip_wrong_ones(
-                shares, counted.counts, asked.wanted, asked.rate, asked.cycle_time))
+                shares, counted.counts, feeder.wanted, feeder.rate, feeder.cycle_time))
                 for counted in flips.flips_by_kick(
                     part, replace(scene, drop_height=None),
-                    [asked.kick_height, *flips.usual_kicks(simulated.radius)],
-                    request.drop_request(FLIPS, simulated.seed, 0.0, workers),
+                    [feeder.kick_height, *flips.usual_kicks(simulated.radius)],
+                    request.drop_request(FLIPS, simulated.seed),
                     on_kick=lambda place, count: on_progress(place / count, "flips")))
     estimates = estimate_all(part, **keywords)
     combined = hybrid.hybrid_statistics(simulated, confidence.pose_prior(resting, scene))
     graph = graphs.with_shares(graphs.splitting_graph(resting), simulated.poses)
-    if asked.changes:
-        changes = sensitivity(part, asked.wanted, seed=simulated.seed, workers=workers,
+    if feeder.changes:
+        changes = sensitivity(part, feeder.wanted, seed=simulated.seed,
                               on_progress=lambda share: on_progress(share, "changes"), **keywords)
     return Findings(part, simulated, combined, tuple(estimates), graph,
-                    spheres.pose_sphere(resting), asked, afresh, kicks, target, changes)
+                    spheres.pose_sphere(resting), feeder, afresh, kicks, target, changes)

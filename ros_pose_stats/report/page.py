@@ -13,12 +13,9 @@ from ..mesh.decimation import visible_triangles
 from ..plots import changes, figures, poses, shares, sphere, splitting
 from ..records import Array, Part, PoseStatistics, StablePose
 from ..statistics import feeding, pose_groups
-from ..text import ranges
+from ..text import name_poses, ranges
 from . import words
 from .findings import Findings
-
-SCRIPTS = ("part_mesh", "view_direction", "view_webgl", "view_canvas", "viewer")
-"""Each file uses functions of those before it."""
 
 
 def viewer_data(part: Part, poses: Sequence[StablePose], radius: float) -> str:
@@ -44,12 +41,6 @@ def viewer_data(part: Part, poses: Sequence[StablePose], radius: float) -> str:
     }, separators=(",", ":"))
 
 
-def viewer_script() -> str:
-    """The script of the view, as one function that leaves no name behind."""
-    parts = "".join((words.ASSETS / f"{name}.js").read_text(encoding="utf-8") for name in SCRIPTS)
-    return f'"use strict";\n(function () {{\n{parts}}}());'
-
-
 MOST_SHOWN = 12
 """Groups of like poses, or pairs of two variants, with a picture: the most frequent ones; the
 table lists more."""
@@ -65,7 +56,7 @@ MOST_FEEDERS, MOST_NAMED = 12, 24
 """Most rows about the feeder, and characters that name the poses of a group."""
 
 MOST_EFFECTS = 12  # changes of the part that are listed
-ROUNDING = 1e-9
+ROUNDING = 1e-9  # coordinates of the centre of mass, in radii, that are shown as 0
 
 
 def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
@@ -75,15 +66,15 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
     shown = groups[:MOST_SHOWN]
     first = [group.first for group in shown]
     pictures = poses.pose_pictures(part, first, found.radius)
-    size = part.surface_vertices.max(axis=0) - part.surface_vertices.min(axis=0)
     return words.template(
         "page.html", named=_named, numbered=_numbered, direction=_direction).render(
         **LIMITS, single_poses=pose_groups.single_poses, part=part, found=found,
         target=findings.target_error,
         estimate=findings.best_estimate, feeder=findings.feeder, afresh=findings.afresh,
         kicked=findings.kicked, groups=groups, shown=shown,
-        size=size.tolist(), commands=commands,
-        center=[_coordinate(x, found.radius) for x in part.center_of_mass.tolist()],
+        size=np.ptp(part.surface_vertices, axis=0).tolist(), commands=commands,
+        center=["0" if abs(x) < ROUNDING * found.radius else words.in_millimetres(x)
+                for x in part.center_of_mass.tolist()],
         missed=any(one.startswith("TARGET_MISSED") for one in found.warnings),
         **{kind: [words.in_words(one) for one in getattr(findings, kind)]
            for kind in ("warnings", "cautions")},
@@ -97,7 +88,7 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
         spheres={name: figures.svg_address(sphere.sphere_figure(findings.sphere, name,
                                                               findings.graph))
                  for name in ("R", "r")},
-        view=viewer_data(part, first, found.radius), script=viewer_script())
+        view=viewer_data(part, first, found.radius))
 
 
 def _kicks(findings: Findings) -> str | None:
@@ -170,11 +161,6 @@ def _direction(down: Array) -> str:
     return " ".join(f"{x + 0.0:+.3f}" for x in down.round(3))
 
 
-def _coordinate(metres: float, radius: float) -> str:
-    """A coordinate in millimetres; 0 where it is only rounding."""
-    return "0" if abs(metres) < ROUNDING * radius else words.in_millimetres(metres)
-
-
 def comparison_page(found: comparison.Comparison, commands: tuple[str, ...] = ()) -> str:
     """The page of a comparison of at least one drop as HTML; `commands`: as of `report_page`."""
     named = [f"{describe.letter(place)} {one.part_id}" for place, one in enumerate(found.found)]
@@ -228,5 +214,5 @@ def _points(fraction: float) -> str:
 
 
 def _pose_numbers(poses: tuple[int, ...]) -> str:
-    text = ranges(poses).replace("-", words.RANGE)
-    return f"pose{'s' if len(poses) > 1 else ''}{words.SPACE}{text}" if poses else "no partner"
+    named = name_poses(poses).replace(" ", words.SPACE, 1).replace("-", words.RANGE)
+    return named if poses else "no partner"

@@ -221,7 +221,7 @@ def draw_prisms(results: PrismResults) -> Figure:
     Returns
     -------
     Figure
-        To be written with `plots.figures.save_figure`.
+        To be written with `output.save_figure`.
     """
     from ..figures.prisms import prisms_figure
 
