@@ -1,8 +1,8 @@
 """The folder in which work grows, so that a run that was cut off can go on."""
 
 import json
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -81,9 +81,15 @@ class WorkFolder:
 
 def write_durably(path: Path, content: bytes) -> None:
     """Write a file that appears whole or not at all, and survives a power cut."""
-    try:
+    with needing_room("what is made", path):
         files.replace_file(path, content)
+
+
+@contextmanager
+def needing_room(what: str, place: Path) -> Iterator[None]:
+    """Refuse a disk that does not take what is written in the context."""
+    try:
+        yield
     except OSError as error:
-        raise errors.BatchError("a disk that takes what is made",
-                                f"{path} ({errors.reason(error)})",
+        raise errors.BatchError(f"a disk that takes {what}", f"{place} ({errors.reason(error)})",
                                 "make room; the same command then goes on from here") from error

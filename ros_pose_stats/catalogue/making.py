@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 
 from ..batch import folder as folders, processes, worker
-from ..errors import BatchError, PoseStatsError, RequestError, reason
+from ..errors import PoseStatsError, RequestError
 from ..files import remove_unfinished
 from .page import CHUNKS, PAGE, PageState, write_page
 from .request import CatalogueRequest, PartFile
@@ -74,7 +74,8 @@ def make_catalogue(folder: Path, parts: Sequence[PartFile], request: CatalogueRe
     """
     ours = (ROWS, PAGE, *TABLES)
     with (folders.WorkFolder(folder, CLAIM, request.as_dict(),
-                     lambda: any((folder / name).exists() for name in ours), "a catalogue"),
+                             lambda: any((folder / name).exists() for name in ours),
+                             "a catalogue"),
           closing(RowStore(folder)) as store):
         for place in (folder, folder / CHUNKS):
             remove_unfinished(place)
@@ -161,13 +162,9 @@ class _Run:
             return ""
         digest: str = made.row["part_digest"]
         name = f"{PICTURES}/{digest[:2]}/{digest[:16]}.png"
-        try:
+        with folders.needing_room("the pictures", self._folder / name):
             (self._folder / name).parent.mkdir(parents=True, exist_ok=True)
             (self._folder / name).write_bytes(made.picture)
-        except OSError as error:
-            raise BatchError("a disk that takes the pictures",
-                             f"{self._folder / name} ({reason(error)})",
-                             "make room; the same command then goes on from here") from error
         return name
 
 
@@ -186,21 +183,18 @@ take nine parts of ten an hour and a half on one core; tables of the estimates a
 def on_processes(workers: int | None = None) -> Maker:
     """Parts made by processes of this machine; one that dies costs its own part alone."""
     count = processes.check_workers(workers)
-    threads = min(count, MOST_THREADS)
 
     def make(request: CatalogueRequest, pieces: Sequence[Piece],
              should_stop: Callable[[], bool]) -> Generator[tuple[Piece, Described], None, None]:
-        def call(process: worker.WorkerProcess, piece: Piece) -> Described:
-            return describe_within_limit(process, request, piece, threads)
-
-        yield from processes.work_in_processes(count, call, died, pieces, should_stop)
+        return processes.work_in_processes(
+            count, lambda process, piece: describe_within_limit(
+                process, request, piece, min(count, MOST_THREADS)), died, pieces, should_stop)
 
     return make
 
 
 def describe_within_limit(process: worker.WorkerProcess, request: CatalogueRequest,
-                          piece: Piece,
-                          threads: int = 1) -> Described:
+                          piece: Piece, threads: int = 1) -> Described:
     """Look at a part in a process, which is ended if that never ends."""
     part, drop = piece
     return process.call_within(_limit(drop), describe_part, part.name, None, request, drop,
@@ -220,7 +214,7 @@ def died(piece: Piece, how: worker.ProcessDiedError) -> Described:
         done, remedy = (("dropped", "ask for a larger target error") if drop else
                         ("looked at", "export it in fewer faces"))
         why = str(RequestError(f"a part that is {done} within {_limit(drop):g} s",
-                             "one that takes longer", remedy))
+                               "one that takes longer", remedy))
     return Described(refused(part.name, why), None, False, 0.0)
 
 

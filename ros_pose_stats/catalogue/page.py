@@ -13,8 +13,9 @@ from itertools import groupby, islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from .. import errors, files, version
-from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES, describe_scene
+from .. import files, version
+from ..batch.folder import needing_room
+from ..records.scene import describe_scene
 from ..report.words import template
 from ..text import ranges
 from . import rows, store
@@ -43,52 +44,31 @@ def write_page(folder: Path, request: CatalogueRequest, state: PageState,
                rows: Iterator[Shown]) -> None:
     """Write the page into the folder of the pictures, and what it reads, in the rows' order."""
     embedded = state.parts <= EMBEDDED
-    try:
-        shown = (_shown(folder, row, picture, embedded) for row, picture in rows)
-        own = _script_json(list(shown)) if embedded else "[]"
-        chunks = [] if embedded else list(_write_chunks(folder, shown))
+    shown = (_shown(folder, row, picture, embedded) for row, picture in rows)
+    with needing_room("the page", folder):
+        own = list(shown) if embedded else []
+        chunks: list[str] = []
+        while some := list(islice(shown, ROWS_A_CHUNK)):
+            chunks.append(f"{CHUNKS}/{len(chunks):05d}.js")
+            files.write_file(folder / chunks[-1], f"addRows({_script_json(some)});\n".encode())
         ours = {one for one in (folder / CHUNKS).glob("*.js") if one.stem.isdecimal()}
         for old in ours - {folder / name for name in chunks}:
             old.unlink()
         files.write_file(folder / PAGE, template(
             "catalogue.html", ASSETS, unbroken=_unbroken).render(
             state=state, tally=state.tally, one_way=f"{100.0 * store.ONE_WAY:g}", request=request,
-            version=version.VERSION, rows=own, chunks=chunks,
+            version=version.VERSION, rows=_script_json(own), chunks=chunks,
             scene=describe_scene(request.scene.restitution, request.scene.drop_height),
             target=f"{100.0 * request.target_error:.2f}",
             settings=_script_json(_settings(folder, request))).encode())
-    except OSError as error:
-        raise errors.BatchError("a disk that takes the page", f"{folder} ({errors.reason(error)})",
-                                "make room; the same command then goes on from here") from error
-
-
-def report_name(row: rows.Row) -> str:
-    """File of the report on a part below the folder; no link can have what is not UTF-8."""
-    stem = Path(row["file"]).stem.encode(errors="ignore").decode()
-    return f"{REPORTS}/{stem}_{row['part_digest'][:8]}.html"
-
-
-def _write_chunks(folder: Path, shown: Iterator[list[Any]]) -> Iterator[str]:
-    for number in range(10 ** 9):
-        some = list(islice(shown, ROWS_A_CHUNK))
-        if not some:
-            return
-        name = f"{CHUNKS}/{number:05d}.js"
-        files.write_file(folder / name, f"addRows({_script_json(some)});\n".encode())
-        yield name
 
 
 def _settings(folder: Path, request: CatalogueRequest) -> dict[str, Any]:
     """What the command of a report is put together from."""
-    scene, plain = request.scene, request.as_dict()
-    names = [name for name in ("density", "drop_height") if plain[name] is not None]
-    names.append("restitution")
-    if scene.cluster_tolerance != DEFAULT_CLUSTER_TOLERANCE:
-        names.append("cluster_tolerance")
-    if scene.round_sides != DEFAULT_ROUND_SIDES:
-        names.append("round_sides")
-    options = [word for name in names
-               for word in (f"--{name.replace('_', '-')}", str(plain[name]))]
+    asked, usual = request.as_dict(), CatalogueRequest().as_dict()
+    names = ("density", "drop_height", "restitution", "cluster_tolerance", "round_sides")
+    options = [word for name in names if name == "restitution" or asked[name] != usual[name]
+               for word in (f"--{name.replace('_', '-')}", str(asked[name]))]
     return {"here": str(Path.cwd()), "folder": str(folder.absolute()), "options": options,
             "unit": [] if request.unit is None else ["--unit", request.unit]}
 
@@ -97,7 +77,8 @@ def _shown(folder: Path, row: rows.Row, picture: str, embedded: bool) -> list[An
     """A row in the order in which the script takes it apart; lengths in millimetres."""
     if row["refusal"]:
         return [row["file"], row["refusal"]]
-    report = report_name(row)
+    stem = Path(row["file"]).stem.encode(errors="ignore").decode()  # as links must be UTF-8
+    report = f"{REPORTS}/{stem}_{row['part_digest'][:8]}.html"
     if embedded and picture:
         data = base64.b64encode(files.read_file(folder / picture)).decode()
         picture = f"data:image/png;base64,{data}"
@@ -123,14 +104,9 @@ def _groups(poses: Sequence[rows.Row]) -> list[list[Any]]:
              *(_short(group[0][f"group_share{end}"]) for end in BOUNDS),
              _millimetres(group[0]["footprint_length_m"]),
              _millimetres(group[0]["footprint_width_m"]), _millimetres(group[0]["top_m"]),
-             _degrees([pose["margin_rad"] for pose in group]),
+             _short(min((math.degrees(pose["margin_rad"]) for pose in group
+                         if pose["margin_rad"] is not None), default=None)),
              int(group[0]["rolls"])] for group in islice(alike, GROUPS)]
-
-
-def _degrees(angles: Sequence[float | None]) -> float | None:
-    """The smallest angle that is known."""
-    known = [math.degrees(angle) for angle in angles if angle is not None]
-    return _short(min(known, default=None))
 
 
 def _millimetres(metres: float) -> float | None:

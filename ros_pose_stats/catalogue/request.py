@@ -3,7 +3,7 @@
 import os
 from collections import deque
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
@@ -30,10 +30,8 @@ class CatalogueRequest:
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values, for JSON."""
-        scene = self.scene
-        return {"unit": self.unit, "density": self.density, "restitution": scene.restitution,
-                "drop_height": scene.drop_height, "cluster_tolerance": scene.cluster_tolerance,
-                "round_sides": scene.round_sides, "target_error": self.target_error}
+        return {"unit": self.unit, "density": self.density, **asdict(self.scene),
+                "target_error": self.target_error}
 
 
 class PartFile(NamedTuple):
@@ -83,7 +81,11 @@ def _folders(top: Path) -> Iterator[tuple[str, list[str]]]:
     tops = deque([str(top)])
     while tops:
         for folder, below, files in os.walk(tops.popleft(), onerror=_refuse_folder):
-            identity = _identity(folder)
+            try:
+                found = Path(folder).stat()
+            except OSError as error:  # removed just now
+                _refuse_folder(error)
+            identity = found.st_dev, found.st_ino
             if identity in seen:
                 below.clear()
                 continue
@@ -92,14 +94,6 @@ def _folders(top: Path) -> Iterator[tuple[str, list[str]]]:
             paths = (Path(folder, name) for name in below)
             tops.extend(str(path) for path in paths if path.is_symlink())
             yield folder, files
-
-
-def _identity(folder: str) -> tuple[int, int]:
-    try:
-        found = Path(folder).stat()
-    except OSError as error:  # removed just now
-        _refuse_folder(error)
-    return found.st_dev, found.st_ino
 
 
 def _refuse_folder(error: OSError) -> NoReturn:

@@ -3,6 +3,7 @@
 import math
 import time
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -40,8 +41,7 @@ class Described(NamedTuple):
 
 
 def describe_part(name: str, content: bytes | errors.PoseStatsError | None,
-                  request: CatalogueRequest,
-                  drop: bool, threads: int = 1) -> Described:
+                  request: CatalogueRequest, drop: bool, threads: int = 1) -> Described:
     """Look at one part. The answer depends on file and request alone, wherever it is made.
 
     `content`: what the file holds, or why it cannot be read; None where it is to be read here;
@@ -86,14 +86,12 @@ def _described(name: str, content: bytes | errors.PoseStatsError | None, request
     target = request.target_error or (TARGET_OUTSIDE if outside else 0.0)
     if drop or not target:
         # From a seed of the part's own: equal parts have equal rows, in whatever order.
-        found = auto.auto(part, target, None, scene.restitution, part.seed,
-                     scene.drop_height, workers=threads,
-                     cluster_tolerance=scene.cluster_tolerance, round_sides=scene.round_sides)
+        found = auto.auto(part, target, None, seed=part.seed, workers=threads, **asdict(scene))
     groups = pose_groups.pose_groups(found)
     row = {"file": name, "unit_declared": mesh.declared is not None,
            **_row(part, found, groups), "refusal": "",
            "poses": [_pose_row(group, pose) for group in groups for pose in group.poses]}
-    return (_finite(row), pose_thumbnail(part, groups[0].first, found.radius),
+    return (statistics.plain(row), pose_thumbnail(part, groups[0].first, found.radius),
             bool(target) and not drop and confidence.estimate_bound(confidence.prior_of(
                 found, poses_in(part, scene), scene)) > target)
 
@@ -134,8 +132,9 @@ def _pose_row(group: pose_groups.PoseGroup, pose: Any) -> Row:
 
 def entropy(shares: Sequence[float]) -> float:
     """Entropy of shares that add up to 1, in bits: 0 where a part always lies the same way."""
-    return -sum(share * math.log2(share) for share in shares if share > 0.0) + 0.0 \
-        if not any(map(math.isnan, shares)) else math.nan
+    if any(map(math.isnan, shares)):
+        return math.nan
+    return -sum(share * math.log2(share) for share in shares if share > 0.0) + 0.0
 
 
 def footprint(outline: Array) -> tuple[float, float]:
@@ -147,12 +146,3 @@ def footprint(outline: Array) -> tuple[float, float]:
     one, other = np.ptp(outline @ along.T, axis=0), np.ptp(outline @ across.T, axis=0)
     least = int(np.argmin(one * other))
     return float(max(one[least], other[least])), float(min(one[least], other[least]))
-
-
-def _finite(value: Any) -> Any:
-    """Replace NaN and infinity, which JSON does not have, by None."""
-    if isinstance(value, dict):
-        return {name: _finite(one) for name, one in value.items()}
-    if isinstance(value, list):
-        return [_finite(one) for one in value]
-    return statistics.plain_number(value)

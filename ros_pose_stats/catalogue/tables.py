@@ -5,7 +5,8 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from .. import errors, files, text
+from .. import files, text
+from ..batch.folder import needing_room
 from .rows import Row
 
 COLUMNS: dict[str, type] = {
@@ -55,35 +56,21 @@ def write_tables(folder: Path, rows: Callable[[], Iterable[Row]], parquet: bool)
             for name, (columns, values) in _tables(rows).items():
                 _write_parquet(aside / f"{name}.parquet", columns, values)
 
-    try:
+    with needing_room("the tables", folder):
         written = files.write_whole(folder, write)
         for name in set(TABLES) - {file.name for file in written}:
             (folder / name).unlink(missing_ok=True)
-    except OSError as error:
-        raise errors.BatchError("a disk that takes the tables",
-                                f"{folder} ({errors.reason(error)})",
-                                "make room; the same command then goes on from here") from error
     return written
 
 
 def _tables(rows: Callable[[], Iterable[Row]]) -> dict[str, Table]:
-    return {PARTS: (COLUMNS, (_part_values(row) for row in rows())),
-            POSES: (POSE_COLUMNS, (values for row in rows() for values in _pose_values(row)))}
+    parts = ({**row, "warnings": BETWEEN.join(row.get("warnings", ()))} for row in rows())
+    poses = ({**row, **pose} for row in rows() for pose in row.get("poses", ()))
+    return {name: (columns, ([row.get(column) for column in columns] for row in table))
+            for name, columns, table in ((PARTS, COLUMNS, parts), (POSES, POSE_COLUMNS, poses))}
 
 
-def _part_values(row: Row) -> list[Any]:
-    joined = {**row, "warnings": BETWEEN.join(row.get("warnings", ()))}
-    return [joined.get(name) for name in COLUMNS]
-
-
-def _pose_values(row: Row) -> Iterator[list[Any]]:
-    for pose in row.get("poses", ()):
-        named = {"file": row["file"], "part_digest": row["part_digest"], **pose}
-        yield [named[name] for name in POSE_COLUMNS]
-
-
-def _write_parquet(file: Path, columns: dict[str, type],
-                   rows: Iterator[Sequence[Any]]) -> None:
+def _write_parquet(file: Path, columns: dict[str, type], rows: Iterator[Sequence[Any]]) -> None:
     import pyarrow
     from pyarrow import parquet
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from ..records import DropScene, Part, PoseStatistics
-from ..records.statistics import plain_number
+from ..records.statistics import plain
 from ..statistics import feeding, paired_counts
 from ..version import VERSION
 from .correspondence import Correspondence, MatchedPoses
@@ -58,9 +58,9 @@ class ShareDifference(NamedTuple):
             "probability": [self.first.value, self.second.value],
             "probability_low": [self.first.low, self.second.low],
             "probability_high": [self.first.high, self.second.high],
-            "difference": plain_number(self.difference.value),
+            "difference": plain(self.difference.value),
             "difference_low": self.difference.low, "difference_high": self.difference.high,
-            "standard_error": plain_number(self.difference.standard_error),
+            "standard_error": plain(self.difference.standard_error),
             "model_error": math.hypot(self.file_error, self.plate_error),
             "p_value_in_model": self.chance, "p_value_on_plate": self.chance_on_plate,
             "in_model": self.in_model, "on_plate": self.on_plate}
@@ -139,7 +139,7 @@ class VariantComparison:
             entry["feeder"] = {
                 **listed(self.feeder.poses), "without_partner": list(self.feeder.lost),
                 **self.feeder.share.as_dict(), **{
-                    f"passes{end}": [plain_number(one[place]) for one in self.feeder.passes]
+                    f"passes{end}": [plain(one[place]) for one in self.feeder.passes]
                     for place, end in enumerate(("", "_low", "_high"))}}
         return entry
 
@@ -171,7 +171,7 @@ class Comparison:
             "drop_height": first.drop_height, "cluster_tolerance": first.cluster_tolerance,
             "round_sides": first.round_sides, "seed": self.seed, "drops": self.drops,
             "unsettled": first.unsettled, "plate_error": self.plate_error,
-            "seconds": plain_number(self.seconds), "version": VERSION,
+            "seconds": plain(self.seconds), "version": VERSION,
             "wanted": list(self.wanted),
             "variants": [one.as_dict() for one in self.found],
             "comparisons": [one.as_dict() for one in self.variants]}

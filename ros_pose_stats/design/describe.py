@@ -74,9 +74,10 @@ def feature_as_dict(space: changes.DesignSpace, number: int) -> dict[str, Any]:
 
 def difference_as_dict(found: paired_counts.PairedDifference) -> dict[str, Any]:
     """Plain values; NaN as None."""
-    known = {"change": found.value, "standard_error": found.standard_error, "low": found.low,
-             "high": found.high, "drops": found.trials, "p_value": found.p_value}
-    return {name: value if math.isfinite(value) else None for name, value in known.items()}
+    known: dict[str, Any] = statistics.plain({
+        "change": found.value, "standard_error": found.standard_error, "low": found.low,
+        "high": found.high, "drops": found.trials, "p_value": found.p_value})
+    return known
 
 
 letter = ascii_uppercase.__getitem__

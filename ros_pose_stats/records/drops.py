@@ -7,7 +7,7 @@ from typing import Any
 
 from .arrays import Array, Index
 from .scene import describe_scene
-from .statistics import PoseStatistics, StablePose
+from .statistics import PoseStatistics, StablePose, plain
 
 
 @dataclass(frozen=True, eq=False)
@@ -222,14 +222,8 @@ class FlipStatistics:
 
     def as_dict(self) -> dict[str, Any]:
         """The flips as plain values, in the words of the JSON contract."""
-        plain = ("part_id", "part_digest", "radius", "restitution", "kick_height",
-                 "cluster_tolerance", "round_sides", "flips", "seed", "seconds", "version")
-        entry: dict[str, Any] = {name: getattr(self, name) for name in plain}
-        if self.feeder_speed:
-            entry |= {"feeder_speed": self.feeder_speed, "observed": self.observed}
-        entry["warnings"], entry["notes"] = list(self.warnings), list(self.notes)
-        entry["counts"], entry["unsettled"] = self.counts.tolist(), self.unsettled.tolist()
-        for name in ("transition", "standard_error"):
-            entry[name] = [[value if math.isfinite(value) else None for value in row]
-                           for row in getattr(self, name).tolist()]
-        return entry
+        learnt = ("feeder_speed", "observed") if self.feeder_speed else ()
+        return {name: plain(getattr(self, name)) for name in (
+            "part_id", "part_digest", "radius", "restitution", "kick_height", "cluster_tolerance",
+            "round_sides", "flips", "seed", "seconds", "version", *learnt, "warnings", "notes",
+            "counts", "unsettled", "transition", "standard_error")}

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from html import escape
 from importlib import import_module
+from pathlib import PurePath
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -147,7 +148,7 @@ class StablePose:
 
     def as_dict(self) -> dict[str, Any]:
         """The pose as plain values under the keys of the JSON contract."""
-        return {**{name: plain_number(getattr(self, name)) for name in POSE_FIELDS},
+        return {**{name: plain(getattr(self, name)) for name in POSE_FIELDS},
                 **{name: without_rounding(getattr(self, name)) for name in POSE_VECTORS},
                 "members": list(self.members)}
 
@@ -225,7 +226,7 @@ class PoseStatistics:
 
     def as_dict(self) -> dict[str, Any]:
         """The statistics as plain values under the keys of the JSON contract."""
-        return {**{name: plain_number(getattr(self, name))
+        return {**{name: plain(getattr(self, name))
                    for name in (*STATISTICS_FIELDS, "seconds", "choice", "scene")},
                 "warnings": list(self.warnings), "notes": list(self.notes), "units": UNITS,
                 "poses": [pose.as_dict() for pose in self.poses]}
@@ -320,11 +321,17 @@ def ranked(poses: Iterable[StablePose], shares: Shares) -> tuple[StablePose, ...
     return tuple(found[k].with_values(group_probability=together[found[k].group]) for k in order)
 
 
-def plain_number(value: Any) -> Any:
-    """Replace NaN and infinity, which JSON does not have, by null, and -0 by 0."""
+def plain(value: Any) -> Any:
+    """What JSON has: null for NaN and infinity, 0 for -0, lists for arrays, text for paths."""
     if isinstance(value, float):
-        return value + 0.0 if math.isfinite(value) else None
-    return value
+        return float(value) + 0.0 if math.isfinite(value) else None
+    if isinstance(value, dict):
+        return {name: plain(each) for name, each in value.items()}
+    if isinstance(value, (np.ndarray, np.generic)):
+        return plain(value.tolist())
+    if isinstance(value, (list, tuple)):
+        return [plain(each) for each in value]
+    return str(value) if isinstance(value, PurePath) else value
 
 
 def without_rounding(vector: Array) -> list[float]:

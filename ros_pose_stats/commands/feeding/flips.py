@@ -69,6 +69,7 @@ def read_flips(file: Path, poses: int) -> "dict[str, Index]":
 def run(options: argparse.Namespace) -> int:
     """Kick, drop where poses are wanted, and print."""
     part = running.load_part_and_kernels(options)
+    from ...records.statistics import plain
     from ...resting.poses import poses_in
     from ...simulation import flips, request as requests, simulate
     from ...statistics import counted_flips, pose_groups
@@ -94,7 +95,7 @@ def run(options: argparse.Namespace) -> int:
             fresh = simulate.simulate(part, options.drops, seed=request.seed,
                                       workers=options.workers, on_progress=bar.show,
                                       should_stop=interrupted, **given.scene_keywords(options))
-    stopped, plain = interrupted(), []
+    stopped, speeds = interrupted(), []
     lines: list[str] = []
     for each in found:
         ways = {} if fresh is None or stopped else _feedings(options, each, fresh)
@@ -102,11 +103,13 @@ def run(options: argparse.Namespace) -> int:
             each = replace(each, warnings=tuple(dict.fromkeys((
                 *each.warnings, *fresh.warnings,
                 *pose_groups.warn_of_alike(fresh, options.wanted)))))
-        feeding = {name: write_feeding(way) for name, way in ways.items()}
-        plain.append({**each.as_dict(), **({"feeding": feeding} if ways else {})})
+        feeding = {name: {key: plain(number._asdict())
+                          for key, number in way._asdict().items()} for name, way in ways.items()}
+        speeds.append({**each.as_dict(), **({"feeding": feeding} if ways else {})})
         lines += [*([""] if lines else []), *_table(part, each, ways)]
     if options.json:
-        running.print_json({"speeds": plain} if options.counts else plain[0], interrupted=stopped)
+        running.print_json({"speeds": speeds} if options.counts else speeds[0],
+                           interrupted=stopped)
     else:
         print("\n".join(lines))
         if stopped:
@@ -148,13 +151,6 @@ def _table(part: "Part", found: "FlipStatistics", ways: "dict[str, Feeding]") ->
              show_bounded(way.flips)] for name, way in ways.items()]),
             "in brackets: 90 % intervals, of the model alone"]
     return [*lines, *remarks(found.warnings, found.notes)]
-
-
-def write_feeding(found: "Feeding") -> dict[str, dict[str, float | None]]:
-    """What a feeder gets as plain values; null stands for what is not known or has no bound."""
-    return {key: {name: number if math.isfinite(number) else None
-                  for name, number in one._asdict().items()}
-            for key, one in found._asdict().items()}
 
 
 def show_bounded(number: tuple[float, float, float]) -> str:

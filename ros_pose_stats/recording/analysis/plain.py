@@ -1,13 +1,12 @@
 """An analysis as plain values: what `bag --json` prints."""
 
-import math
 from collections.abc import Iterable, Sequence
-from pathlib import Path
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
-from ...records.statistics import without_rounding
+from ...records.statistics import plain, without_rounding
 from . import comparisons as compared, decoding, jobs as simulated
 from .results import ABOUT, POSE, PREDICTED, Prediction, ResultHistory
 
@@ -33,19 +32,6 @@ def as_dict(analysis: compared.BagAnalysis) -> Plain:
         "stray_counts": [_counts(one) for one in analysis.strays],
     })
     return found
-
-
-def plain(value: Any) -> Any:
-    """Numbers, strings, lists and dicts of whatever this was."""
-    if isinstance(value, dict):
-        return {name: plain(each) for name, each in value.items()}
-    if isinstance(value, (np.ndarray, np.generic)):
-        return plain(value.tolist())
-    if isinstance(value, (list, tuple)):
-        return [plain(each) for each in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return str(value) if isinstance(value, Path) else value
 
 
 def job_counts(jobs: Iterable[simulated.Job]) -> dict[str, int]:
@@ -103,8 +89,7 @@ def _history(history: ResultHistory,
 
 
 def _comparison(one: compared.Comparison, predictions: Sequence[Prediction]) -> Plain:
-    tests = {name: {**_fields(test, ("statistic", "degrees_of_freedom", "p_value", "bins",
-                                     "pooled", "too_few"))}
+    tests = {name: {**asdict(test), "too_few": test.too_few}
              for name, test in (("by_pose", one.by_pose), ("by_group", one.by_group))}
     return {"prediction": list(predictions).index(one.prediction),
             **_fields(one, ("rms", "largest", "largest_pose", "unforeseen")), **tests}
