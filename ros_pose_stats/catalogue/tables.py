@@ -66,8 +66,8 @@ def write_tables(folder: Path, rows: Callable[[], Iterable[Row]], parquet: bool)
 def _tables(rows: Callable[[], Iterable[Row]]) -> dict[str, Table]:
     parts = ({**row, "warnings": BETWEEN.join(row.get("warnings", ()))} for row in rows())
     poses = ({**row, **pose} for row in rows() for pose in row.get("poses", ()))
-    return {name: (columns, ([row.get(column) for column in columns] for row in table))
-            for name, columns, table in ((PARTS, COLUMNS, parts), (POSES, POSE_COLUMNS, poses))}
+    return {PARTS: (COLUMNS, ([row.get(name) for name in COLUMNS] for row in parts)),
+            POSES: (POSE_COLUMNS, ([row.get(name) for name in POSE_COLUMNS] for row in poses))}
 
 
 def _write_parquet(file: Path, columns: dict[str, type], rows: Iterator[Sequence[Any]]) -> None:

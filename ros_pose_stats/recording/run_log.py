@@ -81,8 +81,7 @@ class RunLog:
             if self._bag is not None and self._bag.is_gone():
                 self._bag.abandon()
                 self._bag = None
-                self.directory = self.directory.with_name(
-                    runs.new_run_name(self.directory.parent))
+                self.directory = self.directory.with_name(runs.new_run_name(self.directory.parent))
 
     @property
     def place(self) -> tuple[Path, int, int] | None:

@@ -56,35 +56,41 @@ def run(options: argparse.Namespace) -> int:
 
 Rows = Iterator[Sequence[Any]]
 
-PART = ("part_id", "part_digest", *Numbering._fields)
-PREDICTION = ("method", "restitution", "drop_height_m", "drops")
-HEADS: dict[str, tuple[str, ...]] = {
-    "files": ("bag", "file", "state", "note", "messages"),
-    "poses": (*PART, *PREDICTION, "pose", "group", "height_m", "top_m", "margin_rad", "barrier_m",
-              "spread_rad", "down_x", "down_y", "down_z", "probability", "probability_low",
-              "probability_high", "standard_error", "count", "prediction"),
-    "answers": (*PART, "time_utc", "method", "restitution", "drop_height_m", "drops", "unsettled",
-                "expected_error", "largest_error", "largest_change", "final", "latched", "scene",
-                "result", "prediction", "pose", "probability"),
-    "jobs": ("part_id", "part_digest", "job_id", "state", "refinement", "queued_utc",
-             "started_utc", "ended_utc", "drops_done", "drops", "seed", "restitution",
-             "drop_height_m", *Numbering._fields, "target_error", "max_seconds_s",
-             "message"),
-    "counts": (*PART, "plate", "drop_height_m", "begin_utc", "end_utc", "pose", "count", "share",
-               "share_low", "share_high", "not_compared"),
-    "comparison": (*PART, "counts_of", "counted", *PREDICTION, "rms", "largest_difference",
-                   "largest_pose", "by", "chi_square", "degrees_of_freedom", "p_value", "bins",
-                   "pooled", "counted_where_probability_0"),
+PART = " ".join(("part_id part_digest", *Numbering._fields))
+SCENE = "method restitution drop_height drops"
+SHAPE = "index group height top margin barrier spread"
+SHARES = "probability probability_low probability_high standard_error count"
+RESULT = f"time {SCENE} unsettled expected_error largest_error largest_change final latched"
+JOB = ("job_id state refinement queued started ended drops_done drops seed restitution "
+       "drop_height cluster_tolerance round_sides target_error max_seconds message")
+TEST = "statistic degrees_of_freedom p_value bins pooled"
+VALUES = {
+    "files": "bag path state note messages",
+    "poses": f"{PART} {SCENE} {SHAPE} down_x down_y down_z {SHARES} prediction",
+    "answers": f"{PART} {RESULT} scene result prediction index probability",
+    "jobs": f"part_id part_digest {JOB}",
+    "counts": f"{PART} plate drop_height begin end index count share share_low share_high problem",
+    "comparison": f"{PART} counts_of counted {SCENE} rms largest largest_pose by {TEST} "
+                  "unforeseen",
 }
-"""Columns of each file. Probabilities, shares and errors are fractions."""
+"""Of the rows of each file. Probabilities, shares and errors are fractions."""
+
+TIMES = ("time", "begin", "end", "queued", "started", "ended")
+COLUMNS = {
+    **{name: f"{name}_m" for name in ("drop_height", "height", "top", "barrier")},
+    **{name: f"{name}_rad" for name in ("margin", "spread")},
+    **{name: f"{name}_utc" for name in TIMES}, "max_seconds": "max_seconds_s", "path": "file",
+    "index": "pose", "problem": "not_compared", "largest": "largest_difference",
+    "statistic": "chi_square", "unforeseen": "counted_where_probability_0"}
+"""Of values whose column has another name."""
 
 
 def write_csv(found: "BagAnalysis", folder: Path) -> list[Path]:
     """Write all files, each at once under its name; return their paths."""
     folder.mkdir(parents=True, exist_ok=True)
     written = []
-    for name, heads in HEADS.items():
-        path = folder / f"{name}.csv"
+    for name, values in VALUES.items():
+        path, heads = folder / f"{name}.csv", [COLUMNS.get(one, one) for one in values.split()]
         files.replace_file(path, "".join(text.csv_lines(heads, ROWS[name](found))).encode())
         written.append(path)
     return written
@@ -106,9 +112,6 @@ def _values(source: Any, names: str) -> list[Any]:
     return [getattr(source, name) for name in names.split()]
 
 
-ABOUT = "method restitution drop_height drops"
-
-
 def _name(part: "PartAnalysis", history: "ResultHistory") -> tuple[Any, ...]:
     return part.record.part_id, part.record.part_digest, *history.numbering
 
@@ -121,25 +124,21 @@ def _histories(found: "BagAnalysis") -> "Iterator[tuple[ResultHistory, tuple[Any
 
 
 def _files(found: "BagAnalysis") -> Rows:
-    return (_values(file, "bag path state note messages") for file in found.contents.files)
+    return (_values(file, VALUES["files"]) for file in found.contents.files)
 
 
 def _poses(found: "BagAnalysis") -> Rows:
     for history, head in _histories(found):
         poses = history.poses
-        shapes = _values(poses, "index group height top margin barrier spread")
         for number, one in enumerate(history.predictions):
-            for row in _columns(*shapes, *poses.down.T, *_values(
-                    one, "probability probability_low probability_high standard_error count")):
-                yield *head, *_values(one, ABOUT), *row, number
+            for row in _columns(*_values(poses, SHAPE), *poses.down.T, *_values(one, SHARES)):
+                yield *head, *_values(one, SCENE), *row, number
 
 
 def _answers(found: "BagAnalysis") -> Rows:
     for history, head in _histories(found):
         poses = history.poses.index.tolist()
-        rows = _columns(*_values(
-            history, f"time {ABOUT} unsettled expected_error largest_error "
-            "largest_change final latched prediction probability"))
+        rows = _columns(*_values(history, f"{RESULT} prediction probability"))
         for number, (row, scene) in enumerate(zip(rows, history.scene, strict=True), start=1):
             time, *cells, prediction, probabilities = row
             for pose, probability in zip(poses, probabilities, strict=True):
@@ -149,11 +148,9 @@ def _answers(found: "BagAnalysis") -> Rows:
 def _jobs(found: "BagAnalysis") -> Rows:
     for part in found.parts:
         for job in part.record.jobs:
-            yield (part.record.part_id, part.record.part_digest,
-                   *_values(job, "job_id state refinement"),
-                   *map(_utc, (job.queued, job.started, job.ended)),
-                   *_values(job, "drops_done drops seed restitution drop_height cluster_tolerance "
-                            "round_sides target_error max_seconds message"))
+            yield (part.record.part_id, part.record.part_digest, *(
+                _utc(getattr(job, name)) if name in TIMES else getattr(job, name)
+                for name in JOB.split()))
 
 
 def _counts(found: "BagAnalysis") -> Rows:
@@ -180,9 +177,8 @@ def _comparison(found: "BagAnalysis") -> Rows:
                      for counts in part.counts if counts.history for each in counts.predictions]
         for of, counted, one, history in compared:
             for by, test in (("pose", one.by_pose), ("group", one.by_group)):
-                yield (*_name(part, history), of, counted, *_values(one.prediction, ABOUT),
-                       one.rms, one.largest, one.largest_pose, by,
-                       *_values(test, "statistic degrees_of_freedom p_value bins pooled"),
+                yield (*_name(part, history), of, counted, *_values(one.prediction, SCENE),
+                       one.rms, one.largest, one.largest_pose, by, *_values(test, TEST),
                        one.unforeseen)
 
 

@@ -57,8 +57,7 @@ def read_flips(file: Path, poses: int) -> "dict[str, Index]":
     from ...plates.counts import read_table
 
     found: dict[str, Index] = {}
-    for speed, (before, after, count) in read_table(file, "speed, from, to, count",
-                                                    "slow,3,0,41"):
+    for speed, (before, after, count) in read_table(file, "speed, from, to, count", "slow,3,0,41"):
         if max(before, after) >= poses:
             raise RequestError(f"poses 0 to {poses - 1}", f"{max(before, after)} in {file}",
                                "count with the numbers that estimate shows")

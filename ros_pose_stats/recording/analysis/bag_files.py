@@ -51,13 +51,15 @@ def _bags_under(path: Path) -> list[tuple[Path, list[Path]]]:
         raise BagError("a bag directory or file", f"{path}, which does not exist",
                        "check the path")
     if path.is_file():
-        return [(path, _readable([path]))]
+        return [(path, [_readable(path)])]
     try:
         # A hidden directory is a run on its way in or out.
-        folders = sorted({file.parent for file in path.rglob("*") if file.name.endswith(ENDINGS)
-                          and not any(part.startswith(".")
-                                      for part in file.relative_to(path).parts)})
-        bags = [(folder, _files_in(folder)) for folder in folders]
+        folders = sorted({_readable(file).parent for file in path.rglob("*")
+                          if file.name.endswith(ENDINGS) and not any(
+                              part.startswith(".") for part in file.relative_to(path).parts)})
+        bags = [(folder, [file for file in (*files_of_bag(folder),
+                                            *sorted(folder.glob(f"*{SQLITE}"))) if file.is_file()])
+                for folder in folders]
     except OSError as error:
         raise BagError("a readable directory", f"{path}: {error.strerror or error}",
                        "check its permissions") from error
@@ -67,19 +69,11 @@ def _bags_under(path: Path) -> list[tuple[Path, list[Path]]]:
     return bags
 
 
-def _files_in(folder: Path) -> list[Path]:
-    _readable(folder.glob(f"*{PACKED_SQLITE}"))
-    files = [*files_of_bag(folder), *sorted(folder.glob(f"*{SQLITE}"))]
-    return [file for file in files if file.is_file()]
-
-
-def _readable(files: Iterable[Path]) -> list[Path]:
-    """The same files; compressed SQLite is refused."""
-    files = list(files)
-    for file in files:
-        if file.name.endswith(PACKED_SQLITE):
-            raise BagError("an MCAP bag, or SQLite that is not compressed", f"{file}", CONVERT)
-    return files
+def _readable(file: Path) -> Path:
+    """The same file; compressed SQLite is refused."""
+    if file.name.endswith(PACKED_SQLITE):
+        raise BagError("an MCAP bag, or SQLite that is not compressed", f"{file}", CONVERT)
+    return file
 
 
 class FileMessages:

@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -90,7 +91,10 @@ class _BagReader:
 
     def read(self, bags: Mapping[Path, Sequence[Path]], on_progress: OnProgress) -> BagContents:
         """Read all of it."""
-        sizes = {file: _size(file) for files in bags.values() for file in files}
+        sizes: Counter[Path] = Counter()
+        for file in chain(*bags.values()):
+            with suppress(OSError):  # reading it will tell
+                sizes[file] = file.stat().st_size
         done, total = 0, sum(sizes.values())
 
         def tell(share: float) -> None:
@@ -156,8 +160,7 @@ class _BagReader:
                 return
             self._notes["{} left out, without poses: result"] += 1
             return
-        key = (str(getattr(message, "part_id", "")),
-               str(getattr(message, "part_digest", "")))
+        key = (str(getattr(message, "part_id", "")), str(getattr(message, "part_digest", "")))
         numbering = decoding.numbering_of(message)
         collector = (self._results.get(key, {}).get(numbering)
                      or ResultCollector(message, numbering))
@@ -185,12 +188,6 @@ class _BagReader:
             if count:
                 notes.append(said.format(f"{count} {noun}{'s'[:count > 1]}"))
         return notes
-
-
-def _size(file: Path) -> int:
-    with suppress(OSError):  # reading it will tell
-        return file.stat().st_size
-    return 0
 
 
 def _part_records(results: Mapping[PartKey, Mapping[scenes.Numbering, ResultCollector]],

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from hashlib import blake2b
 from typing import Any
 
@@ -43,24 +44,17 @@ class Decoders:
                            f"such on {message.topic}", CONVERT)
         definition = message.type_name, message.definition
         if definition not in self._known:
-            self._known[definition] = _decoder(*definition)
+            self._known[definition] = None
+            with suppress(Exception):  # a definition that does not parse
+                self._known[definition] = DecoderFactory().decoder_for("cdr", Schema(
+                    1, message.definition.encode(), "ros2msg", message.type_name))
         decoder = self._known[definition]
-        try:
+        # struct, Unicode, index and memory errors alike: the bytes are not what was said.
+        with suppress(Exception):
             if decoder is not None:
                 return decoder(message.data)
-        except Exception:
-            # struct, Unicode, index and memory errors alike: the bytes are not what was said.
-            pass
         self.failed += 1
         return None
-
-
-def _decoder(type_name: str, text: str) -> Callable[[bytes], Any] | None:
-    schema = Schema(id=1, name=type_name, encoding="ros2msg", data=text.encode())
-    try:
-        return DecoderFactory().decoder_for("cdr", schema)
-    except Exception:
-        return None  # a definition that does not parse
 
 
 def numbering_of(message: Any) -> scenes.Numbering:
@@ -68,7 +62,7 @@ def numbering_of(message: Any) -> scenes.Numbering:
     tolerance = float(f"{float(getattr(message, 'cluster_tolerance', math.nan)):.12g}")
     # One object for all that are not known: a NaN as a key equals itself alone.
     return scenes.Numbering(tolerance if math.isfinite(tolerance) else math.nan,
-                     int(getattr(message, "round_sides", 0)))
+                            int(getattr(message, "round_sides", 0)))
 
 
 def stamp_of(message: Any) -> int:
