@@ -147,7 +147,13 @@ def _write(file: Path, part: "Part", found: "Trajectory", frames: "DropFrames",
 
     def write(folder: Path) -> None:
         if file.suffix.lower() == ".mcap":
-            _film(folder / file.name, part, found, frames, root)
+            from ..recording.writer.drop_film import write_film
+            from ..resting.splitting_graph import levels_above, poses_within
+
+            weight = found.energies[0] / found.heights[0]
+            levels = levels_above(root, found.pose)
+            write_film(folder / file.name, part, frames, lambda energy: " ".join(
+                map(str, poses_within(levels, energy / weight, root.poses))))
             return
         from ..plots import figures, trajectory
         from ..simulation.frames import RATE
@@ -166,14 +172,3 @@ def _watched(pictures: "Iterable[Picture]", count: int) -> "Iterator[Picture]":
         for number, picture in enumerate(pictures):
             bar.draw(number / count, f"picture {number} of {count}")
             yield picture
-
-
-def _film(file: Path, part: "Part", found: "Trajectory", frames: "DropFrames",
-          root: "SplittingNode") -> None:
-    from ..recording.writer.drop_film import write_film
-    from ..resting.splitting_graph import levels_above, poses_within
-
-    weight = found.energies[0] / found.heights[0]
-    levels = levels_above(root, found.pose)
-    write_film(file, part, frames, lambda energy: " ".join(
-        map(str, poses_within(levels, energy / weight, root.poses))))

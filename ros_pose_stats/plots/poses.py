@@ -37,8 +37,7 @@ def poses_figure(part: Part, found: PoseStatistics) -> Figure:
     for place, (group, picture) in enumerate(zip(shown, pictures, strict=True)):
         row, column = divmod(place, columns)
         left, bottom = spare + width * column, up - TITLE - high * (row + 1) + 0.3
-        axes = figure.add_axes((left / across, bottom / up, width / across,
-                                (high - HEAD) / up))
+        axes = figure.add_axes((left / across, bottom / up, width / across, (high - HEAD) / up))
         axes.imshow(picture, interpolation="antialiased")
         axes.set_axis_off()
         axes.set_title(f"{shortened(name_poses(group.indices), 30)}: "
@@ -46,8 +45,11 @@ def poses_figure(part: Part, found: PoseStatistics) -> Figure:
         axes.annotate(f"centre of mass {in_digits(1e3 * group.first.height, 3)} mm up",
                       (0.5, 0.0), xycoords="axes fraction", ha="center", va="top", fontsize=9,
                       color=REFERENCE)
-    figure.suptitle(_heading(found, sum(group.size for group in groups[MOST:])), fontsize=12,
-                    color=INK, y=1.0 - 0.1 / up)
+    how = f"{found.drops} drops" if found.drops else f"estimated ({found.method})"
+    rest = sum(group.size for group in groups[MOST:])
+    more = f"; {rest} less probable poses not shown" if rest else ""
+    figure.suptitle(f"{found.part_id}: {found.scene}\nresting probabilities, {how}{more}",
+                    fontsize=12, color=INK, y=1.0 - 0.1 / up)
     return figure
 
 
@@ -80,12 +82,6 @@ def _rotation(pose: StablePose) -> Array:
 def _placed(triangles: Array, rotation: Array, pose: StablePose) -> Array:
     """Turn triangles (t, 3, 3) about the centre of mass and lay them on the plate."""
     return np.asarray(triangles @ rotation.T + np.array([0.0, 0.0, pose.height]))
-
-
-def _heading(found: PoseStatistics, rest: int) -> str:
-    how = f"{found.drops} drops" if found.drops else f"estimated ({found.method})"
-    more = f"; {rest} less probable poses not shown" if rest else ""
-    return f"{found.part_id}: {found.scene}\nresting probabilities, {how}{more}"
 
 
 BESIDE_PIXELS = 320  # pixels across a picture

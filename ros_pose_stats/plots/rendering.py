@@ -82,8 +82,7 @@ def view_axes(view: View) -> tuple[Array, Array, Array]:
     return right, np.cross(towards, right), towards
 
 
-def _plate(frame: Array, shift: Array, side: float, wide: int,
-           high: int) -> tuple[Mask, Array]:
+def _plate(frame: Array, shift: Array, side: float, wide: int, high: int) -> tuple[Mask, Array]:
     """Which pixels show the plate if nothing is on it, and its depth (high, wide)."""
     x, y = np.meshgrid(np.arange(wide) + 0.5 - shift[0], np.arange(high) + 0.5 - shift[1])
     # The picture's two axes as seen from points of z = 0.

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ..records import Array, StablePose
+from ..records import StablePose
 from ..resting.splitting_graph import SAME_LEVEL, SplittingNode
 from .figures import INK, REFERENCE, apart, in_digits, new_figure
 
@@ -75,13 +75,6 @@ def _share(share: float) -> str:
     return ">.99" if 0.995 <= share < 1.0 else f"{share:.2f}".replace("0.", ".", 1)
 
 
-def _told_apart(values: Sequence[float]) -> list[str]:
-    """Lengths with as many digits as it takes to tell them apart, at least four."""
-    digits = next((some for some in range(4, 9)
-                   if len({in_digits(value, some) for value in values}) == len(values)), 9)
-    return [in_digits(value, digits) for value in values]
-
-
 def _draw_node(axes: Axes, branch: "Branch", heights: dict[int, float]) -> None:
     names = branch.node.poses
     text = " ".join(map(str, names)) if len(names) <= NAMES else f"{len(names)} poses"
@@ -107,8 +100,10 @@ def _finish(axes: Axes, levels: Sequence[tuple[float, float]], ends: int, lowest
     top = max([shown for _, shown in levels], default=lowest) + 0.1
     axes.set_ylim(lowest - room / (1.0 - room) * (top - lowest), top)
     axes.set_xticks([])
+    digits = next((some for some in range(4, 9) if len(levels) == len(
+        {in_digits(1e3 * level, some) for level, _ in levels})), 9)  # that tell them apart
     axes.set_yticks([shown for _, shown in levels],
-                    _told_apart([1e3 * level for level, _ in levels]), fontsize=8.5)
+                    [in_digits(1e3 * level, digits) for level, _ in levels], fontsize=8.5)
     axes.set_ylabel("energy / weight where it splits, mm", fontsize=9.5)
     axes.spines[["top", "right", "bottom"]].set_visible(False)
     axes.grid(axis="y", color="#e8e8e8", linewidth=0.6, zorder=0)
@@ -177,7 +172,10 @@ def place(top: Branch, ends: Sequence[Branch],
         end.x = float(place)
     for branch in reversed([one for one in top.walk() if one.parts]):
         branch.x = 0.5 * (branch.parts[0].x + branch.parts[-1].x)
-    true = _distinct([one.node.level for one in top.walk() if one.parts])
+    levels = np.array(sorted({float(one.node.level) for one in top.walk()
+                              if one.parts and one.node.level is not None}))
+    # Equal ones once.
+    true = levels[np.diff(levels, append=np.inf) > SAME_LEVEL * levels]
     lowest = min(heights.values())
     scale = max(float(true[-1]) - lowest, 1e-12) if len(true) else 1.0
     share = (true - lowest) / scale
@@ -193,14 +191,6 @@ def place(top: Branch, ends: Sequence[Branch],
 
     lower(top, np.inf)
     return list(zip(true.tolist(), shown.tolist(), strict=True))
-
-
-def _distinct(levels: Sequence[float | None]) -> Array:
-    """Levels by rising value, equal ones once."""
-    values = np.array(sorted({float(level) for level in levels if level is not None}))
-    if not len(values):
-        return values
-    return np.asarray(values[np.append(np.diff(values) > SAME_LEVEL * values[1:], True)])
 
 
 def lowest_pose(branch: Branch, heights: dict[int, float]) -> int:

@@ -165,7 +165,7 @@ def animation_frames(part: Part, trajectory: Trajectory, frames: DropFrames,
     levels = levels_above(root, trajectory.pose)
     triangles = decimation.visible_triangles(part) - part.center_of_mass
     turns = vectors.rotation_matrices(frames.orientations)
-    energy = energy_heights(trajectory)
+    energy, radius = energy_heights(trajectory), trajectory.radius
     for k, time in enumerate(frames.times):
         canvas.restore_region(background)  # type: ignore[no-untyped-call]
         now = float(frames.energies[k]) * (energy[0] / trajectory.energies[0])
@@ -179,8 +179,10 @@ def animation_frames(part: Part, trajectory: Trajectory, frames: DropFrames,
         drawn = canvas.buffer_rgba()  # type: ignore[no-untyped-call]
         picture = np.asarray(drawn)[:, :, :3].copy()
         placed = triangles @ turns[k].T + np.array([0.0, 0.0, frames.heights[k]])
-        picture[top:top + high, left:left + wide] = rendered(
-            placed, _view(trajectory.radius, float(frames.heights[k]), (wide, high)))
+        above = max(0.0, float(frames.heights[k]) - FOLLOWED * radius)
+        picture[top:top + high, left:left + wide] = rendered(placed, View(
+            np.array([0.0, 0.0, 1.02 * radius + above]), WIDE * radius, (wide, high),
+            plate=1.15 * radius))
         yield picture
 
 
@@ -198,8 +200,7 @@ def _stage(trajectory: Trajectory, frames: DropFrames, root: SplittingNode
                           animated=True)
     where = f"pose {trajectory.pose}" if trajectory.pose >= 0 else "no pose"
     figure.text(0.02, 0.945, f"{trajectory.part_id}: {trajectory.scene}", fontsize=9.5, color=INK)
-    figure.text(0.02, 0.88, f"into {where}, {_pace(frames.slower)}", fontsize=9.5,
-                color=REFERENCE)
+    figure.text(0.02, 0.88, f"into {where}, {_pace(frames.slower)}", fontsize=9.5, color=REFERENCE)
     clock = figure.text(0.985, 0.945, "", fontsize=10.5, color=REFERENCE, ha="right",
                         animated=True)
     return figure, axes, words, clock
@@ -210,10 +211,3 @@ def _pace(slower: float) -> str:
     if slower == 1.0:
         return "in true time"
     return f"slowed {slower:g} times" if slower > 1.0 else f"{1.0 / slower:g} times as fast"
-
-
-def _view(radius: float, height: float, pixels: tuple[int, int]) -> View:
-    """View of the plate; it rises with a part that is high up."""
-    above = max(0.0, height - FOLLOWED * radius)
-    return View(np.array([0.0, 0.0, 1.02 * radius + above]), WIDE * radius, pixels,
-                plate=1.15 * radius)

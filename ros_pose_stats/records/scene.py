@@ -111,8 +111,7 @@ def height_warnings(name: str, height: float | None, radius: float, highest: flo
 
     `name`: what kind of height; `highest`: that a feeder has, metres.
     """
-    if height is None or height <= min(max(highest, LARGE_RADII * radius),
-                                       HIGHEST_RADII * radius):
+    if height is None or height <= min(max(highest, LARGE_RADII * radius), HIGHEST_RADII * radius):
         return []
     return [f"HEIGHT_SUSPECT: a {name} height of {height:g} m, which no feeder has; heights are "
             "in metres whatever the unit of the mesh, so 200 mm are 0.2."]

@@ -167,8 +167,7 @@ def _heading(found: "PoseStatistics", part: "Part | None") -> str:
     alike = f" in {several(groups, 'group')}" if groups < len(found.poses) else ""
     poses = f"{several(len(found.poses), 'stable pose')}{alike}"
     if part is None:
-        return (f"{found.part_id}: {found.scene}\n{poses}, "
-                f"radius {found.radius * 1e3:.4g} mm")
+        return f"{found.part_id}: {found.scene}\n{poses}, radius {found.radius * 1e3:.4g} mm"
     center = np.round(part.center_of_mass / found.radius, 6) * found.radius * 1e3 + 0.0
     extents = " x ".join(f"{x:.4g}" for x in np.ptp(part.surface_vertices, axis=0) * 1e3)
     return (f"{part.part_id}: {found.scene}\n"

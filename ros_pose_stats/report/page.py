@@ -82,12 +82,12 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
         cards=[(group, figures.address("png", figures.png_bytes(picture)))
                for group, picture in zip(shown, pictures, strict=True)],
         by_method=_by_method(findings, shown),
-        feeders=_feeders(findings, groups[:MOST_FEEDERS]),
-        kicks=_kicks(findings),
-        graph=_graph(findings), changes=_changes(findings),
-        spheres={name: figures.svg_address(sphere.sphere_figure(findings.sphere, name,
-                                                              findings.graph))
-                 for name in ("R", "r")},
+        feeders=[] if found.drops == found.unsettled else [
+            (group, feeding.drop_afresh(pose_groups.pose_shares(found), group.indices))
+            for group in groups[:MOST_FEEDERS]],
+        kicks=_kicks(findings), graph=_graph(findings), changes=_changes(findings),
+        spheres={name: figures.svg_address(sphere.sphere_figure(
+            findings.sphere, name, findings.graph)) for name in ("R", "r")},
         view=viewer_data(part, first, found.radius))
 
 
@@ -109,16 +109,6 @@ def _by_method(findings: Findings,
              for found in every]
     return [(group, [(found, groups[group.first.index]) for found, groups in known])
             for group in shown]
-
-
-def _feeders(findings: Findings,
-             groups: Sequence[pose_groups.PoseGroup]) -> list[tuple[pose_groups.PoseGroup, Any]]:
-    """What a feeder gets that keeps one group only; nothing where no drop has settled."""
-    found = findings.simulated
-    if found.drops == found.unsettled:
-        return []
-    simulated = pose_groups.pose_shares(found)
-    return [(group, feeding.drop_afresh(simulated, group.indices)) for group in groups]
 
 
 def _graph(findings: Findings) -> dict[str, Any] | None:
@@ -167,15 +157,14 @@ def comparison_page(found: comparison.Comparison, commands: tuple[str, ...] = ()
     sizes = [1e3 * np.ptp(part.surface_vertices, axis=0) for part in found.parts]
     return words.template("comparison.html", points=_points, numbered=_pose_numbers).render(
         MOST_ROWS=LIMITS["MOST_ROWS"], verdict=_verdict, found=found, named=named,
-        first=found.found[0],
+        first=found.found[0], commands=commands,
         sizes=[" × ".join(f"{x:.4g}" for x in size) for size in sizes],
         centers=[" ".join(f"{x + 0.0:.4g}" for x in np.round(1e3 * part.center_of_mass, 4))
                  for part in found.parts],
         sections=[_section(found, one) for one in found.variants],
         **{kind: [(whose, *words.in_words(line))
                   for whose, line in describe.name_remarks(found, kind)]
-           for kind in ("warnings", "notes")},
-        commands=commands)
+           for kind in ("warnings", "notes")})
 
 
 def _section(found: comparison.Comparison, one: comparison.VariantComparison) -> dict[str, Any]:

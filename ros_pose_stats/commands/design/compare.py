@@ -96,16 +96,12 @@ def load_variants(options: argparse.Namespace) -> "list[Part]":
         raise RequestError(f"--com once, or once for each of {len(options.parts)} variants",
                            f"{len(centers)} times", "repeat it in the order of the files")
     each = centers * len(options.parts) if len(centers) == 1 else centers
+    paths = [Path(file) for file in options.parts]
+    # Equal names are told apart by the whole paths.
+    names = [path.stem if all(path.stem != other.stem for other in paths if other != path)
+             else str(path) for path in paths]
     return [load_part(file, options.unit, center, part_id=name, unless_declared=True)
-            for file, center, name in zip(options.parts, each, name_variants(options.parts),
-                                          strict=True)]
-
-
-def name_variants(files: Sequence[str]) -> list[str]:
-    """Names of files: their whole paths where another one has the same name."""
-    paths = [Path(file) for file in files]
-    return [path.stem if all(path.stem != other.stem for other in paths if other != path)
-            else str(path) for path in paths]
+            for file, center, name in zip(options.parts, each, names, strict=True)]
 
 
 def command_to_reproduce(options: argparse.Namespace, found: "Comparison") -> str:

@@ -13,7 +13,7 @@ from ...text import Column, columns, millimetres, percent, remarks, several
 from .. import arguments as given, running
 
 if TYPE_CHECKING:
-    from ...records import FlipStatistics, Index, Part, PoseStatistics
+    from ...records import FlipStatistics, Index, Part
     from ...statistics.feeding import Feeding
 
 DEFAULT_FLIPS = 2000
@@ -71,7 +71,7 @@ def run(options: argparse.Namespace) -> int:
     from ...records.statistics import plain
     from ...resting.poses import poses_in
     from ...simulation import flips, request as requests, simulate
-    from ...statistics import counted_flips, pose_groups
+    from ...statistics import counted_flips, feeding, pose_groups
 
     scene, fresh = given.scene_of(options), None
     resting = poses_in(part, scene)
@@ -97,14 +97,19 @@ def run(options: argparse.Namespace) -> int:
     stopped, speeds = interrupted(), []
     lines: list[str] = []
     for each in found:
-        ways = {} if fresh is None or stopped else _feedings(options, each, fresh)
+        ways = {}
+        if fresh is not None and not stopped:
+            dropped = pose_groups.pose_shares(fresh)
+            ways = {"dropped_again": feeding.drop_afresh(dropped, options.wanted, options.rate),
+                    "kicked": feeding.flip_wrong_ones(dropped, each.counts, options.wanted,
+                                                      options.rate, options.cycle_time)}
         if fresh is not None:
             each = replace(each, warnings=tuple(dict.fromkeys((
                 *each.warnings, *fresh.warnings,
                 *pose_groups.warn_of_alike(fresh, options.wanted)))))
-        feeding = {name: {key: plain(number._asdict())
-                          for key, number in way._asdict().items()} for name, way in ways.items()}
-        speeds.append({**each.as_dict(), **({"feeding": feeding} if ways else {})})
+        gains = {name: {key: plain(number._asdict()) for key, number in way._asdict().items()}
+                 for name, way in ways.items()}
+        speeds.append({**each.as_dict(), **({"feeding": gains} if ways else {})})
         lines += [*([""] if lines else []), *_table(part, each, ways)]
     if options.json:
         running.print_json({"speeds": speeds} if options.counts else speeds[0],
@@ -114,17 +119,6 @@ def run(options: argparse.Namespace) -> int:
         if stopped:
             print(f"interrupted after {sum(each.flips for each in found)} flips")
     return running.INTERRUPTED if stopped else 0
-
-
-def _feedings(options: argparse.Namespace, found: "FlipStatistics",
-              fresh: "PoseStatistics") -> "dict[str, Feeding]":
-    """What a feeder gets, both ways."""
-    from ...statistics import feeding, pose_groups
-
-    dropped = pose_groups.pose_shares(fresh)
-    return {"dropped_again": feeding.drop_afresh(dropped, options.wanted, options.rate),
-            "kicked": feeding.flip_wrong_ones(dropped, found.counts, options.wanted,
-                                              options.rate, options.cycle_time)}
 
 
 def _table(part: "Part", found: "FlipStatistics", ways: "dict[str, Feeding]") -> list[str]:

@@ -115,7 +115,7 @@ class _BagReader:
             tuple(self._files), dict(sorted(self._messages.items())),
             min(self._times), max(self._times),
             tuple(_part_records(self._results, self._jobs, self._drops)),
-            tuple(self._counts.counts()), tuple(self._remarks()))
+            tuple(self._counts.counts.values()), tuple(self._remarks()))
 
     def _read_file(self, bag: Path, file: Path, on_read: bag_files.OnRead) -> None:
         messages, seen = bag_files.FileMessages(file, on_read), 0

@@ -17,7 +17,7 @@ WITHIN = 1_000_000_000
 """Two recorders write down a message without a stamp at most this far apart [ns]."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class CameraCounts:
     """All counts of one part, numbering and plate together."""
 
@@ -26,17 +26,26 @@ class CameraCounts:
     numbering: scenes.Numbering  # by which the camera names the poses
     plate: str
     drop_height: float  # metres; NaN where the camera did not know it
-    messages: int
     begin: int  # time of the first and the last message, nanoseconds since 1970
     end: int
-    index: Index  # (k,); poses, rising, and the parts seen in each
-    count: Index
-    unclassified: int  # parts seen in no stable pose
+    messages: int = 0
+    unclassified: int = 0  # parts seen in no stable pose
+    of_pose: Counter[int] = field(default_factory=Counter)
+
+    @property
+    def index(self) -> Index:
+        """Poses (k,) that were counted, rising."""
+        return np.array(sorted(self.of_pose), dtype=np.int64)
+
+    @property
+    def count(self) -> Index:
+        """Parts (k,) seen in each of them."""
+        return np.array([self.of_pose[pose] for pose in sorted(self.of_pose)], dtype=np.int64)
 
     @property
     def classified(self) -> int:
         """Parts seen in a stable pose."""
-        return int(self.count.sum())
+        return self.of_pose.total()
 
     @property
     def unclassified_share(self) -> float:
@@ -45,24 +54,13 @@ class CameraCounts:
         return self.unclassified / total if total else math.nan
 
 
-@dataclass
-class _Sum:
-    """What messages add up to."""
-
-    begin: int
-    end: int
-    messages: int = 0
-    unclassified: int = 0
-    of_pose: Counter[int] = field(default_factory=Counter)
-
-
 class CountCollector:
     """Adds up PoseCounts of landings, each once; refused are those with arrays of two lengths."""
 
     def __init__(self) -> None:
         self.copies = Copies()
         self.refused = self.flips = 0
-        self._sums: dict[tuple[Any, ...], _Sum] = {}
+        self.counts: dict[tuple[Any, ...], CameraCounts] = {}
 
     def add(self, message: Any, source: int, stamp: int, log_time: int) -> None:
         """Take in a PoseCounts; see `Copies.is_copy`."""
@@ -84,23 +82,13 @@ class CountCollector:
                                log_time):
             return
         time = stamp or log_time
-        known = self._sums.setdefault(of, _Sum(time, time))
+        known = self.counts.setdefault(of, CameraCounts(
+            *of[:4], math.nan if of[4] is None else height, time, time))
         known.begin, known.end = min(known.begin, time), max(known.end, time)
         known.messages += 1
         known.unclassified += unclassified
         for pose, parts in zip(index, count, strict=True):
             known.of_pose[pose] += parts
-
-    def counts(self) -> list[CameraCounts]:
-        """Everything so far."""
-        found = []
-        for (part_id, digest, numbering, plate, height), known in self._sums.items():
-            index = np.array(sorted(known.of_pose), dtype=np.int64)
-            count = np.array([known.of_pose[pose] for pose in index.tolist()], dtype=np.int64)
-            found.append(CameraCounts(
-                part_id, digest, numbering, plate, math.nan if height is None else height,
-                known.messages, known.begin, known.end, index, count, known.unclassified))
-        return found
 
 
 @dataclass(order=True)
