@@ -10,9 +10,8 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+from .. import errors, files
 from ..batch import folder as folders, processes, worker
-from ..errors import PoseStatsError, RequestError
-from ..files import remove_unfinished
 from .page import CHUNKS, PAGE, PageState, write_page
 from .request import CatalogueRequest, PartFile
 from .rows import Described, Row, content_of, describe_part, refused
@@ -78,7 +77,7 @@ def make_catalogue(folder: Path, parts: Sequence[PartFile], request: CatalogueRe
                              "a catalogue"),
           closing(RowStore(folder)) as store):
         for place in (folder, folder / CHUNKS):
-            remove_unfinished(place)
+            files.remove_unfinished(place)
         run = _Run(folder, parts, store, on_progress)
         missing = run.missing()
         found = len(parts) - len(missing)
@@ -213,8 +212,8 @@ def died(piece: Piece, how: worker.ProcessDiedError) -> Described:
     if isinstance(how, worker.TookLongError):
         done, remedy = (("dropped", "ask for a larger target error") if drop else
                         ("looked at", "export it in fewer faces"))
-        why = str(RequestError(f"a part that is {done} within {_limit(drop):g} s",
-                               "one that takes longer", remedy))
+        why = str(errors.RequestError(f"a part that is {done} within {_limit(drop):g} s",
+                                      "one that takes longer", remedy))
     return Described(refused(part.name, why), None, False, 0.0)
 
 
@@ -256,7 +255,7 @@ def bundles(pieces: Sequence[Piece]) -> list[Bundle]:
     return [tuple(pieces[first:first + size]) for first in range(0, len(pieces), size)]
 
 
-def describe_bundle(contents: list[tuple[str, bytes | PoseStatsError, bool]],
+def describe_bundle(contents: list[tuple[str, bytes | errors.PoseStatsError, bool]],
                     request: CatalogueRequest) -> list[Described]:
     """Look at the parts of a bundle, one after the other."""
     return [describe_part(name, content, request, drop) for name, content, drop in contents]

@@ -13,11 +13,10 @@ from itertools import groupby, islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from .. import files, version
+from .. import files, text, version
 from ..batch.folder import needing_room
 from ..records.scene import describe_scene
 from ..report.words import template
-from ..text import ranges
 from . import rows, store
 from .request import CatalogueRequest
 
@@ -100,7 +99,7 @@ BOUNDS = ("", "_low", "_high")
 def _groups(poses: Sequence[rows.Row]) -> list[list[Any]]:
     """The most probable poses, those that symmetry makes alike as one."""
     alike = (list(group) for _, group in groupby(poses, key=lambda pose: pose["group"]))
-    return [[ranges([pose["pose"] for pose in group]),
+    return [[text.ranges([pose["pose"] for pose in group]),
              *(_short(group[0][f"group_share{end}"]) for end in BOUNDS),
              _millimetres(group[0]["footprint_length_m"]),
              _millimetres(group[0]["footprint_width_m"]), _millimetres(group[0]["top_m"]),
@@ -117,9 +116,9 @@ def _short(value: float | None) -> float | None:
     return None if value is None else float(f"{value:.4g}")
 
 
-def _unbroken(text: str) -> str:
+def _unbroken(words: str) -> str:
     """Words that keep to the number behind them."""
-    return re.sub(r" (?=\d)", "\N{NO-BREAK SPACE}", text)
+    return re.sub(r" (?=\d)", "\N{NO-BREAK SPACE}", words)
 
 
 def _script_json(values: Any) -> str:

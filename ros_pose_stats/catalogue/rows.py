@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .. import errors
+from .. import errors, text
 from ..estimators import estimate_in
 from ..mesh import files, mass_properties, parts
 from ..planning import auto, confidence
@@ -17,7 +17,6 @@ from ..plots.poses import pose_thumbnail
 from ..records import Array, Part, PoseStatistics, statistics
 from ..resting.poses import poses_in
 from ..statistics import feeding, pose_groups
-from ..text import code_of
 from .request import CatalogueRequest
 
 Row = dict[str, Any]
@@ -82,7 +81,7 @@ def _described(name: str, content: bytes | errors.PoseStatsError | None, request
     given = mass_properties.check_given(None, None, None, request.density)
     part = parts.part_of_file(mesh, given, path.stem)
     found = estimate_in(part, scene)  # which may be sure enough
-    outside = any(code_of(one) == "OUTSIDE_FIT" for one in found.warnings)
+    outside = any(text.code_of(one) == "OUTSIDE_FIT" for one in found.warnings)
     target = request.target_error or (TARGET_OUTSIDE if outside else 0.0)
     if drop or not target:
         # From a seed of the part's own: equal parts have equal rows, in whatever order.

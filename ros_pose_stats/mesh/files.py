@@ -18,7 +18,7 @@ import numpy as np
 
 from ..errors import MeshFileError
 from ..files import NotAFileError, read_file
-from ..records.arrays import Array, Corners, Index
+from ..records import Array, Corners, Index
 from . import step, units, vectors
 
 if TYPE_CHECKING:

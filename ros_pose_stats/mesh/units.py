@@ -6,7 +6,7 @@ from typing import Literal
 import numpy as np
 
 from .. import errors, text
-from ..records.arrays import Array, Corners
+from ..records import Array, Corners
 from .arrays import NOT_NUMBERS, real_number
 
 AUTO: Literal["auto"] = "auto"  # the unit that asks for a guess

@@ -8,14 +8,13 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .arrays import Array, Corners, Index, Mask
     from .drops import DropEvent, DropProgress, FlipStatistics, Trajectory
-    from .part import Part
+    from .part import Array, Corners, Index, Mask, Part
     from .scene import DropScene
     from .statistics import PoseStatistics, RestingShape, StablePose
 
-_HOMES = {"Array": "arrays", "Corners": "arrays", "DropEvent": "drops", "DropProgress": "drops",
-          "DropScene": "scene", "FlipStatistics": "drops", "Index": "arrays", "Mask": "arrays",
+_HOMES = {"Array": "part", "Corners": "part", "DropEvent": "drops", "DropProgress": "drops",
+          "DropScene": "scene", "FlipStatistics": "drops", "Index": "part", "Mask": "part",
           "Part": "part", "PoseStatistics": "statistics", "RestingShape": "statistics",
           "StablePose": "statistics", "Trajectory": "drops"}
 

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from .arrays import Array, Index
+from .part import Array, Index
 from .scene import describe_scene
 from .statistics import PoseStatistics, StablePose, plain
 

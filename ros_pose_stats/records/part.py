@@ -8,11 +8,16 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+Corners = NDArray[np.integer]  # of triangles: numbers of vertices
+
 Prepared = TypeVar("Prepared")
 
 
-def part_digest(vertices: NDArray[np.float64], triangles: NDArray[np.uint32], mass: float,
-                center_of_mass: NDArray[np.float64], inertia: NDArray[np.float64]) -> str:
+def part_digest(vertices: Array, triangles: NDArray[np.uint32], mass: float,
+                center_of_mass: Array, inertia: Array) -> str:
     """SHA-256 (hex) that identifies a part.
 
     Over little-endian float64 vertices as received, in metres, uint32 triangles, and float64 mass,
@@ -86,13 +91,13 @@ class Part:
     """
 
     part_id: str
-    vertices: NDArray[np.float64]
+    vertices: Array
     triangles: NDArray[np.uint32]
-    surface_vertices: NDArray[np.float64]
-    surface_triangles: NDArray[np.int64]
+    surface_vertices: Array
+    surface_triangles: Index
     mass: float
-    center_of_mass: NDArray[np.float64]
-    inertia: NDArray[np.float64]
+    center_of_mass: Array
+    inertia: Array
     warnings: tuple[str, ...] = ()
     rounding: float = 0.0
     digest: str = field(default="", compare=False)

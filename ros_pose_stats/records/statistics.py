@@ -11,12 +11,9 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from ..errors import RequestError
-from ..tolerances import SAME_SHARE, number_equal
-from ..version import VERSION
+from .. import errors, tolerances, version
 from . import scene as scenes
-from .arrays import Array, Index
-from .part import Part
+from .part import Array, Index, Part
 from .scene import DropScene
 from .tables import report, single_poses
 
@@ -247,8 +244,8 @@ class PoseStatistics:
         try:
             pandas = import_module("pandas")
         except ImportError as error:
-            raise RequestError("pandas for a DataFrame", "none installed",
-                               "install it, or take as_dict()") from error
+            raise errors.RequestError("pandas for a DataFrame", "none installed",
+                                      "install it, or take as_dict()") from error
         return pandas.DataFrame([pose.as_dict() for pose in self.poses]).set_index("index")
 
     def __str__(self) -> str:
@@ -292,7 +289,7 @@ def pose_statistics(part: Part, radius: float, poses: Iterable[StablePose], shar
         unsettled=unsettled, seed=seed, expected_error=shares.expected_error,
         largest_error=shares.largest_error, seconds=seconds,
         warnings=(*part.warnings, *suspect, *warnings), notes=(*part.notes, *notes),
-        version=VERSION)
+        version=version.VERSION)
 
 
 def with_shares(model: PoseStatistics, method: str, shares: Shares,
@@ -315,8 +312,8 @@ def ranked(poses: Iterable[StablePose], shares: Shares) -> tuple[StablePose, ...
     together: dict[int, float] = {}
     for pose in found:
         together[pose.group] = together.get(pose.group, 0.0) + pose.probability
-    rank = number_equal([0.0 if math.isnan(pose.probability) else -pose.probability
-                         for pose in found], SAME_SHARE)
+    rank = tolerances.number_equal([0.0 if math.isnan(pose.probability) else -pose.probability
+                                    for pose in found], tolerances.SAME_SHARE)
     order = sorted(range(len(found)), key=rank.__getitem__)
     return tuple(found[k].with_values(group_probability=together[found[k].group]) for k in order)
 

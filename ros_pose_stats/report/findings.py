@@ -5,8 +5,8 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from typing import NamedTuple
 
+from .. import errors, text
 from ..design.sensitivity import Sensitivity, sensitivity
-from ..errors import RequestError
 from ..estimators import best_method, estimate_all
 from ..kernels.compilation import prepare_kernels
 from ..planning import confidence, hybrid
@@ -14,7 +14,6 @@ from ..records import DropScene, FlipStatistics, Part, PoseStatistics
 from ..resting import pose_sphere as spheres, poses, splitting_graph as graphs
 from ..simulation import flips, request, simulate
 from ..statistics import feeding, pose_groups
-from ..text import code_of
 
 TARGET_ERROR = 0.01
 MOST_DROPS = 10_000
@@ -46,9 +45,9 @@ class Feeder:
         if self.kick_height is not None:
             flips.check_kick(self.kick_height)
             if self.rate is None:
-                raise RequestError("a rate of parts a minute beside the kick height", "none",
-                                   "count the parts that can be dropped, those sent back "
-                                   "included")
+                raise errors.RequestError(
+                    "a rate of parts a minute beside the kick height", "none",
+                    "count the parts that can be dropped, those sent back included")
 
 
 class KickFeeding(NamedTuple):
@@ -96,8 +95,8 @@ class Findings:
     @property
     def cautions(self) -> list[str]:
         """What else the estimates say of themselves, each code once."""
-        known = {code_of(one) for one in self.simulated.warnings}
-        said = {code_of(one): one for found in (self.best_estimate, *self.estimates)[::-1]
+        known = {text.code_of(one) for one in self.simulated.warnings}
+        said = {text.code_of(one): one for found in (self.best_estimate, *self.estimates)[::-1]
                 for one in found.warnings}
         return [one for code, one in said.items() if code not in known]
 

@@ -6,8 +6,15 @@ from collections.abc import Callable
 from numpy.typing import ArrayLike
 
 from ..methods import SIMULATION
-from ..records import DropProgress, DropScene, Part, PoseStatistics, scene as scenes, statistics
-from ..records.arrays import Array
+from ..records import (
+    Array,
+    DropProgress,
+    DropScene,
+    Part,
+    PoseStatistics,
+    scene as scenes,
+    statistics,
+)
 from ..resting.trust import pose_remarks
 from ..statistics.prefix import Judge, Prefix, target_reached
 from .chunks import DropWorkers

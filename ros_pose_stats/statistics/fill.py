@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..records.arrays import Array, Index
+from ..records import Array, Index
 
 PLACES, DIRECTIONS = 6, 96
 """Nodes along half a side of the plate, and directions in which its edge is looked for."""

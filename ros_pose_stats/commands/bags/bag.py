@@ -7,8 +7,7 @@ from datetime import datetime, timezone
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ... import files, text
-from ...errors import BagError
+from ... import errors, files, text
 from ...records.scene import Numbering
 from .. import arguments as given, running
 
@@ -37,8 +36,8 @@ def run(options: argparse.Namespace) -> int:
 
     folder = Path(options.csv) if options.csv else None
     if folder is not None and folder.exists() and not folder.is_dir():
-        raise BagError("a directory for the CSV files", f"{folder}, which is a file",
-                       "name a directory; it is created if it is missing")
+        raise errors.BagError("a directory for the CSV files", f"{folder}, which is a file",
+                              "name a directory; it is created if it is missing")
     with running.ProgressBar(sys.stderr) as bar:
         found = analyse_bags(options.bags, bar.show_bytes)
     written = [] if folder is None else write_csv(found, folder)
