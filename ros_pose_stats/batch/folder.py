@@ -86,10 +86,11 @@ def write_durably(path: Path, content: bytes) -> None:
 
 
 @contextmanager
-def needing_room(what: str, place: Path) -> Iterator[None]:
-    """Refuse a disk that does not take what is written in the context."""
+def needing_room(what: str, place: Path, kinds: tuple[type[Exception], ...] = (OSError,)
+                 ) -> Iterator[None]:
+    """Refuse a disk that does not take what is written in the context; `kinds`: its errors."""
     try:
         yield
-    except OSError as error:
+    except kinds as error:
         raise errors.BatchError(f"a disk that takes {what}", f"{place} ({errors.reason(error)})",
                                 "make room; the same command then goes on from here") from error

@@ -15,8 +15,7 @@ from ..batch import folder as folders, processes, worker
 from .page import CHUNKS, PAGE, PageState, write_page
 from .request import CatalogueRequest, PartFile
 from .rows import Described, Row, content_of, describe_part, refused
-from .store import ROWS, Entry, RowStore, Tally, tally
-from .tables import TABLES, write_tables
+from .store import ROWS, TABLES, Entry, RowStore, Tally, tally, write_tables
 
 CLAIM = "request.json"
 PICTURES = "pictures"

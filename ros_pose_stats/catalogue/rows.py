@@ -31,8 +31,8 @@ UNKNOWN = feeding.Bounded(math.nan, math.nan, math.nan)
 class Described(NamedTuple):
     """What came of a part."""
 
-    # by the columns of `tables.COLUMNS` as far as they are known; `poses` is a list of rows by
-    # `tables.POSE_COLUMNS`. Plain values, for JSON: what is not known is None
+    # by the columns of `store.COLUMNS` as far as they are known; `poses` is a list of rows by
+    # `store.POSE_COLUMNS`. Plain values, for JSON: what is not known is None
     row: Row
     picture: bytes | None  # PNG file of the most probable pose
     to_be_dropped: bool  # whether the estimate is not as sure as the target error asks

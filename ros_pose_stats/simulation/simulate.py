@@ -6,15 +6,8 @@ from collections.abc import Callable
 from numpy.typing import ArrayLike
 
 from ..methods import SIMULATION
-from ..records import (
-    Array,
-    DropProgress,
-    DropScene,
-    Part,
-    PoseStatistics,
-    scene as scenes,
-    statistics,
-)
+from ..records import DropProgress, DropScene, Part, PoseStatistics, scene as scenes, statistics
+from ..records.part import Array
 from ..resting.trust import pose_remarks
 from ..statistics.prefix import Judge, Prefix, target_reached
 from .chunks import DropWorkers
