@@ -21,7 +21,7 @@ from rclpy import callback_groups, exceptions, node as nodes, qos
 from rosgraph_msgs.msg import Clock
 
 from ..errors import PoseStatsError
-from .lanes import result_of
+from .lanes import result_of, words_of
 
 SERVICE_QUALITY = qos.QoSProfile(
     history=qos.HistoryPolicy.KEEP_LAST, depth=1000, reliability=qos.ReliabilityPolicy.RELIABLE,
@@ -65,13 +65,10 @@ def answered(callback: Callback, say_failure: Callable[[str], object], request: 
         except StopIteration:
             pass
         except Exception as error:  # the client gets an answer in any case
-            is_refusal = isinstance(error, PoseStatsError)
-            message = str(error) if is_refusal else (
-                f"internal failure: {type(error).__name__}: {error}")
-            if not is_refusal:
-                say_failure(f"{type(request).__qualname__}: {message}")
+            if not isinstance(error, PoseStatsError):
+                say_failure(f"{type(request).__qualname__}: {words_of(error)}")
             if hasattr(response, "success"):
-                response.success, response.message = False, message
+                response.success, response.message = False, words_of(error)
         if coming is None:
             coming_answer.set_result(response)
         else:  # no thread waits
@@ -242,16 +239,10 @@ class AnsweringNode(nodes.Node):
             callback_group=callback_groups.MutuallyExclusiveCallbackGroup())
         send_now, answers = service.send_response, self.answers
 
-        def send(asked: Asked, header: Any, done: Future[Any]) -> None:
-            try:
-                answers.send(name, asked, lambda: send_now(done.result(), header))
-            except Exception as error:  # whoever has the response ready is not to blame
-                self.get_logger().error(
-                    f"{name}: an answer could not be sent: {type(error).__name__}: {error}")
-
         def answer(asked: Asked, header: Any, request: Any) -> None:
             coming = answered(callback, self.get_logger().error, request, kind.Response())
-            coming.add_done_callback(partial(send, asked, header))
+            coming.add_done_callback(lambda done: answers.send(
+                name, asked, lambda: send_now(done.result(), header)))
 
         def sort_all(request: Any, header: Any) -> None:
             """Sort a request and those behind it; one that may not wait is answered now."""

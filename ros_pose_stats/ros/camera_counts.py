@@ -1,78 +1,151 @@
 """What cameras count, on `~/pose_counts`, and see, on `~/observed_parts`: recorded and learnt."""
 
 import math
+import threading
+import time
+from collections import OrderedDict
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
 
 import numpy as np
-from rclpy import serialization
+from rclpy import callback_groups, event_handler, qos, serialization
 from ros_pose_stats_msgs.msg import ObservedParts, PoseCounts
 
 from ..errors import PoseStatsError, RequestError
 from ..recording.analysis.decoding import numbering_of
 from ..resting.observed_orientations import classify_orientations
 from .base import Base
-from .batches import BatchSubscription
 from .messages import part_messages, part_requests, times
 from .parts import known_part, result_store
 from .recorder import POSE_COUNTS
-from .settings import Settings
+from .refusals import COUNTS, MINUTE, SequenceGaps
 
 MOST_BYTES = 2**20  # of a camera's message: counts of some 80 000 poses, or some 16 000 parts seen
 
 
-def observed_of_bytes(data: bytes) -> part_messages.ObservedArrays:
-    """What a camera saw; raises RequestError if the bytes or its confidences are none."""
-    if len(data) > MOST_BYTES:
-        raise RequestError(f"an ObservedParts of at most {MOST_BYTES} bytes", f"{len(data)} bytes",
-                           "check the publisher")
-    numbers = part_messages.see(data, ObservedParts, part_messages.observed_arrays)
-    parts, confidence = len(numbers.poses), numbers.confidence
-    if not len(confidence):
-        confidence = np.ones(parts)
-    if len(confidence) != parts:
-        raise RequestError("a confidence for each of the poses, or none at all",
-                           f"{len(confidence)} for {parts} poses", "fill in all or none")
-    wrong = confidence[(confidence < 0.0) | (confidence > 1.0)]
-    if len(wrong):
-        raise RequestError("confidences from 0 to 1", f"{wrong[0]:g}", "divide percentages by 100")
-    return numbers._replace(confidence=confidence)
+DEPTH = 1000  # messages that wait in the middleware
+MOST_AT_ONCE = 2**22  # bytes of messages that are taken together
+OVERHEAD = 1000  # bytes that a message is taken to occupy beside its own, decoded and on its way
+
+Received = tuple[bytes, Mapping[str, int]]
 
 
-COUNTS_TOPIC = "~/pose_counts"
+class BatchSubscription:
+    """Hands all messages that wait over to `take`, in their order, by one thread at a time."""
+
+    def __init__(self, base: Base, kind: type, topic: str, noun: str,
+                 take: Callable[[list[bytes]], object]) -> None:
+        self._log, self._floods = base.node.get_logger(), base.refusals.floods
+        self._kind, self._topic, self._noun = kind, topic, noun
+        self._hand_over, self._count_lost = take, partial(base.refusals.count_lost, COUNTS)
+        self._gaps, self._warned = SequenceGaps(), -math.inf
+        self._lock = threading.Lock()
+        self._came: OrderedDict[tuple[int, int, int], None] = OrderedDict()
+        group = callback_groups.MutuallyExclusiveCallbackGroup()
+        self._subscription: Any = base.node.create_subscription(
+            kind, topic, lambda data, info: self._take_with([(data, info)]), DEPTH, raw=True,
+            callback_group=group,
+            event_callbacks=event_handler.SubscriptionEventCallbacks(
+                incompatible_qos=lambda info: None))
+        base.node.create_subscription(kind, topic, self._take_unreliable, qos.QoSProfile(
+            depth=DEPTH, reliability=qos.ReliabilityPolicy.BEST_EFFORT), raw=True,
+            callback_group=group)
+
+    def take_waiting(self) -> None:
+        """Hand over what the middleware still has, at the end of the node."""
+        while self._take_with([]):
+            pass
+
+    def _take_with(self, received: list[Received]) -> bool:
+        """Hand over messages and what waits behind them, up to so many bytes; whether any."""
+        size, handle = sum(len(data) for data, _ in received), self._subscription.handle
+        with self._lock:
+            with handle:
+                while size < MOST_AT_ONCE and (
+                        waiting := handle.take_message(self._kind, True)) is not None:
+                    received.append(waiting)
+                    size += len(waiting[0]) + OVERHEAD
+            lost = 0
+            for _, info in received:
+                number = info["publication_sequence_number"] or 0
+                lost += self._gaps.missing_before(number)
+                self._floods.count(f"{self._noun} on {self._topic}")
+            total = self._count_lost(lost)
+            if lost and time.monotonic() - self._warned > MINUTE:
+                self._warned = time.monotonic()
+                self._log.warning(f"{self._topic}: {total} counts lost so far: they come faster "
+                                  "than they can be recorded")
+            fresh = [data for data, info in received if not self._is_copy(data, info)]
+            if fresh:
+                self._hand_over(fresh)
+        return bool(received)
+
+    def _take_unreliable(self, data: bytes, info: Mapping[str, int]) -> None:
+        """Hand over what best-effort publishers send."""
+        with self._lock:
+            if not self._is_copy(data, info):
+                self._hand_over([data])
+
+    def _is_copy(self, data: bytes, info: Mapping[str, int]) -> bool:
+        """Whether the other subscription had it: a reliable publisher matches both."""
+        sent = info["source_timestamp"], info["publication_sequence_number"], hash(bytes(data))
+        came = sent in self._came
+        self._came[sent] = None
+        if len(self._came) > 4 * DEPTH:
+            self._came.popitem(last=False)
+        return came
+
+
+COUNTS_TOPIC, OBSERVED_TOPIC = "~/pose_counts", "~/observed_parts"
 MOST_PROBLEMS = 60  # counts that cannot be compared, of which each is told, in a minute
 MOST_PARTS = 10**6  # in one count
+LEAST_CONFIDENCE = 0.5  # a camera that is less sure of a part says nothing about its pose
 MOST_SPEEDS, LONGEST_SPEED = 100, 100  # of a feeder, and characters of a name
 
 
-class CountSubscription:
-    """Records each count as it is, learns from it, and says if it cannot be compared."""
+class Cameras:
+    """Records each count as it is, learns from it, and says if it cannot be compared.
+
+    What a camera saw is counted, and taken as if it had counted that itself.
+    """
 
     def __init__(self, base: Base, stores: result_store.Stores) -> None:
+        self._settings, self._refusals = base.settings, base.refusals
         self._log, self._recorder = base.node.get_logger(), base.recorder
         self._parts, self._counts, _, self._announcer = stores
-        self._refusals = base.refusals
-        self.take_waiting = BatchSubscription(base, PoseCounts, COUNTS_TOPIC, "counts",
-                                              self._take).take_waiting
+        self._subscriptions = [
+            BatchSubscription(base, ObservedParts, OBSERVED_TOPIC, "messages", partial(
+                self._take, OBSERVED_TOPIC, "message", self._count_observed)),
+            BatchSubscription(base, PoseCounts, COUNTS_TOPIC, "counts", partial(
+                self._take, COUNTS_TOPIC, "count", lambda data: part_messages.deserialized(
+                    data, PoseCounts, MOST_BYTES)))]
 
-    def _take(self, received: list[bytes]) -> None:
-        sound: list[tuple[bytes, PoseCounts]] = []
+    def take_waiting(self) -> None:
+        """Take what the middleware still has, at the end of the node."""
+        for subscription in self._subscriptions:
+            subscription.take_waiting()
+
+    def _take(self, topic: str, noun: str, read: Callable[[bytes], PoseCounts | None],
+              received: list[bytes]) -> None:
+        """Put what was counted on record together, and learn from it."""
+        sound = []
         for data in received:
             try:
-                counts = part_messages.deserialized(data, PoseCounts, MOST_BYTES)
-                # ROS reads a text that lacks its closing zero byte; other readers of bags do not.
-                sound.append((serialization.serialize_message(counts), counts))
-            except RequestError as refusal:
-                self._refusals.refuse(COUNTS_TOPIC, str(refusal), "count")
-        self.take_counts(sound)
-
-    def take_counts(self, sound: list[tuple[bytes, PoseCounts]]) -> None:
-        """Put counts, each serialised and as it is, on record together, and learn from them."""
+                counts = read(data)
+            except PoseStatsError as refusal:
+                self._refusals.refuse(topic, str(refusal), noun)
+                continue
+            if counts is not None:
+                sound.append(counts)
         with self._recorder.step:
-            for data, counts in sound:
+            for counts in sound:
                 part = self._parts.current(counts.part_id)
                 if part is not None:
                     self._announcer.introduce(part)
-                self._recorder.record(POSE_COUNTS, data)
-            for _, counts in sound:
+                # ROS reads a text that lacks its closing zero byte; other readers of bags do not.
+                self._recorder.record(POSE_COUNTS, serialization.serialize_message(counts))
+            for counts in sound:
                 self.learn_counts(counts)
 
     def learn_counts(self, counts: PoseCounts, *, again: bool = False) -> None:
@@ -87,6 +160,45 @@ class CountSubscription:
                 "; fill in header.stamp, which tells equal counts apart"))
         if self._refusals.floods.count(kind, MOST_PROBLEMS):
             self._log.warning(f"{COUNTS_TOPIC}: recorded, but {problem}")
+
+    def _count_observed(self, data: bytes) -> PoseCounts | None:
+        """Count the poses of parts that a camera saw on the plate; None where it saw none."""
+        settings, seen = self._settings(), part_messages.observed_parts(data, MOST_BYTES)
+        part, confidence = self._parts.current(seen.part_id), seen.confidence
+        if len(confidence) not in (0, len(seen.poses)):
+            raise RequestError("a confidence for each of the poses, or none at all",
+                               f"{len(confidence)} for {len(seen.poses)} poses",
+                               "fill in all or none")
+        wrong = confidence[(confidence < 0.0) | (confidence > 1.0)]
+        if len(wrong):
+            raise RequestError("confidences from 0 to 1", f"{wrong[0]:g}",
+                               "divide percentages by 100")
+        if seen.frame_id not in ("", settings.plate_frame):
+            frame = part_requests.shown(settings.plate_frame)
+            raise RequestError(f"poses in the frame {frame} (parameter plate_frame)",
+                               part_requests.shown(seen.frame_id),
+                               "transform them to the plate, z up")
+        if part is None or part.shown is None:
+            raise RequestError("the part_id of a known part", part_requests.shown(seen.part_id),
+                               "publish its mesh on ~/part_mesh first")
+        if not len(seen.poses):
+            return None
+        latched, scene = part.shown.latched, part.shown.scene
+        poses = classify_orientations(part.part, seen.poses[:, 3:],
+                                      cluster_tolerance=latched.cluster_tolerance,
+                                      round_sides=latched.round_sides)
+        sure = (poses >= 0) & (confidence >= LEAST_CONFIDENCE if len(confidence) else True)
+        index, count = np.unique(poses[sure], return_counts=True)
+        counts = PoseCounts(
+            part_id=part.part_id, part_digest=part.digest,
+            cluster_tolerance=latched.cluster_tolerance, round_sides=latched.round_sides,
+            plate=settings.plate, index=index.astype(np.uint32), count=count.astype(np.uint64),
+            drop_height=-1.0 if scene.drop_height is None else scene.drop_height,
+            unclassified=int((~sure).sum()), from_pose=seen.from_pose,
+            feeder_speed=seen.feeder_speed)
+        counts.header.stamp = times.time_message(seen.stamp or times.now())
+        counts.header.frame_id = settings.plate_frame
+        return counts
 
 
 def count_problem(counts: PoseCounts, part: known_part.KnownPart | None) -> str:
@@ -115,60 +227,3 @@ def count_problem(counts: PoseCounts, part: known_part.KnownPart | None) -> str:
     named = {*counts.index, *([counts.from_pose] if counts.from_pose >= 0 else [])}
     unknown = sorted(named - {pose.index for pose in latched.poses})
     return f"{part_requests.shown(counts.part_id)} has no pose {unknown[0]}" if unknown else ""
-
-
-OBSERVED_TOPIC = "~/observed_parts"
-LEAST_CONFIDENCE = 0.5  # a camera that is less sure of a part says nothing about its pose
-
-
-class ObservedSubscription:
-    """Counts what each message shows, and hands that on as if a camera had counted it."""
-
-    def __init__(self, base: Base, stores: result_store.Stores, counts: CountSubscription) -> None:
-        self._settings, self._refusals = base.settings, base.refusals
-        self._counts, self._parts = counts, stores.parts
-        self.take_waiting = BatchSubscription(base, ObservedParts, OBSERVED_TOPIC, "messages",
-                                              self._take).take_waiting
-
-    def _take(self, received: list[bytes]) -> None:
-        sound = []
-        for data in received:
-            try:
-                seen = observed_of_bytes(data)
-                counts = count_observed(seen, self._parts.current(seen.part_id), self._settings())
-            except PoseStatsError as refusal:
-                self._refusals.refuse(OBSERVED_TOPIC, str(refusal), "message")
-            else:
-                if counts is not None:
-                    sound.append((serialization.serialize_message(counts), counts))
-        self._counts.take_counts(sound)
-
-
-def count_observed(seen: part_messages.ObservedArrays, part: known_part.KnownPart | None,
-                   settings: Settings) -> PoseCounts | None:
-    """Count the poses of parts that a camera saw on the plate; None where it saw none."""
-    if seen.frame_id not in ("", settings.plate_frame):
-        frame = part_requests.shown(settings.plate_frame)
-        raise RequestError(f"poses in the frame {frame} (parameter plate_frame)",
-                           part_requests.shown(seen.frame_id), "transform them to the plate, z up")
-    if part is None or part.shown is None:
-        raise RequestError("the part_id of a known part", part_requests.shown(seen.part_id),
-                           "publish its mesh on ~/part_mesh first")
-    if not len(seen.poses):
-        return None
-    latched, scene = part.shown.latched, part.shown.scene
-    poses = classify_orientations(part.part, seen.poses[:, 3:],
-                                  cluster_tolerance=latched.cluster_tolerance,
-                                  round_sides=latched.round_sides)
-    sure = (poses >= 0) & (seen.confidence >= LEAST_CONFIDENCE)
-    index, count = np.unique(poses[sure], return_counts=True)
-    counts = PoseCounts(
-        part_id=part.part_id, part_digest=part.digest,
-        cluster_tolerance=latched.cluster_tolerance, round_sides=latched.round_sides,
-        plate=settings.plate, drop_height=-1.0 if scene.drop_height is None else scene.drop_height,
-        index=index.astype(np.uint32), count=count.astype(np.uint64),
-        unclassified=int((~sure).sum()), from_pose=seen.from_pose,
-        feeder_speed=seen.feeder_speed)
-    counts.header.stamp = times.time_message(seen.stamp or times.now())
-    counts.header.frame_id = settings.plate_frame
-    return counts

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import Any, TypeVar
 
-from ..errors import RequestError
+from ..errors import PoseStatsError, RequestError
 from ..mesh.overlap import TakesLongError
 
 T = TypeVar("T")
@@ -27,6 +27,12 @@ def done_with(value: T) -> Future[T]:
 def ending() -> RequestError:
     """The refusal of whatever a node that ends is asked for."""
     return RequestError("a running node", "one that is ending", "start it again")
+
+
+def words_of(error: BaseException) -> str:
+    """What a client is told of an error: a refusal as it is, all else as an internal failure."""
+    return str(error) if isinstance(error, PoseStatsError) else (
+        f"internal failure: {type(error).__name__}: {error}")
 
 
 def result_of(coming: Future[T]) -> T:

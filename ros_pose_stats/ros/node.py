@@ -14,7 +14,7 @@ from .messages.times import follow_clock, steady_timer
 from .parameters import Parameters
 from .parts import announcer, count_store, intake, part_builder, part_store, result_store
 from .recorder import Recorder
-from .refusals import Diagnostics, Refusals
+from .refusals import COUNTS, Refusals, publish_diagnostics
 from .services import feeding, goals, plate_fits, services
 from .settings import Settings
 from .state import State
@@ -58,22 +58,21 @@ class PoseStatsNode(AnsweringNode):
                           Jobs(f"{prefix}_feeding", flips, log.error, run.run_flips))
         refiner = refinement.Refinement(base, stores, jobs)
         self.intake = intake.Intake(base, stores, self.builder, refiner.follow)
-        # The way in. What the bag has is learnt before cameras are heard.
-        self.counts = camera_counts.CountSubscription(base, stores)
+        # The way in; nothing is heard before the executor has the node.
+        self.cameras = camera_counts.Cameras(base, stores)
         if settings().restore:
             parts.restore()
             for known in parts.all():
                 results.restore(known)
             for message in tail.counts:
-                self.counts.learn_counts(message, again=True)
+                self.cameras.learn_counts(message, again=True)
         else:
             restore.begin_afresh(state)
         recorder.note_place()
         state.commit()
         restore.record_cancelled(cancelled, recorder, state, log.warning)
         self._mending = threading.Thread(target=recorder.mend_bags, name="mend bags", daemon=True)
-        intake.MeshSubscriptions(base, self.intake)
-        self.observed = camera_counts.ObservedSubscription(base, stores, self.counts)
+        intake.subscribe_to_meshes(base, self.intake)
         asked = services.Services(base, stores, self.intake, refiner, jobs, reports,
                                   self.outlines)
         feeding.FeedingService(base, stores, self.flip_jobs[1], flips)
@@ -82,12 +81,12 @@ class PoseStatsNode(AnsweringNode):
                         goals.SimulateFlipsServer(base, stores, self.flip_jobs[0], flips)]
         # Once a second.
         steady_timer(self, 1.0, self._write_down)
-        Diagnostics(self, {
+        publish_diagnostics(self, {
             "parts": lambda: refusals.health(len(parts.all()), lanes.waiting()),
             "counts": counts.health,
             "jobs": lambda: queue.job_health(jobs, settings()),
             "flips": lambda: queue.flip_health(*self.flip_jobs),
-            "recording": recorder.health})
+            "recording": lambda: recorder.health(refusals.lost[COUNTS])})
 
     def _settings(self) -> Settings:
         return self.table.settings
@@ -129,8 +128,7 @@ class PoseStatsNode(AnsweringNode):
             action.wait_for_clients()
         self.answers.wait_until_quiet(PARTING_SECONDS, LAST_SECONDS)
         self.board.close()
-        self.observed.take_waiting()
-        self.counts.take_waiting()
+        self.cameras.take_waiting()
         self._write_down()
         self.save()
 

@@ -85,12 +85,12 @@ def _descriptor(setting: Setting) -> msg.ParameterDescriptor:
         name=setting.name, type=kind.value, dynamic_typing=True,
         description=setting.description,
         additional_constraints="set at the start only" if setting.fixed else "")
-    if kind is Parameter.Type.DOUBLE and setting.low is not None:
-        descriptor.floating_point_range = [msg.FloatingPointRange(
-            from_value=float(setting.low), to_value=float(setting.high or 0.0))]
-    if kind is Parameter.Type.INTEGER and setting.low is not None:
-        descriptor.integer_range = [msg.IntegerRange(
-            from_value=int(setting.low), to_value=int(setting.high or 0), step=1)]
+    if setting.bounds and kind is Parameter.Type.DOUBLE:
+        low, high = map(float, setting.bounds)
+        descriptor.floating_point_range = [msg.FloatingPointRange(from_value=low, to_value=high)]
+    elif setting.bounds:
+        least, most = map(int, setting.bounds)
+        descriptor.integer_range = [msg.IntegerRange(from_value=least, to_value=most, step=1)]
     return descriptor
 
 

@@ -10,7 +10,7 @@ from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
-from ..recording import repair, run_log, runs
+from ..recording import repair, run_log
 from ..recording.writer.message_types import MessageType, message_type
 from .refusals import Health
 from .settings import Settings
@@ -61,7 +61,7 @@ class Recorder:
         self._placing = threading.Lock()
         self._place: tuple[Path, int, int] | None = None
         self._directory = self.log.directory
-        self.counts_lost = self.lost = 0  # messages of cameras, and all that were not recorded
+        self.lost = 0  # messages that were not recorded
         self._lock = threading.Lock()
         self.problem = self.last_problem = _unwritable(settings.directory())
         if self.problem:
@@ -82,20 +82,10 @@ class Recorder:
             self.log.leave_lost_bag()
         return self.log.directory
 
-    def count_lost(self, count: int) -> int:
-        """Count what cameras sent and a flood overran; how much that is by now."""
-        with self._lock:
-            self.counts_lost += count
-            return self.counts_lost
-
     def sync(self) -> None:
         """Have what was recorded survive a power cut, and note how far the state has it."""
         self._attempt(self.log.sync)
         self.note_place()
-
-    def begin_place(self) -> None:
-        """Note that the state has all that counts of earlier bags, and nothing of this one."""
-        self._put_place((runs.bag_file(self.log.directory, 0), 0, 0))
 
     def note_place(self) -> None:
         """Note that the state has all of the bag so far; a next start takes in what follows."""
@@ -145,7 +135,7 @@ class Recorder:
                 f"{mended.cut_bytes} bytes of half a record cut off")
             self._warn(self._last_repair)
 
-    def health(self) -> Health:
+    def health(self, counts_lost: int) -> Health:
         """What diagnostics say about the bag."""
         problem = self.problem or self._state.problem
         bounds, left = [] if self.log.bytes_left is None else [self.log.bytes_left], ""
@@ -165,7 +155,7 @@ class Recorder:
             "bytes left": left or min(bounds), "messages not recorded": self.lost,
             "deleted for max_log_bytes": self.log.space.deleted,
             "last deleted": self.log.space.last_deleted or "none",
-            "counts lost": self.counts_lost, "last repair": self._last_repair,
+            "counts lost": counts_lost, "last repair": self._last_repair,
             "state file": str(self._state.file),
             "state file set aside": self._state.set_aside or "none"})
 

@@ -1,9 +1,10 @@
 """What is refused, what comes too often, and all that diagnostics say of the node's health."""
 
+import bisect
 import platform
 import threading
 import time
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from typing import Any, NamedTuple
@@ -11,7 +12,7 @@ from typing import Any, NamedTuple
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.node import Node
 
-from ..errors import PoseStatsError
+from .lanes import words_of
 from .messages.times import now, steady_timer, time_message
 
 MINUTE = 60.0
@@ -62,6 +63,32 @@ class Floods:
                 self._say(f"a flood: {count} of {source} in the last minute")
 
 
+MOST_PUBLISHERS = 64
+
+
+class SequenceGaps:
+    """Counts what is missing between the numbers of one topic, which every publisher gives.
+
+    The middleware tells of no sample that a newer one pushed out, nor which publisher one is from:
+    it is taken to follow the nearest lower number that has arrived.
+    """
+
+    def __init__(self) -> None:
+        self._last: list[int] = []
+
+    def missing_before(self, number: int) -> int:
+        """Messages lost just before the one that its publisher gave this number; 0: no number."""
+        if number <= 0:
+            return 0
+        place = bisect.bisect_left(self._last, number) - 1
+        missing = 0 if place < 0 else number - self._last.pop(place) - 1
+        bisect.insort(self._last, number)
+        if len(self._last) > MOST_PUBLISHERS:
+            del self._last[0]
+        return missing
+
+
+MESHES, COUNTS = "meshes", "counts"  # that may be lost
 REMEMBERED = 20  # refused meshes listed with their reasons
 COPY_SECONDS = 2.0  # in which both copies of a latched mesh, or equal requests, count once
 RECENT_SECONDS = 60.0  # a refused mesh is a warning for this long
@@ -90,7 +117,7 @@ class Refusals:
         self.floods = Floods(say)
         self._recent: deque[_Refusal] = deque(maxlen=REMEMBERED)
         self._lock = threading.Lock()
-        self.refused = self.overrun = 0
+        self.refused, self.lost = 0, Counter[str]()
 
     def refuse(self, source: str, reason: str, what: str = "mesh") -> None:
         """Count and tell a refusal, unless it is a copy of one just before."""
@@ -104,29 +131,25 @@ class Refusals:
         if self.floods.count("refusals"):
             self._say(f"{source}: {what} refused: {reason}")
 
-    def refuse_error(self, source: str, error: BaseException) -> None:
-        """Count and tell why a mesh was not taken."""
-        self.refuse(source, str(error) if isinstance(error, PoseStatsError)
-                    else f"internal failure: {type(error).__name__}: {error}")
-
     def watch_mesh(self, source: str, coming: Future[Any]) -> None:
         """Have a mesh that turns out to be bad counted as refused, with where it came from."""
         def look(done: Future[Any]) -> None:
             error = None if done.cancelled() else done.exception()
             if error is not None:
-                self.refuse_error(source, error)
+                self.refuse(source, words_of(error))
 
         coming.add_done_callback(look)
 
-    def count_lost(self, count: int) -> None:
-        """Count meshes that a flood overran."""
+    def count_lost(self, kind: str, count: int) -> int:
+        """Count messages of a kind that a flood overran; how many that are by now."""
         with self._lock:
-            self.overrun += count
+            self.lost[kind] += count
+            return self.lost[kind]
 
     def health(self, parts: int, waiting: int) -> Health:
         """The line about meshes."""
         with self._lock:
-            recent, refused, overrun = list(self._recent), self.refused, self.overrun
+            recent, refused, overrun = list(self._recent), self.refused, self.lost[MESHES]
         fresh = bool(recent) and time.monotonic() - recent[-1].at < RECENT_SECONDS
         floods = "; ".join(f"{count} of {source} within a minute"
                            for source, count in self.floods.current().items())
@@ -143,23 +166,21 @@ class Refusals:
 HOST = platform.node()
 
 
-class Diagnostics:
-    """Publishes all lines, each with what it is about, once a second."""
+def publish_diagnostics(node: Node, lines: Mapping[str, Callable[[], Health]]) -> None:
+    """Publish all lines, each with what it is about, once a second."""
+    name = node.get_fully_qualified_name()[1:]
+    publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
 
-    def __init__(self, node: Node, lines: Mapping[str, Callable[[], Health]]) -> None:
-        self._name = node.get_fully_qualified_name()[1:]
-        self._lines = lines
-        self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
-        steady_timer(node, 1.0, self._publish)
-
-    def _publish(self) -> None:
+    def publish() -> None:
         message = DiagnosticArray()
-        for about, look in self._lines.items():
+        for about, look in lines.items():
             health = look()
             message.status.append(DiagnosticStatus(
                 level=DiagnosticStatus.WARN if health.warn else DiagnosticStatus.OK,
-                name=f"{self._name}: {about}", message=health.text, hardware_id=HOST,
+                name=f"{name}: {about}", message=health.text, hardware_id=HOST,
                 values=[KeyValue(key=key, value=str(value))
                         for key, value in health.values.items()]))
         message.header.stamp = time_message(now())
-        self._publisher.publish(message)
+        publisher.publish(message)
+
+    steady_timer(node, 1.0, publish)

@@ -22,7 +22,7 @@ from .jobs import Job, JobRequest, State as JobState
 from .jobs.job_reports import job_change
 from .recorder import ANSWERS, JOB_EVENTS, PACKAGE, PLACE, POSE_COUNTS, Recorder, share_directory
 from .settings import Settings
-from .state import MESSAGES, Change, State
+from .state import MESSAGES, OF_PARTS, Change, State
 
 INTERRUPTED = "the node ended before the simulation did"
 
@@ -38,7 +38,7 @@ def _definition(kind: str) -> str:
 
 def definitions() -> dict[str, str]:
     """Definitions of the messages in the state, by type, as they are installed."""
-    return {kind: _definition(kind) for kind in set(MESSAGES.values())}
+    return {kind: _definition(kind) for kinds in MESSAGES.values() for kind in kinds.values()}
 
 
 def as_of_today(kind: str, definition: str, data: bytes) -> bytes | None:
@@ -140,9 +140,7 @@ def restore_jobs(state: State, tail: Tail, settings: Settings) -> tuple[list[Job
 
 def record_cancelled(cancelled: list[Change], recorder: Recorder, state: State,
                      warn: Callable[[str], object]) -> None:
-    """Put on record that jobs were cancelled, once: a start that is killed here is known by it."""
-    recorder.begin_place()
-    state.commit()
+    """Put on record that jobs were cancelled, once: the next start reads of those it did."""
     for change in cancelled:
         row = change.row or ()
         with recorder.step:
@@ -153,6 +151,4 @@ def record_cancelled(cancelled: list[Change], recorder: Recorder, state: State,
 
 def begin_afresh(state: State) -> None:
     """Have the state forget parts, results and counts: they are not to be there again."""
-    state.put(*(Change(table, row[0], None) for table in ("parts", "meshes", "results", "counts",
-                                                          "flips")
-                for row in state.rows(table)))
+    state.put(*(Change(table, row[0], None) for table in OF_PARTS for row in state.rows(table)))

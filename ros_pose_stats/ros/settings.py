@@ -28,10 +28,9 @@ BELOW_ONE = 1.0 - 1e-9
 TOPIC = re.compile(r"(~/|/)?[A-Za-z_]\w*(/[A-Za-z_]\w*)*", re.ASCII)
 
 
-def _parameter(default: T, description: str, low: float | None = None, high: float | None = None,
-               *, fixed: bool = False) -> T:
+def _parameter(default: T, description: str, *bounds: float, fixed: bool = False) -> T:
     """One row of the table: its type is the default's, and both bounds are allowed."""
-    return field(default=default, metadata={"description": description, "low": low, "high": high,
+    return field(default=default, metadata={"description": description, "bounds": bounds,
                                             "fixed": fixed})
 
 
@@ -151,8 +150,7 @@ class Setting(NamedTuple):
     name: str
     default: Any
     description: str
-    low: float | None
-    high: float | None
+    bounds: tuple[float, ...]  # least and most, or none
     fixed: bool
 
 
@@ -212,8 +210,8 @@ def find_profile(plates: str, plate: str) -> PlateProfile | None:
 
 def _check(setting: Setting, value: Any) -> None:
     """Refuse what is out of bounds, would disturb a terminal or be long in every answer."""
-    low, high = setting.low, setting.high
-    if low is not None and high is not None and not low <= value <= high:
+    if setting.bounds and not setting.bounds[0] <= value <= setting.bounds[1]:
+        low, high = setting.bounds
         top = "below 1" if high == BELOW_ONE else f"{high:g}"
         raise RequestError(f"{setting.name} from {low:g} to {top}", f"{value}",
                            f"{setting.default!r} is the default")

@@ -4,7 +4,6 @@ import math
 import queue
 import signal
 import time
-from types import FrameType
 
 GLANCE_SECONDS = 0.5  # Python handles signals between waits of its main thread
 
@@ -14,18 +13,13 @@ class StopSignals:
 
     No ``threading.Event``: a handler runs in the thread that waits, maybe in the middle of
     ``Event.wait`` while that holds the lock for which ``Event.set`` then waits for ever.
-
-    Attributes `asked`: whether the process is to end.
     """
 
     def __init__(self) -> None:
-        self.asked = False
+        self.asked = False  # whether the process is to end
         self._wishes: queue.SimpleQueue[None] = queue.SimpleQueue()  # whose put may interrupt
         for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, self._on_signal)
-
-    def _on_signal(self, _number: int, _frame: FrameType | None) -> None:
-        self.ask()
+            signal.signal(number, lambda number, frame: self.ask())
 
     def ask(self) -> None:
         """Ask for the end, from any thread."""

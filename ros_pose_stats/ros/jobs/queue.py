@@ -12,13 +12,12 @@ from typing import Any
 
 from ...errors import PoseStatsError, RequestError
 from ...records import FlipStatistics, Part, PoseStatistics
-from ..lanes import ending, result_of
+from ..lanes import ending, result_of, words_of
 from ..parts.known_part import KnownPart
 from ..refusals import Health
-from .run import Ending, Job, JobListener, JobRequest, State, run_drops
+from .run import GAVE_WAY, Job, JobListener, JobRequest, State, Stop, run_drops
 
-Run = Callable[[Job, Part, JobListener, Callable[[], bool]],
-               tuple[PoseStatistics | FlipStatistics, Ending]]
+Run = Callable[[Job, Part, JobListener, Stop], PoseStatistics | FlipStatistics]
 """Computes what a job asks for, as `run_drops` does."""
 
 KEPT = 1000  # finished jobs that can still be asked for
@@ -145,11 +144,10 @@ class Jobs:
                 job.state = State.RUNNING
             try:
                 self._run(job)
-            except PoseStatsError as refusal:
-                self._end(job, State.FAILED, str(refusal))
             except Exception as error:  # must not end the thread
-                self._on_failure(f"{job.job_id}: {type(error).__name__}: {error}")
-                self._end(job, State.FAILED, f"internal failure: {type(error).__name__}: {error}")
+                if not isinstance(error, PoseStatsError):
+                    self._on_failure(f"{job.job_id}: {words_of(error)}")
+                self._end(job, State.FAILED, words_of(error))
 
     def _run(self, job: Job) -> None:
         while not (job.part.done() or job.cancel_reason):
@@ -160,15 +158,15 @@ class Jobs:
         part = result_of(job.part).part
         self._listener.started(job)
         job.tell_followers()
-        outcome, ending = self._compute(
-            job, part, self._listener, lambda: job.request.refinement and self.counts()[0] > 0)
+        stop = Stop(job, lambda: job.request.refinement and self.counts()[0] > 0)
+        outcome = self._compute(job, part, self._listener, stop)
         with self._changed:
-            if ending is Ending.GAVE_WAY and not job.cancel_reason:
+            if stop.why == GAVE_WAY and not job.cancel_reason:
                 job.state, job.drops_done = State.QUEUED, 0
                 self._waiting.appendleft(job)
                 return
         job.keep(outcome)
-        if ending in (Ending.CANCELLED, Ending.GAVE_WAY):
+        if stop.why:
             self._end(job, State.CANCELLED, job.cancel_reason)
         else:
             self._end(job, State.DONE, " ".join(
@@ -183,7 +181,7 @@ class Jobs:
         try:
             self._listener.ended(job, state)
         except Exception as error:  # must not keep a job from ending
-            self._on_failure(f"{job.job_id}: {type(error).__name__}: {error}")
+            self._on_failure(f"{job.job_id}: {words_of(error)}")
         with self._changed:
             job.state = state
             self._note_end(job)

@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
-from enum import Enum, IntEnum
+from enum import IntEnum
 from functools import partial
 from typing import Any, TypeVar
 
@@ -166,51 +166,41 @@ class JobListener:
 
 Outcome = TypeVar("Outcome", PoseStatistics, FlipStatistics)
 
+GAVE_WAY = "it gave way to what clients asked for"
 MOST_POSES = 1000  # a transition matrix of more takes tens of megabytes
 REMEMBERED = 2_000_000  # transitions, of which each takes some 24 bytes
 
 
-class Ending(Enum):
-    """Why a run of drops is over."""
-
-    COMPLETE = 1
-    CANCELLED = 2
-    OUT_OF_TIME = 3
-    GAVE_WAY = 4
-
-
-class _Stop:
-    """Looks whether a run is to stop, and keeps why."""
+class Stop:
+    """Looks whether a run is to stop before its end, because its time is over or for `why`."""
 
     def __init__(self, job: Job, should_give_way: Callable[[], bool]) -> None:
         self._job, self._should_give_way = job, should_give_way
         self._until = time.monotonic() + job.request.max_seconds
-        self.ending = Ending.COMPLETE
+        self._is_late = False
+        self.why = ""
 
     def is_due(self) -> bool:
         """Whether somebody cancelled it, its time is over, or it has to give way."""
-        if self._job.cancel_reason:
-            self.ending = Ending.CANCELLED
-        elif time.monotonic() > self._until:
-            self.ending = Ending.OUT_OF_TIME
-        elif self._should_give_way():
-            self.ending = Ending.GAVE_WAY
-        return self.ending is not Ending.COMPLETE
+        self.why = self._job.cancel_reason
+        self._is_late = not self.why and time.monotonic() > self._until
+        if not (self.why or self._is_late) and self._should_give_way():
+            self.why = GAVE_WAY
+        return self._is_late or self.why != ""
 
-    def judge(self, outcome: Outcome, complete: bool, done: str) -> tuple[Outcome, Ending]:
-        """An outcome with the ending, and a warning where there was no more time."""
+    def judge(self, outcome: Outcome, complete: bool, done: str) -> Outcome:
+        """What a run has made, with a warning where there was no more time for all of it."""
         if complete:
-            return outcome, Ending.COMPLETE
-        if self.ending is Ending.OUT_OF_TIME:
+            self.why = ""
+        elif self._is_late:
             late = f"TIME_LIMIT: ended after {self._job.request.max_seconds:g} s with {done}."
-            outcome = replace(outcome, warnings=(*outcome.warnings, late))
-        return outcome, self.ending
+            return replace(outcome, warnings=(*outcome.warnings, late))
+        return outcome
 
 
-def run_drops(job: Job, part: Part, listener: JobListener,
-              should_give_way: Callable[[], bool]) -> tuple[PoseStatistics, Ending]:
-    """Drop the part as the job asks; what was done, and why no more."""
-    request, stop = job.request, _Stop(job, should_give_way)
+def run_drops(job: Job, part: Part, listener: JobListener, stop: Stop) -> PoseStatistics:
+    """Drop the part as the job asks; what was done."""
+    request = job.request
 
     def on_progress(progress: DropProgress) -> None:
         job.take(progress)
@@ -287,12 +277,10 @@ def flips_in_all(poses: int, asked: int, settings: Any) -> int:
     return each * poses
 
 
-def run_flips(job: Job, part: Part, listener: JobListener,
-              should_give_way: Callable[[], bool]) -> tuple[FlipStatistics, Ending]:
+def run_flips(job: Job, part: Part, listener: JobListener, stop: Stop) -> FlipStatistics:
     """Flip the part as the job asks; see `run_drops`."""
-    request = job.request
+    request, scene = job.request, job.request.scene
     assert isinstance(request, FlipRequest)
-    scene, stop = request.scene, _Stop(job, should_give_way)
     poses = pose_count(part, scene)
     total = flips_in_all(poses, request.drops, job.settings)
 

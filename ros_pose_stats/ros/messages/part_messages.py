@@ -15,7 +15,7 @@ import numpy as np
 from ament_index_python.packages import PackageNotFoundError, get_package_share_directory
 from numpy.typing import NDArray
 from rclpy.serialization import deserialize_message, serialize_message
-from ros_pose_stats_msgs.msg import PartMesh
+from ros_pose_stats_msgs.msg import ObservedParts, PartMesh
 from shape_msgs.msg import Mesh
 
 from ...errors import MeshError, RequestError
@@ -89,8 +89,7 @@ def _mesh(cursor: _Cursor) -> tuple[NDArray[np.float64], NDArray[np.uint32]]:
     return cursor.array(3 * cursor.count(), "<f8").reshape(-1, 3), triangles
 
 
-def observed_arrays(data: bytes) -> ObservedArrays:
-    """See a serialised `ros_pose_stats_msgs/ObservedParts`, or raise NotPlainCdrError."""
+def _observed_parts(data: bytes) -> ObservedArrays:
     cursor = _Cursor(data)
     stamp, frame_id, part_id = cursor.stamp(), cursor.text(), cursor.text()
     poses = cursor.array(7 * cursor.count(), "<f8").reshape(-1, 7)
@@ -121,6 +120,12 @@ def request_of_mesh_bytes(data: bytes, part_id: str, unit: float) -> part_reques
 def request_of_part_bytes(data: bytes) -> part_requests.PartRequest:
     """Take a serialised `PartMesh`; raises MeshError, RequestError."""
     return see(data, PartMesh, _part_request)
+
+
+def observed_parts(data: bytes, most: int) -> ObservedArrays:
+    """Take a serialised `ObservedParts`; raises RequestError."""
+    check_size(data, ObservedParts, most)
+    return see(data, ObservedParts, _observed_parts)
 
 
 def taken_request(message: PartMesh) -> part_requests.PartRequest:
@@ -229,11 +234,16 @@ def see(data: bytes, kind: type, view: Callable[[bytes], T]) -> T:
 
 def deserialized(data: bytes, kind: type, most: int) -> Any:
     """The message that bytes are; raises RequestError."""
-    if len(data) > most:
-        raise RequestError(f"a {kind.__name__} of at most {most} bytes", f"{len(data)} bytes",
-                           "check the publisher; a mesh in plain little-endian CDR may be larger")
+    check_size(data, kind, most)
     try:
         return deserialize_message(data, kind)
     except Exception as error:  # the bindings raise what they like
         raise RequestError(f"a serialised {kind.__name__}", f"{len(data)} bytes that are none "
                            f"({type(error).__name__})", "check the publisher") from error
+
+
+def check_size(data: bytes, kind: type, most: int) -> None:
+    """Refuse what is too large for whoever reads it; raises RequestError."""
+    if len(data) > most:
+        raise RequestError(f"a {kind.__name__} of at most {most} bytes", f"{len(data)} bytes",
+                           "check the publisher; a mesh in plain little-endian CDR may be larger")

@@ -62,9 +62,8 @@ def shown(text: str) -> str:
 
 
 def named(part_id: str) -> str:
-    """A part in a line of the log; empty where its name could spoil the line."""
-    fit = 0 < len(part_id) <= LONGEST_NAME and part_id.isprintable()
-    return f", part '{part_id}'" if fit else ""
+    """A part in a line of the log; empty where it has no name yet."""
+    return f", part {shown(part_id)}" if part_id else ""
 
 
 def part_line(part: Part) -> str:

@@ -1,7 +1,9 @@
 """From pose statistics to their messages, and which of two results is the better one."""
 
+import copy
 import math
 from array import array
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 from weakref import WeakKeyDictionary
@@ -34,17 +36,16 @@ def statistics_message(statistics: records.PoseStatistics, frame: str,
     return message
 
 
-def copied(message: msg.PoseStatistics) -> msg.PoseStatistics:
-    """A message of its own that shares the poses."""
-    twin = msg.PoseStatistics()
-    for name in message.get_fields_and_field_types():
-        setattr(twin, name, getattr(message, name))
-    return twin
+def fill_bounds(response: Any, **numbers: Sequence[float]) -> None:
+    """Put numbers, each followed by its lower and upper bound, into a response by their names."""
+    for name, values in numbers.items():
+        for end, value in zip(("", "_low", "_high"), values, strict=True):
+            setattr(response, name + end, value)
 
 
 def with_warning(message: msg.PoseStatistics, warning: str) -> msg.PoseStatistics:
     """The same result with one more warning."""
-    twin = copied(message)
+    twin = copy.copy(message)  # which shares the poses
     twin.warnings = [*message.warnings, warning]
     return twin
 

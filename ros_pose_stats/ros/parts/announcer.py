@@ -131,16 +131,13 @@ class Announcer:
         """Say what has come, so that a wrong unit is seen at once; of a flood not each."""
         name = part_requests.shown(known.part_id)
         of_part = self._floods.count(f"meshes of part {name}", MOST_SWAPS)
-        if not (self._floods.count("new parts") and of_part):
+        shown = known.shown
+        if not (self._floods.count("new parts") and of_part) or shown is None:
             return
-        log = self._node.get_logger()
-        latched = None if known.shown is None else known.shown.latched
-        found = [] if latched is None else latched.poses
-        suspect = [] if latched is None else [
-            line for line in latched.warnings if line.startswith("HEIGHT_SUSPECT")]
-        poses = f", {len(found)} stable poses ({most_probable(found)} %)" if found else ""
-        line, bag = part_requests.part_line(known.part), self._recorder.log.directory
-        log.info(f"{line}{poses}; bag {bag}")
+        log, poses = self._node.get_logger(), shown.latched.poses
+        log.info(f"{part_requests.part_line(known.part)}, {len(poses)} stable poses "
+                 f"({most_probable(poses)} %); bag {self._recorder.log.directory}")
+        suspect = [line for line in shown.latched.warnings if line.startswith("HEIGHT_SUSPECT")]
         for warning in (*known.part.warnings, *suspect):
             log.warning(f"{known.part_id}: {warning}")
 

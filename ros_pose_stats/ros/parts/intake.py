@@ -14,9 +14,9 @@ from ...mesh.overlap import TakesLongError
 from ...records import DropScene
 from ...resting.poses import are_found
 from ..base import Base
-from ..batches import SequenceGaps
-from ..lanes import Lane, Rank, done_with
+from ..lanes import Lane, Rank, done_with, words_of
 from ..messages import part_messages, part_requests
+from ..refusals import MESHES, SequenceGaps
 from ..settings import mesh_topics
 from . import part_builder, result_store
 from .known_part import KnownPart
@@ -35,7 +35,7 @@ class Intake:
         self._log = base.node.get_logger()
         self._coming: list[Future[None]] = []
 
-    def take(self, request: part_requests.PartRequest) -> KnownPart:
+    def _take(self, request: part_requests.PartRequest) -> KnownPart:
         """Make a mesh that is no copy a known part, and latch it; raises PoseStatsError."""
         settings = self._settings()
         part_requests.check_request(request, settings.max_mesh_bytes)
@@ -49,16 +49,10 @@ class Intake:
             self._follow(known)
         return known
 
-    def take_published(self, request: part_requests.PartRequest, topic: str, size: int) -> None:
-        """Queue a mesh that was published; waits while there is no room for a small one."""
-        self._refusals.watch_mesh(
-            topic + part_requests.named(request.part_id),
-            self._lanes.put(partial(self.take, request), Rank.PUBLISHED, _lane_of(request), size,
-                            request.part_id))
-
-    def take_sent(self, request: part_requests.PartRequest, source: str) -> Future[KnownPart]:
-        """Queue a mesh of a request."""
-        coming = self._lanes.put(partial(self.take, request), Rank.SENT, _lane_of(request),
+    def queue(self, request: part_requests.PartRequest, source: str, rank: Rank
+              ) -> Future[KnownPart]:
+        """Queue a mesh; waits while there is no room for a small one that was published."""
+        coming = self._lanes.put(partial(self._take, request), rank, _lane_of(request),
                                  request.bytes(), request.part_id)
         self._refusals.watch_mesh(source, coming)
         return coming
@@ -134,45 +128,42 @@ def _lane_of(part: KnownPart | part_requests.PartRequest) -> Lane:
     return Lane.SLOW if is_large else Lane.QUICK
 
 
-class MeshSubscriptions:
-    """Subscribes to `~/part_mesh` and to each of `mesh_topics`, and hands on what comes."""
+def subscribe_to_meshes(base: Base, intake: Intake) -> None:
+    """Hand on what comes on `~/part_mesh` and on each of `mesh_topics`."""
+    settings, refusals = base.settings, base.refusals
+    group = callback_groups.MutuallyExclusiveCallbackGroup()
 
-    def __init__(self, base: Base, intake: Intake) -> None:
-        self._node, self._intake, self._refusals = base.node, intake, base.refusals
-        settings = base.settings
-        self._group = callback_groups.MutuallyExclusiveCallbackGroup()
-        self._subscribe(PartMesh, "~/part_mesh", part_messages.request_of_part_bytes)
-        for part_id, topic in mesh_topics(settings().mesh_topics).items():
-            self._subscribe(Mesh, topic, lambda data, part_id=part_id: (  # type: ignore[misc]
-                part_messages.request_of_mesh_bytes(data, part_id, settings().mesh_unit)))
-
-    def _subscribe(self, kind: type, topic: str,
-                   read: Callable[[bytes], part_requests.PartRequest]) -> None:
+    def subscribe(kind: type, topic: str,
+                  read: Callable[[bytes], part_requests.PartRequest]) -> None:
         """Plain and latched publishers both arrive; a copy is ignored later."""
         def on_mesh(data: bytes) -> None:
             try:
                 request = read(data)
             except Exception as error:  # a refusal, or a failure that is told like one
-                self._refusals.refuse_error(topic, error)
+                refusals.refuse(topic, words_of(error))
             else:
-                self._intake.take_published(request, topic, len(data))
+                intake.queue(request, topic + part_requests.named(request.part_id),
+                             Rank.PUBLISHED)
 
         gaps = SequenceGaps()
 
         def on_counted_mesh(data: bytes, info: Mapping[str, int]) -> None:
-            self._refusals.floods.count(f"meshes on {topic}")
-            self._refusals.count_lost(
-                gaps.missing_before(info["publication_sequence_number"] or 0))
+            refusals.floods.count(f"meshes on {topic}")
+            refusals.count_lost(MESHES, gaps.missing_before(
+                info["publication_sequence_number"] or 0))
             on_mesh(data)
 
-        plain, latched = (
-            qos.QoSProfile(depth=DEPTH, durability=durability) for durability in (
-                qos.DurabilityPolicy.VOLATILE, qos.DurabilityPolicy.TRANSIENT_LOCAL))
-        self._node.create_subscription(kind, topic, on_counted_mesh, plain, raw=True,
-                                       callback_group=self._group)
+        base.node.create_subscription(kind, topic, on_counted_mesh, DEPTH, raw=True,
+                                      callback_group=group)
         # Plain publishers do not match this one; what else is wrong with a publisher, the
         # plain subscription warns of.
-        self._node.create_subscription(
-            kind, topic, on_mesh, latched, raw=True, callback_group=self._group,
-            event_callbacks=event_handler.SubscriptionEventCallbacks(
+        base.node.create_subscription(
+            kind, topic, on_mesh, qos.QoSProfile(
+                depth=DEPTH, durability=qos.DurabilityPolicy.TRANSIENT_LOCAL), raw=True,
+            callback_group=group, event_callbacks=event_handler.SubscriptionEventCallbacks(
                 incompatible_qos=lambda info: None))
+
+    subscribe(PartMesh, "~/part_mesh", part_messages.request_of_part_bytes)
+    for part_id, topic in mesh_topics(settings().mesh_topics).items():
+        subscribe(Mesh, topic, lambda data, part_id=part_id: (  # type: ignore[misc]
+            part_messages.request_of_mesh_bytes(data, part_id, settings().mesh_unit)))

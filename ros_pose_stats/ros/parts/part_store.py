@@ -13,7 +13,7 @@ from ...records import Part, part
 from ..base import Base
 from ..messages import part_messages, part_requests, times
 from ..recorder import JOB_EVENTS
-from ..state import Change, Row
+from ..state import OF_PARTS, Change, Row
 from . import part_builder
 from .announcer import Announcer
 from .known_part import KnownPart, Memory, PartSource, Revisions, memory_of_parts
@@ -199,6 +199,4 @@ class PartStore:
             self._revisions.put(part_id, known.revisions)
             with self._lock:
                 self._parts.pop(part_id, None)
-            return self._state.put(*(Change(table, part_id, None)
-                                     for table in ("parts", "meshes", "results", "counts",
-                                                   "flips")))
+            return self._state.put(*(Change(table, part_id, None) for table in OF_PARTS))

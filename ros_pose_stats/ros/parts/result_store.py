@@ -1,5 +1,6 @@
 """The results of the parts, and which one of them each part shows."""
 
+import copy
 import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import CancelledError
@@ -226,7 +227,7 @@ class ResultStore:
             known, observed, self._settings(), final=model.final)
         again = message.revision <= revisions.shown
         if again:
-            message = messages.copied(message)
+            message = copy.copy(message)
             message.revision = revisions.next()
         if known.counts is not None and message.method == OBSERVED and not (
                 self._state.commit(known.counts.change)):
@@ -267,7 +268,7 @@ def _labelled(message: PoseStatistics, settings: Settings) -> PoseStatistics:
             message.plate, message.header.frame_id, message.plate_error) == (
             settings.plate, settings.plate_frame, settings.plate_error):
         return message
-    named = messages.copied(message)
+    named = copy.copy(message)
     named.header = Header(stamp=message.header.stamp, frame_id=settings.plate_frame)
     named.plate, named.plate_error = settings.plate, settings.plate_error
     named.revision += 1

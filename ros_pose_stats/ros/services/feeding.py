@@ -11,21 +11,19 @@ from ...errors import RequestError
 from ...records import FlipStatistics, Index
 from ...simulation.flips import check_kick, usual_kicks
 from ...statistics import counted_flips, feeding, pose_groups
-from ...statistics.feeding_plan import FLIP, LEAVE, PICK, FeederCell, plan_feeding
+from ...statistics.feeding_plan import FeederCell, plan_feeding
 from ..answering_node import Steps
 from ..base import Base
 from ..jobs import FlipRequest, Jobs, State, run
 from ..lanes import done_with, ending
-from ..messages import part_messages, part_requests, statistics_messages
+from ..messages import part_messages, part_requests
+from ..messages.statistics_messages import fill_bounds, statistics_of_message
 from ..parts import known_part, result_store
 
 FLIP_SECONDS = 10.0  # longest that an answer flips for; the fewer flips, the wider its intervals
 SEED = 1  # of the flips of an answer: the same question has the same answer
 MOST_KICKS = 100
 MOST_FLIPPED = 10_000  # parts, scenes and kicks that answers have flipped for
-
-ACTIONS = {PICK: FeedingAnswer.Response.PICK, FLIP: FeedingAnswer.Response.FLIP,
-           LEAVE: FeedingAnswer.Response.LEAVE}
 
 
 class FeedingService:
@@ -92,7 +90,7 @@ class FeedingService:
 def _answer(request: Any, response: Any, latched: PoseStatistics, cell: FeederCell | None,
             flips: list[FlipStatistics], counted: Index | None) -> None:
     """Fill in the plan, and what a feeder gets that kicks wrong parts or drops them afresh."""
-    found = statistics_messages.statistics_of_message(latched)
+    found = statistics_of_message(latched)
     dropped = pose_groups.pose_shares(found)
     basis = f"{latched.drops} drops" if latched.drops else "an estimate"
     if latched.observed:
@@ -110,10 +108,10 @@ def _answer(request: Any, response: Any, latched: PoseStatistics, cell: FeederCe
         plan = plan_feeding(found, request.wanted, cell, flips)
         place = plan.options.index(plan.best)
         chosen = sorted(flips, key=lambda kick: kick.kick_height)[place - 1] if place else None
-        response.action = [ACTIONS[action] for action in plan.actions]
+        response.action = [getattr(response, action.upper()) for action in plan.actions]
         response.parts_on_plate, response.kicks = plan.best.parts, plan.best.kicks
         response.pickable = plan.best.pickable
-        _fill(response, "parts_per_minute", plan.best.per_minute)
+        fill_bounds(response, parts_per_minute=plan.best.per_minute)
     if chosen is None:
         gain = feeding.drop_afresh(dropped, request.wanted, request.rate)
     else:
@@ -121,16 +119,9 @@ def _answer(request: Any, response: Any, latched: PoseStatistics, cell: FeederCe
                                        request.cycle_time)
         response.transition = part_messages.flat(chosen.transition)
         response.kick_height = chosen.kick_height
-    for name, number in (("accepted", gain.accepted), ("passes", gain.passes),
-                         ("flips", gain.flips), ("accepted_per_minute", gain.per_minute)):
-        _fill(response, name, number)
+    fill_bounds(response, accepted=gain.accepted, passes=gain.passes, flips=gain.flips,
+                accepted_per_minute=gain.per_minute)
     if math.isnan(dropped.drops):
         basis += (f"; the error of {latched.method} is not known here, so there are no intervals: "
                  f"simulate the part")
     response.message = f"{basis}."
-
-
-def _fill(response: Any, name: str, number: feeding.Bounded) -> None:
-    """Put a number and its bounds into a response."""
-    for end, value in zip(("", "_low", "_high"), number, strict=True):
-        setattr(response, name + end, value)

@@ -15,7 +15,7 @@ from ...resting.poses import are_found
 from ..answering_node import SERVICE_QUALITY, AnsweringNode
 from ..base import Base
 from ..jobs import FlipRequest, Job, Jobs, State, job_reports, run
-from ..lanes import done_with
+from ..lanes import done_with, words_of
 from ..messages.part_messages import flat
 from ..parts import part_builder, result_store
 from .services import Services
@@ -40,7 +40,7 @@ class GoalServer(ABC):
         self._lock = threading.Lock()
         self._next_feedback = 0.0
         self._server = ActionServer(
-            node, kind, f"~/{name}", execute_callback=self._refuse,
+            node, kind, f"~/{name}", execute_callback=self._end,
             goal_callback=self._ask, handle_accepted_callback=self._accepted,
             cancel_callback=self._cancel, callback_group=ReentrantCallbackGroup(),
             goal_service_qos_profile=SERVICE_QUALITY, cancel_service_qos_profile=SERVICE_QUALITY,
@@ -71,11 +71,10 @@ class GoalServer(ABC):
         answer: Job | str
         try:
             answer = self.start_job(request)
-        except PoseStatsError as refusal:
-            answer = str(refusal)
         except Exception as error:  # must not end the executor
-            answer = f"internal failure: {type(error).__name__}: {error}"
-            self._node.get_logger().error(f"{self._name}: {answer}")
+            answer = words_of(error)
+            if not isinstance(error, PoseStatsError):
+                self._node.get_logger().error(f"{self._name}: {answer}")
         with self._lock:
             self._asked[id(request)] = request, answer
             if len(self._asked) > MOST_ASKED:  # clients that were gone before the answer
@@ -85,12 +84,11 @@ class GoalServer(ABC):
     def _accepted(self, goal: server.ServerGoalHandle) -> None:
         """Tie the goal to its job."""
         with self._lock:
-            answer = self._asked[id(goal.request)][1]
+            _, answer = self._asked.pop(id(goal.request))
             if isinstance(answer, Job):
-                del self._asked[id(goal.request)]
                 self._goals.setdefault(answer.job_id, []).append(goal)
-        if not isinstance(answer, Job):
-            goal.execute()
+        if isinstance(answer, str):
+            goal.execute(lambda handle: self._refuse(handle, answer))
             return
         if self._follow not in answer.followers:
             answer.followers.append(self._follow)
@@ -170,12 +168,9 @@ class GoalServer(ABC):
             self._ending -= 1
         return result
 
-    def _refuse(self, goal: server.ServerGoalHandle) -> Any:
-        """End a refused goal."""
-        with self._lock:
-            _, refusal = self._asked.pop(id(goal.request))
+    def _refuse(self, goal: server.ServerGoalHandle, refusal: str) -> Any:
         goal.abort()
-        return self.result(None, False, str(refusal))
+        return self.result(None, False, refusal)
 
 
 class SimulateDropsServer(GoalServer):

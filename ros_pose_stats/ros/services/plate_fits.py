@@ -14,6 +14,7 @@ from ..answering_node import Steps
 from ..base import Base
 from ..lanes import Lane, Rank
 from ..messages.part_requests import shown
+from ..messages.statistics_messages import fill_bounds
 from ..parts import count_store, known_part, result_store
 from ..settings import Settings
 
@@ -40,9 +41,8 @@ class PlateFits:
             check_applicable(plate, settings)
         counted = counts_on(plate, settings.plate, self._parts.all())
         fit = yield self._lanes.put(partial(fit_counts, counted), Rank.KNOWN, Lane.FIT)
-        for name in ("restitution", "drop_height", "round_sides"):
-            for end, value in zip(("", "_low", "_high"), getattr(fit, name), strict=True):
-                setattr(response, name + end, value)
+        fill_bounds(response, restitution=fit.restitution, drop_height=fit.drop_height,
+                    round_sides=fit.round_sides)
         response.plate_error, response.p_value = fit.plate_error, fit.p_value
         response.counted = fit.counted
         response.parts = list(dict.fromkeys(part.part_id for part in fit.parts))

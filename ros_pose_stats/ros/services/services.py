@@ -17,7 +17,7 @@ from ...text import listed, millimetres
 from ..answering_node import Steps
 from ..base import Base
 from ..jobs import Job, JobRequest, Jobs, State, job_reports, refinement as refining
-from ..lanes import done_with, result_of
+from ..lanes import Rank, done_with, result_of
 from ..messages import part_messages, part_requests, statistics_messages
 from ..parts import part_builder, result_store
 from ..parts.intake import Intake
@@ -85,7 +85,7 @@ class Services:
                 raise
             if same is None or (same.content, same.scene_override) != (
                     mesh.content, mesh.scene_override):
-                return self._intake.take_sent(mesh, source), mesh
+                return self._intake.queue(mesh, source, Rank.SENT), mesh
             known = same
         return done_with(known) if is_enough(known) else self._intake.built(known), known
 

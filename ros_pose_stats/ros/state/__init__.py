@@ -1,6 +1,6 @@
 """What a node must not forget, in one SQLite file; nothing of ROS is needed here."""
 
 from .store import State
-from .tables import MESSAGES, Change, Row, StateInUseError
+from .tables import MESSAGES, OF_PARTS, Change, Row, StateInUseError
 
-__all__ = ["MESSAGES", "Change", "Row", "State", "StateInUseError"]
+__all__ = ["MESSAGES", "OF_PARTS", "Change", "Row", "State", "StateInUseError"]

@@ -33,9 +33,9 @@ COLUMNS = {  # the first one is the key; each row has a checksum behind the othe
     "jobs": "job_id TEXT PRIMARY KEY, state INTEGER, event BLOB, answer BLOB",
     "facts": "name TEXT PRIMARY KEY, value TEXT",
 }
-MESSAGES = {("meshes", 1): "PartMesh", ("results", 1): "PoseStatistics",  # serialised in columns
-            ("results", 2): "PoseStatistics", ("jobs", 2): "JobEvent",
-            ("jobs", 3): "PoseStatistics"}
+OF_PARTS = ("parts", "meshes", "results", "counts", "flips")  # whose key is a part_id
+MESSAGES = {"meshes": {1: "PartMesh"}, "results": {1: "PoseStatistics", 2: "PoseStatistics"},
+            "jobs": {2: "JobEvent", 3: "PoseStatistics"}}  # serialised in columns
 MOST_COUNTED = 1_000_000  # messages of counts whose identity is kept, the newest ones
 LOCK_SECONDS = 5.0
 GLANCE = 0.05
@@ -236,16 +236,14 @@ def update_messages(link: sqlite3.Connection, today: Mapping[str, str], convert:
     if then == today:
         return
     changes = [Change("facts", "definitions", ("definitions", json.dumps(dict(today))))]
-    for (table, column), kind in MESSAGES.items():
-        if then.get(kind, today[kind]) == today[kind]:
-            continue
-        rows: dict[str | bytes, Row | None] = {row[0]: row for row in rows_of(link, table)}
-        rows.update({change.key: change.row for change in changes if change.table == table})
-        for key, row in rows.items():
-            if row is not None and row[column]:
-                message = convert(kind, then[kind], row[column])
-                changes.append(Change(table, key, None if message is None else (
-                    *row[:column], message, *row[column + 1:])))
+    for table, kinds in MESSAGES.items():
+        for row in rows_of(link, table):
+            new = list(row)
+            for column, kind in kinds.items():
+                if row[column] and then.get(kind, today[kind]) != today[kind]:
+                    new[column] = convert(kind, then[kind], row[column])
+            if tuple(new) != row:
+                changes.append(Change(table, row[0], None if None in new else tuple(new)))
     write(link, changes)
 
 
