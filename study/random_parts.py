@@ -13,9 +13,10 @@ import numpy as np
 from manifold3d import Manifold
 from numpy.random import Generator
 
-from ros_pose_stats.shapes import Surface
 from ros_pose_stats.shapes.demo_parts import drill, extrude, revolve, surface_of
 from ros_pose_stats.shapes.profiles import Outline, rounded_polygon, spur_gear, unit_circle
+
+from .shapes import Surface
 
 
 def random_part(seed: int, number: int) -> Surface:

@@ -24,7 +24,8 @@ from ros_pose_stats.mesh.parts import part_from_mesh
 from ros_pose_stats.mesh.vectors import lengths, turn_vectors
 from ros_pose_stats.records import Part
 from ros_pose_stats.resting.poses import resting_poses
-from ros_pose_stats.shapes import hull_mesh
+
+from .shapes import hull_mesh
 
 _STREAM: Final = 3
 """Second word of the generator's key; 1 and 2 are the starting directions'."""

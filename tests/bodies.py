@@ -14,8 +14,9 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.distance import cdist
 from scipy.spatial.transform import Rotation
 
-from ros_pose_stats import part_from_mesh, shapes
+from ros_pose_stats import part_from_mesh
 from ros_pose_stats.shapes import demo_parts
+from study import shapes
 
 REGULAR_SOLIDS = {
     "tetrahedron": shapes.tetrahedron(),

@@ -13,9 +13,10 @@ import os
 
 import numpy as np
 
-from ros_pose_stats import DropScene, compare, part_from_mesh, shapes, shift_center
+from ros_pose_stats import DropScene, compare, part_from_mesh, shift_center
 from ros_pose_stats.design.paired_drops import PairedDrops
 from ros_pose_stats.statistics.paired_counts import paired_difference
+from study import shapes
 
 TRUE_DROPS, TRUE_SEED = 100_000, 10 ** 6
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import trimesh
 
-from ros_pose_stats import shapes
+from study import shapes
 
 ROUND = shapes.hull_mesh(shapes.sphere_points(1200, 3) * (0.02, 0.03, 0.04))
 

@@ -13,13 +13,14 @@ from pathlib import Path
 import numpy as np
 from manifold3d import CrossSection, Manifold
 
-from .. import errors, files, shapes
+from .. import errors, files
 from ..mesh import arrays, files as mesh_files
 from ..records import Array, Index
-from .profiles import Outline, rounded_polygon, spur_gear, unit_circle
+from . import profiles
+from .profiles import Outline, Surface, rounded_polygon, spur_gear, unit_circle
 
 
-def clamp() -> shapes.Surface:
+def clamp() -> Surface:
     """Body of a C-clamp, 42 mm by 36 mm by 18 mm, without any symmetry.
 
     The upper jaw ends in a fork with a transverse screw hole, counterbored on one side; the lower
@@ -40,7 +41,7 @@ def clamp() -> shapes.Surface:
     return surface_of(body)
 
 
-def bracket() -> shapes.Surface:
+def bracket() -> Surface:
     """L bracket of 5 mm plate, 50 mm by 42 mm by 36 mm, with a rib and four holes."""
     angle = rounded_polygon([
         (0.0, 0.0, 2.0), (50.0, 0.0, 0.0), (50.0, 5.0, 0.0), (5.0, 5.0, 3.0),
@@ -61,7 +62,7 @@ def bracket() -> shapes.Surface:
     return surface_of(body)
 
 
-def hex_bolt() -> shapes.Surface:
+def hex_bolt() -> Surface:
     """Hexagon head bolt M8 x 30 along z, head chamfered and above z = 0, shank 48-sided."""
     head = extrude(13.0 / np.sqrt(3.0) * unit_circle(6), "z", -5.3, 0.0)
     chamfer = np.array([(0.0, -5.3), (6.0, -5.3), (9.0, -5.3 + np.sqrt(3.0)), (9.0, 1.0),
@@ -71,7 +72,7 @@ def hex_bolt() -> shapes.Surface:
     return surface_of((head ^ cone) + revolve(shank, 48))
 
 
-def gear() -> shapes.Surface:
+def gear() -> Surface:
     """Spur gear, 32 teeth of module 1, 10 mm wide, with an 8 mm bore and a hub on one side."""
     wheel = extrude(spur_gear(32, 1.0), "z", 0.0, 10.0)
     hub = np.array([(0.0, 5.0), (9.0, 5.0), (9.0, 17.2), (8.2, 18.0), (0.0, 18.0)])
@@ -79,17 +80,17 @@ def gear() -> shapes.Surface:
     return surface_of(wheel + revolve(hub, 64) - bore)
 
 
-def prism() -> shapes.Surface:
+def prism() -> Surface:
     """Hexagonal prism, circumradius 10 mm, length 24 mm."""
-    return in_file_order(*shapes.prism(6, 10.0, 24.0))
+    return in_file_order(*profiles.prism(6, 10.0, 24.0))
 
 
-def cylinder() -> shapes.Surface:
+def cylinder() -> Surface:
     """Cylinder of 64 facets, radius 9 mm, length 22 mm."""
-    return in_file_order(*shapes.cylinder(64, 9.0, 22.0))
+    return in_file_order(*profiles.prism(64, 9.0, 22.0))
 
 
-DEMO_PARTS: dict[str, Callable[[], shapes.Surface]] = {
+DEMO_PARTS: dict[str, Callable[[], Surface]] = {
     make.__name__: make for make in (clamp, bracket, hex_bolt, gear, prism, cylinder)}
 """Name to a function that makes the part: vertices (V, 3) in mm and triangles (T, 3)."""
 
@@ -129,14 +130,14 @@ def revolve(outline: Outline, sides: int) -> Manifold:
     return CrossSection([outline]).revolve(sides)
 
 
-def surface_of(solid: Manifold) -> shapes.Surface:
+def surface_of(solid: Manifold) -> Surface:
     """Triangles of a solid."""
     mesh = solid.to_mesh64()
     vertices = np.asarray(mesh.vert_properties, dtype=np.float64)[:, :3]
     return in_file_order(vertices, np.asarray(mesh.tri_verts, dtype=np.int64))
 
 
-def in_file_order(vertices: Array, triangles: Index) -> shapes.Surface:
+def in_file_order(vertices: Array, triangles: Index) -> Surface:
     """Coordinates as float32, in lexicographic order, whatever order a modeller emits them in."""
     rounded = vertices.astype(np.float32).astype(np.float64) + 0.0
     merged, index = np.unique(rounded, axis=0, return_inverse=True)

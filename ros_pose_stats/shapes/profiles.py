@@ -8,9 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..kernels.elementary import sines_cosines
-from ..records import Array
+from ..records import Array, Index
 
 Outline = Array  # corners of a closed polygon, (N, 2), counter-clockwise
+Surface = tuple[Array, Index]  # vertices (V, 3) and outward triangles (T, 3), closed
 
 
 def unit_circle(sides: int) -> Outline:
@@ -76,3 +77,18 @@ def spur_gear(teeth: int, module: float, pressure_angle: float = np.radians(20.0
     cos, sin = unit_circle(teeth).T
     turns = np.stack((np.stack((cos, sin), axis=-1), np.stack((-sin, cos), axis=-1)), axis=1)
     return np.asarray((tooth @ turns).reshape(-1, 2))
+
+
+def prism(sides: int, radius: float, length: float) -> Surface:
+    """Regular prism along z about the origin; the first corner lies on the x axis."""
+    base = radius * unit_circle(sides)
+    height = np.full((sides, 1), length / 2.0)
+    vertices = np.vstack((np.hstack((base, -height)), np.hstack((base, height))))
+    here = np.arange(sides)
+    there = np.roll(here, -1)
+    fan = np.column_stack((np.zeros(sides - 2, dtype=np.int64), here[1:-1], here[2:]))
+    walls = np.vstack((
+        np.column_stack((here, there, there + sides)),
+        np.column_stack((here, there + sides, here + sides)),
+    ))
+    return vertices, np.vstack((fan[:, ::-1], fan + sides, walls)).astype(np.int64)

@@ -11,12 +11,12 @@ from ros_pose_stats.mesh.parts import part_from_mesh
 from ros_pose_stats.records import DropScene, Part
 from ros_pose_stats.records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES
 from ros_pose_stats.resting.poses import RestingPoses, resting_poses
-from ros_pose_stats.shapes import ellipsoid_points, hull_mesh
 from ros_pose_stats.simulation.simulate import simulate
 
 from ..dataset import Dataset
 from ..errors.simulated_poses import SimulatedPoses, pooled
 from ..estimates import restings
+from ..shapes import ellipsoid_points, hull_mesh
 
 Array = NDArray[np.float64]
 

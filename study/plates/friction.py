@@ -23,7 +23,8 @@ from ros_pose_stats.mesh.vectors import rotation_matrices
 from ros_pose_stats.records import Part
 from ros_pose_stats.records.scene import GRAVITY
 from ros_pose_stats.resting.poses import resting_poses
-from ros_pose_stats.shapes import box, ellipsoid_points, hull_mesh, prism
+
+from ..shapes import box, ellipsoid_points, hull_mesh, prism
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

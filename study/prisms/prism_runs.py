@@ -14,11 +14,11 @@ from ros_pose_stats.mesh.parts import part_from_mesh
 from ros_pose_stats.records import DropScene, Part, StablePose
 from ros_pose_stats.records.scene import DEFAULT_DROP_RADII
 from ros_pose_stats.resting.poses import resting_poses
-from ros_pose_stats.shapes import box
 from ros_pose_stats.simulation.request import drop_request
 from ros_pose_stats.simulation.simulate import simulate
 from ros_pose_stats.statistics.errors import jeffreys_interval
 
+from ..shapes import box
 from .dice import DICE, root_mean_square, sampling_noise, standard_error
 from .prism_results import LEVEL, Misfit, PrismResults, SidesPoint
 

@@ -8,8 +8,8 @@ from ros_pose_stats.mesh.parts import part_from_mesh
 from ros_pose_stats.records import Part
 from ros_pose_stats.records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES
 from ros_pose_stats.resting.poses import resting_poses
-from ros_pose_stats.shapes import cylinder, ellipsoid_points, hull_mesh
 
+from ..shapes import cylinder, ellipsoid_points, hull_mesh
 from .walk import SIZE, Step, Walk, along, spread_by_ratio, spread_evenly, towards
 
 GEAR_WIDTH = 0.8

@@ -10,9 +10,9 @@ import numpy as np
 from ros_pose_stats.mesh.parts import part_from_mesh
 from ros_pose_stats.records import Part
 from ros_pose_stats.resting.poses import resting_poses
-from ros_pose_stats.shapes import box, hull_mesh, sphere_points
 
 from ..random_polyhedra import random_polyhedron
+from ..shapes import box, hull_mesh, sphere_points
 from .part_walks import part_walks
 from .walk import SIZE, Array, Step, Walk, along, spread_by_ratio, spread_evenly, towards
 

@@ -9,8 +9,7 @@ from pathlib import Path
 import pytest
 
 import ros_pose_stats
-from ros_pose_stats import shapes
-from tests.bodies import write_stl
+from tests.bodies import shapes, write_stl
 from tests.house.imports import Sources
 
 PACKAGE = Path(ros_pose_stats.__file__).resolve().parent
@@ -53,7 +52,7 @@ ROOMS_OF = {
     "numpy": set(FLOOR),
     "numba": {"kernels"},
     "llvmlite": {"kernels"},
-    "scipy": {"statistics", "mesh", "resting", "shapes", "plates", "design"},
+    "scipy": {"statistics", "mesh", "resting", "plates", "design"},
     "trimesh": {"mesh", "shapes"},
     "cascadio": {"mesh"},
     "manifold3d": {"mesh", "resting", "shapes"},

@@ -14,9 +14,10 @@ from typing import NamedTuple
 import numpy as np
 import trimesh
 
-from ros_pose_stats import Part, estimate, resting_poses, shapes, simulate
+from ros_pose_stats import Part, estimate, resting_poses, simulate
 from ros_pose_stats.resting.trust import curve_angle
 from ros_pose_stats.tolerances import EXPORTS_DIFFER
+from study import shapes
 
 from ..report import MEASURED, NUMBERS, collect_results, table
 from ..results import Results, Row, Section, Target, save

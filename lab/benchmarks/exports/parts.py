@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ros_pose_stats import part_from_mesh, shapes
+from ros_pose_stats import part_from_mesh
+from study import shapes
 
 
 def part_of(surface, **options):

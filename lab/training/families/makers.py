@@ -8,8 +8,8 @@ import numpy as np
 from numpy.random import Generator
 
 from ros_pose_stats.mesh.mass_properties import solid_of
-from ros_pose_stats.shapes import hull_mesh
 from ros_pose_stats.shapes.profiles import unit_circle
+from study.shapes import hull_mesh
 
 from .solids import Solid, block, extruded
 from .turned import rounds

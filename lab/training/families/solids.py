@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ros_pose_stats.mesh.mass_properties import solid_of
 from ros_pose_stats.mesh.parts import part_from_mesh
 from ros_pose_stats.records import Part
-from ros_pose_stats.shapes import hull_mesh
+from study.shapes import hull_mesh
 
 Array = NDArray[np.float64]
 

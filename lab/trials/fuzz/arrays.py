@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from ros_pose_stats import shapes
-from ros_pose_stats.shapes import Surface
+from study import shapes
+from study.shapes import Surface
 
 from .solids import Random, polyhedron, power
 

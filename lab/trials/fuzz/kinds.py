@@ -8,7 +8,7 @@ from zlib import crc32
 
 import numpy as np
 
-from ros_pose_stats.shapes import Surface
+from study.shapes import Surface
 
 from . import arrays, masses, solids, surfaces
 from .solids import Random

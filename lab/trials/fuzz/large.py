@@ -7,8 +7,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ros_pose_stats import PoseStatsError, estimate_all, part_from_mesh, shapes
-from ros_pose_stats.shapes import Surface
+from ros_pose_stats import PoseStatsError, estimate_all, part_from_mesh
+from study import shapes
+from study.shapes import Surface
 
 from ..frame import Outcome, Setting
 from .solids import joined, split

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ros_pose_stats.shapes import Surface
+from study.shapes import Surface
 
 from .arrays import NUMBERS, any_object
 from .solids import Array, Random, power, rotation

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ros_pose_stats import Part, PoseStatistics, estimate_all, part_from_mesh, resting_poses
-from ros_pose_stats.shapes import Surface
+from study.shapes import Surface
 from tests.bodies import shuffled, subdivided
 
 from .judge import MARGINAL, marginal, roughness

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from ros_pose_stats import shapes
-from ros_pose_stats.shapes import Surface
+from study import shapes
+from study.shapes import Surface
 
 Array = NDArray[np.float64]
 Random = np.random.Generator

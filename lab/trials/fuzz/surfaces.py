@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ros_pose_stats import shapes
-from ros_pose_stats.shapes import Surface
+from study import shapes
+from study.shapes import Surface
 from tests.bodies import shuffled, subdivided
 
 from .solids import (

@@ -10,7 +10,8 @@ import yaml
 from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 
-from ros_pose_stats import part_from_mesh, shapes
+from ros_pose_stats import part_from_mesh
+from study import shapes
 from tests.contract.node.harness.bags import bags_of, files_of, message_of, on_topic, raw
 from tests.contract.node.harness.client import DONE
 

@@ -10,8 +10,8 @@ from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from ros_pose_stats import load_part, resting_poses, shapes
-from tests.bodies import write_stl
+from ros_pose_stats import load_part, resting_poses
+from tests.bodies import shapes, write_stl
 from tests.running import answer
 
 MASS, CENTER, GRAVITY = 0.3, (1e-3, 2e-3, 3e-3), 9.80665

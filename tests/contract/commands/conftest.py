@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from ros_pose_stats import shapes
-from tests.bodies import write_stl
+from tests.bodies import shapes, write_stl
 
 
 @pytest.fixture(scope="session")

@@ -20,8 +20,8 @@ from typing import NamedTuple
 import pytest
 from pyarrow import parquet
 
-from ros_pose_stats import estimate, load_part, shapes
-from tests.bodies import random_polyhedron, write_stl
+from ros_pose_stats import estimate, load_part
+from tests.bodies import random_polyhedron, shapes, write_stl
 from tests.running import ROOT, answer_json, call, complaints, refusal
 
 TABLES = "catalogue.csv", "poses.csv"

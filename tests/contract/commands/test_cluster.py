@@ -7,8 +7,7 @@ import time
 
 import pytest
 
-from ros_pose_stats import shapes
-from tests.bodies import write_stl
+from tests.bodies import shapes, write_stl
 from tests.clusters import scheduler, worker
 from tests.running import answer, answer_json
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 import trimesh
 
-from ros_pose_stats import compare, load_part, shapes
-from tests.bodies import write_stl
+from ros_pose_stats import compare, load_part
+from tests.bodies import shapes, write_stl
 from tests.running import answer, answer_json, refusal
 
 ASKED = "--unit", "mm", "--seed", 5

@@ -8,8 +8,8 @@ import io
 import numpy as np
 import pytest
 
-from ros_pose_stats import auto, cli, estimate, hybrid, load_part, shapes
-from tests.bodies import METHODS, write_stl
+from ros_pose_stats import auto, cli, estimate, hybrid, load_part
+from tests.bodies import METHODS, shapes, write_stl
 from tests.running import answer, answer_json, refusal
 
 from .tables import share, table_head, table_rows

@@ -9,7 +9,8 @@ import pytest
 import yaml
 from ros_pose_stats_msgs.msg import PartMesh
 
-from ros_pose_stats import part_from_mesh, shapes, simulate
+from ros_pose_stats import part_from_mesh, simulate
+from study import shapes
 from tests.contract.bags.messages import counts
 from tests.contract.bags.recorders import write_run
 from tests.running import call, refusal

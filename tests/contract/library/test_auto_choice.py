@@ -13,10 +13,9 @@ from ros_pose_stats import (
     estimate,
     hybrid,
     part_from_mesh,
-    shapes,
     simulate,
 )
-from tests.bodies import random_polyhedron
+from tests.bodies import random_polyhedron, shapes
 
 
 @pytest.fixture(scope="module")

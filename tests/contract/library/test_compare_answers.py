@@ -12,11 +12,10 @@ from ros_pose_stats import (
     compare,
     part_from_mesh,
     resting_poses,
-    shapes,
     shift_center,
     simulate,
 )
-from tests.bodies import clamp_hull, moved, random_polyhedron
+from tests.bodies import clamp_hull, moved, random_polyhedron, shapes
 
 
 def clamp(*factors):

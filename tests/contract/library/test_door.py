@@ -13,10 +13,9 @@ from ros_pose_stats import (
     estimate_all,
     part_from_mesh,
     resting_poses,
-    shapes,
     splitting_graph,
 )
-from tests.bodies import REGULAR_SOLIDS, moved, rotation
+from tests.bodies import REGULAR_SOLIDS, moved, rotation, shapes
 
 VERTICES, TRIANGLES = shapes.box(1.0, 2.0, 3.0)
 EYE, HUGE = np.eye(3), 10**400

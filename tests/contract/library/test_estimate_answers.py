@@ -15,10 +15,9 @@ from ros_pose_stats import (
     estimate,
     estimate_all,
     part_from_mesh,
-    shapes,
     shift_center,
 )
-from tests.bodies import METHODS, random_polyhedron
+from tests.bodies import METHODS, random_polyhedron, shapes
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from ros_pose_stats import PoseStatsError, load_part, part_from_mesh, shapes
+from ros_pose_stats import PoseStatsError, load_part, part_from_mesh
+from study import shapes
 
 
 def block_of(length, folder, suffix="stl", width=0.5, height=0.4):

@@ -17,10 +17,9 @@ from ros_pose_stats import (
     load_part,
     part_from_mesh,
     resting_poses,
-    shapes,
     simulate,
 )
-from tests.bodies import METHODS, write_stl
+from tests.bodies import METHODS, shapes, write_stl
 
 BOX = shapes.box(0.02, 0.03, 0.04)
 RADIUS = math.sqrt(0.01**2 + 0.015**2 + 0.02**2)

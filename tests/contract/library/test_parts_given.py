@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from ros_pose_stats import PoseStatsError, load_part, part_from_mesh, shapes, shift_center
-from tests.bodies import random_polyhedron, rotation
+from ros_pose_stats import PoseStatsError, load_part, part_from_mesh, shift_center
+from tests.bodies import random_polyhedron, rotation, shapes
 from tests.running import answer_json, refusal
 
 BOX = VERTICES, TRIANGLES = shapes.box(1.0, 2.0, 3.0)

@@ -7,8 +7,8 @@ import json
 import pytest
 import yaml
 
-from ros_pose_stats import estimate, load_part, shapes
-from tests.bodies import write_stl
+from ros_pose_stats import estimate, load_part
+from tests.bodies import shapes, write_stl
 from tests.running import answer_json, call, refusal
 
 RESTITUTION, HEIGHT = 0.2, 0.02

@@ -7,8 +7,8 @@ import pytest
 
 from lab.benchmarks.exports import parts as exports
 from lab.benchmarks.exports.curves import cut_ball
-from ros_pose_stats import estimate, part_from_mesh, resting_poses, shapes, simulate
-from tests.bodies import random_polyhedron
+from ros_pose_stats import estimate, part_from_mesh, resting_poses, simulate
+from tests.bodies import random_polyhedron, shapes
 
 
 def warnings_of(part, tolerance=0.0, round_sides=0):

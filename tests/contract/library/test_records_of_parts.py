@@ -8,7 +8,8 @@ import struct
 import numpy as np
 import pytest
 
-from ros_pose_stats import Part, estimate, part_from_mesh, resting_poses, shapes, simulate
+from ros_pose_stats import Part, estimate, part_from_mesh, resting_poses, simulate
+from study import shapes
 
 VERTICES, TRIANGLES = shapes.box(20.0, 30.0, 40.0)
 

@@ -9,9 +9,9 @@ from ros_pose_stats import (
     part_from_mesh,
     resting_poses,
     sensitivity,
-    shapes,
     suggest,
 )
+from study import shapes
 
 CUBE = part_from_mesh(*shapes.box(20e-3, 20e-3, 20e-3))
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.stats import beta
 
-from ros_pose_stats import part_from_mesh, resting_poses, shapes, simulate
-from tests.bodies import random_polyhedron
+from ros_pose_stats import part_from_mesh, resting_poses, simulate
+from tests.bodies import random_polyhedron, shapes
 
 RESTITUTION = 0.3
 

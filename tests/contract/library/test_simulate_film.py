@@ -8,8 +8,8 @@ from mcap.reader import make_reader
 from rosbags.typesys import Stores, get_typestore
 from scipy.spatial.transform import Rotation
 
-from ros_pose_stats import load_part, record_drop, resting_poses, shapes
-from tests.bodies import clamp_hull, write_stl
+from ros_pose_stats import load_part, record_drop, resting_poses
+from tests.bodies import clamp_hull, shapes, write_stl
 from tests.running import answer
 
 BODIES = {"box": shapes.box(40.0, 30.0, 20.0), "clamp": clamp_hull(),

@@ -8,8 +8,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from ros_pose_stats import part_from_mesh, shapes, simulate
-from tests.bodies import random_polyhedron
+from ros_pose_stats import part_from_mesh, simulate
+from tests.bodies import random_polyhedron, shapes
 
 LONG = 10**8
 

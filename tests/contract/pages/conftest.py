@@ -5,8 +5,7 @@ from __future__ import annotations
 import pytest
 import trimesh
 
-from ros_pose_stats import shapes
-from tests.bodies import moved, random_polyhedron, rotation, write_stl
+from tests.bodies import moved, random_polyhedron, rotation, shapes, write_stl
 from tests.running import answer, answer_json
 
 from .browser import Browser, browser_file

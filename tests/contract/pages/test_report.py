@@ -9,8 +9,7 @@ from html import unescape
 import numpy as np
 import pytest
 
-from ros_pose_stats import shapes
-from tests.bodies import METHODS, subdivided, write_stl
+from tests.bodies import METHODS, shapes, subdivided, write_stl
 from tests.running import answer
 
 from .reading import Page

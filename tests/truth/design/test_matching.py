@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from ros_pose_stats import compare, part_from_mesh, resting_poses, shapes, shift_center
+from ros_pose_stats import compare, part_from_mesh, resting_poses, shift_center
 from ros_pose_stats.shapes.demo_parts import DEMO_PARTS
-from tests.bodies import moved, random_polyhedron, rotation
+from tests.bodies import moved, random_polyhedron, rotation, shapes
 
 CUBE, NEAR_CUBE = shapes.box(16.0, 16.0, 16.0), shapes.box(16.0, 16.0, 15.52)
 

@@ -10,10 +10,10 @@ import math
 import numpy as np
 import pytest
 
-from ros_pose_stats import compare, part_from_mesh, resting_poses, shapes, shift_center, simulate
+from ros_pose_stats import compare, part_from_mesh, resting_poses, shift_center, simulate
 from study.prisms.dice import DICE
 from study.prisms.prism_runs import on_squares, square_prism
-from tests.bodies import random_polyhedron
+from tests.bodies import random_polyhedron, shapes
 
 
 def differences(found):

@@ -7,8 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from ros_pose_stats import part_from_mesh, resting_poses, sensitivity, shapes, suggest
+from ros_pose_stats import part_from_mesh, resting_poses, sensitivity, suggest
 from ros_pose_stats.shapes.demo_parts import DEMO_PARTS
+from study import shapes
 
 CUBE = part_from_mesh(*shapes.box(20e-3, 20e-3, 20e-3))
 PRISM = part_from_mesh(*shapes.prism(6, 10e-3, 24e-3))

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ros_pose_stats import compare, part_from_mesh, resting_poses, shapes, shift_center
+from ros_pose_stats import compare, part_from_mesh, resting_poses, shift_center
+from study import shapes
 from tests.bodies import in_float32, moved, random_polyhedron, rotation, shuffled, subdivided
 
 SIDE = 0.016

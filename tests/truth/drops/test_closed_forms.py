@@ -7,8 +7,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from ros_pose_stats import part_from_mesh, record_drop, shapes
-from tests.bodies import random_polyhedron
+from ros_pose_stats import part_from_mesh, record_drop
+from tests.bodies import random_polyhedron, shapes
 from tests.truth.drops.recorded import EXACT, impacts_of, recordings, with_corners
 
 BIPYRAMID = part_from_mesh(*shapes.hull_mesh(np.vstack((np.diag((0.6, 0.5, 1.0)),

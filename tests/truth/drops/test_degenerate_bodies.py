@@ -7,7 +7,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from ros_pose_stats import part_from_mesh, record_drop, resting_poses, shapes, simulate
+from ros_pose_stats import part_from_mesh, record_drop, resting_poses, simulate
+from study import shapes
 from tests.bodies import convex_parts, fanned, moved, random_polyhedron, starred, subdivided
 from tests.truth.drops.recorded import (
     EXACT,

@@ -7,8 +7,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from ros_pose_stats import part_from_mesh, resting_poses, shapes, simulate
-from tests.bodies import moved, random_polyhedron, rotation
+from ros_pose_stats import part_from_mesh, resting_poses, simulate
+from tests.bodies import moved, random_polyhedron, rotation, shapes
 from tests.truth.drops.recorded import SURE, alike, counts, light, outcomes, recordings
 
 CUBE = shapes.box(2.0, 2.0, 2.0)

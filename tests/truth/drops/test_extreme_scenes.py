@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ros_pose_stats import part_from_mesh, resting_poses, shapes, simulate
-from tests.bodies import random_polyhedron
+from ros_pose_stats import part_from_mesh, resting_poses, simulate
+from tests.bodies import random_polyhedron, shapes
 from tests.truth.drops.recorded import counts
 
 

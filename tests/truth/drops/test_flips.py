@@ -9,13 +9,12 @@ from scipy.stats import chi2_contingency
 from ros_pose_stats import (
     DropScene,
     part_from_mesh,
-    shapes,
     simulate,
     simulate_flips,
 )
 from ros_pose_stats.simulation.drop_body import drop_body
 from ros_pose_stats.simulation.flips import kicks_of
-from tests.bodies import random_polyhedron
+from tests.bodies import random_polyhedron, shapes
 from tests.truth.drops.recorded import EXACT, SURE
 from tests.truth.reference.drop_solver import reference_flip
 

@@ -10,7 +10,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ros_pose_stats import part_from_mesh, resting_poses, shapes, simulate
+from ros_pose_stats import part_from_mesh, resting_poses, simulate
+from study import shapes
 
 DICE = {0.47: 0.916, 0.63: 0.738, 0.75: 0.548, 0.81: 0.496, 0.93: 0.399, 0.97: 0.385, 1.16: 0.148,
         1.23: 0.154, 1.44: 0.052, 1.55: 0.040, 1.60: 0.017, 1.71: 0.031, 1.87: 0.009, 2.12: 0.007,

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from scipy.stats import chi2, chisquare
 
-from ros_pose_stats import part_from_mesh, record_drop, shapes, simulate
+from ros_pose_stats import part_from_mesh, record_drop, simulate
 from ros_pose_stats.shapes.demo_parts import DEMO_PARTS
-from tests.bodies import REGULAR_SOLIDS, moved, random_polyhedron, rotation, shuffled
+from tests.bodies import REGULAR_SOLIDS, moved, random_polyhedron, rotation, shapes, shuffled
 from tests.matching import matched
 from tests.truth.drops.recorded import SURE, alike, outcomes
 

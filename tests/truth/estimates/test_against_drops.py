@@ -10,8 +10,8 @@ import math
 import numpy as np
 import pytest
 
-from ros_pose_stats import estimate, hybrid, part_from_mesh, shapes, shift_center, simulate
-from tests.bodies import random_polyhedron
+from ros_pose_stats import estimate, hybrid, part_from_mesh, shift_center, simulate
+from tests.bodies import random_polyhedron, shapes
 
 PARTS, DROPS = 48, 1500
 METHODS = ("split", "combined", "meae", "eae", "qse", "area")

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from ros_pose_stats import estimate, estimate_all, part_from_mesh, shapes
-from tests.bodies import METHODS, REGULAR_SOLIDS, moved, rotation
+from ros_pose_stats import estimate, estimate_all, part_from_mesh
+from tests.bodies import METHODS, REGULAR_SOLIDS, moved, rotation, shapes
 from tests.matching import downs, values
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ros_pose_stats import estimate, estimate_all, part_from_mesh, shapes
-from tests.bodies import oblique_prism, random_polyhedron
+from ros_pose_stats import estimate, estimate_all, part_from_mesh
+from tests.bodies import oblique_prism, random_polyhedron, shapes
 from tests.matching import downs, values
 
 BASE = np.array((0.0, 0.0, -1.0))

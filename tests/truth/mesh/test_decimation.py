@@ -8,8 +8,9 @@ import trimesh
 from hypothesis import given, strategies as st
 from scipy.spatial import cKDTree
 
-from ros_pose_stats import part_from_mesh, shapes
+from ros_pose_stats import part_from_mesh
 from ros_pose_stats.mesh.decimation import visible_triangles
+from study import shapes
 from tests import fine_parts
 
 FINEST = 20_000

@@ -7,8 +7,8 @@ import pytest
 import trimesh
 from hypothesis import given, strategies as st
 
-from ros_pose_stats import PoseStatsError, estimate, part_from_mesh, shapes
-from tests.bodies import clamp_hull, moved, random_polyhedron, rotation, shuffled
+from ros_pose_stats import PoseStatsError, estimate, part_from_mesh
+from tests.bodies import clamp_hull, moved, random_polyhedron, rotation, shapes, shuffled
 from tests.matching import values
 
 BODIES = {"clamp": clamp_hull(), "random": random_polyhedron(12, 4),

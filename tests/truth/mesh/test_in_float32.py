@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ros_pose_stats import estimate_all, part_from_mesh, shapes
+from ros_pose_stats import estimate_all, part_from_mesh
 from ros_pose_stats.shapes import demo_parts
+from study import shapes
 from tests.bodies import REGULAR_SOLIDS, in_float32, moved, random_polyhedron, rotation, size
 from tests.matching import values
 

@@ -7,8 +7,8 @@ import pytest
 import trimesh
 from hypothesis import given, strategies as st
 
-from ros_pose_stats import part_from_mesh, shapes
-from tests.bodies import moved, rotation, subdivided
+from ros_pose_stats import part_from_mesh
+from tests.bodies import moved, rotation, shapes, subdivided
 
 WATER = 1000.0
 

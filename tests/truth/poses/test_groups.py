@@ -7,8 +7,9 @@ import pytest
 from manifold3d import Manifold
 from scipy.spatial.transform import Rotation
 
-from ros_pose_stats import estimate, part_from_mesh, resting_poses, shapes
+from ros_pose_stats import estimate, part_from_mesh, resting_poses
 from ros_pose_stats.shapes import demo_parts
+from study import shapes
 from tests.bodies import (
     REGULAR_SOLIDS,
     in_float32,

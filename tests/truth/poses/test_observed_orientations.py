@@ -14,10 +14,9 @@ from ros_pose_stats import (
     classify_orientations,
     part_from_mesh,
     resting_poses,
-    shapes,
 )
 from ros_pose_stats.shapes import demo_parts
-from tests.bodies import random_polyhedron
+from tests.bodies import random_polyhedron, shapes
 
 NOISE = math.radians(5.0)
 MANY = 10_000

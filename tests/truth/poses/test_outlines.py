@@ -11,9 +11,9 @@ from manifold3d import Manifold
 from matplotlib.path import Path
 from scipy.spatial.transform import Rotation
 
-from ros_pose_stats import PoseStatsError, outline_at, part_from_mesh, resting_poses, shapes
+from ros_pose_stats import PoseStatsError, outline_at, part_from_mesh, resting_poses
 from ros_pose_stats.shapes import demo_parts
-from tests.bodies import random_polyhedron, rotation
+from tests.bodies import random_polyhedron, rotation, shapes
 
 MM = 1e-3
 

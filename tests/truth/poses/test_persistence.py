@@ -7,9 +7,9 @@ from itertools import product
 import numpy as np
 import pytest
 
-from ros_pose_stats import estimate, part_from_mesh, resting_poses, shapes
+from ros_pose_stats import estimate, part_from_mesh, resting_poses
 from ros_pose_stats.shapes import demo_parts
-from tests.bodies import clamp_hull, moved, oblique_prism, random_polyhedron, rotation
+from tests.bodies import clamp_hull, moved, oblique_prism, random_polyhedron, rotation, shapes
 from tests.matching import downs
 from tests.truth.reference.clustering import persistent_poses, stable_faces
 

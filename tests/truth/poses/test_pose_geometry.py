@@ -11,9 +11,9 @@ from hypothesis import given, strategies as st
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from ros_pose_stats import estimate_all, part_from_mesh, resting_poses, shapes
+from ros_pose_stats import estimate_all, part_from_mesh, resting_poses
 from ros_pose_stats.shapes import demo_parts
-from tests.bodies import REGULAR_SOLIDS, moved, oblique_prism, random_polyhedron, rotation
+from tests.bodies import REGULAR_SOLIDS, moved, oblique_prism, random_polyhedron, rotation, shapes
 from tests.matching import values
 
 PARTS = {

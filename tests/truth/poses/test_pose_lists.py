@@ -16,8 +16,9 @@ import trimesh
 from manifold3d import CrossSection, Manifold
 
 from lab.benchmarks.exports import parts as exports
-from ros_pose_stats import resting_poses, shapes
+from ros_pose_stats import resting_poses
 from ros_pose_stats.shapes import demo_parts
+from study import shapes
 
 
 def surface_of(solid):

@@ -7,8 +7,8 @@ import pytest
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from ros_pose_stats import estimate, part_from_mesh, resting_poses, shapes
-from tests.bodies import REGULAR_SOLIDS, convex_parts, subdivided
+from ros_pose_stats import estimate, part_from_mesh, resting_poses
+from tests.bodies import REGULAR_SOLIDS, convex_parts, shapes, subdivided
 from tests.matching import downs
 
 

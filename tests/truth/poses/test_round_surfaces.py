@@ -10,8 +10,8 @@ import pytest
 import trimesh
 
 from lab.benchmarks.exports import parts as exports
-from ros_pose_stats import estimate, part_from_mesh, resting_poses, shapes
-from tests.bodies import moved, random_polyhedron, rotation, shuffled
+from ros_pose_stats import estimate, part_from_mesh, resting_poses
+from tests.bodies import moved, random_polyhedron, rotation, shapes, shuffled
 from tests.matching import downs
 
 SIDES = 192

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ros_pose_stats import estimate, part_from_mesh, resting_poses, shapes, splitting_graph
+from ros_pose_stats import estimate, part_from_mesh, resting_poses, splitting_graph
+from study import shapes
 from tests.bodies import (
     REGULAR_SOLIDS,
     clamp_hull,

@@ -12,9 +12,9 @@ import pytest
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from ros_pose_stats import estimate, part_from_mesh, resting_poses, shapes
+from ros_pose_stats import estimate, part_from_mesh, resting_poses
 from ros_pose_stats.shapes import demo_parts
-from tests.bodies import METHODS, REGULAR_SOLIDS, moved, rotation
+from tests.bodies import METHODS, REGULAR_SOLIDS, moved, rotation, shapes
 from tests.matching import downs
 
 BODIES = {  # and how often each is turned

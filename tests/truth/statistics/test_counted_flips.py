@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ros_pose_stats import learn_flips, part_from_mesh, shapes, simulate_flips
-from tests.bodies import random_polyhedron
+from ros_pose_stats import learn_flips, part_from_mesh, simulate_flips
+from tests.bodies import random_polyhedron, shapes
 
 KICKS = 0.1, 0.3, 0.9
 

@@ -8,9 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ros_pose_stats import estimate, part_from_mesh, shapes, simulate_flips
+from ros_pose_stats import estimate, part_from_mesh, simulate_flips
 from ros_pose_stats.statistics import feeding_plan
 from ros_pose_stats.statistics.fill import plate_fill
+from study import shapes
 
 ROOM = 0.3, 0.2
 WANTED, PICKED = [0, 1], np.array([1.0, 1.0, 0.0, 0.0, 0.0, 0.0])

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from scipy.stats import beta, binom
 
-from ros_pose_stats import auto, part_from_mesh, shapes, simulate
-from tests.bodies import random_polyhedron
+from ros_pose_stats import auto, part_from_mesh, simulate
+from tests.bodies import random_polyhedron, shapes
 
 LONG = 60_000
 

@@ -3,7 +3,8 @@
 import numpy as np
 import yaml
 
-from ros_pose_stats import shapes, simulate
+from ros_pose_stats import simulate
+from study import shapes
 
 from ..harness.camera import counted, counting, learnt
 from ..harness.cell import latched

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ros_pose_stats import estimate, shapes
+from ros_pose_stats import estimate
+from study import shapes
 
 from ..harness.bags import recorded
 from ..harness.cell import Health, MeshPublisher, latched

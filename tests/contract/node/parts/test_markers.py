@@ -9,8 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from visualization_msgs.msg import Marker, MarkerArray
 
-from ros_pose_stats import shapes
-from tests.bodies import clamp_hull, moved
+from tests.bodies import clamp_hull, moved, shapes
 
 from ..harness.client import until
 from ..harness.parts import WEDGE, fine_box, flat, new_id

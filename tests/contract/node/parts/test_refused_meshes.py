@@ -8,8 +8,7 @@ import pytest
 from geometry_msgs.msg import Inertia, Vector3
 from ros_pose_stats_msgs.msg import PartMesh
 
-from ros_pose_stats import shapes
-from tests.bodies import subdivided
+from tests.bodies import shapes, subdivided
 
 from ..harness.cell import Health, MeshPublisher, latched
 from ..harness.client import FAILED, until
