@@ -65,7 +65,9 @@ def pqse(resting: poses.RestingPoses) -> Array:
     the quasi-static estimator. The faces of one pose count as one surface.
     """
     found = resting.equilibria
-    start = _redistribute(found.body, _surfaces(resting))
+    surface = np.arange(resting.body.faces)
+    surface[found.faces] = found.faces[resting.clusters.lowest[resting.clusters.pose]]
+    start = _redistribute(found.body, np.unique(surface, return_inverse=True)[1])
     settled = settle_on_stable(start, found.arrays.target, found.arrays.share)
     return normalized(resting.gather(settled[found.faces]))
 
@@ -75,14 +77,6 @@ def nonlinear(share: Array) -> Array:
     c0, c1, c2, c3 = NQSE_COEFFICIENTS
     bend = c0 + share * (c1 + share * (c2 + share * c3))
     return np.maximum(share + share * (1.0 - share) * bend, 0.0)
-
-
-def _surfaces(resting: poses.RestingPoses) -> Index:
-    """Number (F,) of the surface that each face belongs to: those of one pose share theirs."""
-    faces, clusters = resting.equilibria.faces, resting.clusters
-    surface = np.arange(resting.body.faces)
-    surface[faces] = faces[clusters.lowest[clusters.pose]]
-    return np.asarray(np.unique(surface, return_inverse=True)[1])
 
 
 def _redistribute(body: convex_body.ConvexBody, surface: Index) -> Array:

@@ -6,7 +6,8 @@ halves, one a face; x is the angle from Q towards the face and R = q cos x. On e
 the arc another corner is the lowest point, so that crossing it means an impact. An arc counts by
 the turn at that impact: the angle between the impulses at both corners, in the metric of the
 inertia. Where a corner divides an edge, the turns over its two pieces add up to that over the
-whole, so that a corner more or less on a straight edge changes nothing.
+whole, so that a corner more or less on a straight edge changes nothing. The square of the turn's
+sine is the share of the energy of crossing the arc that the impact takes.
 """
 
 import math
@@ -30,9 +31,12 @@ the root of the level, and would make much of the rounding of saddles that tie."
 SHORTEST = 1e-24
 """Square of the sine of an arc below which it is none: rounding would give its direction."""
 
-# columns of an arc's turn (2,)
-OVER_ANGLE = 0
-OVER_LENGTH = 1
+# columns of an arc's sums (4,)
+OVER_ANGLE = 0   # its turn over the angle
+OVER_LENGTH = 1  # and over the length
+LOSS = 2         # the square of the turn's sine over the length
+LOSS_R = 3       # that times R
+SUMS = 4
 
 
 class Arcs(NamedTuple):
@@ -44,7 +48,7 @@ class Arcs(NamedTuple):
     top: Array    # (N,) highest R
     foot: Array   # (N, 3) unit vector to Q
     along: Array  # (N, 3) unit vector square to it, towards the face's normal
-    whole: Array  # (N, 2) its turn summed over the angle, and over the length, of `down`
+    whole: Array  # (N, SUMS) its sums
 
 
 @kernel
@@ -53,7 +57,7 @@ def make_arcs(points: Array, body: BodyArrays, inertia: Array, inverse: Array) -
     count = body.twin.shape[0]
     arcs = Arcs(np.zeros(count), np.zeros(count), np.zeros(count), np.zeros(count),
                 np.zeros((count, 3)), np.zeros((count, 3)),
-                np.zeros((count, 2)))
+                np.zeros((count, SUMS)))
     for k in range(count):
         f, t = body.face[k], body.twin[k]
         g = body.face[t]
@@ -74,29 +78,34 @@ def make_arcs(points: Array, body: BodyArrays, inertia: Array, inverse: Array) -
             continue
         write_row(arcs.foot, k, 0, foot)
         write_row(arcs.along, k, 0, divided(along, math.sqrt(square)))
-        swept, rolled = arc_sums(k, arcs.near[k], points, body, arcs, inertia, inverse)
-        arcs.whole[k, OVER_ANGLE], arcs.whole[k, OVER_LENGTH] = swept, rolled
+        add_arc(arcs.whole[k], k, arcs.near[k], points, body, arcs, inertia, inverse)
     return arcs
 
 
 @inlined
-def arc_sums(k: int, near: float, points: Array, body: BodyArrays, arcs: Arcs, inertia: Array,
-             inverse: Array) -> tuple[float, float]:
-    """Turn summed over the angle and over the length of a half arc from x = `near` on."""
+def add_arc(sums: Array, k: int, near: float, points: Array, body: BodyArrays, arcs: Arcs,
+            inertia: Array, inverse: Array) -> None:
+    """Add what a half arc has from x = `near` on to sums (SUMS,)."""
     v, w = point_at(points, body.corner[k]), point_at(points, body.corner[body.twin[k]])
     foot, along = point_at(arcs.foot, k), point_at(arcs.along, k)
     middle, half = 0.5 * (arcs.far[k] + near), 0.5 * (arcs.far[k] - near)
-    swept = rolled = 0.0
+    swept = rolled = lost = high = 0.0
     for i in range(4):
         x = middle + half * _POINTS[i]
         cosine, sine = math.cos(x), math.sin(x)
         down = plus(scaled(foot, cosine), scaled(along, sine))
         turn = minus(scaled(along, cosine), scaled(foot, sine))
         speed = math.sqrt((body.reach[k] * sine) ** 2 + _rotation(down, turn, inertia))
-        angle = half * _WEIGHTS[i] * _turn(down, v, w, inverse)
-        swept += angle
-        rolled += angle * speed
-    return swept, rolled
+        angle, share = _turn(down, v, w, inverse)
+        part, length = half * _WEIGHTS[i] * angle, half * _WEIGHTS[i] * speed * share
+        swept += part
+        rolled += part * speed
+        lost += length
+        high += length * body.reach[k] * cosine
+    sums[OVER_ANGLE] += swept
+    sums[OVER_LENGTH] += rolled
+    sums[LOSS] += lost
+    sums[LOSS_R] += high
 
 
 @inlined
@@ -108,10 +117,11 @@ def _rotation(down: Vec3, turn: Vec3, inertia: Array) -> float:
 
 
 @inlined
-def _turn(down: Vec3, v: Vec3, w: Vec3, inverse: Array) -> float:
-    """Angle between the impulses at both corners, in the metric of the inertia."""
+def _turn(down: Vec3, v: Vec3, w: Vec3, inverse: Array) -> tuple[float, float]:
+    """Angle between the impulses at both corners, in the metric of the inertia; its sin²."""
     a, b = cross(v, down), cross(w, down)
     first = 1.0 + dot(a, turned(inverse, a))
     second = 1.0 + dot(b, turned(inverse, b))
     both = 1.0 + dot(a, turned(inverse, b))
-    return math.atan2(math.sqrt(max(0.0, first * second - both * both)), both)
+    square = max(0.0, first * second - both * both)
+    return math.atan2(math.sqrt(square), both), square / (first * second)

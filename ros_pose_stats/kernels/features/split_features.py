@@ -10,20 +10,21 @@ from typing import NamedTuple
 import numpy as np
 
 from ..array_types import Array, Fixed2, FixedFlags1, FixedIndex1, Flags, Index
-from ..body.arcs import OVER_ANGLE, OVER_LENGTH, Arcs, arc_sums, make_arcs
+from ..body.arcs import LOSS, LOSS_R, OVER_ANGLE, OVER_LENGTH, SUMS, Arcs, add_arc, make_arcs
 from ..body.convex_body import BodyArrays
 from ..compilation import entry_kernel, inlined, kernel
 from ..levels.merge_tree import MergeTree, faces_of
 from ..vectors import dot, inverse_of, point_at
 
-# columns of a component's additive measures (6,)
+# columns of a component's additive measures (7,)
 AREA = 0    # solid angle with r < level
 AROUND = 1  # with R < level
 HELD = 2    # of the faces that hold
 LEVER = 3   # that times the log of the inertia about `down` over the mean one
-SWEPT = 4   # turns of the edges' arcs over their angles; with `ROLLED` from `arc_sums`
+SWEPT = 4   # turns of the edges' arcs over their angles; this and what follows by `add_arc`
 ROLLED = 5  # over their lengths
-MEASURES = 6
+LOST = 6    # energy that impacts take, where level - R is crossed at the same rate everywhere
+MEASURES = 7
 
 # features of a component at a level
 LOG_AREA = 0       # log of the share of the sphere with r < level
@@ -41,7 +42,8 @@ AREA_NEAR = 11     # by `joined_soon`: of the area
 AREA_FAR = 12
 HELD_NEAR = 13     # and of the faces that hold
 HELD_FAR = 14
-FEATURES = 15
+LOG_LOST = 15      # log of the energy lost; no network has it
+FEATURES = 16
 
 OUTSIDE = 0.3
 """Tilt, in radians, from which on a face whose foot lies outside of it holds nothing back."""
@@ -80,6 +82,7 @@ def write_features(row: Array, measures: Array, level: float, lowest: float) -> 
     row[LOG_ROLLED] = math.log(max(measures[ROLLED], SHORTEST) / root)
     row[LOG_SWEPT] = math.log(max(measures[SWEPT], SHORTEST) / root)
     row[LOG_DEPTH] = math.log(row[DEPTH] + SHALLOWEST)
+    row[LOG_LOST] = math.log(max(measures[LOST], 0.0) + SMALLEST)
 
 
 @kernel
@@ -154,7 +157,7 @@ class ArcLists(NamedTuple):
     first: Index  # (2 S - 1,) -1 for an empty list
     last: Index   # (2 S - 1,)
     after: Index  # (N,) the next in the list of an arc, -1 at its end
-    below: Array  # (2 S - 1, 2) turns of those that have left
+    below: Array  # (2 S - 1, SUMS) of those that have left
 
 
 @entry_kernel
@@ -175,7 +178,7 @@ def split_features(points: Fixed2, body: BodyArrays, stable: FixedIndex1, basin:
     held, lever = holding_faces(body, stable, basin, tree, inertia)
     lowest = lowest_faces(body, stable, tree)
     lists = _lists(body, tree, wanted, arcs)
-    sums = np.zeros((2, MEASURES))
+    sums, arc = np.zeros((2, MEASURES)), np.zeros(SUMS)
     for j in range(joins):
         if not wanted[j]:
             continue
@@ -186,9 +189,11 @@ def split_features(points: Fixed2, body: BodyArrays, stable: FixedIndex1, basin:
             sums[c, AREA], sums[c, AROUND] = areas_r[j, c], areas_R[j, c]
             sums[c, HELD] = held[end] - held[begin]
             sums[c, LEVER] = lever[end] - lever[begin]
-            swept, rolled = _turns_above(lists, node, level, points, body, arcs, inertia, inverse)
-            sums[c, SWEPT] = swept + lists.below[node, OVER_ANGLE]
-            sums[c, ROLLED] = rolled + lists.below[node, OVER_LENGTH]
+            arc[:] = 0.0
+            _add_above(arc, lists, node, level, points, body, arcs, inertia, inverse)
+            arc += lists.below[node]
+            sums[c, SWEPT], sums[c, ROLLED] = arc[OVER_ANGLE], arc[OVER_LENGTH]
+            sums[c, LOST] = level * arc[LOSS] - arc[LOSS_R]
             write_features(found[j, c], sums[c], level, lowest[node])
             _hand_on(lists, node, whole)
         sums[0] += sums[1]
@@ -206,71 +211,56 @@ def _lists(body: BodyArrays, tree: MergeTree, wanted: Flags, arcs: Arcs) -> ArcL
     joins = tree.level.shape[0]
     nodes = 2 * joins + 1
     lists = ArcLists(np.full(nodes, -1, np.int64), np.full(nodes, -1, np.int64),
-                     np.full(body.twin.shape[0], -1, np.int64), np.zeros((nodes, 2)))
+                     np.full(body.twin.shape[0], -1, np.int64), np.zeros((nodes, SUMS)))
     for j in range(joins):
         for c in range(2):
             node = tree.child[j, c]
-            if wanted[j] and not (node > joins and wanted[node - joins - 1]):
-                _list_arcs(lists, node, body, tree, arcs)
+            if not wanted[j] or (node > joins and wanted[node - joins - 1]):
+                continue
+            begin, end = faces_of(tree, node)
+            for i in range(begin, end):
+                f = tree.face_order[i]
+                for k in range(body.face_start[f], body.face_start[f + 1]):
+                    if arcs.far[k] <= arcs.near[k]:
+                        continue
+                    if lists.first[node] < 0:
+                        lists.first[node] = k
+                    else:
+                        lists.after[lists.last[node]] = k
+                    lists.last[node] = k
     return lists
 
 
 @inlined
-def _list_arcs(lists: ArcLists, node: int, body: BodyArrays, tree: MergeTree, arcs: Arcs) -> None:
-    """Put the arcs of all faces of a node into its list."""
-    begin, end = faces_of(tree, node)
-    for i in range(begin, end):
-        f = tree.face_order[i]
-        for k in range(body.face_start[f], body.face_start[f + 1]):
-            if arcs.far[k] <= arcs.near[k]:
-                continue
-            if lists.first[node] < 0:
-                lists.first[node] = k
-            else:
-                lists.after[lists.last[node]] = k
-            lists.last[node] = k
-
-
-@inlined
-def _turns_above(lists: ArcLists, node: int, level: float, points: Array, body: BodyArrays,
-                 arcs: Arcs, inertia: Array, inverse: Array) -> tuple[float, float]:
-    """Turns over angles and lengths of what the level has reached of the arcs, passed ones out."""
-    swept = rolled = 0.0
+def _add_above(arc: Array, lists: ArcLists, node: int, level: float, points: Array,
+               body: BodyArrays, arcs: Arcs, inertia: Array, inverse: Array) -> None:
+    """Add sums (SUMS,) of what the level has reached of the arcs, passed ones out."""
     before, k = -1, lists.first[node]
     while k >= 0:
         onward = lists.after[k]
         if level >= arcs.top[k]:
-            lists.below[node, OVER_ANGLE] += arcs.whole[k, OVER_ANGLE]
-            lists.below[node, OVER_LENGTH] += arcs.whole[k, OVER_LENGTH]
-            _take_out(lists, node, before, onward)
+            for i in range(SUMS):
+                lists.below[node, i] += arcs.whole[k, i]
+            if before < 0:
+                lists.first[node] = onward
+            else:
+                lists.after[before] = onward
+            if onward < 0:
+                lists.last[node] = before
         else:
             if level > arcs.bottom[k]:
                 cut = max(arcs.near[k], math.acos(min(level / body.reach[k], 1.0)))
-                angle, length = arc_sums(k, cut, points, body, arcs, inertia, inverse)
-                swept += angle
-                rolled += length
+                add_arc(arc, k, cut, points, body, arcs, inertia, inverse)
             before = k
         k = onward
-    return swept, rolled
-
-
-@inlined
-def _take_out(lists: ArcLists, node: int, before: int, onward: int) -> None:
-    """Take the arc between two others, -1 for none, out of the list of a node."""
-    if before < 0:
-        lists.first[node] = onward
-    else:
-        lists.after[before] = onward
-    if onward < 0:
-        lists.last[node] = before
 
 
 @inlined
 def _hand_on(lists: ArcLists, node: int, whole: int) -> None:
     """Append the list of a node to that of the one that it becomes part of."""
     first, last = lists.first, lists.last
-    lists.below[whole, OVER_ANGLE] += lists.below[node, OVER_ANGLE]
-    lists.below[whole, OVER_LENGTH] += lists.below[node, OVER_LENGTH]
+    for i in range(SUMS):
+        lists.below[whole, i] += lists.below[node, i]
     if first[whole] < 0:
         first[whole], last[whole] = first[node], last[node]
     elif first[node] >= 0:
