@@ -146,8 +146,8 @@ sin² a, with a the angle between the impulses at its corners, of E - R; `split`
 lengths of all edges' arcs, in the metric of the inertia. Nothing in it is fitted. The log of the
 sum stands in for the log of the network's weight with the share m / (m + {mixed:g}), where m is the
 share of facets curved to all sides in the sphere times the standard deviation over it of the
-share of curves c below: a body of facets alone, or of flats alone, is the networks'. The best of
-{mixtures} is {mixture:g}.
+share of curves c below: a body of curves alone, or of flats alone, is the networks'. The best of
+{mixtures} is {mixture:g}; with less, bodies that the networks know lose.
 
 2. Rocking on a curve is a turn about its generators. It lasts while all other motion dies: narrow
 facets take little of its energy, and without friction nothing turns it about another axis. So a
@@ -166,7 +166,8 @@ pose, where c is the share of curves in the solid angle that leads to it; the li
 is {fitted:.2f}.
 
 What did not pay, judged on families held out: a network of the inputs and the curved share added
-to the weights; the energy lost as the weight of all bodies, of all curves, or of full turns, too;
+to the weights; what is lost in the wells on both sides of a saddle as a factor of the weights, and
+as the weights of all bodies, of all curves, or of full turns, too;
 odds of curves changed by restitution, height, barrier and area; partial rims counted by facets a
 turn, by their share of a turn, or not at all.
 
