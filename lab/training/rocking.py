@@ -22,6 +22,7 @@ from ros_pose_stats.estimators.expected import (
 from ros_pose_stats.estimators.fitted import ERROR_FITS
 from ros_pose_stats.estimators.split import ACROSS, MIXED, split
 from ros_pose_stats.records import Array, DropScene
+from ros_pose_stats.resting.turns import FEWEST
 from study.output import markdown_table, points, write_page
 
 from .families import CURVED, ROCKING, family_part, family_poses
@@ -126,9 +127,11 @@ def page(cases: Sequence[Case], bodies: int) -> str:
             for family in (*ROCKING, *CURVED)]
     best, across = fit_effects(cases)
     head = ("family", "cases", "networks, points", "with 2", "held out", "true",
-            "told without rocking", "told", "true over told", "over twice, %", "largest error kept, %")
+            "told without rocking", "told", "true over told", "over twice, %",
+            "largest error kept, %")
     return HEAD.format(bodies=bodies, drops=DROPS, shipped=SHIPPED, fitted=fit(cases),
-                       across=ACROSS, best=across, mixed=MIXED, mixture=MIXTURES[best],
+                       across=ACROSS, best=across, mixed=MIXED, fewest=FEWEST,
+                       mixture=MIXTURES[best],
                        mixtures=", ".join(f"{one:g}" for one in MIXTURES[1:])) + (
         markdown_table(head, [*rows, row("all", cases, cases)]) + "\n")
 
@@ -139,15 +142,15 @@ Written by `python -m lab.training.rocking --write`; edits here are lost. {bodie
 family, {drops} drops at restitution 0.2, 0.5 and 0.8, from 20 or 2 radii. The networks of `split`
 know none of these families.
 
-1. A part that rocks on surfaces curved both ways loses little at each facet. So it passes from flat
-to curve many times, and ends where most energy is lost, as slowly damped motion is caught by wells
-(Neishtadt; Henrard). Where R < E in a component, an impact on crossing an edge takes the share
-sin² a, with a the angle between the impulses at its corners, of E - R; `split` sums that over the
-lengths of all edges' arcs, in the metric of the inertia. Nothing in it is fitted. The log of the
-sum stands in for the log of the network's weight with the share m / (m + {mixed:g}), where m is the
-share of facets curved to all sides in the sphere times the standard deviation over it of the
-share of curves c below: a body of curves alone, or of flats alone, is the networks'. The best of
-{mixtures} is {mixture:g}; with less, bodies that the networks know lose.
+1. A part that rocks on surfaces curved both ways loses little at each facet. So it passes from
+flat to curve many times, and ends where most energy is lost, as slowly damped motion is caught by
+wells (Neishtadt; Henrard). Where R < E in a component, an impact on crossing an edge takes the
+share sin² a, with a the angle between the impulses at its corners, of E - R; `split` sums that
+over the lengths of all edges' arcs, in the metric of the inertia. Nothing in it is fitted. The log
+of the sum stands in for the log of the network's weight with the share m / (m + {mixed:g}), where
+m is the share of facets curved to all sides in the sphere times the standard deviation over it of
+the share of curves c below, less {fewest:g}: a body of curves alone, or of flats alone, is the
+networks'. The best of {mixtures} is {mixture:g}; with less, bodies that the networks know lose.
 
 2. Rocking on a curve is a turn about its generators. It lasts while all other motion dies: narrow
 facets take little of its energy, and without friction nothing turns it about another axis. So a

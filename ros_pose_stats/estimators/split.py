@@ -33,7 +33,7 @@ STEEP = 1e3
 """Depth over the rise of the level to a next split, by which that outgrows a shallower one."""
 
 MIXED = 0.03
-"""Mixture of flats and curves where the energy lost has half of a say (docs/measured/rocking.md)."""
+"""Mixture of flats and curves where the energy lost has half of a say (measured/rocking.md)."""
 
 ACROSS = 13.0
 """Growth of the log odds with how far curves lie across poses (docs/measured/rocking.md)."""

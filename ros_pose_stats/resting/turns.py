@@ -19,6 +19,7 @@ SAME_AXIS = 1e-3  # sine of the angle within which two axes are one
 LEVEL = 1e-4  # sine of the angle to the axis within which a facet is along it
 NEAR = 0.05  # share of its radius within which a facet is one of a round surface
 LARGEST_BEND = 0.4  # radians to a neighbour, from which on both are no facets of one curve
+FEWEST = 1e-3  # mixture of flats and curves that few facets of a polyhedron happen to have
 TINY = 1e-12  # a share, angle or weight that is as good as none
 
 
@@ -41,7 +42,7 @@ class Curves(NamedTuple):
 
     share: Array   # (P,) of curves in what leads to each pose
     across: Array  # (P,) how far they lie across it
-    # share of facets curved both ways in all directions, times the standard deviation of `share`
+    # share of facets curved both ways in all directions, times the scatter of `share`; 0 for few
     mixed: float
 
 
@@ -89,7 +90,7 @@ def curves(body: convex_body.ConvexBody, inertia: Array, pose_of_face: Index, lo
     tensor = tensor @ tensor @ tensor / (whole * whole)  # where generators are parallel
     across = (downs[:, None, :] @ tensor @ downs[:, :, None])[:, 0, 0]
     return Curves(share, across / np.maximum(4.0 * np.pi - angle, TINY),
-                  float(both_ways * scatter))
+                  max(float(both_ways * scatter) - FEWEST, 0.0))
 
 
 def _on_full_turns(body: convex_body.ConvexBody) -> Mask:

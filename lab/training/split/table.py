@@ -75,7 +75,9 @@ class Table:
                 -1, self.inputs.shape[1]),
             self.children[split], self.leaf_pose[leaf], self.kept[split],
             self.lost.reshape(-1, 3)[split].ravel(),
-            self.lost_share.reshape(-1, 3)[split].ravel(), poses, _starts(splits), _starts(poses), self.share[pose], self.across[pose], self.settled[pose], self.restitution[pose], self.height[pose],
+            self.lost_share.reshape(-1, 3)[split].ravel(),
+            splits, poses, _starts(splits), _starts(poses), self.share[pose],
+            self.across[pose], self.settled[pose], self.restitution[pose], self.height[pose],
             self.body[pose], self.family[pose], self.expected[pose],
             {name: one[pose] for name, one in self.reference.items()})
 
@@ -119,7 +121,8 @@ def make_table(samples: Sequence[Sample], compared: bool = True) -> Table:
     splits, count = np.array([len(one) for one in children]), poses["share"]
     each = np.array([one.size for one in count])
     return Table(np.concatenate(inputs), np.concatenate(children), np.concatenate(leaf_pose),
-                 np.concatenate(kept), np.concatenate(lost), np.concatenate(lost_share), splits, each, _starts(splits), _starts(each),
+                 np.concatenate(kept), np.concatenate(lost), np.concatenate(lost_share),
+                 splits, each, _starts(splits), _starts(each),
                  **{name: np.concatenate(values) for name, values in poses.items()},
                  reference={name: np.concatenate(values) for name, values in reference.items()})
 
