@@ -28,8 +28,6 @@ DEPTH = 1000  # messages that wait in the middleware
 MOST_AT_ONCE = 2**22  # bytes of messages that are taken together
 OVERHEAD = 1000  # bytes that a message is taken to occupy beside its own, decoded and on its way
 
-Received = tuple[bytes, Mapping[str, int]]
-
 
 class BatchSubscription:
     """Hands all messages that wait over to `take`, in their order, by one thread at a time."""
@@ -57,7 +55,7 @@ class BatchSubscription:
         while self._take_with([]):
             pass
 
-    def _take_with(self, received: list[Received]) -> bool:
+    def _take_with(self, received: list[tuple[bytes, Mapping[str, int]]]) -> bool:
         """Hand over messages and what waits behind them, up to so many bytes; whether any."""
         size, handle = sum(len(data) for data, _ in received), self._subscription.handle
         with self._lock:

@@ -29,7 +29,7 @@ class Floods:
         self._lock = threading.Lock()
         self._began = time.monotonic()
         self._counts: dict[str, tuple[int, int]] = {}  # of this minute, and what is usual
-        self._last: dict[str, int] = {}  # what flooded in the minute before
+        self._last = Counter[str]()  # what flooded in the minute before
 
     def count(self, source: str, most: int = MOST_MESSAGES) -> bool:
         """Count one more; whether that is within what is usual in a minute."""
@@ -47,8 +47,7 @@ class Floods:
         """How many came of each source that floods, in the last whole minute or the present."""
         with self._lock:
             self._turn()
-            return {**self._last, **{source: max(count, self._last.get(source, 0))
-                                     for source, count in self._floods()}}
+            return self._last | Counter(dict(self._floods()))  # the larger number of each
 
     def _floods(self) -> list[tuple[str, int]]:
         return [(source, count) for source, (count, most) in self._counts.items() if count > most]
@@ -58,7 +57,7 @@ class Floods:
         passed = time.monotonic() - self._began
         if passed >= MINUTE:
             self._began += passed
-            self._last, self._counts = dict(self._floods()), {}
+            self._last, self._counts = Counter(dict(self._floods())), {}
             for source, count in self._last.items():
                 self._say(f"a flood: {count} of {source} in the last minute")
 

@@ -95,12 +95,14 @@ def tail_of(state: State, warn: Callable[[str], object]) -> Tail:
             for message in raw_messages(file, begin=offset if same else 0):
                 kind = TAKEN.get(message.topic, "") if message.log_time > time else ""
                 data = as_of_today(kind, message.definition, message.data) if kind else None
-                read = None if data is None else deserialize_message(data, getattr(msg, kind))
-                if message.topic == POSE_COUNTS and read is not None:
+                if data is None:
+                    continue
+                read = deserialize_message(data, getattr(msg, kind))
+                if message.topic == POSE_COUNTS:
                     tail.counts.append(read)
-                elif message.topic == JOB_EVENTS and read is not None and read.job_id:
+                elif message.topic == JOB_EVENTS and read.job_id:
                     tail.events.append(read)
-                elif read is not None and data is not None and read.job_id:
+                elif read.job_id:
                     tail.answers[read.job_id] = data
     except Exception as error:  # of the disk, or of bindings about what was cut
         warn(f"not all of the end of the last bag could be read: {type(error).__name__}: {error}")

@@ -157,7 +157,7 @@ class Jobs:
             return
         part = result_of(job.part).part
         self._listener.started(job)
-        job.tell_followers()
+        self._listener.follow(job)
         stop = Stop(job, lambda: job.request.refinement and self.counts()[0] > 0)
         outcome = self._compute(job, part, self._listener, stop)
         with self._changed:

@@ -85,8 +85,6 @@ class Job:
     recorded: bool = True  # whether the acceptance is in the bag and in the state
     asked: bool = False  # whether a client has been told of it, who may rely on that
     finished: Future[None] = field(default_factory=Future)  # done once its end can be seen
-    # called when it begins to run, and some twenty times a second from then on
-    followers: list[Callable[["Job"], object]] = field(default_factory=list)
     cancel_reason: str = ""
     ending: bool = False  # whether its end is being told; that happens once
     name: str = ""  # of a part that has been let go of
@@ -116,17 +114,11 @@ class Job:
         pause = COMBINED_SECONDS if self.request.hybrid else SNAPSHOT_SECONDS
         self._next_snapshot = now + max(pause, took / SNAPSHOT_SHARE)
 
-    def tell_followers(self) -> None:
-        """Have whoever follows the job see how far it is."""
-        for follow in tuple(self.followers):
-            follow(self)
-
     def release(self) -> None:
         """Let go of the part and of what refers to it: a thousand ended jobs are kept."""
         self.name = self.part_id
         self.part = Future()
         self.snapshot = self.flips = None
-        self.followers.clear()
 
     def keep(self, outcome: PoseStatistics | FlipStatistics) -> None:
         """Note the end result."""
@@ -139,6 +131,9 @@ class Job:
 
 class JobListener:
     """Keeps what happens to jobs; all but the first two are called in the queue's own thread."""
+
+    # shows goals how far a job is: as it begins to run, and some twenty times a second
+    follow: Callable[[Job], object] = staticmethod(lambda job: None)
 
     def queued(self, job: Job) -> bool:
         """Accepted; returns when that is kept and on record, false where it cannot be."""
@@ -204,7 +199,7 @@ def run_drops(job: Job, part: Part, listener: JobListener, stop: Stop) -> PoseSt
 
     def on_progress(progress: DropProgress) -> None:
         job.take(progress)
-        job.tell_followers()
+        listener.follow(job)
         listener.progressed(job)
 
     prior = confidence.pose_prior(poses_in(part, request.scene),
@@ -286,7 +281,7 @@ def run_flips(job: Job, part: Part, listener: JobListener, stop: Stop) -> FlipSt
 
     def on_progress(done: int, _: int) -> None:
         job.drops_done = done
-        job.tell_followers()
+        listener.follow(job)
         listener.progressed(job)
 
     counted = flips.count_flips(

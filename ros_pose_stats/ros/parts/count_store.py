@@ -121,7 +121,7 @@ class CountStore:
         if known.counts is None and counted is not None and counted[1] == known.digest:
             _, _, tolerance, sides, plate, total, series = counted
             known.counts = CellCounts(Ground(Numbering(tolerance, sides), plate),
-                                      np.frombuffer(total, np.int64), series)
+                                      np.frombuffer(total, np.int64).copy(), series)
             flipped = self._state.get("flips", known.part_id)
             if flipped is not None and flipped[1] == series:
                 known.counts.flips = {

@@ -14,7 +14,7 @@ from ...errors import PoseStatsError, RequestError
 from ...resting.poses import are_found
 from ..answering_node import SERVICE_QUALITY, AnsweringNode
 from ..base import Base
-from ..jobs import FlipRequest, Job, Jobs, State, job_reports, run
+from ..jobs import FlipRequest, Job, JobListener, Jobs, State, job_reports, run
 from ..lanes import done_with, words_of
 from ..messages.part_messages import flat
 from ..parts import part_builder, result_store
@@ -30,7 +30,9 @@ RESULT_SECONDS = 900  # results can be asked for this long after the end
 class GoalServer(ABC):
     """Ties goals to jobs; one thread waits for the end of the job that runs, none for others."""
 
-    def __init__(self, node: AnsweringNode, kind: Any, name: str, jobs: Jobs) -> None:
+    def __init__(self, node: AnsweringNode, kind: Any, name: str, jobs: Jobs,
+                 listener: JobListener) -> None:
+        listener.follow = self._follow
         self._node, self._name, self._jobs = node, name, jobs
         self._goals: dict[str, list[server.ServerGoalHandle]] = {}  # by job
         self._begun: set[str] = set()  # jobs whose first goal is shown as executing
@@ -90,8 +92,6 @@ class GoalServer(ABC):
         if isinstance(answer, str):
             goal.execute(lambda handle: self._refuse(handle, answer))
             return
-        if self._follow not in answer.followers:
-            answer.followers.append(self._follow)
         if answer.state == State.RUNNING:
             self._begin(answer)
         answer.finished.add_done_callback(lambda _: self._complete(answer))
@@ -179,7 +179,7 @@ class SimulateDropsServer(GoalServer):
     def __init__(self, base: Base, services: Services, jobs: Jobs,
                  reports: job_reports.JobReports) -> None:
         self._services, self._reports = services, reports
-        super().__init__(base.node, SimulateDrops, "simulate_drops", jobs)
+        super().__init__(base.node, SimulateDrops, "simulate_drops", jobs, reports)
 
     def start_job(self, request: Any) -> Job:
         """Accept a drop simulation."""
@@ -208,7 +208,7 @@ class SimulateFlipsServer(GoalServer):
     def __init__(self, base: Base, stores: result_store.Stores, jobs: Jobs,
                  reports: run.FlipReports) -> None:
         self._settings, self._parts, self._reports = base.settings, stores.parts, reports
-        super().__init__(base.node, SimulateFlips, "simulate_flips", jobs)
+        super().__init__(base.node, SimulateFlips, "simulate_flips", jobs, reports)
 
     def start_job(self, request: Any) -> Job:
         """Accept flips; too many are refused at once where the part's poses are at hand."""
