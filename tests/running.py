@@ -44,8 +44,10 @@ def answer(*arguments):
 
 
 def answer_json(*arguments):
-    """What a command prints with `--json`."""
-    return strict_json(answer(*arguments, "--json"))
+    """What a command prints with `--json`: an object, or a list of them, with units."""
+    values = strict_json(answer(*arguments, "--json"))
+    assert "units" in (values[0] if isinstance(values, list) else values)
+    return values
 
 
 def refusal(*arguments):

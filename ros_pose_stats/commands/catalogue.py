@@ -91,14 +91,12 @@ def done(progress: "CatalogueProgress") -> tuple[float, str]:
 
 
 def _print_json(made: "Catalogue", seconds: float) -> None:
-    state = {} if made.complete else {"interrupted": True}
     running.print_json({
-        "folder": str(made.folder), "page": str(made.page), "tables": list(map(str, made.tables)),
+        "folder": made.folder, "page": made.page, "tables": made.tables,
         "done": made.done, "bound": made.bound, "found": made.found,
         "refused": len(made.tally.refused), "doubted": made.tally.doubted,
         "warnings": dict(made.tally.warnings), "to_be_dropped": made.to_be_dropped,
-        "seconds": seconds, **state,
-        "parts": list(made.rows or ())})
+        "seconds": seconds, "parts": made.rows or ()}, interrupted=not made.complete)
 
 
 def _print_words(made: "Catalogue", seconds: float) -> None:

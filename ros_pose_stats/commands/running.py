@@ -185,9 +185,15 @@ def needing(package: str) -> Iterator[None]:
 
 
 def print_json(values: Any, *, interrupted: bool = False) -> None:
-    """Print one object or list on a line; `interrupted`: whether Ctrl-C ended what it is of."""
-    json.dump({**values, "interrupted": True} if interrupted else values, sys.stdout,
-              allow_nan=False)
+    """Print an object with its units, or a list of such, on a line.
+
+    `interrupted`: whether Ctrl-C ended what the object is of.
+    """
+    from ..records.statistics import with_units
+
+    if isinstance(values, dict):
+        values = with_units({**values, "interrupted": True} if interrupted else values)
+    json.dump(values, sys.stdout, allow_nan=False)
     print()
 
 

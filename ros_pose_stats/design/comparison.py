@@ -7,8 +7,7 @@ import math
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from ..records import DropScene, Part, PoseStatistics
-from ..records.statistics import plain
+from ..records import DropScene, Part, PoseStatistics, statistics
 from ..statistics import feeding, paired_counts
 from ..version import VERSION
 from .correspondence import Correspondence, MatchedPoses
@@ -58,9 +57,9 @@ class ShareDifference(NamedTuple):
             "probability": [self.first.value, self.second.value],
             "probability_low": [self.first.low, self.second.low],
             "probability_high": [self.first.high, self.second.high],
-            "difference": plain(self.difference.value),
+            "difference": self.difference.value,
             "difference_low": self.difference.low, "difference_high": self.difference.high,
-            "standard_error": plain(self.difference.standard_error),
+            "standard_error": self.difference.standard_error,
             "model_error": math.hypot(self.file_error, self.plate_error),
             "p_value_in_model": self.chance, "p_value_on_plate": self.chance_on_plate,
             "in_model": self.in_model, "on_plate": self.on_plate}
@@ -126,20 +125,17 @@ class VariantComparison:
         """Plain values for JSON."""
         match = self.correspondence
 
-        def listed(poses: MatchedPoses) -> dict[str, list[int]]:
-            return {side: list(some) for side, some in poses._asdict().items()}
-
         entry: dict[str, Any] = {
             "first": 0, "second": self.second,
             "matched_by": "orientation and footprint" if match.by_orientation
             else "footprint and height", "turned_degrees": round(math.degrees(match.angle), 3),
             "same_body": match.same_body, "in_model": self.in_model, "on_plate": self.on_plate,
-            "poses": [{**listed(pose.poses), **pose.share.as_dict()} for pose in self.poses]}
+            "poses": [{**pose.poses._asdict(), **pose.share.as_dict()} for pose in self.poses]}
         if self.feeder is not None:
             entry["feeder"] = {
-                **listed(self.feeder.poses), "without_partner": list(self.feeder.lost),
+                **self.feeder.poses._asdict(), "without_partner": self.feeder.lost,
                 **self.feeder.share.as_dict(), **{
-                    f"passes{end}": [plain(one[place]) for one in self.feeder.passes]
+                    f"passes{end}": [one[place] for one in self.feeder.passes]
                     for place, end in enumerate(("", "_low", "_high"))}}
         return entry
 
@@ -166,12 +162,12 @@ class Comparison:
     def as_dict(self) -> dict[str, Any]:
         """Plain values under the keys of the JSON contract."""
         first = self.found[0]
-        return {
+        return statistics.with_units({
             "scene": first.scene, "restitution": first.restitution,
             "drop_height": first.drop_height, "cluster_tolerance": first.cluster_tolerance,
             "round_sides": first.round_sides, "seed": self.seed, "drops": self.drops,
             "unsettled": first.unsettled, "plate_error": self.plate_error,
-            "seconds": plain(self.seconds), "version": VERSION,
-            "wanted": list(self.wanted),
+            "seconds": self.seconds, "version": VERSION,
+            "wanted": self.wanted,
             "variants": [one.as_dict() for one in self.found],
-            "comparisons": [one.as_dict() for one in self.variants]}
+            "comparisons": [one.as_dict() for one in self.variants]})

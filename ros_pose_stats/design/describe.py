@@ -68,16 +68,14 @@ def feature_as_dict(space: changes.DesignSpace, number: int) -> dict[str, Any]:
     place = space.part.center_of_mass + feature.anchor * radius
     return {"kind": feature.kind,
             "axis": changes.AXES[feature.axis] if feature.axis >= 0 else None,
-            "poses": list(feature.poses), "place": statistics.without_rounding(place),
+            "poses": feature.poses, "place": statistics.without_rounding(place, radius),
             "size": feature.size * radius ** 2, "unit": "m" if feature.is_length else "1"}
 
 
 def difference_as_dict(found: paired_counts.PairedDifference) -> dict[str, Any]:
-    """Plain values; NaN as None."""
-    known: dict[str, Any] = statistics.plain({
-        "change": found.value, "standard_error": found.standard_error, "low": found.low,
-        "high": found.high, "drops": found.trials, "p_value": found.p_value})
-    return known
+    """What JSON says of a difference."""
+    return {"change": found.value, "standard_error": found.standard_error, "low": found.low,
+            "high": found.high, "drops": found.trials, "p_value": found.p_value}
 
 
 letter = ascii_uppercase.__getitem__

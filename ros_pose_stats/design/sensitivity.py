@@ -15,7 +15,7 @@ import numpy as np
 
 from .. import errors, methods, tolerances, version
 from ..estimators import estimate_in
-from ..records import DropScene, Part, scene as scenes
+from ..records import DropScene, Part, scene as scenes, statistics
 from ..simulation.request import drop_request
 from ..statistics import feeding, paired_counts, pose_groups
 from . import alike, changes, describe, shares
@@ -102,20 +102,21 @@ class Sensitivity:
     def as_dict(self) -> dict[str, Any]:
         """Plain values; lengths in metres, shares as fractions, NaN as None."""
         space, scene = self.space, self.scene
-        return {"part_id": space.part.part_id, "part_digest": space.part.digest,
-                "radius": space.body.radius, "method": self.method,
-                "restitution": scene.restitution, "drop_height": scene.drop_height,
-                "cluster_tolerance": scene.cluster_tolerance, "round_sides": scene.round_sides,
-                "wanted": list(self.wanted), "share": self.accepted.value,
-                "share_low": self.accepted.low, "share_high": self.accepted.high,
-                "step": self.step, "effects": [
-                    {**describe.feature_as_dict(space, one.number), "alike": len(one.alike),
-                     "slope": one.slope, "error": one.error, "step": one.step,
-                     "change": one.change, "lost": list(one.lost),
-                     "contradicted": one.contradicted, "check": None if one.check is None
-                     else describe.difference_as_dict(one.check)} for one in self.effects],
-                "drops": self.drops, "seed": self.seed, "seconds": self.seconds,
-                "warnings": list(self.warnings), "version": version.VERSION}
+        return statistics.with_units({
+            "part_id": space.part.part_id, "part_digest": space.part.digest,
+            "radius": space.body.radius, "method": self.method,
+            "restitution": scene.restitution, "drop_height": scene.drop_height,
+            "cluster_tolerance": scene.cluster_tolerance, "round_sides": scene.round_sides,
+            "wanted": self.wanted, "share": self.accepted.value,
+            "share_low": self.accepted.low, "share_high": self.accepted.high,
+            "step": self.step, "effects": [
+                {**describe.feature_as_dict(space, one.number), "alike": len(one.alike),
+                 "slope": one.slope, "error": one.error, "step": one.step,
+                 "change": one.change, "lost": one.lost,
+                 "contradicted": one.contradicted, "check": None if one.check is None
+                 else describe.difference_as_dict(one.check)} for one in self.effects],
+            "drops": self.drops, "seed": self.seed, "seconds": self.seconds,
+            "warnings": self.warnings, "version": version.VERSION})
 
 
 def effect_error(slope: float, uneven: float) -> float:

@@ -12,8 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .. import errors, tolerances
-from ..records import Array, DropScene, Part, scene as scenes
-from ..records.statistics import without_rounding
+from ..records import Array, DropScene, Part, scene as scenes, statistics
 from ..resting.convex_body import convex_body
 from ..simulation.request import drop_request
 from ..statistics import feeding, paired_counts
@@ -65,21 +64,22 @@ class Suggestion:
     def as_dict(self) -> dict[str, Any]:
         """Plain values; lengths in metres, shares as fractions."""
         space = self.space
-        return {"within": self.within, "outline": self.outline,
-                "center_shift": self.center_shift, "judged": describe.JUDGED,
-                "steps": [{"changes": [
-                    {**describe.feature_as_dict(space, number), "step": float(one.moves[number])}
-                    for number in np.flatnonzero(one.moves).tolist()],
-                    "estimated": one.estimated, "gain": describe.difference_as_dict(one.gain)}
-                    for one in self.steps],
-                "estimate": {"before": self.before, "after": self.after,
-                             "gain": self.after - self.before, "error": self.gain_error},
-                "lost": list(self.lost),
-                "by_drops": {"before": self.dropped_before._asdict(),
-                             "after": self.dropped_after._asdict(),
-                             "gain": describe.difference_as_dict(self.gain)},
-                "center_of_mass": without_rounding(self.changed.part.center_of_mass),
-                "drops": self.drops, "seed": self.seed, "seconds": self.seconds}
+        return statistics.with_units({
+            "within": self.within, "outline": self.outline,
+            "center_shift": self.center_shift, "judged": describe.JUDGED,
+            "steps": [{"changes": [
+                {**describe.feature_as_dict(space, number), "step": float(one.moves[number])}
+                for number in np.flatnonzero(one.moves).tolist()],
+                "estimated": one.estimated, "gain": describe.difference_as_dict(one.gain)}
+                for one in self.steps],
+            "estimate": {"before": self.before, "after": self.after,
+                         "gain": self.after - self.before, "error": self.gain_error},
+            "lost": self.lost,
+            "by_drops": {"before": self.dropped_before, "after": self.dropped_after,
+                         "gain": describe.difference_as_dict(self.gain)},
+            "center_of_mass": statistics.without_rounding(
+                self.changed.part.center_of_mass, space.body.radius),
+            "drops": self.drops, "seed": self.seed, "seconds": self.seconds})
 
 
 def suggest(part: Part, wanted: Sequence[int], within: float, *, drops: int = GAIN_DROPS,

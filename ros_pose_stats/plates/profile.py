@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from .. import errors, files, version
-from ..records import DropScene, scene as scenes
+from ..records import DropScene, scene as scenes, statistics
 from . import fit as fits
 
 HEAD = "plates"
@@ -79,12 +79,11 @@ class PlateProfile:
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values that JSON and YAML can hold, without the name."""
-        values = {key: getattr(self, key) for key in self.__dataclass_fields__ if key != "name"}
-        for key in ("p_value", "default_weight"):
-            values[key] = values[key] if math.isfinite(values[key]) else None
-        left_out = {digest: {**one.numbering._asdict(), "probability": list(one.probability)}
-                    for digest, one in self.left_out.items()}
-        return {**values, "parts": list(self.parts), "left_out": left_out}
+        found: dict[str, Any] = statistics.plain({
+            key: getattr(self, key) for key in self.__dataclass_fields__ if key != "name"})
+        found["left_out"] = {digest: {**one["numbering"], "probability": one["probability"]}
+                             for digest, one in found["left_out"].items()}
+        return found
 
 
 def refuse_name(name: str) -> None:

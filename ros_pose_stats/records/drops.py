@@ -7,7 +7,7 @@ from typing import Any
 
 from .part import Array, Index
 from .scene import describe_scene
-from .statistics import PoseStatistics, StablePose, plain
+from .statistics import PoseStatistics, StablePose, with_units
 
 
 @dataclass(frozen=True, eq=False)
@@ -222,8 +222,8 @@ class FlipStatistics:
 
     def as_dict(self) -> dict[str, Any]:
         """The flips as plain values, in the words of the JSON contract."""
-        learnt = ("feeder_speed", "observed") if self.feeder_speed else ()
-        return {name: plain(getattr(self, name)) for name in (
-            "part_id", "part_digest", "radius", "restitution", "kick_height", "cluster_tolerance",
-            "round_sides", "flips", "seed", "seconds", "version", *learnt, "warnings", "notes",
-            "counts", "unsettled", "transition", "standard_error")}
+        of_speed = ("feeder_speed", "observed") if self.feeder_speed else ()
+        return with_units({name: getattr(self, name) for name in (
+            "part_id", "part_digest", "radius", "restitution", "kick_height",
+            "cluster_tolerance", "round_sides", "flips", "seed", "seconds", "version", *of_speed,
+            "warnings", "notes", "counts", "unsettled", "transition", "standard_error")})

@@ -1,12 +1,12 @@
 """Stable poses and their probabilities, as every method answers."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from html import escape
 from importlib import import_module
-from pathlib import PurePath
+from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -27,15 +27,19 @@ POSE_FIELDS = (
     "count", "group_probability")
 """Single values of a pose; JSON and messages have them under the same names."""
 
-POSE_VECTORS = ("down", "roll_axis", "orientation", "position")
+POSE_VECTORS = ("down", "roll_axis", "orientation")
 
 UNITS = {
-    "radius": "m", "drop_height": "m", "seconds": "s", "height": "m", "top": "m", "barrier": "m",
-    "position": "m", "margin": "rad", "spread": "rad"}
-"""Of what is no plain number, share or unit vector."""
+    "radius": "m", "drop_height": "m", "drop_height_low": "m", "drop_height_high": "m",
+    "kick_height": "m", "seconds": "s", "max_seconds": "s", "height": "m", "top": "m",
+    "barrier": "m", "position": "m", "margin": "rad", "spread": "rad", "per_minute": "1/min",
+    "step": "m", "place": "m", "size": "m^2", "within": "m", "outline": "m", "center_shift": "m",
+    "center_of_mass": "m", **dict.fromkeys((
+        "begin", "end", "time", "queued", "started", "ended", "forgotten"), "s since 1970")}
+"""By key, of what is no plain number, share or unit vector and has no unit in its key."""
 
 NOTHING = 1e-14
-"""Components of a vector this much smaller than its largest are rounding; JSON has 0 for them."""
+"""Components this much smaller are rounding."""
 
 STATISTICS_FIELDS = (
     "part_id", "part_digest", "radius", "method", "restitution", "drop_height",
@@ -145,9 +149,11 @@ class StablePose:
 
     def as_dict(self) -> dict[str, Any]:
         """The pose as plain values under the keys of the JSON contract."""
-        return {**{name: plain(getattr(self, name)) for name in POSE_FIELDS},
-                **{name: without_rounding(getattr(self, name)) for name in POSE_VECTORS},
-                "members": list(self.members)}
+        found: dict[str, Any] = plain({
+            **{name: getattr(self, name) for name in POSE_FIELDS},
+            **{name: without_rounding(getattr(self, name)) for name in POSE_VECTORS},
+            "position": without_rounding(self.position, self.height), "members": self.members})
+        return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -223,10 +229,10 @@ class PoseStatistics:
 
     def as_dict(self) -> dict[str, Any]:
         """The statistics as plain values under the keys of the JSON contract."""
-        return {**{name: plain(getattr(self, name))
-                   for name in (*STATISTICS_FIELDS, "seconds", "choice", "scene")},
-                "warnings": list(self.warnings), "notes": list(self.notes), "units": UNITS,
-                "poses": [pose.as_dict() for pose in self.poses]}
+        fields = (*STATISTICS_FIELDS, "seconds", "choice", "scene", "warnings", "notes")
+        return with_units({**{name: getattr(self, name) for name in fields},
+                           "units": {},  # before the poses, which are long
+                           "poses": [pose.as_dict() for pose in self.poses]})
 
     @property
     def by_index(self) -> dict[int, StablePose]:
@@ -318,20 +324,41 @@ def ranked(poses: Iterable[StablePose], shares: Shares) -> tuple[StablePose, ...
     return tuple(found[k].with_values(group_probability=together[found[k].group]) for k in order)
 
 
+def with_units(values: dict[str, Any]) -> dict[str, Any]:
+    """The values as JSON takes them, and under `units` the units of those that have one."""
+    found: dict[str, Any] = plain(values)
+    keys = set(_keys(found))
+    found["units"] = {key: unit for key, unit in UNITS.items() if key in keys}
+    return found
+
+
 def plain(value: Any) -> Any:
-    """What JSON has: null for NaN and infinity, 0 for -0, lists for arrays, text for paths."""
-    if isinstance(value, float):
-        return float(value) + 0.0 if math.isfinite(value) else None
+    """Numbers, strings, lists and dicts of whatever this was.
+
+    JSON has no NaN and no infinity: they are None. -0 is 0, and named tuples are dicts.
+    """
+    if hasattr(value, "_asdict"):
+        return plain(value._asdict())
     if isinstance(value, dict):
         return {name: plain(each) for name, each in value.items()}
     if isinstance(value, (np.ndarray, np.generic)):
         return plain(value.tolist())
     if isinstance(value, (list, tuple)):
         return [plain(each) for each in value]
-    return str(value) if isinstance(value, PurePath) else value
+    if isinstance(value, float):
+        return value + 0.0 if math.isfinite(value) else None
+    return str(value) if isinstance(value, Path) else value
 
 
-def without_rounding(vector: Array) -> list[float]:
-    """Components of a vector, with 0 for those that are rounding; unknown ones stay."""
-    least = NOTHING * float(np.abs(vector).max())
-    return [0.0 if abs(x) <= least else x for x in vector.tolist()]
+def without_rounding(vector: Array, scale: float = 0.0) -> Array:
+    """A vector with 0 for what is rounding of its largest component, or of a `scale` above it."""
+    least = NOTHING * max(scale, float(np.abs(vector).max()))
+    return np.where(np.abs(vector) <= least, 0.0, vector)
+
+
+def _keys(value: Any) -> Iterator[str]:
+    if isinstance(value, dict):
+        yield from value
+    for each in value.values() if isinstance(value, dict) else value:
+        if isinstance(each, (dict, list)):
+            yield from _keys(each)

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import RequestError
-from ..records import Array, FlipStatistics, Index, PoseStatistics
+from ..records import Array, FlipStatistics, Index, PoseStatistics, statistics
 from . import feeding, pose_groups
 from .fill import PlateFill, plate_fill
 
@@ -93,12 +93,8 @@ class FeedingPlan:
 
     def as_dict(self) -> dict[str, Any]:
         """The plan as plain values."""
-        options = [{**option._asdict(), "per_minute": {
-            name: None if np.isnan(value) else value
-            for name, value in option.per_minute._asdict().items()}}
-            for option in self.options]
-        return {"actions": list(self.actions), "options": options,
-                **options[self.options.index(self.best)]}
+        return statistics.with_units({
+            "actions": self.actions, "options": self.options, **self.best._asdict()})
 
 
 def plan_feeding(dropped: PoseStatistics, wanted: Sequence[int], cell: FeederCell,

@@ -44,7 +44,7 @@ def run(options: argparse.Namespace) -> int:
     if options.json:
         from ...recording.analysis.plain import as_dict
 
-        extra = {"csv": [str(path) for path in written]} if folder is not None else {}
+        extra = {"csv": written} if folder is not None else {}
         running.print_json({**as_dict(found), **extra})
     else:
         from .report import bag_report

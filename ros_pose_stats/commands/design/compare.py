@@ -78,7 +78,6 @@ def run(options: argparse.Namespace) -> int:
     if options.json:
         running.print_json(found.as_dict(), interrupted=stopped)
     else:
-
         print(comparison_table(found))
         if page is not None and found.drops:
             print(f"{page}: {page.stat().st_size / 1e6:.2f} MB")

@@ -118,10 +118,9 @@ def _lines(profile: "PlateProfile", found: "PlateFit") -> list[str]:
 
 def _evidence(part: "PartEvidence") -> dict[str, Any]:
     return {"part_id": part.part_id, "part_digest": part.part_digest, "counted": part.counted,
-            "groups": [{"poses": list(poses), "observed": observed, "expected": expected}
-                       for poses, observed, expected in zip(
-                           part.poses, part.observed.tolist(), part.expected.tolist(),
-                           strict=True)],
+            "groups": [{"poses": poses, "observed": observed, "expected": expected}
+                       for poses, observed, expected in zip(part.poses, part.observed,
+                                                            part.expected, strict=True)],
             "error": part.error, "left_out_error": part.left_out_error}
 
 

@@ -68,7 +68,6 @@ def read_flips(file: Path, poses: int) -> "dict[str, Index]":
 def run(options: argparse.Namespace) -> int:
     """Kick, drop where poses are wanted, and print."""
     part = running.load_part_and_kernels(options)
-    from ...records.statistics import plain
     from ...resting.poses import poses_in
     from ...simulation import flips, request as requests, simulate
     from ...statistics import counted_flips, feeding, pose_groups
@@ -107,9 +106,7 @@ def run(options: argparse.Namespace) -> int:
             each = replace(each, warnings=tuple(dict.fromkeys((
                 *each.warnings, *fresh.warnings,
                 *pose_groups.warn_of_alike(fresh, options.wanted)))))
-        gains = {name: {key: plain(number._asdict()) for key, number in way._asdict().items()}
-                 for name, way in ways.items()}
-        speeds.append({**each.as_dict(), **({"feeding": gains} if ways else {})})
+        speeds.append({**each.as_dict(), **({"feeding": ways} if ways else {})})
         lines += [*([""] if lines else []), *_table(part, each, ways)]
     if options.json:
         running.print_json({"speeds": speeds} if options.counts else speeds[0],

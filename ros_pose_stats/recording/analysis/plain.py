@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ...records.statistics import plain, without_rounding
+from ...records.statistics import with_units, without_rounding
 from . import comparisons as compared, decoding, jobs as simulated
 from .results import ABOUT, POSE, PREDICTED, Prediction, ResultHistory
 
@@ -22,7 +22,7 @@ RESULT = ("time", "method", "restitution", "drop_height", "drops", "unsettled", 
 def as_dict(analysis: compared.BagAnalysis) -> Plain:
     """Everything under plain keys; times are seconds since 1970, NaN and infinity None."""
     contents = analysis.contents
-    found: Plain = plain({
+    return with_units({
         "bags": contents.bags,
         "files": [_fields(file, ("bag", "path", "state", "note", "messages"))
                   for file in contents.files],
@@ -31,7 +31,6 @@ def as_dict(analysis: compared.BagAnalysis) -> Plain:
         "parts": [_part(part) for part in analysis.parts],
         "stray_counts": [_counts(one) for one in analysis.strays],
     })
-    return found
 
 
 def job_counts(jobs: Iterable[simulated.Job]) -> dict[str, int]:
