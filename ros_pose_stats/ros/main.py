@@ -4,6 +4,7 @@ import os
 import sys
 import threading
 from collections.abc import Callable, Sequence
+from concurrent.futures import wait
 
 import rclpy
 from rclpy import exceptions, executors, signals
@@ -75,7 +76,7 @@ class Life:
             if self._stop.asked:
                 return
             self._node.start()
-            self._node.intake.restored(RESTORE_SECONDS)
+            wait(self._node.intake.restored, RESTORE_SECONDS)
             self._executor.add_node(self._node)
             self._executor.create_task(self._node.get_logger().info, "ready")
             self._executor.spin()

@@ -65,17 +65,15 @@ class JobReports(JobListener):
         self._answered = deque((row[0], len(row[3])) for row in base.state.rows("jobs") if row[3])
         self._answer_bytes = sum(size for _, size in self._answered)
 
-    def queued(self, job: Job) -> bool:
+    def queued(self, job: Job, is_joined: bool = False) -> bool:
         """Keep the acceptance, on the disk before a client is told of it."""
+        if is_joined:
+            return self._state.commit()
         known = self._part_of(job)
         if known is not None:
             self._announcer.introduce(known)
         recorded, change = self._report(job_event(job, JobEvent.QUEUED))
         return (not job.asked or self._state.commit(change)) and recorded
-
-    def joined(self, job: Job) -> bool:
-        """Have what is kept of a job on the disk, since a client is told of it now."""
-        return self._state.commit()
 
     def started(self, job: Job) -> None:
         """Put the start on record."""

@@ -65,7 +65,7 @@ class Jobs:
             if twin is not None:
                 if not request.refinement and not twin.asked:  # a client is told of it now
                     twin.asked = True
-                    twin.recorded = self._listener.joined(twin) and twin.recorded
+                    twin.recorded = self._listener.queued(twin, True) and twin.recorded
                 return twin
             seed = request.seed or secrets.randbits(32) or 1
             job = Job(f"{self._run_name}_{next(self._numbers):04d}", request, part, seed, settings,

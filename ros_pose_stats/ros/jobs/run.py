@@ -130,17 +130,16 @@ class Job:
 
 
 class JobListener:
-    """Keeps what happens to jobs; all but the first two are called in the queue's own thread."""
+    """Keeps what happens to jobs; all but the first are called in the queue's own thread."""
 
     # shows goals how far a job is: as it begins to run, and some twenty times a second
     follow: Callable[[Job], object] = staticmethod(lambda job: None)
 
-    def queued(self, job: Job) -> bool:
-        """Accepted; returns when that is kept and on record, false where it cannot be."""
-        return True
+    def queued(self, job: Job, is_joined: bool = False) -> bool:
+        """Accepted; returns when that is kept and on record, false where it cannot be.
 
-    def joined(self, job: Job) -> bool:
-        """A client asked for what the node had begun by itself; returns as `queued` does."""
+        `is_joined`: a client asked for what the node had begun by itself.
+        """
         return True
 
     def started(self, job: Job) -> None:

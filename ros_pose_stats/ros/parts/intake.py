@@ -1,7 +1,7 @@
 """The way of a mesh, from a topic, a request or an earlier run, to a part with its result."""
 
 from collections.abc import Callable, Mapping
-from concurrent.futures import Future, wait
+from concurrent.futures import Future
 from functools import partial
 from typing import Any
 
@@ -33,7 +33,7 @@ class Intake:
         self._parts, _, self._results, self._announcer = stores
         self._builder, self._follow = builder, follow
         self._log = base.node.get_logger()
-        self._coming: list[Future[None]] = []
+        self.restored: list[Future[None]] = []  # parts that have no result in the present scene
 
     def _take(self, request: part_requests.PartRequest) -> KnownPart:
         """Make a mesh that is no copy a known part, and latch it; raises PoseStatsError."""
@@ -93,11 +93,7 @@ class Intake:
         for known in sorted(latest_first, key=lambda known: shown[known.part_id]):
             build = partial(self._build_again, known, not shown[known.part_id])
             coming = self._lanes.put(build, Rank.LATER, _lane_of(known))
-            self._coming += [] if shown[known.part_id] else [coming]
-
-    def restored(self, timeout: float) -> None:
-        """Wait a while for results of parts that have none in the present scene."""
-        wait(self._coming, timeout)
+            self.restored += [] if shown[known.part_id] else [coming]
 
     def _build_again(self, known: KnownPart, to_show: bool) -> None:
         """Build a part of an earlier run; one that is refused now goes."""

@@ -60,9 +60,6 @@ def attempt(function: Callable[..., T], *arguments: Any) -> T | Exception:
 class PartWorker(Worker):
     """The process, for one caller after the other."""
 
-    def __init__(self) -> None:
-        super().__init__(prepare)
-
     def call(self, seconds: float, late: errors.PoseStatsError, function: Callable[..., T],
              *arguments: Any) -> T:
         """Have a function called there; raises `late`, NotBuiltError and what it has raised."""
@@ -93,7 +90,7 @@ class PartBuilder(PartWorker):
     """Builds parts, such as take long with their poses for the node's scene."""
 
     def __init__(self, base: Base) -> None:
-        super().__init__()
+        super().__init__(prepare)
         self._settings, self._lanes = base.settings, base.lanes
 
     def build(self, request: PartRequest) -> Part:
@@ -132,7 +129,7 @@ class Outlines(PartWorker):
     """Computes outlines in a lane, those of large parts in a process: they lock Python."""
 
     def __init__(self, base: Base) -> None:
-        super().__init__()
+        super().__init__(prepare)
         self._lanes = base.lanes
 
     def begin(self, part: Part, result: PoseStatistics,

@@ -38,7 +38,12 @@ class PlateFits:
         settings = self._settings()
         plate = request.plate or settings.plate
         if request.apply:
-            check_applicable(plate, settings)
+            from ...plates import refuse_name
+
+            if not settings.plates:
+                raise errors.RequestError("a file to write the plate into (parameter plates)",
+                                          "none", "set the parameter, or ask without apply")
+            refuse_name(plate)
         counted = counts_on(plate, settings.plate, self._parts.all())
         fit = yield self._lanes.put(partial(fit_counts, counted), Rank.KNOWN, Lane.FIT)
         fill_bounds(response, restitution=fit.restitution, drop_height=fit.drop_height,
@@ -50,8 +55,8 @@ class PlateFits:
                             f"{text.several(len(fit.parts), 'part')} in {fit.seconds:.1f} s; "
                             f"{fit.verdict}")
         if request.apply:
-            file, kept = yield self._lanes.put(partial(self._apply, plate, fit), Rank.KNOWN,
-                                               Lane.FIT)
+            file, kept = yield self._lanes.put(partial(self._apply, plate, fit, settings),
+                                               Rank.KNOWN, Lane.FIT)
             response.message += f"; written to {file} as {plate}, and used from now on"
             if not kept:
                 response.message += f". {self._announcer.not_recorded().rstrip('.')}"
@@ -59,12 +64,10 @@ class PlateFits:
         self._log.info(f"~/fit_plate: effective restitution {fit.restitution[0]:.2f}, drop height "
                        f"{fit.drop_height[0]:.3g} m (-1: 20 radii). {response.message}")
 
-    def _apply(self, plate: str, fit: PlateFit) -> tuple[Path, bool]:
+    def _apply(self, plate: str, fit: PlateFit, settings: Settings) -> tuple[Path, bool]:
         """Write the plate into its file and work with it; whether its counts are kept."""
         from ...plates import profile_of, write_profile
 
-        settings = self._settings()
-        check_applicable(plate, settings)
         file = Path(settings.plates).expanduser()
         try:
             write_profile(file, profile_of(plate, fit))
@@ -75,16 +78,6 @@ class PlateFits:
         kept = self._counts.name_plate(plate)
         self._use_plate(plate)
         return file, kept
-
-
-def check_applicable(plate: str, settings: Settings) -> None:
-    """Refuse a plate that cannot be written and used."""
-    from ...plates import refuse_name
-
-    if not settings.plates:
-        raise errors.RequestError("a file to write the plate into (parameter plates)", "none",
-                                  "set the parameter, or ask without apply")
-    refuse_name(plate)
 
 
 def counts_on(plate: str, present: str,
