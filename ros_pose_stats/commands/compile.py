@@ -13,8 +13,7 @@ def register(commands: given.Commands) -> None:
         "compile", help="compile all kernels, once for this user",
         description="Compile all kernels, on all cores, and keep their machine code in "
         "`ros_pose_stats/` below `$NUMBA_CACHE_DIR`, else `$XDG_CACHE_HOME`, else `~/.cache`. "
-        "Without it, the first command that needs one compiles all. "
-        "`make setup` does it, too.",
+        "Without it, the first command that needs one compiles all. `make setup` does it, too.",
         examples=("ros_pose_stats compile",))
     command.set_defaults(run=run)
 

@@ -37,8 +37,7 @@ class Feeder:
 
     def check(self, poses: int) -> None:
         """Check what is asked, before anything is dropped."""
-        if (self.wanted or self.changes or self.rate is not None
-                or self.kick_height is not None):
+        if self.wanted or self.changes or (self.rate, self.kick_height) != (None, None):
             feeding.check_wanted(self.wanted, poses)
         if self.rate is not None:
             feeding.check_rate(self.rate, self.cycle_time)

@@ -99,8 +99,7 @@ def run(options: argparse.Namespace) -> int:
         plain: dict[str, Any] = {name: dropped.as_dict()[name] for name in names}
         running.print_json({**plain, "wanted": options.wanted, "seed": request.seed,
                             "flips": each, "warnings": warnings,
-                            "notes": list(dropped.notes), **plan.as_dict()},
-                           interrupted=stopped)
+                            "notes": list(dropped.notes), **plan.as_dict()}, interrupted=stopped)
     else:
         print("\n".join(_lines(dropped, plan, cell, request.seed, warnings)))
         if stopped:

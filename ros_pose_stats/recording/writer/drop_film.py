@@ -85,5 +85,4 @@ def _markers(part: Part, stamp: int) -> bytes:
         Marker(FRAME, part.part_id, TRIANGLE_LIST, color=(0.42, 0.64, 0.92, 1.0),
                corners=corners, stamp=stamp, locked=True),
         Marker(PLATE, PLATE, CUBE, (0.0, 0.0, -0.5 * thin, 0.0, 0.0, 0.0, 1.0),
-               (3.0 * reach, 3.0 * reach, thin), (0.8, 0.8, 0.8, 1.0), stamp=stamp,
-               locked=True)])
+               (3.0 * reach, 3.0 * reach, thin), (0.8, 0.8, 0.8, 1.0), stamp=stamp, locked=True)])
