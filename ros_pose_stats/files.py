@@ -170,6 +170,13 @@ def replace_file(path: Path, content: bytes) -> None:
     sync_directory(path.parent)
 
 
+def remove_empty(directory: Path) -> None:
+    """Delete a directory that holds nothing, or nothing but a lock, which the caller has."""
+    if all(entry.name == LOCK for entry in directory.iterdir()):
+        (directory / LOCK).unlink(missing_ok=True)
+        directory.rmdir()
+
+
 class DirectoryLock:
     """The kernel's lock (flock) of one directory, held until its process ends, however it does."""
 

@@ -52,9 +52,7 @@ class WorkFolder:
     def leave(self) -> None:
         """Delete the folder if nothing but the lock is in it."""
         with suppress(OSError):  # leftovers do no harm
-            if [one.name for one in self.directory.iterdir()] == [files.LOCK]:
-                (self.directory / files.LOCK).unlink()
-                self.directory.rmdir()
+            files.remove_empty(self.directory)
 
     def _claim(self, claim: str, request: dict[str, Any], has_work: Callable[[], bool],
                what: str) -> None:

@@ -13,7 +13,7 @@ from mcap import exceptions, opcode, reader, records
 
 from .. import files as disk
 from .reader import UNREADABLE, Frame, frames
-from .runs import METADATA, bag_files, remove_empty, runs
+from .runs import METADATA, bag_files, runs
 from .writer import mcap_layout as layout
 
 _LEAST = 2 * len(layout.MAGIC) + layout.RECORD.size + layout.FOOTER_LENGTH
@@ -54,7 +54,7 @@ def _repair(run: Path) -> Repair | None:
                 lock = None if young else disk.DirectoryLock.take(run)
                 if lock is not None:
                     with lock:
-                        remove_empty(run)
+                        disk.remove_empty(run)
             return None
         lock = None if _is_finished(run) else disk.DirectoryLock.take(run)
         if lock is None:

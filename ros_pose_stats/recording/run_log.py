@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from ..files import DirectoryLock, make_directories, replace_file, sync_directory
+from ..files import DirectoryLock, make_directories, remove_empty, replace_file, sync_directory
 from . import repair, runs
 from .writer import bag_file, mcap_layout, message_types
 
@@ -188,7 +188,7 @@ class _Bag:
             self.file = None
         with suppress(OSError):
             if not self.is_gone():
-                runs.remove_empty(self._path)
+                remove_empty(self._path)
         self._lock.release()
 
     def _leave_broken(self, file: bag_file.BagFile) -> bool:
@@ -231,7 +231,7 @@ def _locked_directory(path: Path) -> DirectoryLock:
         sync_directory(path.parent)
     except OSError:
         with suppress(OSError):
-            runs.remove_empty(path)
+            remove_empty(path)
         if lock is not None:
             lock.release()
         raise

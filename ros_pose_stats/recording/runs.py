@@ -8,7 +8,7 @@ from contextlib import suppress
 from datetime import datetime, timedelta, timezone
 from pathlib import Path
 
-from ..files import HALF, LOCK, DirectoryLock
+from ..files import HALF, DirectoryLock, remove_empty
 
 METADATA = "metadata.yaml"
 RESCAN = 10.0
@@ -71,13 +71,6 @@ def delete_run(run: Path) -> bool:
                 file.with_name(file.name + HALF).unlink(missing_ok=True)
             remove_empty(run)
     return not bag_files(run)
-
-
-def remove_empty(directory: Path) -> None:
-    """Delete a directory that holds nothing, or nothing but a lock, which the caller has."""
-    if all(entry.name == LOCK for entry in directory.iterdir()):
-        (directory / LOCK).unlink(missing_ok=True)
-        directory.rmdir()
 
 
 class SpaceBound:

@@ -102,20 +102,16 @@ def _topics(files: Iterable[Contents]) -> list[str]:
     totals: dict[str, int] = {}
     for contents in files:
         for number, channel in contents.channels.items():
-            described[channel.topic] = _topic(channel, contents.schemas[channel.schema_id].name)
-            totals[channel.topic] = totals.get(channel.topic, 0) + contents.counts.get(number, 0)
-    return [f"{text}\nmessage_count: {totals[topic]}" for topic, text in described.items()]
-
-
-def _topic(channel: mcap.Channel, type_name: str) -> str:
-    return f"""\
+            described[channel.topic] = f"""\
 topic_metadata:
   name: {json.dumps(channel.topic)}
-  type: {json.dumps(type_name)}
+  type: {json.dumps(contents.schemas[channel.schema_id].name)}
   serialization_format: cdr
   offered_qos_profiles:
 {indent(channel.metadata.get("offered_qos_profiles", "[]"), "    ")}
   type_description_hash: {json.dumps(channel.metadata.get("topic_type_hash", ""))}"""
+            totals[channel.topic] = totals.get(channel.topic, 0) + contents.counts.get(number, 0)
+    return [f"{text}\nmessage_count: {totals[topic]}" for topic, text in described.items()]
 
 
 def _qos(latched: bool) -> str:
