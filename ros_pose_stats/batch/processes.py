@@ -1,12 +1,11 @@
 """Work in processes of this machine, of which any may die without harm to the others."""
 
-import os
 import threading
 from collections.abc import Callable, Generator, Hashable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from typing import Generic, TypeVar
 
-from ..errors import BatchError, RequestError
+from ..errors import BatchError
 from .worker import ProcessDiedError, TookLongError, WorkerProcess
 
 Piece = TypeVar("Piece", bound=Hashable)
@@ -14,7 +13,6 @@ Made = TypeVar("Made")
 
 POLL_SECONDS = 0.05
 
-MOST_WORKERS = 1024
 TRIES = 2  # a process may have died for want of memory, while another was at a large piece
 
 
@@ -104,12 +102,3 @@ class _Lanes(Generic[Piece, Made]):
                 found.kill()
                 raise BatchError("work that goes on", "the end of it", "start it again")
         return found
-
-
-def check_workers(workers: int | None) -> int:
-    """Number of processes; all cores where none is given."""
-    count = len(os.sched_getaffinity(0)) if workers is None else workers
-    if not 1 <= count <= MOST_WORKERS:
-        raise RequestError(f"1 to {MOST_WORKERS} workers", f"{workers}",
-                           "leave it out for all cores")
-    return count
