@@ -95,6 +95,7 @@ class RowStore:
                                     "delete it; all parts are then looked at again") from error
 
 
+ALIKE = 1.05  # factor up to which lengths of a part differ by how finely its files are cut
 ONE_WAY = 0.9  # share of the best pose from which on a part is said to lie one way
 
 
@@ -109,6 +110,8 @@ class Tally:
     # parts by the code of a warning, the most frequent first when listed
     warnings: Counter[str] = field(default_factory=Counter)
     refused: dict[str, str] = field(default_factory=dict)  # reasons by the names of the files
+    # likewise how long those are that have the name of another one, but for its suffix, and differ
+    unlike: dict[str, str] = field(default_factory=dict)
 
     @property
     def codes(self) -> str:
@@ -119,6 +122,7 @@ class Tally:
 def tally(rows: Iterable[Row]) -> Tally:
     """Count what rows say."""
     counted = Tally()
+    first: dict[Path, tuple[str, float]] = {}
     for row in rows:
         if row["refusal"]:
             counted.refused[row["file"]] = row["refusal"]
@@ -129,6 +133,11 @@ def tally(rows: Iterable[Row]) -> Tally:
         codes = set(map(text.code_of, row["warnings"]))
         counted.doubted += bool(codes)
         counted.warnings.update(sorted(codes))
+        length = max(row[f"size_{axis}_m"] for axis in "xyz")
+        file, other = first.setdefault(Path(row["file"]).with_suffix(""), (row["file"], length))
+        if not 1.0 / ALIKE <= length / other <= ALIKE:
+            counted.unlike[row["file"]] = (f"{text.length_in_words(length)} long, {file} "
+                                           f"{text.length_in_words(other)}")
     return counted
 
 

@@ -191,7 +191,8 @@ OPTIONS: dict[str, dict[str, Any]] = {
                      "seconds from one kick to the next (default: %(default)s)"},
     "--drops": {"type": read_count, "metavar": "N"},
     "--seed": {"type": read_count, "metavar": "S", "help":
-               "the same seed gives the same counts (default: a fresh one, which is printed)"},
+               "the same seed gives the same counts (default: a fresh one, which the answer "
+               "names; `estimate` without a target error takes one of the part's own)"},
     "--workers": {"type": read_count, "metavar": "W", "help":
                   "number of threads (default: all cores)"},
     "--output": {"metavar": "FILE"},
@@ -199,7 +200,8 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "--each": {"action": "store_true", "help":
                "give every pose a row of its own; else poses that the part's symmetry makes alike "
                "share one, with their number and total"},
-    "--json": {"action": "store_true", "help": "print one JSON object"},
+    "--json": {"action": "store_true", "help":
+               "print one JSON object, in SI units, which its key `units` names, and no table"},
 }
 """What commands share."""
 

@@ -48,7 +48,7 @@ def register(commands: given.Commands) -> None:
                        help="address of a dask.distributed cluster that does the work instead; "
                        "files are sent to it")
     given.add(command, "--json",
-              help="print one JSON object that says what was written and refused")
+              help="print one JSON object that says what was written and refused, with all rows")
     command.set_defaults(run=run)
 
 
@@ -95,7 +95,8 @@ def _print_json(made: "Catalogue", seconds: float) -> None:
         "folder": made.folder, "page": made.page, "tables": made.tables,
         "done": made.done, "bound": made.bound, "found": made.found,
         "refused": len(made.tally.refused), "doubted": made.tally.doubted,
-        "warnings": dict(made.tally.warnings), "to_be_dropped": made.to_be_dropped,
+        "warnings": dict(made.tally.warnings), "unlike": made.tally.unlike,
+        "to_be_dropped": made.to_be_dropped,
         "seconds": seconds, "parts": made.rows or ()}, interrupted=not made.complete)
 
 
@@ -113,6 +114,8 @@ def _print_words(made: "Catalogue", seconds: float) -> None:
         print(printable(f"refused {name}: {why}"))
     if len(counted.refused) > NAMED:
         print(f"and {len(counted.refused) - NAMED} more, with reasons in the table")
+    for name, why in list(counted.unlike.items())[:NAMED]:
+        print(printable(f"check the unit of {name}: it is {why}"))
     if not made.complete:
         left = [f"{made.bound - made.done} parts to be looked at"] * (made.done < made.bound)
         left += [f"{made.to_be_dropped} parts to be dropped"] * bool(made.to_be_dropped)

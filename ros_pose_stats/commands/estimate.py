@@ -34,7 +34,8 @@ def register(commands: given.Commands) -> None:
                          "every estimator beside the others (default: %(default)s)")
     given.add(command, *given.SCENE, "--each")
     given.add_drop_options(command, None)
-    given.add(command, "--json", help="print one JSON object, or with all methods a list of them")
+    given.add(command, "--json", help="print one JSON object, or with all methods a list "
+              "of them, in SI units, which the key `units` names, and no table")
     command.set_defaults(run=run)
 
 

@@ -5,6 +5,7 @@ from collections.abc import Callable
 
 from numpy.typing import ArrayLike
 
+from ..errors import RequestError
 from ..methods import SIMULATION
 from ..records import DropProgress, DropScene, Part, PoseStatistics, scene as scenes, statistics
 from ..records.part import Array
@@ -69,7 +70,8 @@ def simulate(part: Part, drops: int | None = None, restitution: float = scenes.D
     Raises
     ------
     RequestError, MeshError
-        If a value is out of range, or the part's hull does not enclose its centre of mass.
+        If a value is out of range, the part's hull does not enclose its centre of mass, or none of
+        the first 50 drops comes to rest, as on a plate that takes next to no energy.
     """
     return count_drops(part, DropScene(restitution, drop_height, cluster_tolerance, round_sides),
                        drop_request(drops, seed, target_error, workers, starts),
@@ -93,7 +95,7 @@ class _Simulation:
         self._rules = drop_rules(scene, self._body.radius)
         first = min(FEWEST, request.drops) if request.events else request.drops
         self._prefix = Prefix(len(self._body.resting.poses), first, request.target_error, judge)
-        self._touched = self._events = 0
+        self._touched = self._events = self._early = 0
 
     def run(self, watch: Watch) -> PoseStatistics:
         """Count drops until there are enough of them or the caller stops."""
@@ -110,6 +112,13 @@ class _Simulation:
                 watch.on_drops(DropChunk(first, self._downs(first, kept), outcomes.first(kept)))
             self._touched += int(outcomes.touched[:kept].sum())
             self._events += int(outcomes.events[:kept].sum())
+            self._early += int((outcomes.pose[:max(0, min(kept, FEWEST - first))] >= 0).sum())
+            if prefix.drops >= FEWEST and not self._early:
+                workers.stop()
+                raise RequestError(
+                    "drops that come to rest", f"none of the first {FEWEST}, each of which was "
+                    f"given up, {self._statistics().scene}", "lower the restitution or the drop "
+                    "height")
             if request.events and prefix.drops == FEWEST:
                 prefix.extend(min(request.drops, FEWEST * request.events // self._events))
             if prefix.finished:

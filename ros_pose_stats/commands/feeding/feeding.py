@@ -5,6 +5,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ...errors import RequestError
 from ...records import scene as scenes
 from ...text import Column, columns, listed, millimetres, remarks
 from .. import arguments as given, running
@@ -58,6 +59,9 @@ def register(commands: given.Commands) -> None:
 def run(options: argparse.Namespace) -> int:
     """Estimate, kick from every height, plan and print."""
     picture = None if options.png is None else running.output_file(options.png, (".png",))
+    if picture is not None and options.kicks == []:
+        raise RequestError("--kicks with heights for --png", "none", "leave --kicks out for the "
+                           "usual thirteen, or name some, for instance --kicks 5mm 10mm")
     part = running.load_part_and_kernels(options)
     from ...planning.auto import estimate
     from ...simulation import flips as kicking, request as requests

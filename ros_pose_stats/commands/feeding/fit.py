@@ -70,7 +70,7 @@ def run(options: argparse.Namespace) -> int:
     if options.json:
         running.print_json({
             "plate": profile.name, **profile.as_dict(), "file": str(file),
-            "seconds": found.seconds,
+            "seconds": found.seconds, "verdict": found.verdict,
             "evidence": [_evidence(part) for part in found.parts], "notes": notes})
     else:
         print("\n".join([*_lines(profile, found), "", f"wrote {file}"]))

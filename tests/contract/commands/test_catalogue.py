@@ -350,6 +350,13 @@ def test_a_package_that_is_missing_is_named(home, tmp_path, monkeypatch):
     assert not (tmp_path / "out").exists()
 
 
+def test_files_of_one_name_and_another_size_are_named(tmp_path):
+    for name, size in (("box.STL", 1.0), ("box.stl", 10.0)):
+        write_stl(tmp_path / name, shapes.box(size, size, 3.0 * size))
+    done = call("catalogue", tmp_path, "--unit", "mm", "-o", tmp_path / "out", "--workers", 1)
+    assert re.search(r"unit of \S*/box.stl: it is 30 mm long, \S*/box.STL 3 mm", done.stdout)
+
+
 def test_no_parts_are_refused(tmp_path):
     (tmp_path / "notes.txt").touch()
     assert "none in" in refusal("catalogue", tmp_path, "-o", tmp_path / "out")

@@ -38,6 +38,7 @@ def test_the_table_and_a_picture_mark_the_best_kick(box, tmp_path):
     (("--wanted", 0, *ASKED, "--kicks", -1), "a kick height of 0 m or more"),
     (("--wanted", 0, *ASKED, "--clearance", -1), "a clearance of 0 or more"),
     (("--wanted", 0, *ASKED, "--png", "kicks.jpg"), ".png"),
+    (("--wanted", 0, *ASKED, "--kicks", "--png", "kicks.png"), "--kicks with heights"),
 ])
 def test_refused_in_one_line(box, options, words):
     assert words in refusal("feeding", *box, *options)

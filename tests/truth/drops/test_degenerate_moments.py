@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from ros_pose_stats import part_from_mesh, resting_poses, simulate
+from ros_pose_stats import PoseStatsError, part_from_mesh, resting_poses, simulate
 from tests.bodies import moved, random_polyhedron, rotation, shapes
 from tests.truth.drops.recorded import SURE, alike, counts, light, outcomes, recordings
 
@@ -91,6 +91,11 @@ def test_exact_unstable_equilibria_end_unsettled(start):
         assert np.isnan(known).all() if found.unsettled == 3 else np.isfinite(known).all()
     outcome = outcomes(part, restitution=0.5, starts=starts)
     assert np.isfinite(outcome.energy_left).all() and np.isfinite(outcome.seconds).all()
+
+
+def test_drops_none_of_which_comes_to_rest_are_refused():
+    with pytest.raises(PoseStatsError, match="none of the first 50"):
+        simulate(part_from_mesh(*CUBE), drop_height=1.5, starts=np.ones((60, 3)))
 
 
 def with_twin(surface, gap):
