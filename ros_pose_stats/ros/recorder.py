@@ -96,7 +96,9 @@ class Recorder:
         with self._placing:  # not `step`: who records may hold what the holder of `step` waits for
             if place != self._place:
                 self._place = place
-                inode = place[0].stat().st_ino if place[0].exists() else 0
+                inode = 0
+                with suppress(OSError):  # it is deleted, or the next record says what is wrong
+                    inode = place[0].stat().st_ino
                 fact = json.dumps([str(place[0]), *place[1:], inode])
                 self._state.put(Change("facts", PLACE, (PLACE, fact)))
 
