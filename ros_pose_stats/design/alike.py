@@ -13,16 +13,11 @@ from . import changes
 SAME_PLACE = 1e-3  # features that a rotation leaves this far apart, in radii, are not the same
 SAME_DOWN = 0.999  # cosine of the angle of two directions down that are one
 NOTHING = 1e-5  # share of an axis that symmetry leaves, below which it leaves none
-
-
 SAME_STEP = 1e-6  # difference of two shares of a step that are equal but for rounding
 
 
 def feature_images(space: changes.DesignSpace) -> tuple[Array, Index]:
-    """The part's rotations (k, 3, 3) and where each takes every feature, (k, n).
-
-    Axes stay themselves; rotations that do not take faces to faces are left out.
-    """
+    """Rotations (k, 3, 3) that take faces to faces, and where each takes every feature, (k, n)."""
     anchor = np.array([one.anchor for one in space.features[6:]])
     size = np.array([one.size for one in space.features[6:]])
     held, images = [], []
@@ -36,12 +31,9 @@ def feature_images(space: changes.DesignSpace) -> tuple[Array, Index]:
 
 
 def first_alike(space: changes.DesignSpace, kept: Mask) -> Index:
-    """First feature (n,) of those that do the same to the share of the wanted poses.
-
-    `kept` (P,): the wanted poses. Only rotations count that take wanted poses to wanted ones.
-    """
+    """First feature (n,) of those that do the same to the share of wanted poses; `kept` (P,)."""
     rotations, images = feature_images(space)
-    downs = np.array([pose.down for pose in space.resting.poses])
+    downs = space.resting.downs
     near = (downs @ rotations.transpose(0, 2, 1)) @ downs.T
     keeps = ((near.max(axis=2) > SAME_DOWN) & (kept[near.argmax(axis=2)] == kept)).all(axis=1)
     images, count = images[keeps], images.shape[1]
@@ -52,11 +44,9 @@ def first_alike(space: changes.DesignSpace, kept: Mask) -> Index:
 
 
 def symmetric_steps(space: changes.DesignSpace, within: float) -> Array:
-    """Steps (t, n) of the features that leave the part as symmetric as it is.
+    """Steps (t, n) of the features, as far as `within`, that leave the part as symmetric as it is.
 
-    Each is the mean of what all rotations make of one feature: faces that they carry into each
-    other are moved together; the centre of mass moves, and the part is stretched, only along what
-    all of them leave. A step goes as far as outline or centre of mass may move.
+    Each is the mean of what all rotations make of one feature.
     """
     rotations, images = feature_images(space)
     count, order = len(space.features), len(rotations)
@@ -82,17 +72,14 @@ def symmetric_steps(space: changes.DesignSpace, within: float) -> Array:
 
 
 def proper_rotations(space: changes.DesignSpace) -> Array:
-    """Rotation group (k, 3, 3) of a part, the identity first.
-
-    Each rotation takes a stable face to one of its kind, so that those of the rarest kind tell
-    them all. In doubt, and where there are too many to try, there is the identity alone.
-    """
+    """Rotation group (k, 3, 3) of a part, the identity first; in doubt the identity alone."""
     identity, found = np.eye(3)[None], space.resting.equilibria
     if found.order.shape[0] > symmetry.MOST_FACES:
         return identity
     kind = symmetry.kinds_of(found)
     frames = lru_cache(maxsize=None)(partial(symmetry.frame_of, found))
     trial = symmetry.SurfaceTrial(space.part, found.body)
+    # Each rotation takes a stable face to one of its kind, so those of the rarest tell them all.
     rarest = np.flatnonzero(kind == np.bincount(kind).argmin()).tolist()
     held = []
     for other in rarest:

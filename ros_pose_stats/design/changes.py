@@ -1,9 +1,8 @@
-"""A part with some of its features changed, made from what is known about the part before.
+"""A part with some of its features changed: centre of mass, proportions and resting faces.
 
-Features are the centre of mass, the proportions and the resting faces. The outer shape is that of
-the convex hull: faces are moved by moving their planes. The mass follows: stretching carries the
-material along, and a sliver that is added or cut off has the part's mean density, its mass over
-the volume of its hull.
+The outer shape is that of the convex hull: faces are moved by moving their planes. The mass
+follows: stretching carries the material along, and a sliver that is added or cut off has the
+part's mean density, its mass over the volume of its hull.
 """
 
 from dataclasses import dataclass, field, replace
@@ -16,6 +15,7 @@ from scipy.spatial import ConvexHull, QhullError, cKDTree
 from ..errors import MeshError, RequestError
 from ..kernels.body.convex_body import BodyArrays
 from ..kernels.mesh.measures import solid_moments
+from ..kernels.mesh.nearness import first_of_coincident
 from ..mesh.hull import hull_of_corners
 from ..mesh.vectors import lengths
 from ..records import Array, Index, Part, scene as scenes
@@ -48,10 +48,7 @@ class Feature:
 
 
 def find_features(resting: poses.RestingPoses) -> tuple[Feature, ...]:
-    """The centre of mass along x, y and z, stretching along them, then resting faces.
-
-    A face stands for a pose; poses on one surface share theirs.
-    """
+    """Centre of mass along x, y and z, stretching along them, then faces that poses rest on."""
     found, body, grouped = resting.equilibria, resting.body, resting.clusters
     features: dict[tuple[int, ...], Feature] = {}
     for pose, lowest in enumerate(grouped.lowest.tolist()):
@@ -100,10 +97,9 @@ class DesignSpace:
         self._moments = _moments_of(self._corners, self._hull[0])
 
     def change(self, steps: ArrayLike) -> ChangedPart:
-        """Make the part with changed features.
+        """Make the part with features changed by steps (n,), of faces outward.
 
-        `steps` (n,): of each of the `features`: metres, of stretching a fraction. Faces move
-        outward.
+        They are in metres, those of stretching fractions.
         """
         values = np.asarray(steps, dtype=np.float64)
         stretch, before = 1.0 + values[3:6], self.body.arrays
@@ -167,11 +163,8 @@ class DesignSpace:
 
 def _moments_of(corners: Array, triangles: Index) -> tuple[float, Array, Array]:
     """Volume, first moment (3,) and second moment (3, 3) of the inside of a hull."""
-    a, b, c = (corners[triangles[:, k]] for k in range(3))
-    middle = corners.mean(axis=0)
-    inward = (np.cross(b - a, c - a) * (a - middle)).sum(axis=1) < 0.0
-    outward = triangles.copy()
-    outward[inward] = outward[inward][:, ::-1]
+    inward = np.linalg.det(corners[triangles] - corners.mean(axis=0)) < 0.0
+    outward = np.where(inward[:, None], triangles[:, ::-1], triangles)
     volume, x, y, z, xx, yy, zz, xy, xz, yz = solid_moments(
         np.ascontiguousarray(corners), outward).tolist()
     return volume, np.array([x, y, z]), np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
@@ -185,10 +178,9 @@ SAME = 1e-9  # new corners this close are one
 
 
 def corners_of_planes(normals: Array, distances: Array, before: Array) -> Array:
-    """Corners (C, 3) of the body that planes bound.
+    """Corners (C, 3) of the body about the origin that planes bound; some may bound nothing.
 
-    `normals` (K, 3): unit vectors, outward; `distances` (K,): from the origin, which lies inside.
-    Planes that bound nothing are left out; `before` (H, 3): corners of the body that was changed.
+    `normals` (K, 3): outward; `distances` (K,); `before` (H, 3): corners before the change.
     """
     if distances.min() <= 0.0:
         raise MeshError("faces around the centre of mass", "a face that was moved beyond it",
@@ -204,12 +196,9 @@ def corners_of_planes(normals: Array, distances: Array, before: Array) -> Array:
     corners = dual[:, :3] / -dual[:, 3:]
     gap, nearest = cKDTree(before).query(corners, distance_upper_bound=SNAP)
     stays = np.isfinite(gap)
-    fresh = corners[~stays]
+    fresh = np.ascontiguousarray(corners[~stays])
     if len(fresh):
-        tree = cKDTree(fresh)
-        first = np.arange(len(fresh))
-        for one, other in sorted(tree.query_pairs(SAME)):
-            first[other] = min(first[other], first[one])
+        first = first_of_coincident(fresh, fresh.min(axis=0), SAME)[1]
         fresh = fresh[np.unique(first)]
     return np.ascontiguousarray(np.concatenate((before[np.unique(nearest[stays])], fresh)))
 

@@ -3,12 +3,8 @@
 All differences of a comparison are tested together, so that variants that do not differ are called
 different in at most 5 % of comparisons: Holm's method over the poses, and a share of the 5 % for
 each look at the drops. Drops end when a difference shows, and so flatter it: once the verdicts
-stand, as many fresh drops tell shares and sizes.
-
-A share that drops tell is off by `plate_error` on a real plate, whatever the number of drops. Two
-variants that are alike are off alike, so most of that is gone from their difference. A part of it
-stays however small the difference, more with the difference, up to that of two parts that have
-nothing to do with each other.
+stand, as many fresh drops tell shares and sizes. On a real plate variants that are alike are off
+alike, so most of the plate's error is gone from their difference.
 """
 
 import math
@@ -197,10 +193,7 @@ class _Test(NamedTuple):
 
 def _tests(second: int, match: correspondence.Correspondence, accepted: tuple[int, ...]
            ) -> list[_Test]:
-    """What is tested of a variant: each pose, and what a feeder accepts if one is asked for.
-
-    Where some poses gain, all others together lose as much: that is one test, not two.
-    """
+    """What is tested of a variant: each pose, and what a feeder accepts if one is asked for."""
     def inside(poses: correspondence.MatchedPoses) -> frozenset[tuple[int, int]]:
         return frozenset((side, index) for side, those in enumerate(poses) for index in those)
 
@@ -208,6 +201,7 @@ def _tests(second: int, match: correspondence.Correspondence, accepted: tuple[in
     listed = list(match.matches)
     if accepted:
         listed.append(correspondence.MatchedPoses(accepted, match.partners(accepted)))
+    # Where some poses gain, all others together lose as much: that is one test, not two.
     return [_Test(second, poses, place >= len(match.matches),
                   (second, frozenset((inside(poses), every - inside(poses)))))
             for place, poses in enumerate(listed)]
@@ -240,8 +234,7 @@ def _chances(tests: Sequence[_Test], shares: Sequence[comparison.ShareDifference
              ) -> list[tuple[float, float]]:
     """Chance of each difference in the model and on a plate, adjusted for all and for the looks.
 
-    `look`: share of the 5 % of this look. What a plate adds is no matter of repeated looks: of a
-    difference that stands, each pose by itself must exceed it.
+    `look`: share of the 5 % of this look. What a plate adds is no matter of repeated looks.
     """
     each = {test.key: share for test, share in zip(tests, shares, strict=True)}
     alone, of_files = (paired_counts.adjust_together(some).tolist() for some in (
@@ -265,8 +258,7 @@ def _statistics(part: Part, pairs: paired_drops.PairedDrops, variant: int) -> Po
     """Statistics of one variant, from the starts that all variants settled from."""
     resting, drops = pairs.resting[variant], pairs.drops
     counted = prefix.Prefix(len(resting.poses), max(drops, 1), 0.0)
-    counted.add(np.where(pairs.settled, pairs.outcome[variant],
-                         paired_drops.UNSETTLED))
+    counted.add(np.where(pairs.settled, pairs.outcome[variant], paired_drops.UNSETTLED))
     unsettled = drops - counted.settled
     remarks = trust.pose_remarks(resting)
     warnings = simulate.touching_warnings(pairs.scene, int(pairs.touched[variant].sum()), drops)

@@ -1,7 +1,6 @@
-"""Which poses of two variants of a part are the same pose.
+"""Which poses of two variants are the same: like footprints on the same side of the part.
 
-Poses correspond where the same side of the part points down and the footprints are alike. A
-variant may lie turned in the frame of its file: that is recognized and turned back. Where frames
+A variant may lie turned in the frame of its file: that is recognized and turned back. Where frames
 do not match at all, footprint and height alone decide, and that is said.
 """
 
@@ -15,6 +14,7 @@ import numpy as np
 from ..records import Array, Index, Mask
 from ..resting.poses import RestingPoses
 from ..simulation.drops import random_starts
+from ..statistics import fill
 
 FOOTPRINT = slice(0, 3)  # what of a pose's sizes does not hang on the centre of mass
 
@@ -97,10 +97,9 @@ def find_correspondence(first: RestingPoses, second: RestingPoses) -> Correspond
 
 
 def find_turn(first: RestingPoses, second: RestingPoses) -> tuple[Array | None, bool]:
-    """Rotation from the first frame to the second, and whether both are one and the same body.
+    """Rotation from the first frame to the second, None if equal; whether both are the same body.
 
-    None where the frames are equal, as far as the outer shape tells: a centre of mass that was
-    moved to the other side of a symmetric part is a change of the part, not a turn.
+    A centre of mass that was moved to the other side of a symmetric part is a change, not a turn.
     """
     directions = random_starts(1, 0, DIRECTIONS)
 
@@ -132,21 +131,14 @@ def find_turn(first: RestingPoses, second: RestingPoses) -> tuple[Array | None, 
 
 def _count_alike(first: RestingPoses, second: RestingPoses, footprint: Mask, turn: Array) -> int:
     """Poses of the first variant that, turned, are nearly one of the second."""
-    near = (_downs(first) @ turn.T) @ _downs(second).T >= NEARLY
+    near = (first.downs @ turn.T) @ second.downs.T >= NEARLY
     return int((near & footprint).any(axis=1).sum())
 
 
-def _downs(resting: RestingPoses) -> Array:
-    return np.array([pose.down for pose in resting.poses])
-
-
 def _turns(first: RestingPoses, second: RestingPoses) -> Iterator[Array]:
-    """Rotations that lay two poses of the first variant on two of the second.
-
-    Of the poses with the fewest equals in the second variant, so that there are few ways.
-    """
+    """Rotations that lay the two poses with the fewest equals on two of the second variant."""
     same = _size_ratios(first, second) <= SAME_SIZE
-    equals, downs, others = same.sum(axis=1), _downs(first), _downs(second)
+    equals, downs, others = same.sum(axis=1), first.downs, second.downs
     order = np.argsort(np.where(equals > 0, equals, len(others) + 1), kind="stable")
     lead = int(order[0])
     aside = order[np.linalg.norm(np.cross(downs[lead], downs[order]), axis=1) > 0.1]
@@ -176,10 +168,7 @@ def _sizes(resting: RestingPoses) -> Array:
     """Area and girth of the outline and highest point, and the height, all as lengths, (P, 4)."""
     rows = []
     for pose in resting.poses:
-        x, y = pose.outline.T
-        onward = np.roll(x, -1), np.roll(y, -1)
-        area = 0.5 * abs(float((x * onward[1] - y * onward[0]).sum()))
-        girth = float(np.hypot(onward[0] - x, onward[1] - y).sum())
+        area, girth = fill.area_and_length(pose.outline)
         rows.append((math.sqrt(area), girth, pose.top, pose.height))
     return np.array(rows)
 

@@ -55,8 +55,7 @@ class PairedDrops:
                    should_stop: Callable[[], bool] = lambda: False) -> None:
         """Drop all variants from the next starts, until there are so many, whatever the steps.
 
-        `on_progress`: takes the drops made, those of all variants together; `should_stop`: after
-        True the starts count that all variants have been dropped from.
+        `on_progress` takes the drops made of all variants together.
         """
         if should_stop():
             return

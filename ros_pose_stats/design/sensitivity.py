@@ -122,8 +122,7 @@ class Sensitivity:
 def effect_error(slope: float, uneven: float) -> float:
     """Standard error of the estimated change by one step, `slope`.
 
-    `uneven`: half of how far the changes to both sides are from a line: a share that bends or
-    jumps within a step has no single slope.
+    `uneven`: half of how far the changes to both sides are from a line.
     """
     return math.hypot(SCATTER, SCATTER_OF_SLOPE * slope, SCATTER_OF_UNEVEN * uneven)
 
@@ -210,10 +209,9 @@ def _effects(space: changes.DesignSpace, model: shares.WantedShare, reach: float
         try:
             after = [space.change_one(number, side) for side in (-unit, unit)]
         except errors.MeshError:
-            after = []
-        on_progress(next(done) / len(numbers))
-        if not after:
             return []
+        finally:
+            on_progress(next(done) / len(numbers))
         other, change = (model.estimate(one) - base for one in after)
         slope = 0.5 * (change - other)
         error = effect_error(slope, 0.5 * abs(change + other))

@@ -20,10 +20,9 @@ def counted_share(happened: Mask) -> feeding.Bounded:
 
 
 class WantedShare:
-    """The share of some poses of a part, by the fast estimator, whatever is changed on it.
+    """Share of some poses of a part, by the fast estimator, whatever is changed on it.
 
-    `wanted`: indices of the poses that are accepted; `scene`: a part that is changed is released
-    from the height of the one before.
+    A part that is changed is released from the height of the one before.
     """
 
     def __init__(self, space: changes.DesignSpace, wanted: Sequence[int],
@@ -40,7 +39,7 @@ class WantedShare:
         strip = body.run_of_face
         self._rests = np.isin(strip, np.setdiff1d(strip[found.faces], [-1]))
         self._rests[found.faces] = True
-        self._downs = np.array([pose.down for pose in resting.poses])
+        self._downs = resting.downs
 
     def estimate(self, changed: changes.ChangedPart) -> float:
         """Share of the wanted poses of a changed part, 0 to 1."""
@@ -56,10 +55,9 @@ class WantedShare:
     def drop(self, changed: Sequence[changes.ChangedPart], drops: int, seed: int, workers: int,
              on_progress: Callable[[int], object] = lambda done: None,
              should_stop: Callable[[], bool] = lambda: False, first: int = 0) -> Mask:
-        """Drop changed parts from the same starts, less the `first` ones of the seed.
+        """Whether each changed part (V, n), dropped from the same starts, rests as is wanted.
 
-        Returns (V, n): whether each part came to rest in a wanted pose, from the starts from which
-        all came to rest.
+        `first`: drops of the seed that are passed over; starts count from which all came to rest.
         """
         pairs = paired_drops.PairedDrops([one.part for one in changed], self.scene, seed,
                                          first=first)
@@ -74,14 +72,11 @@ class WantedShare:
         return np.asarray((before >= 0) & self.kept[before])
 
     def _before(self, resting: RestingPoses, origin: Index) -> Index:
-        """Pose of the part before that each pose (P,) of a changed part is; -1 for a new one.
-
-        A pose is the one that rests on the same face. Where a pose has lost its face, as on a
-        surface of many facets, it is the nearest of those that now rest on a face that led to it.
-        """
+        """Pose of the part before that each pose (P,) of a changed part is; -1 for a new one."""
         lowest = resting.equilibria.faces[resting.clusters.lowest]
         face = origin[lowest]
         before = np.where(self._rests[face], self._pose[face], -1)
+        # A pose that lost its face is the nearest of those that now rest on one that led to it.
         led = np.where(before < 0, self._pose[face], -1)
         downs = resting.body.arrays.normal[lowest]
         for pose in np.setdiff1d(led[led >= 0], before).tolist():

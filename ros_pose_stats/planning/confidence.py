@@ -6,7 +6,6 @@ Sentences about it are here, too; those of commands, library and node are the sa
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -38,47 +37,34 @@ docs/measured/benchmarks.md."""
 LEAST_POINTS = 0.01  # what is told of an error that symmetry makes vanish
 
 
-def pose_prior(resting: RestingPoses, scene: DropScene,
-               method: str = fitted_prior.FITTED_METHOD) -> PosePrior:
-    """What an estimate says before the first drop; of the default method if none is named."""
+def pose_prior(resting: RestingPoses, scene: DropScene) -> PosePrior:
+    """What the default estimate says before the first drop."""
+    method = fitted_prior.FITTED_METHOD
     estimate = estimator(method).function(resting, scene)
-    return _prior(resting, scene, method, estimate,
-                  expected_error(method, resting, estimate, scene).here)
+    return _prior(estimate, expected_error(method, resting, estimate, scene).here, resting, scene)
 
 
-class _Estimated(Protocol):  # `PoseStatistics`, or their message
-    @property
-    def poses(self) -> Sequence[StablePose]: ...
-    @property
-    def method(self) -> str: ...
-    @property
-    def expected_error(self) -> float: ...
+def prior_of(found: PoseStatistics, resting: RestingPoses, scene: DropScene) -> PosePrior:
+    """The same from an estimate that was made before, or its message.
 
-
-def prior_of(found: _Estimated, resting: RestingPoses, scene: DropScene) -> PosePrior:
-    """The same from an estimate that was made before."""
+    A drop so low that the estimator does not know it leaves next to nothing of its worth.
+    """
     poses = sorted(found.poses, key=lambda pose: pose.index)
-    return _prior(resting, scene, found.method, [pose.probability for pose in poses],
-                  found.expected_error)
-
-
-def _prior(resting: RestingPoses, scene: DropScene, method: str, estimate: ArrayLike,
-           expected: float) -> PosePrior:
-    """A drop so low that the estimator does not know it leaves next to nothing of its worth."""
     low = (scene.drop_height is not None
            and scene.drop_height < scenes.LOW_DROP_RADII * resting.body.radius)
-    if low and not estimator(method).knows_scene:
-        expected = math.nan
+    known = not low or estimator(found.method).knows_scene
+    return _prior([pose.probability for pose in poses],
+                  found.expected_error if known else math.nan, resting, scene)
+
+
+def _prior(estimate: ArrayLike, expected: float, resting: RestingPoses, scene: DropScene
+           ) -> PosePrior:
     return PosePrior(estimate, resting.group, expected, scene.restitution,
                      prior_fit(scene.restitution)._replace(strange=STRANGE))
 
 
 def estimate_bound(prior: PosePrior) -> float:
-    """Error that an estimate alone keeps with 90 % confidence; infinite if nothing is known.
-
-    How errors scatter over parts was fitted for the default estimator; others of larger errors
-    scatter less, and keep the bound more often.
-    """
+    """Error that an estimate alone keeps with 90 % confidence; infinite if nothing is known."""
     if not prior.known and len(prior.size) > 1:
         return math.inf
     return prior.updated(np.zeros(prior.unit.shape, dtype=np.int64)).error_quantile()
@@ -97,10 +83,7 @@ def plain_drops(prior: PosePrior, target_error: float) -> float:
 
 
 def first_look(prior: PosePrior, target_error: float, helped: bool) -> int:
-    """Drops before the first look: a look costs as much as a dozen drops, and few are enough.
-
-    It depends on part, scene and target alone, so the answer does not depend on the timing.
-    """
+    """Drops before the first look, which costs as much as a dozen; the timing has no say in it."""
     needed = plain_drops(prior, target_error) - (prior.strength if helped else 0.0)
     return max(FIRST_LOOK, int(SOON * needed))
 
@@ -142,16 +125,11 @@ factor of 1.6 about what the plate's error implies, and rare poses are believed 
 
 def observe_counts(model: PoseStatistics, counts: ArrayLike,
                    left_out: Sequence[float] = ()) -> PoseStatistics:
-    """Combine a result with what cameras counted of the part.
+    """Combine a result with what cameras counted of the part (P,), as the method `observed`.
 
-    The model is believed as far as its own error and that of the plate allow, and as the counts
-    (P,) of its poses agree with it. `left_out` (P,): probabilities that the plate's fit says
-    without these counts, where it rests on them; they and the plate's error take the place of the
-    model. Those of another number of poses, as of another version's, have no say.
-    Returns with the method `observed`, and `expected_error` and `plate_error` both the error
-    against the plate. Where the counts refute the model beyond both errors, the answer is theirs
-    alone, with the warning `CONFLICT`. Without any count, the model itself. Raises RequestError if
-    there are not P counts from 0 up.
+    `left_out` (P,): probabilities that the plate's fit says without these counts; they take the
+    place of the model where they are of as many poses. Where the counts refute the model beyond
+    its error and the plate's, the answer is theirs alone, with the warning `CONFLICT`.
     """
     poses = sorted(model.poses, key=lambda pose: pose.index)
     counted = np.asarray(counts)
@@ -188,10 +166,7 @@ def plate_evidence(model: PoseStatistics, counts: ArrayLike) -> NDArray[np.float
 
 
 def learnt_plate_error(evidence: Iterable[NDArray[np.float64]]) -> float:
-    """The plate's error that the counts of some parts ask for; without any, the default.
-
-    It is the geometric mean, since what it sets is the logarithm of a strength.
-    """
+    """The plate's error that the counts of some parts ask for, a geometric mean."""
     far = np.log(PLATE_ERRORS / scenes.DEFAULT_PLATE_ERROR)
     logarithm = sum(evidence, -0.5 * np.square(far / PLATE_ERROR_SPREAD))
     weight = np.exp(logarithm - logarithm.max())
@@ -199,10 +174,7 @@ def learnt_plate_error(evidence: Iterable[NDArray[np.float64]]) -> float:
 
 
 def plate_prior(model: PoseStatistics) -> PosePrior:
-    """What a result says of the part on a plate, before anything was counted there.
-
-    `model`: where its `expected_error` is not known, counts have the say.
-    """
+    """What a result says of the part on a plate, before anything was counted there."""
     poses = sorted(model.poses, key=lambda pose: pose.index)
     error = math.hypot(model.expected_error, model.plate_error * _of_poses(poses))
     return PosePrior([pose.probability for pose in poses], [pose.group for pose in poses], error,
@@ -210,10 +182,7 @@ def plate_prior(model: PoseStatistics) -> PosePrior:
 
 
 def _of_poses(poses: Sequence[StablePose]) -> float:
-    """Error over the poses where that over groups of poses that look alike is 1.
-
-    A plate's error is known over groups, whose poses share it evenly.
-    """
+    """Error over the poses where that over groups, whose poses share it evenly, is 1."""
     group = np.unique([pose.group for pose in poses], return_inverse=True)[1].reshape(-1)
     size = np.bincount(group)
     share = np.bincount(group, [pose.probability for pose in poses])

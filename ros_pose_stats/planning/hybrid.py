@@ -89,10 +89,9 @@ def drop_with(prior: priors.PosePrior, part: Part, scene: DropScene, request: Dr
 
 
 def hybrid_statistics(counted: PoseStatistics, prior: priors.PosePrior) -> PoseStatistics:
-    """Counts of a simulation combined with an estimate, in a millisecond or two for ten poses.
+    """Combine counts of random drops with an estimate, in a millisecond or two for ten poses.
 
-    `counted`: of independent drops from random starting directions; `prior`: of the same part and
-    scene. Returns `counted` itself with the warning `CONFLICT` where they refute the estimate.
+    Where they refute the estimate they stay as they are, with the warning `CONFLICT`.
     """
     poses = sorted(counted.poses, key=lambda pose: pose.index)
     counts = np.array([pose.count for pose in poses])

@@ -2,8 +2,8 @@
 
 import csv
 from collections import Counter
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -61,25 +61,13 @@ def count_part(part: Part, counts: Mapping[int, int], *,
     return CountedPart(part, count, cluster_tolerance, round_sides)
 
 
-def merge_counts(counted: Iterable[CountedPart]) -> tuple[CountedPart, ...]:
-    """Add up counts of the same part with equally numbered poses, in order of appearance."""
-    found: dict[tuple[str, float, int], CountedPart] = {}
-    for one in counted:
-        key = one.part.digest, one.cluster_tolerance, one.round_sides
-        first = found.setdefault(key, one)
-        if first is not one:
-            found[key] = replace(first, count=first.count + one.count)
-    return tuple(found.values())
-
-
-MOST = 1 << 48  # parts that nobody counts
+MOST_DIGITS = 14  # of parts that nobody counts
 
 
 def read_count_rows(file: Path) -> dict[Path, Counter[int]]:
-    """Read a CSV file with the columns part, pose and count; see `read_table`.
+    """Read a CSV file with the columns part, pose and count into the counts by part and pose.
 
-    The files of parts are looked for beside the table, then in the working directory. Returns from
-    the file of each part, in order of appearance, to the counts by pose.
+    The files of parts are looked for beside the table, then in the working directory.
     """
     found: dict[Path, Counter[int]] = {}
     for name, (pose, count) in read_table(file, "part, pose, count", "clamp.stl,0,117"):
@@ -90,10 +78,9 @@ def read_count_rows(file: Path) -> dict[Path, Counter[int]]:
 
 
 def read_table(file: Path, columns: str, example: str) -> list[tuple[str, list[int]]]:
-    """Read a CSV file whose rows are a name and whole numbers, at least one.
+    """Read a CSV file whose rows are a name and whole numbers; a first one without is a head.
 
-    Rows are separated by commas, semicolons or tabs; a first one without numbers is a head. Raises
-    RequestError if the file cannot be read, or a row is none of these, with its number.
+    Raises RequestError if the file cannot be read, or for a row of another kind, with its number.
     """
     try:
         text = read_file(file).decode("utf-8-sig")
@@ -102,9 +89,9 @@ def read_table(file: Path, columns: str, example: str) -> list[tuple[str, list[i
         raise RequestError(f"a CSV file with the columns {columns}", f"{file} ({said})",
                            "check the path") from error
     first = next((line for line in text.splitlines() if line.strip()), "")
-    delimiter = max(",;\t", key=first.count)
     try:
-        rows = list(csv.reader(text.splitlines(), delimiter=delimiter, strict=True))
+        rows = list(csv.reader(text.splitlines(), delimiter=max(",;\t", key=first.count),
+                               strict=True))
     except csv.Error as error:
         raise RequestError(f"a CSV file with the columns {columns}",
                            f"{file} ({error})", "quote names that hold a separator") from error
@@ -115,7 +102,7 @@ def read_table(file: Path, columns: str, example: str) -> list[tuple[str, list[i
         if place == 0 and len(row) == width and not any(map(str.isdecimal, row[1:])):
             continue
         if len(row) != width or not row[0] or not all(
-                cell.isdecimal() and len(cell) <= 15 and int(cell) <= MOST for cell in row[1:]):
+                cell.isdecimal() and len(cell) <= MOST_DIGITS for cell in row[1:]):
             raise RequestError(f"a row of {columns} with whole numbers from 0 on",
                                f"{','.join(row)!r} in line {number} of {file}",
                                f"for instance {example}")

@@ -1,10 +1,8 @@
 """The restitution and the drop height that explain what was counted on a plate.
 
-The estimator `split` says how often each part lies in each way at every scene of a grid, and that
-how likely each scene makes the counts. A real plate differs from the model, and the model from
-its estimate, by more than chance: the shares of a part scatter around those of the best scene. The
-likelihood averages over how widely (`SCATTERS`), so that counts which no scene explains say
-little. Half of the weight beforehand is on the default scene.
+The estimator `split` gives each part's shares at every scene of a grid, and these how likely each
+scene makes the counts. A real plate differs from the model, and the model from its estimate, by
+more than chance: the likelihood averages over how widely shares scatter around those of a scene.
 """
 
 import math
@@ -20,7 +18,7 @@ from ..estimators.expected import expected_error
 from ..estimators.split import split
 from ..records import Array, DropScene, Index, scene as scenes
 from ..statistics.chi_square import goodness_of_fit
-from .counts import CountedPart, merge_counts
+from .counts import CountedPart
 
 FEWEST_COUNTS = 50  # parts of all kinds together
 
@@ -157,14 +155,11 @@ class ExplainedPart:
 
 
 def fit_plate(counted: Sequence[CountedPart]) -> PlateFit:
-    """Fit restitution, drop height and what rolling loses to counts.
+    """Fit restitution, drop height and what rolling loses to counts of one part or several.
 
     The fitted scene is the one, default or of the grid, whose shares are nearest to those averaged
     over all scenes by their probability. The same counts give the same fit to the last bit, in any
-    order.
-
-    `counted`: of one part or several; counts of one part are added up. Poses that look alike count
-    together.
+    order. Poses that look alike count together.
     """
     begin = time.perf_counter()
     told = choose_parts(counted)
@@ -214,9 +209,13 @@ def fit_plate(counted: Sequence[CountedPart]) -> PlateFit:
 
 
 def choose_parts(counted: Iterable[CountedPart]) -> list[CountedPart]:
-    """Parts that a fit can use, by digest."""
-    merged = sorted(merge_counts(counted), key=lambda one: (
-        one.part.digest, one.cluster_tolerance, one.round_sides))
+    """Parts that a fit can use, by digest; counts of equally numbered poses are added up."""
+    added: dict[tuple[str, float, int], CountedPart] = {}
+    for one in counted:
+        key = one.part.digest, one.cluster_tolerance, one.round_sides
+        added[key] = one if key not in added else replace(
+            added[key], count=added[key].count + one.count)
+    merged = [added[key] for key in sorted(added)]
     told = sorted((one for one in merged if one.counted and one.by_group.size > 1),
                   key=lambda one: -one.counted)[:MOST_PARTS]
     if not told:
@@ -294,10 +293,9 @@ def _p_value(parts: Sequence[ExplainedPart], place: int, grid: SceneGrid) -> flo
 
 
 def log_likelihood(counts: Index, shares: Array) -> Array:
-    """Logarithm (S, n) of the probability of counts (G,) where shares (n, G) are expected.
+    """Logarithm (S, n) of the likelihood of counts (G,) where shares (n, G) are expected.
 
-    The true ones scatter around them as by a Dirichlet distribution; up to what depends on the
-    counts alone.
+    The true ones scatter around them as by a Dirichlet distribution.
     """
     met = counts > 0
     of, expected = counts[met].astype(np.float64), np.maximum(shares[:, met], LEAST_SHARE)

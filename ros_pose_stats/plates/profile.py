@@ -112,8 +112,7 @@ def read_profiles(file: Path) -> dict[str, PlateProfile]:
 def write_profile(file: Path, profile: PlateProfile) -> None:
     """Write a plate into a file of plates, whole; its other plates stay, comments do not.
 
-    Several programs may write plates into it. Raises RequestError if the file is there and is none
-    of plates, or would become too large.
+    Raises RequestError if the file is there and is none of plates, or would become too large.
     """
     file = file.resolve()  # a link to the file stays a link
     files.make_directories(file.parent)

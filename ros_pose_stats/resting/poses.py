@@ -48,6 +48,11 @@ class RestingPoses:
         """Symmetry group (P,) of each pose."""
         return np.array([pose.group for pose in self.poses])
 
+    @property
+    def downs(self) -> Array:
+        """Direction (P, 3) that points down in each pose."""
+        return self.equilibria.downs[self.clusters.lowest]
+
     @cached_property
     def moments(self) -> Array:
         """Principal moments (3,) of `inertia`, rising."""
@@ -95,9 +100,8 @@ class RestingPoses:
     @cached_property
     def curves(self) -> Curves:
         """What the part rocks on."""
-        found, lowest = self.equilibria, self.clusters.lowest
-        return curves(self.body, self.inertia, self.pose_of_face, found.faces[lowest],
-                      found.downs[lowest])
+        lowest = self.equilibria.faces[self.clusters.lowest]
+        return curves(self.body, self.inertia, self.pose_of_face, lowest, self.downs)
 
     @property
     def pose_of_face(self) -> Index:

@@ -38,7 +38,7 @@ def plate_fill(outlines: Sequence[Array], shares: Array, plate: tuple[float, flo
     of area A and length L, one of them grown by the clearance; it is taken as a disc and cut off
     at the edges of the plate.
     """
-    area, length = np.array([_measure(outline) for outline in outlines]).T
+    area, length = np.array([area_and_length(outline) for outline in outlines]).T
     near = area + clearance * length + np.pi * clearance * clearance
     around = (length + 2.0 * np.pi * clearance) / (2.0 * np.pi)
     disc = (near + shares @ area + around * (shares @ length)) / np.pi  # squared radii
@@ -55,7 +55,7 @@ def plate_fill(outlines: Sequence[Array], shares: Array, plate: tuple[float, flo
     return PlateFill(blocked, np.asarray(0.25 * np.outer(weight, weight).ravel(), np.float64))
 
 
-def _measure(outline: Array) -> tuple[float, float]:
+def area_and_length(outline: Array) -> tuple[float, float]:
     """Area and length of a polygon's boundary."""
     x, y = outline.T
     ahead = np.roll(outline, -1, axis=0)
