@@ -69,24 +69,20 @@ def compare(parts: Sequence[Part], wanted: Sequence[int] = (), drops: int = MOST
         Poses of the first variant that a feeder accepts; none asks for no feeder.
     drops : int
         The most of each variant for the verdicts, 1 to 1e9; as many are made afresh.
-    restitution : float
-        Coefficient of restitution, 0 <= restitution < 1.
     seed : int, optional
         0 to 2^64 - 1; the fresh drop k of all variants depends on seed and k alone. Default: a
         fresh one.
     drop_height : float, optional
         Height of the centre of mass at release, metres, the same for all variants. Default: 20
         radii of the first one.
-    workers : int, optional
-        Threads; default: all cores.
     on_progress : callable
         Takes the number of drops done, and the most of them, of all variants.
     should_stop : callable
         After True the comparison ends with the drops done by then.
-    cluster_tolerance, round_sides
-        As for `simulate`.
     plate_error : float
         Of a single share on the plate, a fraction from 0 to 1.
+    restitution, workers, cluster_tolerance, round_sides
+        As for `simulate`.
 
     Returns
     -------
@@ -256,16 +252,15 @@ def _chance_beyond(known: paired_counts.PairedDifference, error: float) -> float
 
 def _statistics(part: Part, pairs: paired_drops.PairedDrops, variant: int) -> PoseStatistics:
     """Statistics of one variant, from the starts that all variants settled from."""
-    resting, drops = pairs.resting[variant], pairs.drops
-    counted = prefix.Prefix(len(resting.poses), max(drops, 1), 0.0)
-    counted.add(np.where(pairs.settled, pairs.outcome[variant], paired_drops.UNSETTLED))
-    unsettled = drops - counted.settled
+    resting, drops, settled = pairs.resting[variant], pairs.drops, pairs.settled
+    counts = np.bincount(pairs.outcome[variant, settled], minlength=len(resting.poses))
+    unsettled = int(np.count_nonzero(~settled))
     remarks = trust.pose_remarks(resting)
     warnings = simulate.touching_warnings(pairs.scene, int(pairs.touched[variant].sum()), drops)
     warnings += [] if not unsettled else [
         f"UNSETTLED: {unsettled} of {drops} drops were given up before the pose of every variant "
         f"was certain; they are left out of the probabilities."]
     return statistics.pose_statistics(
-        part, resting.body.radius, resting.poses, counted.shares(), methods.SIMULATION,
-        pairs.scene, drops=drops, unsettled=unsettled, seed=pairs.seed,
+        part, resting.body.radius, resting.poses, prefix.counted_shares(counts),
+        methods.SIMULATION, pairs.scene, drops=drops, unsettled=unsettled, seed=pairs.seed,
         warnings=(*remarks.warnings, *warnings), notes=remarks.notes)

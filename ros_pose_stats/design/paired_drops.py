@@ -14,7 +14,6 @@ from ..records import Array, DropScene, Index, Mask, Part
 from ..resting.poses import poses_in
 from ..simulation import chunks, drop_body, drops as motions
 
-UNSETTLED = -1
 NONE = np.zeros((2, 0), dtype=np.int64)
 
 
@@ -44,7 +43,7 @@ class PairedDrops:
     @property
     def settled(self) -> Mask:
         """Starts (n,) from which every variant came to rest; only these count."""
-        return np.asarray((self.outcome != UNSETTLED).all(axis=0))
+        return np.asarray((self.outcome >= 0).all(axis=0))
 
     def is_in(self, variant: int, poses: Iterable[int]) -> Mask:
         """From which of the settled starts a variant came to rest in one of some poses."""

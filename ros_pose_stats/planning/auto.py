@@ -41,15 +41,13 @@ def auto(part: Part, target_error: float = 0.0, drops: int | None = None,
         A fraction, 0 to below 1; 0 asks for the checked estimate.
     drops : int, optional
         The most, 1 to 1e9. Default: 10 million, and 200 without a target.
-    restitution : float
-        Coefficient of restitution, 0 <= restitution < 1.
     seed : int, optional
         As for `hybrid`; without a target the default is the part's own, from its digest.
-    drop_height, workers, on_progress, should_stop, cluster_tolerance, round_sides
-        As for `hybrid`.
     max_seconds : float
         Ends the drops, with a warning; the answer then depends on the speed of the machine.
         0 for no limit.
+    restitution, drop_height, workers, on_progress, should_stop, cluster_tolerance, round_sides
+        As for `simulate`.
 
     Returns
     -------

@@ -37,25 +37,15 @@ def hybrid(part: Part, drops: int | None = None, restitution: float = scenes.DEF
         As from `load_part` or `part_from_mesh`.
     drops : int, optional
         How many, 1 to 1e9; the most where a target error is given. Default: 10 000.
-    restitution : float
-        Coefficient of restitution, 0 <= restitution < 1.
     seed : int, optional
         0 to 2^64 - 1; the drops are those of `simulate`. Default: a fresh one, to be found in
         the answer.
-    drop_height : float, optional
-        Height of the centre of mass at release, metres. Default: 20 part radii.
     target_error : float
         Stop once the root mean square error over the poses is within this fraction with 90 %
         confidence; looked at after 10 drops, and then where it may be reached. 0 asks for all
         drops.
-    workers : int, optional
-        Threads; default: all cores.
-    on_progress, should_stop : callable, optional
+    restitution, drop_height, workers, on_progress, should_stop, cluster_tolerance, round_sides
         As for `simulate`.
-    cluster_tolerance : float
-        Least rise out of a pose as a share of its height there; 0 merges nothing.
-    round_sides : int
-        Sides a turn of the polygons that round surfaces are taken as; 0 takes the file as it is.
 
     Returns
     -------

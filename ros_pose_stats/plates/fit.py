@@ -111,17 +111,11 @@ class SceneGrid:
         ends = LOWEST_RADII * min(known), HIGHEST_RADII * max(known)
         self.height: Array = np.geomspace(*ends, HEIGHTS, dtype=np.float64)
         self.sides = sides
-        count = len(sides) * RESTITUTIONS.size * HEIGHTS
+        self.scenes = [DropScene(), *(
+            DropScene(restitution, height, round_sides=each) for each in sides
+            for restitution in RESTITUTIONS.tolist() for height in self.height.tolist())]
+        count = len(self.scenes) - 1
         self.prior = np.append(DEFAULT_WEIGHT, np.full(count, (1.0 - DEFAULT_WEIGHT) / count))
-
-    def scene(self, place: int) -> DropScene:
-        """The scene at a place."""
-        if place == 0:
-            return DropScene()
-        sides, row, column = np.unravel_index(
-            place - 1, (len(self.sides), RESTITUTIONS.size, HEIGHTS))
-        return DropScene(float(RESTITUTIONS[row]), float(self.height[column]),
-                         round_sides=self.sides[int(sides)])
 
 
 class ExplainedPart:
@@ -129,8 +123,7 @@ class ExplainedPart:
 
     def __init__(self, counted: CountedPart, grid: SceneGrid) -> None:
         self.counted, self.count, self.rolls = counted, counted.by_group, rolls_about(counted)
-        places = [DropScene(restitution, height) for restitution in RESTITUTIONS.tolist()
-                  for height in grid.height.tolist()]
+        places = grid.scenes[1:1 + RESTITUTIONS.size * HEIGHTS]
         ways = {stands.round_sides: _shares(stands, places)
                 for stands in map(self.standing, grid.sides)}
         self.share = np.concatenate((_shares(self.standing(SIDES[0]), [DropScene()]), *(
@@ -173,17 +166,14 @@ def fit_plate(counted: Sequence[CountedPart]) -> PlateFit:
     tested: dict[str, tuple[float, float]] = {}  # weight and square error, by digest
     unknown = scenes.DEFAULT_PLATE_ERROR ** 2
     for one in parts:
-        digest = one.counted.part.digest
-        others = [other for other in parts if other.counted.part.digest != digest]
+        part, group = one.counted.part, one.counted.resting.group
+        others = [other for other in parts if other.counted.part.digest != part.digest]
         left = nearest_scene(others, weigh_scenes(others, grid)[1])
-        tested[digest] = max(tested.get(digest, (0.0, 0.0)),
-                             ((unknown / (unknown + one.noise)) ** 2,
-                              one.square_error(left if others else place)))
-        group, part = one.counted.resting.group, one.counted.part
+        tested[part.digest] = max(tested.get(part.digest, (0.0, 0.0)), (
+            (unknown / (unknown + one.noise)) ** 2, one.square_error(left if others else place)))
         evidence.append(PartEvidence(
-            part.part_id, digest, one.counted.counted,
-            tuple(tuple(np.flatnonzero(group == each).tolist())
-                  for each in range(one.count.size)),
+            part.part_id, part.digest, one.counted.counted,
+            tuple(tuple(np.flatnonzero(group == each).tolist()) for each in range(one.count.size)),
             one.count / one.count.sum(), one.share[place],
             math.sqrt(max(one.square_error(place), 0.0)),
             scenes.Numbering(one.counted.cluster_tolerance, one.counted.round_sides),
@@ -195,7 +185,7 @@ def fit_plate(counted: Sequence[CountedPart]) -> PlateFit:
             sum(of for of, _ in tested.values()) + UNTESTED)
     else:  # the scene was fitted to this very part, which can only speak against the plate
         plate_square = max(unknown, tested.popitem()[1][1])
-    found = grid.scene(place)
+    found = grid.scenes[place]
     table = logarithm[1:].reshape(len(sides), RESTITUTIONS.size, HEIGHTS)
     profile = table.max(axis=(1, 2))
     likely = [found.round_sides,
@@ -279,7 +269,7 @@ def _interval(values: Array, profile: Array, found: float) -> Triple:
 
 def _p_value(parts: Sequence[ExplainedPart], place: int, grid: SceneGrid) -> float:
     """Chance of counts this far from the scene, to which two or three numbers were fitted."""
-    statistic, free, scene = 0.0, -2 - (len(grid.sides) > 1), grid.scene(place)
+    statistic, free, scene = 0.0, -2 - (len(grid.sides) > 1), grid.scenes[place]
     for one in parts:
         resting = one.standing(scene.round_sides).resting
         probability = split(resting, scene)

@@ -10,7 +10,7 @@ from ..methods import SIMULATION
 from ..records import DropProgress, DropScene, Part, PoseStatistics, scene as scenes, statistics
 from ..records.part import Array
 from ..resting.trust import pose_remarks
-from ..statistics.prefix import Judge, Prefix, target_reached
+from ..statistics.prefix import Judge, Prefix, counted_shares, target_reached
 from .chunks import DropWorkers
 from .drop_body import drop_body
 from .drops import DropChunk, DropOutcomes, compute_drops, drop_rules, random_starts
@@ -146,7 +146,8 @@ class _Simulation:
         prefix, resting = self._prefix, self._body.resting
         remarks = pose_remarks(resting)
         return statistics.pose_statistics(
-            self._part, self._body.radius, resting.poses, prefix.shares(), SIMULATION, self._scene,
+            self._part, self._body.radius, resting.poses, counted_shares(prefix.counts),
+            SIMULATION, self._scene,
             drops=prefix.drops, unsettled=prefix.drops - prefix.settled, seed=self._request.seed,
             seconds=time.perf_counter() - self._begin,
             warnings=(*remarks.warnings, *self._warnings()), notes=remarks.notes)

@@ -139,13 +139,14 @@ class Prefix:
             return self.judged()
         return self._judged[1]
 
-    def shares(self) -> statistics.Shares:
-        """Shares of the settled drops with their errors; NaN as long as nothing has settled."""
-        settled, counts = self.settled, self.counts
-        deviations = errors.standard_errors(counts, settled)
-        low, high = ((np.ones(1), np.ones(1)) if counts.size == 1 and settled
-                     else errors.jeffreys_interval(counts, settled))
-        share = counts / settled if settled else np.full(deviations.shape, math.nan)
-        return statistics.Shares(share, low, high, deviations, counts,
-                                 errors.root_mean_square(deviations),
-                                 errors.largest_error(deviations, errors.DEFAULT_LEVEL))
+
+def counted_shares(counts: Index) -> statistics.Shares:
+    """Shares of settled drops (K,) with their errors; NaN as long as nothing has settled."""
+    settled = int(counts.sum())
+    deviations = errors.standard_errors(counts, settled)
+    low, high = ((np.ones(1), np.ones(1)) if counts.size == 1 and settled
+                 else errors.jeffreys_interval(counts, settled))
+    share = counts / settled if settled else np.full(deviations.shape, math.nan)
+    return statistics.Shares(share, low, high, deviations, counts,
+                             errors.root_mean_square(deviations),
+                             errors.largest_error(deviations, errors.DEFAULT_LEVEL))
