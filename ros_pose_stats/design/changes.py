@@ -13,9 +13,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull, QhullError, cKDTree
 
 from ..errors import MeshError, RequestError
-from ..kernels.body.convex_body import BodyArrays
-from ..kernels.mesh.measures import solid_moments
-from ..kernels.mesh.nearness import first_of_coincident
+from ..kernels.mesh import measures, nearness
 from ..mesh.hull import hull_of_corners
 from ..mesh.vectors import lengths
 from ..records import Array, Index, Part, scene as scenes
@@ -152,7 +150,7 @@ class DesignSpace:
         body = convex_body.ConvexBody(before.radius * farthest, points, arrays, tolerance, runs,
                                       before.run_of_face[plane], before.rounded)
         vertices = part.center_of_mass + before.radius * corners
-        fans = fan_triangles(arrays)
+        fans = fan_triangles(body)
         changed = Part(part.part_id, vertices, fans.astype(np.uint32), vertices, fans,
                        part.mass * mass, part.center_of_mass + before.radius * center,
                        inertia * (part.mass * before.radius ** 2), part.warnings, part.rounding,
@@ -165,7 +163,7 @@ def _moments_of(corners: Array, triangles: Index) -> tuple[float, Array, Array]:
     """Volume, first moment (3,) and second moment (3, 3) of the inside of a hull."""
     inward = np.linalg.det(corners[triangles] - corners.mean(axis=0)) < 0.0
     outward = np.where(inward[:, None], triangles[:, ::-1], triangles)
-    volume, x, y, z, xx, yy, zz, xy, xz, yz = solid_moments(
+    volume, x, y, z, xx, yy, zz, xy, xz, yz = measures.solid_moments(
         np.ascontiguousarray(corners), outward).tolist()
     return volume, np.array([x, y, z]), np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
@@ -198,13 +196,14 @@ def corners_of_planes(normals: Array, distances: Array, before: Array) -> Array:
     stays = np.isfinite(gap)
     fresh = np.ascontiguousarray(corners[~stays])
     if len(fresh):
-        first = first_of_coincident(fresh, fresh.min(axis=0), SAME)[1]
+        first = nearness.first_of_coincident(fresh, fresh.min(axis=0), SAME)[1]
         fresh = fresh[np.unique(first)]
     return np.ascontiguousarray(np.concatenate((before[np.unique(nearest[stays])], fresh)))
 
 
-def fan_triangles(arrays: BodyArrays) -> Index:
+def fan_triangles(body: convex_body.ConvexBody) -> Index:
     """Triangles (T, 3) of the faces of a body, wound outward, each face a fan."""
+    arrays = body.arrays
     sizes = np.diff(arrays.face_start)
     side = np.arange(arrays.corner.shape[0])
     place = side - arrays.face_start[arrays.face]

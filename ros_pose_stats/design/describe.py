@@ -1,7 +1,6 @@
 """Features, changes and verdicts in words."""
 
 import math
-from string import ascii_uppercase
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -78,7 +77,7 @@ def difference_as_dict(found: paired_counts.PairedDifference) -> dict[str, Any]:
             "high": found.high, "drops": found.trials, "p_value": found.p_value}
 
 
-letter = ascii_uppercase.__getitem__
+letter = "ABCDEFGHIJKLMNOPQRSTUVWXYZ".__getitem__
 """Name of a variant by its place, from A on."""
 
 ON_PLATE = {True: "large enough to expect on a real plate",

@@ -12,8 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .. import methods, text
 from ..errors import RequestError
-from ..estimators import estimator
-from ..estimators.expected import expected_error
+from ..estimators import estimator, expected as expectation
 from ..records import DropScene, PoseStatistics, StablePose, scene as scenes, statistics
 from ..resting.poses import RestingPoses
 from ..simulation.request import LEAST_TARGET
@@ -41,7 +40,8 @@ def pose_prior(resting: RestingPoses, scene: DropScene) -> PosePrior:
     """What the default estimate says before the first drop."""
     method = fitted_prior.FITTED_METHOD
     estimate = estimator(method).function(resting, scene)
-    return _prior(estimate, expected_error(method, resting, estimate, scene).here, resting, scene)
+    expected = expectation.expected_error(method, resting, estimate, scene)
+    return _prior(estimate, expected.here, resting, scene)
 
 
 def prior_of(found: PoseStatistics, resting: RestingPoses, scene: DropScene) -> PosePrior:

@@ -11,8 +11,7 @@ import numpy as np
 from ..methods import HYBRID
 from ..records import DropProgress, DropScene, Part, PoseStatistics, scene as scenes, statistics
 from ..resting.poses import poses_in
-from ..simulation.request import DropRequest, Watch, drop_request
-from ..simulation.simulate import count_drops
+from ..simulation import request as requests, simulate
 from ..statistics import prefix, prior as priors
 from . import confidence
 
@@ -61,17 +60,17 @@ def hybrid(part: Part, drops: int | None = None, restitution: float = scenes.DEF
         If the part's hull does not enclose its centre of mass.
     """
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
-    begin, request = time.perf_counter(), drop_request(drops, seed, target_error, workers)
+    begin, request = time.perf_counter(), requests.drop_request(drops, seed, target_error, workers)
     prior = confidence.pose_prior(poses_in(part, scene), scene)
-    found = drop_with(prior, part, scene, request, Watch.of(on_progress, should_stop),
+    found = drop_with(prior, part, scene, request, requests.Watch.of(on_progress, should_stop),
                       confidence.FIRST_LOOK)
     return replace(found, seconds=time.perf_counter() - begin)
 
 
-def drop_with(prior: priors.PosePrior, part: Part, scene: DropScene, request: DropRequest,
-              watch: Watch, look: int) -> PoseStatistics:
+def drop_with(prior: priors.PosePrior, part: Part, scene: DropScene, request: requests.DropRequest,
+              watch: requests.Watch, look: int) -> PoseStatistics:
     """Drop a part, and combine the drops with an estimate; `look`: drops before the first look."""
-    counted = count_drops(
+    counted = simulate.count_drops(
         part, scene, request,
         watch._replace(on_progress=combined_progress(prior, watch.on_progress)),
         prefix.Judge(partial(confidence.judge_drops, prior), look))
@@ -114,8 +113,8 @@ MOST_RESTITUTION, MOST_RADII = 0.99, 100.0
 """Scenes up to which estimates are checked: a drop that hardly ends takes seconds."""
 
 
-def checked(best: PoseStatistics, part: Part, scene: DropScene, request: DropRequest,
-            watch: Watch) -> tuple[PoseStatistics, str]:
+def checked(best: PoseStatistics, part: Part, scene: DropScene, request: requests.DropRequest,
+            watch: requests.Watch) -> tuple[PoseStatistics, str]:
     """An estimate with drops beside it, or alone where they say nothing or hardly end; why."""
     prior = confidence.prior_of(best, poses_in(part, scene), scene)
     if len(prior.size) == 1 or _hardly_ends(scene, best.radius):
@@ -140,8 +139,8 @@ def explain_check(method: str, drops: int, scene: DropScene, radius: float) -> s
             f"was asked for, so {drops} drops check it.")
 
 
-def keep_target(best: PoseStatistics, part: Part, scene: DropScene, request: DropRequest,
-                watch: Watch) -> tuple[PoseStatistics, str]:
+def keep_target(best: PoseStatistics, part: Part, scene: DropScene, request: requests.DropRequest,
+                watch: requests.Watch) -> tuple[PoseStatistics, str]:
     """The estimate if it keeps the target, else drops, with its help if it has some worth; why."""
     target = request.target_error
     prior = confidence.prior_of(best, poses_in(part, scene), scene)
@@ -153,8 +152,8 @@ def keep_target(best: PoseStatistics, part: Part, scene: DropScene, request: Dro
     if helped:
         found = drop_with(prior, part, scene, request, watch, look)
     else:
-        found = count_drops(part, scene, request, watch,
-                            prefix.Judge(partial(confidence.judge_drops, None), look))
+        found = simulate.count_drops(part, scene, request, watch,
+                                     prefix.Judge(partial(confidence.judge_drops, None), look))
     return found, _why_drops(found, best.method, bound, target)
 
 

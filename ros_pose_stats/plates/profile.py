@@ -6,7 +6,6 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from datetime import datetime, timezone
-from itertools import chain
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -172,7 +171,7 @@ class _BoundedLoader(yaml.SafeLoader):  # type: ignore[misc]
             return None
         inside = [] if isinstance(node, yaml.ScalarNode) else node.value
         if isinstance(node, yaml.MappingNode):
-            inside = chain.from_iterable(inside)
+            inside = [each for pair in inside for each in pair]
         size = 1 + sum(self._sizes.get(id(one), MOST_VALUES) for one in inside)
         if size > MOST_VALUES:
             raise yaml.composer.ComposerError(
