@@ -102,7 +102,7 @@ def _print_json(made: "Catalogue", seconds: float) -> None:
 
 def _print_words(made: "Catalogue", seconds: float) -> None:
     counted = made.tally
-    found = f", {made.found} of them found there" if made.found else ""
+    found = f", {made.found} of them done before" if made.found else ""
     print(printable(f"{made.page}: {several(made.done, 'part')}{found}, "
                     f"{len(counted.refused)} refused, took {seconds:.1f} s"))
     for table in made.tables:

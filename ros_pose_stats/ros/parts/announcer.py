@@ -136,7 +136,8 @@ class Announcer:
             return
         log, poses = self._node.get_logger(), shown.latched.poses
         log.info(f"{part_requests.part_line(known.part)}, {len(poses)} stable poses "
-                 f"({most_probable(poses)} %); bag {self._recorder.log.directory}")
+                 f"({most_probable(poses)} % by {shown.latched.method}); "
+                 f"bag {self._recorder.log.directory}")
         suspect = [line for line in shown.latched.warnings if line.startswith("HEIGHT_SUSPECT")]
         for warning in (*known.part.warnings, *suspect):
             log.warning(f"{known.part_id}: {warning}")

@@ -183,7 +183,7 @@ class CountStore:
         if counts.total.size != poses:
             self._warn(f"what was counted of {part_requests.shown(known.part_id)} no longer "
                        f"counts: expected {poses} poses, got counts of {counts.total.size}; "
-                       f"an earlier version found others, so count again")
+                       f"an earlier version had others, so count again")
             counts = known.counts = None
             self._state.put(*(Change(table, known.part_id, None) for table in ("counts", "flips")))
         return counts

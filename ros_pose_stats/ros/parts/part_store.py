@@ -55,7 +55,7 @@ class PartStore:
                             "none that is as it was written", "send the part again")
         part = self._build(part_messages.request_of_part_bytes(message))
         if part.digest != digest:
-            raise MeshError(f"the mesh of {part_requests.shown(part_id)} as it was kept",
+            raise MeshError(f"the mesh of {part_requests.shown(part_id)} as it was stored",
                             "another one", "send the part again")
         return part
 

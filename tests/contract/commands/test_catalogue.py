@@ -195,7 +195,7 @@ class TestEnds:
     def test_the_tables_are_those_of_one_go_and_nothing_was_done_twice(self, home, ended, made):
         """Of files as they are in the end; what the runs before did was kept."""
         assert tables(home / "stopped") == tables(made[1])
-        assert int(re.search(r", (\d+) of them found there", ended.last)[1]) > 0
+        assert int(re.search(r", (\d+) of them done before", ended.last)[1]) > 0
 
     def test_words_say_what_was_written_and_refused(self, ended):
         first, *files, last = ended.last.splitlines()
