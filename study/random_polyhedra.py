@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ros_pose_stats.errors import MassPropertiesError, MeshError, RequestError
-from ros_pose_stats.kernels.elementary import logarithms, sines_cosines
+from ros_pose_stats.kernels.elementary import sines_cosines
 from ros_pose_stats.kernels.principal_axes import principal_axes
 from ros_pose_stats.mesh.parts import part_from_mesh
 from ros_pose_stats.mesh.vectors import lengths, turn_vectors
@@ -29,6 +29,9 @@ from .shapes import hull_mesh
 
 _STREAM: Final = 3
 """Second word of the generator's key; 1 and 2 are the starting directions'."""
+
+_LN2_HIGH, _LN2_LOW = 0.6931471803691238, 1.9082149292705877e-10
+"""ln 2 in two parts; the products of the first with binary exponents are exact."""
 
 
 def uniforms(seed: int, number: int, attempt: int) -> Iterator[float]:
@@ -45,6 +48,22 @@ def normals(numbers: Iterator[float], count: int) -> NDArray[np.float64]:
     pairs = np.array(list(islice(numbers, 2 * count))).reshape(count, 2)
     radius = np.sqrt(-2.0 * logarithms(1.0 - pairs[:, 0]))
     return np.asarray(radius * sines_cosines((2.0 * math.pi) * pairs[:, 1])[1])
+
+
+def logarithms(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Natural logarithms (n,) of normal numbers (n,) above 0 (DLMF 4.6.4), alike everywhere.
+
+    As in `kernels.elementary` there are only additions, multiplications and divisions in them.
+    """
+    m, n = np.frexp(values)
+    small = m <= 0.5 * 1.4142135623730951
+    m, n = np.where(small, 2.0 * m, m), n - small
+    s = (m - 1.0) / (m + 1.0)
+    q = s * s
+    series = q * (1 / 21)
+    for odd in range(19, 1, -2):
+        series = q * (1 / odd + series)
+    return np.asarray(2.0 * (s + s * series) + n * _LN2_LOW + n * _LN2_HIGH)
 
 
 def failures(numbers: Iterator[float], chance: float) -> int:

@@ -29,7 +29,6 @@ Fixed2 = Annotated[Array, types.Array(types.float64, 2, "C", readonly=True)]
 FixedIndex1 = Annotated[Index, types.Array(types.int64, 1, "C", readonly=True)]
 FixedIndex2 = Annotated[Index, types.Array(types.int64, 2, "C", readonly=True)]
 FixedFlags1 = Annotated[Flags, types.Array(types.boolean, 1, "C", readonly=True)]
-FixedCorners2 = Annotated[NDArray[np.uint32], types.Array(types.uint32, 2, "C", readonly=True)]
 
 SCALARS = {float: types.float64, int: types.int64, bool: types.boolean}
 

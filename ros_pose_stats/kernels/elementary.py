@@ -112,17 +112,6 @@ def exponential(x: float) -> float:
 
 
 @kernel
-def logarithm(x: float) -> float:
-    """Natural logarithm of a normal number above 0."""
-    m, n = split_binary(x)
-    s = (m - 1.0) / (m + 1.0)
-    q = s * s
-    series = s + s * (q * (1 / 3 + q * (1 / 5 + q * (1 / 7 + q * (1 / 9 + q * (1 / 11 + q * (
-        1 / 13 + q * (1 / 15 + q * (1 / 17 + q * (1 / 19 + q * (1 / 21)))))))))))
-    return 2.0 * series + n * _LN2_LOW + n * _LN2_HIGH
-
-
-@kernel
 def rough_root(x: float, order: int) -> float:
     """Root of a normal number above 0, to 1e-5 of it: enough for the length of a step."""
     m, n = split_binary(x)
@@ -143,11 +132,3 @@ def sines_cosines(angles: Fixed1) -> tuple[Array, Array]:
         sines[i], cosines[i] = sine_cosine(angles[i])
     return sines, cosines
 
-
-@entry_kernel
-def logarithms(values: Fixed1) -> Array:
-    """Natural logarithms (n,) of finite numbers (n,) above 0."""
-    found = np.empty(values.shape[0])
-    for i in range(values.shape[0]):
-        found[i] = logarithm(values[i])
-    return found

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MeshError
-from ..kernels.mesh.measures import largest_used_extent
+from ..kernels.mesh.measures import bounds
 from ..records import Array, Index
 
 NOT_NUMBERS = (TypeError, ValueError, OverflowError)
@@ -46,6 +46,14 @@ def real_number(value: Any) -> float:
     return float(real_array(value))
 
 
+def number_or_nan(value: Any) -> float:
+    """Convert one number to a float; NaN for what is none."""
+    try:
+        return real_number(value)
+    except NOT_NUMBERS:
+        return np.nan
+
+
 def checked_mesh(vertices: ArrayLike, triangles: ArrayLike, unit: float
                  ) -> tuple[Array, NDArray[np.uint32]]:
     """Copy a mesh into arrays of its own: vertices (V, 3) in metres, triangles (T, 3) uint32."""
@@ -59,7 +67,8 @@ def checked_mesh(vertices: ArrayLike, triangles: ArrayLike, unit: float
         raise MeshError("finite vertices", f"{places[row].tolist()} at vertex {row}",
                         "export the mesh again")
     corners = _indices(triangles, len(places))
-    extent = largest_used_extent(places, corners)
+    low, high = bounds(used_points(places, corners))
+    extent = float((high - low).max())
     if extent != 0.0 and not _SMALLEST_EXTENT < extent < _LARGEST_EXTENT:
         raise MeshError(f"an extent from {_SMALLEST_EXTENT:g} to {_LARGEST_EXTENT:g} m",
                         f"{extent:g} m", "check the unit")
@@ -106,6 +115,13 @@ def _indices(triangles: ArrayLike, vertex_count: int) -> NDArray[np.uint32]:
     return np.ascontiguousarray(given.astype(np.uint32))
 
 
+def used_points(points: Array, triangles: NDArray[np.uint32]) -> Array:
+    """Points (V, 3) that are corners of triangles; the very array given when all are."""
+    used = np.zeros(len(points), dtype=bool)
+    used[triangles.ravel()] = True
+    return points if used.all() else points[used]
+
+
 def in_standard_order(triangles: Index) -> Index:
     """Triangles in the order of their corners, so that that of a modeller leaves no trace."""
     first = triangles.argmin(axis=1)[:, None]
@@ -118,10 +134,7 @@ def coordinate_rounding(vertices: ArrayLike, triangles: NDArray[np.uint32]) -> f
 
     Those that are all float32 numbers come from a file that stores no more (STL, mostly).
     """
-    points = real_array(vertices)
-    used = np.zeros(len(points), dtype=bool)
-    used[triangles.ravel()] = True
-    points = points if used.all() else points[used]
+    points = used_points(real_array(vertices), triangles)
     largest = float(np.abs(points).max())
     if largest < float(np.finfo(np.float32).max) and np.array_equal(
             points, points.astype(np.float32)):

@@ -199,13 +199,9 @@ def open_edges(triangles: Index) -> OpenEdges | None:
     """Edges that lack a triangle, of triangles (T, 3) wound alike; none where some lack more."""
     begin, end = triangles.ravel(), triangles[:, [1, 2, 0]].ravel()
     after = np.arange(len(begin)).reshape(-1, 3)[:, [1, 2, 0]].ravel()
-    low, high = np.minimum(begin, end), np.maximum(begin, end)
-    order = np.lexsort((high, low))
-    new = np.ones(len(order), dtype=bool)
-    new[1:] = (np.diff(low[order]) != 0) | (np.diff(high[order]) != 0)
-    first = np.flatnonzero(new)
-    uses = np.diff(np.append(first, len(order)))
-    surplus = np.add.reduceat(np.where(begin < end, 1, -1)[order], first)
+    order, forward, first, uses = winding.edges_of(triangles)
+    sense = np.where(forward, 1, -1)
+    surplus = np.add.reduceat(sense, first)
     if (np.abs(surplus) > 1).any():
         return None
     one, two = order[first[uses == 2]], order[first[uses == 2] + 1]
@@ -214,8 +210,7 @@ def open_edges(triangles: Index) -> OpenEdges | None:
     fan = connections.component_labels(len(begin), links)
     lacking = np.flatnonzero(surplus)
     # Of three along an edge any one of the surplus direction stands for the edge.
-    excess = (np.where(begin < end, 1, -1)[order] == np.repeat(surplus, uses))
-    place = np.flatnonzero(excess)
+    place = np.flatnonzero(sense == np.repeat(surplus, uses))
     owner = order[place[np.searchsorted(place, first[lacking])]]
     return OpenEdges(end[owner], begin[owner], end[after[owner]], fan[after[owner]], fan[owner])
 

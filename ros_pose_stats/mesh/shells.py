@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..kernels.mesh.measures import bounds, boxes_around, tetrahedra
+from ..kernels.mesh.measures import bounds, tetrahedra
 from ..records import Array, Index, Mask
 from ..tolerances import OVERLAP
 from .overlap import check_patience, reach_into_each_other
@@ -107,7 +107,8 @@ def _parents(points: Array, shells: Shells, volumes: Array) -> Index:
         check_patience()
         if abs(volumes[shell]) <= _NO_VOLUME:
             break
-        around = boxes_around(low, high, shell, OVERLAP)
+        around = np.flatnonzero((low[:shell] <= low[shell] + OVERLAP).all(axis=1)
+                                & (high[:shell] >= high[shell] - OVERLAP).all(axis=1))
         if len(around) == 0:
             continue
         own = slice(int(first[shell]), int(first[shell + 1]))

@@ -7,7 +7,7 @@ import numpy as np
 
 from .. import errors, text
 from ..records import Array, Corners
-from .arrays import NOT_NUMBERS, real_number
+from .arrays import number_or_nan
 
 AUTO: Literal["auto"] = "auto"  # the unit that asks for a guess
 UnitSource = Literal["given", "declared", "guessed", "assumed"]
@@ -86,10 +86,7 @@ def metres_per_unit(unit: str | float) -> float:
     """Metres of `m`, `mm`, `cm` or `inch` in any usual spelling, or of a number of them."""
     if isinstance(unit, str) and (name := named_unit(unit)) is not None:
         return METRES_PER_UNIT[name]
-    try:
-        length = math.nan if isinstance(unit, (str, bool)) else real_number(unit)
-    except NOT_NUMBERS:
-        length = math.nan
+    length = math.nan if isinstance(unit, (str, bool)) else number_or_nan(unit)
     if not 0.0 < length < math.inf:
         raise errors.RequestError("a mesh unit of m, mm, cm, inch or a positive number of metres",
                                   f"{unit!r}", "most CAD systems export millimetres: 'mm'")

@@ -25,7 +25,7 @@ _MOST_PATCHES = 256
 class Edges(NamedTuple):
     """The directed edges of a mesh, grouped by the undirected edge they run along."""
 
-    triangle: Index  # (3T,); owner of each directed edge, sorted by undirected edge
+    edge: Index  # (3T,); directed edges 3 t + i from corner i of triangle t on, sorted so
     forward: Mask  # (3T,) bool; whether it runs from the lower to the higher vertex
     start: Index  # (E,); where each undirected edge begins in the two arrays above
     uses: Index  # (E,); how many triangles have that edge
@@ -55,8 +55,8 @@ def closed_shells(vertices: Array, triangles: Index) -> Shells | None:
             return None
         triangles = triangles.copy()
         triangles[turn] = triangles[turn, ::-1]
-        edges = edges._replace(forward=edges.forward ^ turn[edges.triangle])
-    if len(pairs) * 2 < len(edges.triangle):
+        edges = edges._replace(forward=edges.forward ^ turn[edges.edge // 3])
+    if len(pairs) * 2 < len(edges.edge):
         shell = _joined_patches(edges, patch)
         if not _balanced(edges, shell) or _mixed(vertices, triangles, patch, shell):
             return None
@@ -85,10 +85,9 @@ def _cleared(triangles: Index) -> tuple[Index, Edges]:
 
 
 def without_repeated(triangles: Index) -> Index:
-    """Remove triangles that occupy the same three vertices; one of each orientation stays.
+    """Remove triangles that occupy the same three vertices; opposite ones are walls and vanish.
 
-    Opposite pairs are internal walls and vanish; unless every triangle has its opposite: then the
-    mesh was exported double-sided and the first stays.
+    Where every triangle has its opposite the mesh was exported double-sided, and the first stays.
     """
     corners = np.sort(triangles, axis=1)
     a, b, c = triangles.T
@@ -189,7 +188,7 @@ def _crowded(edges: Edges) -> tuple[Index, Index]:
     """Edge number and triangle of each directed edge along edges of more than two."""
     number = _edge_number(edges)
     crowded = (edges.uses > 2)[number]
-    return number[crowded], edges.triangle[crowded]
+    return number[crowded], edges.edge[crowded] // 3
 
 
 def _edge_number(edges: Edges) -> Index:

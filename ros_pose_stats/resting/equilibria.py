@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ..kernels.body.equilibria import EquilibriumArrays, find_equilibria, ways_out
+from ..kernels.body.equilibria import EquilibriumArrays, find_equilibria
 from ..kernels.levels.merge_tree import gather_poses, part_poses
 from ..kernels.sorting import number_ties
 from ..records import Array, Index, Mask, Part
@@ -50,19 +50,7 @@ class Equilibria:
     @cached_property
     def rank(self) -> Index:
         """Number (S,) of each entry of `arrays.stable`: the inverse of `order`."""
-        rank = np.empty_like(self.order)
-        rank[self.order] = np.arange(self.order.shape[0])
-        return rank
-
-    @property
-    def unstable(self) -> Index:
-        """Hull points (U,) at a maximum of r and R."""
-        return self.arrays.unstable
-
-    @property
-    def poincare_hopf(self) -> int:
-        """S - H + U, which is 2 for a body without degenerate equilibria."""
-        return len(self.arrays.stable) - len(self.arrays.saddle) + len(self.unstable)
+        return np.argsort(self.order)
 
 
 def equilibria(part: Part, round_sides: int) -> Equilibria:
@@ -73,22 +61,15 @@ def equilibria(part: Part, round_sides: int) -> Equilibria:
 def _find(part: Part, round_sides: int) -> Equilibria:
     body = convex_body(part, round_sides)
     arrays = find_equilibria(body.points, body.arrays)
-    heights = body.arrays.distance[arrays.stable]
-    return Equilibria(body, arrays, pose_order(heights, body.arrays.normal[arrays.stable]))
-
-
-def pose_order(heights: Array, downs: Array) -> Index:
-    """Order (S,) of poses by rising height in radii, ties by the components of `down`."""
-    group = ties((heights, SAME_HEIGHT), *((down, SAME_DOWN) for down in downs.T))
-    return np.argsort(group, kind="stable")
+    group = ties((body.arrays.distance[arrays.stable], SAME_HEIGHT),
+                 *((down, SAME_DOWN) for down in body.arrays.normal[arrays.stable].T))
+    return Equilibria(body, arrays, np.argsort(group, kind="stable"))
 
 
 def ties(*keys: tuple[Array, float], within: Index | None = None) -> Index:
-    """Number ties (S,) by rising value of the first key, then of the next, and so on.
+    """Number ties (S,) by groups `within`, then by rising values of keys with their tolerance.
 
-    Keys are values with their tolerance. A tie holds all within the tolerance of its smallest
-    value, so that a dense sequence is not one long tie. `within`: groups that come before all
-    keys.
+    A tie holds all within the tolerance of its smallest value: a dense sequence is not one tie.
     """
     size = keys[0][0].shape[0]
     group = np.zeros(size, dtype=np.int64) if within is None else within
@@ -155,25 +136,24 @@ def clusters(found: Equilibria, tolerance: float) -> Clusters:
 def _rank(found: Equilibria) -> Index:
     """Which stable face stands for several: the lowest, then the largest, but for rounding."""
     areas = found.body.arrays.area[found.faces]
-    order = np.argsort(ties((found.heights, SAME_HEIGHT), (-areas / areas.max(), SAME_HEIGHT)),
-                       kind="stable")
-    rank = np.empty_like(order)
-    rank[order] = np.arange(order.shape[0])
-    return rank
+    group = ties((found.heights, SAME_HEIGHT), (-areas / areas.max(), SAME_HEIGHT))
+    return np.argsort(np.argsort(group, kind="stable"))
 
 
 def tilt_margins(found: Equilibria, grouped: Clusters) -> Array:
     """Smallest tilt (P,) that takes the part out of each pose, radians.
 
-    A single face is left over its nearest side. From a pose of several faces the part rolls or
-    slips within the pose first: it is left where its basin ends.
+    A pose of several faces, within which the part rolls or slips first, ends with its basin.
     """
     arrays = found.body.arrays
     pose_of_face = np.full(found.body.faces, -1, dtype=np.int64)
     pose_of_face[found.faces] = grouped.pose
     margins = np.full(grouped.lowest.shape[0], np.pi / 2.0)
     several = np.bincount(grouped.pose) > 1
-    sides = ways_out(arrays, found.arrays.basin, pose_of_face)
+    here, beyond, basin = arrays.face, arrays.face[arrays.twin], found.arrays.basin
+    # A foot may be outside of a side by rounding, with a higher face beyond it that comes back.
+    sides = np.flatnonzero((pose_of_face[here] >= 0) & (pose_of_face[beyond] != pose_of_face[here])
+                           & ((arrays.inset > 0.0) | (basin[beyond] != basin[here])))
     faces = arrays.face[sides]
     alone = ~several[pose_of_face[faces]]
     tilts = np.arctan2(arrays.inset[sides], arrays.distance[faces])

@@ -1,13 +1,13 @@
 """Which stable pose a part lies in, from its orientation as a camera measured it."""
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import RequestError
-from ..mesh.arrays import real_array, real_number
+from ..mesh.arrays import NOT_NUMBERS, number_or_nan, real_array
 from ..records import Array, Index, Part, scene as scenes
 from .poses import RestingPoses, resting_poses
 
@@ -26,8 +26,7 @@ UNIT_WITHIN = 0.01
 AT_ONCE = 2**21  # angles between orientations and faces that are held at once
 
 
-@dataclass(frozen=True, eq=False)
-class PoseDirections:
+class PoseDirections(NamedTuple):
     """Directions that point down in the poses of a part, those of a group side by side."""
 
     down: Array  # (S, 3); unit vectors in the part frame: those of the members of each pose
@@ -72,10 +71,7 @@ def classify_orientations(part: Part, orientations: ArrayLike, angle: float = DE
         If the orientations are not (n, 4) numbers, one has another length than 1, or the angle
         is not above 0 and up to a right angle.
     """
-    try:
-        widest = real_number(angle)
-    except (TypeError, ValueError, OverflowError):
-        widest = math.nan
+    widest = number_or_nan(angle)
     if not 0.0 < widest <= 0.5 * math.pi:
         raise RequestError("an angle above 0 and up to 1.57 radians", f"{angle!r}",
                            "math.radians(15) is the default")
@@ -95,7 +91,7 @@ def observed_downs(orientations: ArrayLike) -> Array:
     """Directions (n, 3) that point down in observed orientations; NaN where they are not known."""
     try:
         given = real_array(orientations)
-    except (TypeError, ValueError, OverflowError) as error:
+    except NOT_NUMBERS as error:
         raise RequestError("orientations as (n, 4) numbers x y z w", f"{error}",
                            "one row a part") from error
     if given.ndim != 2 or given.shape[1] != 4:

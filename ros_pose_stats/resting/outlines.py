@@ -1,6 +1,5 @@
 """True outlines of a part at rest: its shadow on the plate, and its section at a height."""
 
-from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -48,10 +47,7 @@ def outline_at(part: Part, pose: StablePose, height: float | None = None) -> tup
         raise errors.RequestError("a Part and one of its poses",
                                   f"{type(part).__name__} and {type(pose).__name__}",
                                   "take a pose of estimate(part).poses")
-    try:
-        level = None if height is None else arrays.real_number(height)
-    except (TypeError, ValueError, OverflowError):
-        level = np.nan
+    level = None if height is None else arrays.number_or_nan(height)
     if level is not None and not np.isfinite(level):
         raise errors.RequestError("a height above the plate in metres", f"{height!r}",
                                   "leave it out for the silhouette")
@@ -68,7 +64,7 @@ def outline_at(part: Part, pose: StablePose, height: float | None = None) -> tup
         standing[np.abs(standing[:, 2] - level) <= flat, 2] = level
         seen = _solid(part, standing).slice(level)
     found = sorted(_without_spurs(seen).decompose(), key=lambda one: -one.area())
-    return tuple(tuple(_rings(one, scale)) for one in found if not one.is_empty())
+    return tuple(_rings(one, scale) for one in found if not one.is_empty())
 
 
 def _solid(part: Part, points: Array) -> "Manifold":
@@ -91,13 +87,9 @@ def _without_spurs(seen: "CrossSection") -> "CrossSection":
     return seen.simplify(tolerances.COPLANAR)
 
 
-def _rings(polygon: "CrossSection", scale: float) -> Iterator[Array]:
-    """Rings of one polygon in metres, its boundary first."""
+def _rings(polygon: "CrossSection", scale: float) -> Polygon:
+    """Rings of one polygon in metres, its boundary first: holes have areas below 0."""
     rings = [np.asarray(ring) for ring in polygon.to_polygons()]
-    for ring in sorted(rings, key=_twice_area, reverse=True):
-        yield ring * scale
-
-
-def _twice_area(ring: Array) -> float:
-    x, y = ring.T
-    return float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum())
+    twice = [float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum())
+             for x, y in (ring.T for ring in rings)]
+    return tuple(rings[k] * scale for k in sorted(range(len(rings)), key=lambda k: -twice[k]))

@@ -6,11 +6,12 @@ like solid angles.
 """
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from ..records import Array, Index
+from ..tolerances import TIP_MARGIN
 from . import poses
 
 FINEST, COARSEST = 200, 60  # pixels across a hemisphere
@@ -18,8 +19,7 @@ MOST_PRODUCTS = 2e8  # most directions times faces; parts of many faces get a co
 AT_ONCE = 4_000_000  # most numbers in memory at a time
 
 
-@dataclass(frozen=True, eq=False)
-class PoseSphere:
+class PoseSphere(NamedTuple):
     """Maps of the two hemispheres, those around -z and +z of the part."""
 
     # (2, n, n, 3); unit vectors in the part frame; NaN outside of the discs. Rows go up the page
@@ -38,7 +38,7 @@ def pose_sphere(resting: poses.RestingPoses, pixels: int | None = None) -> PoseS
 
     `pixels`: across a hemisphere; default: up to 200, as many as are quickly computed.
     """
-    body, found = resting.body, resting.equilibria
+    body = resting.body
     fine = math.sqrt(MOST_PRODUCTS / (body.faces + len(body.points)) / (0.5 * math.pi))
     directions = _directions(pixels or int(min(max(fine, COARSEST), FINEST)))
     inside = np.isfinite(directions[..., 0])
@@ -56,7 +56,9 @@ def pose_sphere(resting: poses.RestingPoses, pixels: int | None = None) -> PoseS
     maps[0][inside], maps[1][inside] = body.radius * r, body.radius * height
     pose = np.full(inside.shape, -1, dtype=np.int64)
     pose[inside] = resting.pose_of_face[face]
-    peaks = body.points[found.unstable]
+    least = np.full(len(body.points), np.inf)
+    np.minimum.at(least, body.arrays.corner, body.arrays.start)
+    peaks = body.points[np.isfinite(least) & (least > TIP_MARGIN)]
     return PoseSphere(directions, maps[0], maps[1], pose,
                       np.array([one.down for one in resting.poses]),
                       np.array([one.height for one in resting.poses]),

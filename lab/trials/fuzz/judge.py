@@ -20,6 +20,7 @@ from ros_pose_stats import (
     simulate,
     splitting_graph,
 )
+from ros_pose_stats.tolerances import TIP_MARGIN
 
 TOLERANCES = (0.0, 0.0025)
 DROPS = 3
@@ -70,8 +71,16 @@ def equilibria_faults(part: Part) -> Iterator[str]:
     """S - H + U = 2, and the faces' solid angles fill the sphere."""
     found = resting_poses(part, 0.0, 0).equilibria
     # A foot on a side is a stable face and a saddle at once, or neither.
-    if found.poincare_hopf != 2 and marginal(found) > MARGINAL:
-        yield f"S - H + U is {found.poincare_hopf}, and no foot is near a side"
+    arrays, side = found.body.arrays, np.arange(len(found.body.arrays.twin))
+    saddles = np.count_nonzero((side < arrays.twin) & (np.minimum(
+        np.minimum(arrays.start, arrays.stop),
+        np.minimum(arrays.inset, arrays.inset[arrays.twin])) > TIP_MARGIN))
+    least = np.full(len(found.body.points), np.inf)
+    np.minimum.at(least, arrays.corner, arrays.start)
+    peaks = np.count_nonzero(np.isfinite(least) & (least > TIP_MARGIN))
+    poincare_hopf = len(found.faces) - saddles + peaks
+    if poincare_hopf != 2 and marginal(found) > MARGINAL:
+        yield f"S - H + U is {poincare_hopf}, and no foot is near a side"
     body = found.body
     # Corners off their merged faces move the sides, by that over the sine of the angle between
     # the faces, which are seen from their distance; never by more than a few tolerances.

@@ -31,6 +31,7 @@ class BodyArrays(NamedTuple):
     corner: Index1      # (N,) hull point where a side starts, counter-clockwise
     face: Index1        # (N,) face of a side
     twin: Index1        # (N,) the same edge seen from the neighbour
+    follow: Index1      # (N,) the next side of the same face
     normal: Array2      # (F, 3) outward
     distance: Array1    # (F,) of the face's plane
     area: Array1        # (F,)
@@ -60,21 +61,21 @@ def build_body(points: Fixed2, simplices: FixedIndex2, adjacent: FixedIndex2,
     corner = np.empty(first.shape[0], np.int64)
     for k in range(first.shape[0]):
         corner[k] = triangles[first[k] // 3, (first[k] + 1) % 3]
-    valid, twin, face = pair_sides(face_start, corner, first, side_of, opposite)
+    valid, twin, face, follow = pair_sides(face_start, corner, first, side_of, opposite)
     normal, distance, area = planes(points, face_start, corner)
     if not valid or distance.min() <= 0.0:
         return False, _nothing()
     inset, start, stop, reach, radius = _side_lengths(points, face_start, corner, face, twin,
                                                       normal, distance)
     angle = _face_angles(points, face_start, corner, distance, inset, start, stop, reach, radius)
-    return True, BodyArrays(face_start, corner, face, twin, normal, distance, area, angle,
+    return True, BodyArrays(face_start, corner, face, twin, follow, normal, distance, area, angle,
                             inset, start, stop, reach, radius)
 
 
 @kernel
 def _nothing() -> BodyArrays:
     index, number = np.zeros(0, np.int64), np.zeros(0)
-    return BodyArrays(index, index, index, index, np.zeros((0, 3)), number, number, number,
+    return BodyArrays(index, index, index, index, index, np.zeros((0, 3)), number, number, number,
                       number, number, number, number, number)
 
 

@@ -168,11 +168,10 @@ def planes(points: Array, face_start: Index, corner: Index) -> tuple[Array, Arra
 
 @kernel
 def pair_sides(face_start: Index, corner: Index, first: Index, side_of: Index,
-               opposite: Index) -> tuple[bool, Index, Index]:
-    """Twin and face of each polygon side; false where two do not run between the same corners."""
+               opposite: Index) -> tuple[bool, Index, Index, Index]:
+    """Twin, face and next side of each; false where two do not run between the same corners."""
     sides = corner.shape[0]
-    twin = np.empty(sides, np.int64)
-    face = np.empty(sides, np.int64)
+    twin, face = np.empty(sides, np.int64), np.empty(sides, np.int64)
     follow = np.empty(sides, np.int64)
     for f in range(face_start.shape[0] - 1):
         for k in range(face_start[f], face_start[f + 1]):
@@ -183,7 +182,7 @@ def pair_sides(face_start: Index, corner: Index, first: Index, side_of: Index,
     for k in range(sides):
         t = twin[k]
         if t < 0 or twin[t] != k:
-            return False, twin, face
+            return False, twin, face, follow
         if corner[k] != corner[follow[t]] or corner[follow[k]] != corner[t]:
-            return False, twin, face
-    return True, twin, face
+            return False, twin, face, follow
+    return True, twin, face, follow

@@ -47,8 +47,7 @@ class Runs(NamedTuple):
 @entry_kernel
 def circular_runs(points: Fixed2, body: BodyArrays, rounding: float) -> Runs:
     """Find all chains of edges whose corners lie on one circle, but for the rounding."""
-    follow = _following_sides(body.face_start, body.corner.shape[0])
-    onward = _continuations(points, body, follow)
+    onward = _continuations(points, body)
     count = body.corner.shape[0]
     most = count // 2
     found = Runs(np.zeros(most + 2, np.int64), np.empty(most, np.int64),
@@ -75,18 +74,9 @@ def circular_runs(points: Fixed2, body: BodyArrays, rounding: float) -> Runs:
 
 
 @kernel
-def _following_sides(face_start: Index, count: int) -> Index:
-    follow = np.empty(count, np.int64)
-    for f in range(face_start.shape[0] - 1):
-        for k in range(face_start[f], face_start[f + 1]):
-            follow[k] = k + 1 if k + 1 < face_start[f + 1] else face_start[f]
-    return follow
-
-
-@kernel
-def _continuations(points: Array, body: BodyArrays, follow: Index) -> Index:
+def _continuations(points: Array, body: BodyArrays) -> Index:
     """Side (N,) that goes on straightest from each, -1 where none does or not mutually."""
-    count = follow.shape[0]
+    follow, count = body.follow, body.follow.shape[0]
     along, best = np.empty((count, 3)), np.full(count, -1, np.int64)
     for k in range(count):
         step = minus(point_at(points, body.corner[follow[k]]), point_at(points, body.corner[k]))

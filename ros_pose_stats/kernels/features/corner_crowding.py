@@ -13,9 +13,9 @@ import numpy as np
 
 from ..array_types import Array, Fixed1, Fixed2, Index
 from ..body.convex_body import BodyArrays
-from ..compilation import entry_kernel, inlined, kernel
+from ..compilation import entry_kernel, kernel
 from ..sorting import rising_order
-from ..vectors import Vec3, cross, dot, length, minus, point_at
+from ..vectors import cross, dot, length, minus, point_at
 
 FEW = 500
 """Corners up to which all pairs are looked at; from there on those of nearby cells."""
@@ -89,22 +89,15 @@ def _grid(place: Array, cells: int) -> tuple[Index, Index, Index]:
 def corner_shares(points: Array, body: BodyArrays) -> Array:
     """Angle defect (H,) of every point over 4 pi; 0 for those that are no corners."""
     share = np.zeros(points.shape[0])
-    for f in range(body.distance.shape[0]):
-        begin, end = body.face_start[f], body.face_start[f + 1]
-        for k in range(begin, end):
-            before = k - 1 if k > begin else end - 1
-            after = k + 1 if k + 1 < end else begin
-            at = body.corner[k]
-            here = point_at(points, at)
-            share[at] += _angle(minus(point_at(points, body.corner[before]), here),
-                                minus(point_at(points, body.corner[after]), here))
+    for k in range(body.corner.shape[0]):
+        side = body.follow[k]
+        at = body.corner[side]
+        here = point_at(points, at)
+        a = minus(point_at(points, body.corner[k]), here)
+        b = minus(point_at(points, body.corner[body.follow[side]]), here)
+        share[at] += math.atan2(length(cross(a, b)), dot(a, b))
     for v in range(share.shape[0]):
         if share[v] > 0.0:
             share[v] = max(0.5 - share[v] / (4.0 * math.pi), 0.0)
     return share
 
-
-@inlined
-def _angle(a: Vec3, b: Vec3) -> float:
-    """Angle between two vectors."""
-    return math.atan2(length(cross(a, b)), dot(a, b))

@@ -178,7 +178,10 @@ def gather_poses(body: BodyArrays, basin: FixedIndex1, height: Fixed1, rank: Fix
         k, level = sides[order[i]], levels[order[i]]
         s, t = basin[body.face[k]], basin[body.face[body.twin[k]]]
         if run[s] >= 0 and run[s] == run[t]:
-            _pour(region, height, rank, s, t, level, of_run)
+            a, b = root(region, s), root(region, t)
+            shallower = height[b if rank[a] < rank[b] else a]
+            if level - shallower < of_run * shallower:
+                _join(region, rank, s, t)
         a, b = root(component, s), root(component, t)
         if a == b:
             continue
@@ -195,16 +198,6 @@ def gather_poses(body: BodyArrays, basin: FixedIndex1, height: Fixed1, rank: Fix
             way_out[a] = min(way_out[a], levels[i])
             way_out[b] = min(way_out[b], levels[i])
     return eldest, way_out
-
-
-@kernel
-def _pour(region: Index, height: Array, rank: Index, s: int, t: int, level: float,
-          tolerance: float) -> None:
-    """Join the poses of two neighbours if the shallower is no deeper than the tolerance."""
-    a, b = root(region, s), root(region, t)
-    younger = b if rank[a] < rank[b] else a
-    if level - height[younger] < tolerance * height[younger]:
-        _join(region, rank, s, t)
 
 
 @kernel

@@ -33,7 +33,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..array_types import Array, Flags, Index
+from ..array_types import Array, Flags
 from ..body.convex_body import BodyArrays
 from ..compilation import inlined, kernel
 from ..vectors import cross, dot, dot_from, point_at
@@ -133,83 +133,77 @@ def _limits_r(body: BodyArrays, triangles: RightTriangles) -> None:
 
 
 @kernel
-def _ring(face_start: Index, face: Index, twin: Index) -> Index:
-    """Next side (N,) that starts at the corner where a side starts, all the way round."""
-    ring = np.empty(twin.shape[0], np.int64)
-    for k in range(twin.shape[0]):
-        other = twin[k]
-        f = face[other]
-        ring[k] = other + 1 if other + 1 < face_start[f + 1] else face_start[f]
-    return ring
-
-
-@kernel
 def _limits_R(body: BodyArrays, highest: float, triangles: RightTriangles) -> None:
     """Close the cell of each corner, and put its area where it is counted."""
-    ring = _ring(body.face_start, body.face, body.twin)
     seen = np.zeros(body.radius.shape[0], np.bool_)
     triangles.enters[:] = body.distance
-    for k in range(ring.shape[0]):
+    for k in range(body.corner.shape[0]):
         if seen[body.corner[k]]:
             continue
         seen[body.corner[k]] = True
-        top, lowest = _highest_in_cell(body, ring, k)
-        _close_cell(body, ring, k, top, triangles)
+        top, lowest = _highest_in_cell(body, k)
+        _close_cell(body, k, top, triangles)
         if top <= highest:
-            area = _cell_area(body.normal, body.face, ring, k)
+            area = _cell_area(body, k)
             triangles.after[2 * lowest] = area
             triangles.full[body.face[lowest]] += area
 
 
 @inlined
-def _highest_in_cell(body: BodyArrays, ring: Index, k: int) -> tuple[float, int]:
+def _next_around(body: BodyArrays, side: int) -> int:
+    """Next side that starts at the corner where a side starts."""
+    return int(body.follow[body.twin[side]])
+
+
+@inlined
+def _highest_in_cell(body: BodyArrays, k: int) -> tuple[float, int]:
     """Highest R around the corner where side k starts, and the side there of the lowest face."""
     distance, face = body.distance, body.face
     top, lowest, peak = 0.0, k, True
     side = k
-    for _ in range(ring.shape[0]):
+    for _ in range(face.shape[0]):
         top = max(top, distance[face[side]])
         if body.inset[side] > 0.0 and body.inset[body.twin[side]] > 0.0:
             top = max(top, body.reach[side])
         peak = peak and body.start[side] >= 0.0
         if distance[face[side]] < distance[face[lowest]]:
             lowest = side
-        side = ring[side]
+        side = _next_around(body, side)
         if side == k:
             break
     return body.radius[body.corner[k]] if peak else top, lowest
 
 
 @inlined
-def _close_cell(body: BodyArrays, ring: Index, k: int, top: float,
-                triangles: RightTriangles) -> None:
+def _close_cell(body: BodyArrays, k: int, top: float, triangles: RightTriangles) -> None:
     """From the level `top` on the triangles around the corner where side k starts count 0."""
     side = k
-    for _ in range(ring.shape[0]):
+    for _ in range(body.face.shape[0]):
         f = body.face[side]
         before = side - 1 if side > body.face_start[f] else body.face_start[f + 1] - 1
         for i in (2 * side, 2 * before + 1):
             triangles.done[i], triangles.after[i] = top, 0.0
         triangles.fills[f] = max(triangles.fills[f], top)
-        side = ring[side]
+        side = _next_around(body, side)
         if side == k:
             break
 
 
 @kernel
-def _cell_area(normal: Array, face: Index, ring: Index, k: int) -> float:
+def _cell_area(body: BodyArrays, k: int) -> float:
     """Solid angle of the spherical polygon of the normals around a corner."""
+    normal, face = body.normal, body.face
     a = point_at(normal, face[k])
-    side = ring[k]
+    side = _next_around(body, k)
     b = point_at(normal, face[side])
-    side = ring[side]
+    side = _next_around(body, side)
     total = 0.0
     while side != k:
         c = point_at(normal, face[side])
         below = dot_from(dot_from(dot_from(1.0, a, b), b, c), c, a)
         total += 2.0 * math.atan2(dot(a, cross(b, c)), below)
         b = c
-        side = ring[side]
+        side = _next_around(body, side)
     return abs(total)
 
 

@@ -24,19 +24,19 @@ def grouped_edges(triangles: FixedIndex2) -> tuple[Index, Flags, Index, Index]:
     """Directed edges by their lower, then their higher vertex: see `mesh.winding.Edges`."""
     entries, stop = _sorted_edges(triangles)
     count = entries.shape[0]
-    triangle, forward = np.empty(count, np.int64), np.empty(count, np.bool_)
+    edge, forward = np.empty(count, np.int64), np.empty(count, np.bool_)
     start, uses = np.empty(count, np.int64), np.empty(count, np.int64)
     found = begin = 0
     for v in range(stop.shape[0]):
         for k in range(begin, stop[v]):
-            triangle[k] = entries[k, EDGE] // 6
+            edge[k] = entries[k, EDGE] // 2
             forward[k] = entries[k, EDGE] & 1 == 1
             if k == begin or entries[k, HIGHER] != entries[k - 1, HIGHER]:
                 start[found], uses[found] = k, 0
                 found += 1
             uses[found - 1] += 1
         begin = stop[v]
-    return triangle, forward, start[:found].copy(), uses[:found].copy()
+    return edge, forward, start[:found].copy(), uses[:found].copy()
 
 
 @kernel
@@ -99,7 +99,7 @@ def _sort_few(entries: Index, begin: int, end: int) -> None:
 
 
 @entry_kernel
-def linked_triangles(triangle: FixedIndex1, forward: FixedFlags1, start: FixedIndex1,
+def linked_triangles(edge: FixedIndex1, forward: FixedFlags1, start: FixedIndex1,
                      uses: FixedIndex1) -> tuple[Index, Flags]:
     """Triangle pairs (k, 2) across edges of exactly two, and whether their windings agree."""
     pairs, agree = np.empty((start.shape[0], 2), np.int64), np.empty(start.shape[0], np.bool_)
@@ -107,7 +107,7 @@ def linked_triangles(triangle: FixedIndex1, forward: FixedFlags1, start: FixedIn
     for e in range(start.shape[0]):
         if uses[e] == 2:
             k = start[e]
-            pairs[found, 0], pairs[found, 1] = triangle[k], triangle[k + 1]
+            pairs[found, 0], pairs[found, 1] = edge[k] // 3, edge[k + 1] // 3
             agree[found] = forward[k] != forward[k + 1]
             found += 1
     return pairs[:found].copy(), agree[:found].copy()

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from .. import vectors as vec
-from ..array_types import Array, Fixed1, Fixed2, FixedCorners2, FixedIndex2, Index
+from ..array_types import Array, Fixed1, Fixed2, FixedIndex2, Index
 from ..compilation import entry_kernel, inlined, kernel
 
 # the moments (10,) of a solid: integrals of
@@ -95,37 +95,6 @@ def bounds(points: Fixed2) -> tuple[Array, Array]:
             least, most = min(least, points[i, c]), max(most, points[i, c])
         low[c], high[c] = least, most
     return low, high
-
-
-@entry_kernel
-def largest_used_extent(points: Fixed2, triangles: FixedCorners2) -> float:
-    """Largest extent along an axis of those points (V, 3) that triangles (T, 3) use."""
-    used = np.zeros(points.shape[0], np.bool_)
-    for t in range(triangles.shape[0]):
-        used[triangles[t, 0]] = used[triangles[t, 1]] = used[triangles[t, 2]] = True
-    extent = 0.0
-    for c in range(3):
-        least, most = math.inf, -math.inf
-        for i in range(points.shape[0]):
-            if used[i]:
-                least, most = min(least, points[i, c]), max(most, points[i, c])
-        extent = max(extent, most - least)
-    return extent
-
-
-@entry_kernel
-def boxes_around(low: Fixed2, high: Fixed2, inner: int, slack: float) -> Index:
-    """Boxes numbered below `inner` that box `inner` lies in, but for the slack."""
-    x, y, z = low[inner, 0] + slack, low[inner, 1] + slack, low[inner, 2] + slack
-    u, v, w = high[inner, 0] - slack, high[inner, 1] - slack, high[inner, 2] - slack
-    found = np.empty(inner, np.int64)
-    count = 0
-    for i in range(inner):
-        if (low[i, 0] <= x and low[i, 1] <= y and low[i, 2] <= z
-                and high[i, 0] >= u and high[i, 1] >= v and high[i, 2] >= w):
-            found[count] = i
-            count += 1
-    return found[:count].copy()
 
 
 @entry_kernel

@@ -12,13 +12,13 @@ from hypothesis.extra.numpy import arrays
 from ros_pose_stats.kernels.elementary import (
     arctangent,
     exponential,
-    logarithms,
     rough_root,
     sine_cosine,
     sines_cosines,
 )
 from ros_pose_stats.kernels.principal_axes import principal_axes
 from ros_pose_stats.kernels.sorting import falling_order, rising_order
+from study.random_polyhedra import logarithms
 from tests.bodies import rotation
 
 COUNT = 2000
