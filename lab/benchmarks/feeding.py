@@ -28,8 +28,7 @@ from ros_pose_stats import (
     simulate_flips,
 )
 from ros_pose_stats.shapes import demo_parts
-from ros_pose_stats.statistics.feeding_plan import KickPlan
-from ros_pose_stats.statistics.fill import plate_fill
+from ros_pose_stats.statistics.feeding_plan import KickPlan, plate_fill
 
 from .report import NUMBERS, machine, table, write_page
 from .results import Results, Row, Section, Target, save

@@ -14,7 +14,7 @@ import numpy as np
 from ..records import Array, Index, Mask
 from ..resting.poses import RestingPoses
 from ..simulation.drops import random_starts
-from ..statistics import fill
+from ..statistics import feeding_plan
 
 FOOTPRINT = slice(0, 3)  # what of a pose's sizes does not hang on the centre of mass
 
@@ -168,7 +168,7 @@ def _sizes(resting: RestingPoses) -> Array:
     """Area and girth of the outline and highest point, and the height, all as lengths, (P, 4)."""
     rows = []
     for pose in resting.poses:
-        area, girth = fill.area_and_length(pose.outline)
+        area, girth = feeding_plan.area_and_length(pose.outline)
         rows.append((math.sqrt(area), girth, pose.top, pose.height))
     return np.array(rows)
 

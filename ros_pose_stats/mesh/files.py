@@ -7,24 +7,46 @@ that says less than it announces (cut off by a full disk, say) is refused; and t
 scene are set in place by their transforms and joined into one mesh.
 """
 
+import importlib.util
 import io
+import json
 import os
 import re
+import subprocess
+import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..errors import MeshFileError
 from ..files import NotAFileError, read_file
 from ..records import Array, Corners, Index
-from . import step, units, vectors
+from . import units, vectors
 
 if TYPE_CHECKING:
     from trimesh import Scene
 
-SUFFIXES = (".stl", ".obj", ".ply", ".off", ".3mf", *step.STEP_SUFFIXES)
+Placed = tuple[Array, Index, Array]
+"""Vertices (V, 3) and triangles (T, 3) of an object, and the matrix (4, 4) that places it."""
+
+STEP_SUFFIXES = (".step", ".stp")
+
+_MOST_SECONDS = 120.0
+"""A part of ten thousand faces takes some seconds; what takes longer is a whole machine."""
+
+_PROGRAM = Path(__file__).with_name("reading_process.py")
+
+_SI_PREFIXES = {b"$": 1.0, b".KILO.": 1e3, b".HECTO.": 1e2, b".DECA.": 1e1, b".DECI.": 1e-1,
+                b".CENTI.": 1e-2, b".MILLI.": 1e-3, b".MICRO.": 1e-6, b".NANO.": 1e-9}
+_UNITS = re.compile(rb"GLOBAL_UNIT_ASSIGNED_CONTEXT\s*\(\s*\(([^)]*)\)")
+_SI_LENGTH = re.compile(rb"SI_UNIT\s*\(\s*([^,\s]+)\s*,\s*\.METRE\.")
+_CONVERSION = re.compile(rb"CONVERSION_BASED_UNIT\s*\(\s*'[^']*'\s*,\s*#(\d+)")
+_MEASURE = re.compile(rb"LENGTH_MEASURE\s*\(\s*([-+.\dEe]+)\s*\)\s*,\s*#(\d+)")
+
+SUFFIXES = (".stl", ".obj", ".ply", ".off", ".3mf", *STEP_SUFFIXES)
 
 # The six units of the 3MF core specification.
 _3MF_UNITS = {"micron": 1e-6, "millimeter": 1e-3, "centimeter": 1e-2,
@@ -40,8 +62,8 @@ class FileMesh(NamedTuple):
     """The mesh of a file."""
 
     # (V, 3); in the file's unit, in the order of the file, not merged
-    vertices: Array
-    triangles: Index  # (T, 3)
+    vertices: ArrayLike
+    triangles: ArrayLike  # (T, 3)
     unit: float  # metres a unit
     # whether the unit was `given`, `declared` by the file, `guessed` from the size because that
     # was asked for, or `assumed` to be the metre
@@ -52,11 +74,7 @@ class FileMesh(NamedTuple):
 
 def read_mesh(file: str | os.PathLike[str], unit: str | float | None = None, *,
               unless_declared: bool = False) -> "FileMesh":
-    """Vertices and triangles of a mesh file.
-
-    `unit`: as for `metres_per_unit`; default: what the file declares (3MF, STEP), else metres;
-    `auto`: what it declares, else a guess; `unless_declared`: for a file that declares none only.
-    """
+    """Vertices and triangles of a mesh file; `unit` and `unless_declared` as for `load_part`."""
     if not isinstance(file, (str, os.PathLike)):
         raise MeshFileError("the path of a mesh file", f"{type(file).__name__}",
                             "give arrays to part_from_mesh instead")
@@ -73,11 +91,14 @@ def parse_mesh(path: Path, content: bytes, unit: str | float | None = None, *,
     declared = None
     if suffix == ".stl" and _is_binary_stl(data):
         vertices, triangles = _binary_triangles(data)
-    elif suffix in step.STEP_SUFFIXES:
-        declared = step.declared_step_unit(data)
-        vertices, triangles = _tessellated(path, data, declared)
+    elif suffix in STEP_SUFFIXES:
+        declared = declared_step_unit(data)
+        scene = _parsed(path, ".glb", tessellate_step(path, data))
+        metres, triangles = _joined(_placed(scene))
+        # They came in float32, and it has to show: whoever asks for their rounding looks for it.
+        vertices = (metres / declared).astype(np.float32).astype(np.float64)
     elif suffix == ".3mf":
-        unit_name, placed = step.unpack_3mf(path, data)
+        unit_name, placed = unpack_3mf(path, data)
         declared = _3MF_UNITS.get(unit_name.strip().lower().rstrip("s"))
         vertices, triangles = _joined(placed)
     else:
@@ -89,8 +110,8 @@ def parse_mesh(path: Path, content: bytes, unit: str | float | None = None, *,
     if len(triangles) == 0:
         raise MeshFileError(f"triangles in {path}", "none",
                             "the file is empty, cut off, or holds only points or curves")
-    metres, source = units.unit_that_counts(asked, declared, vertices, triangles, unless_declared)
-    return FileMesh(vertices, triangles, metres, source, declared)
+    length, source = units.unit_that_counts(asked, declared, vertices, triangles, unless_declared)
+    return FileMesh(vertices, triangles, length, source, declared)
 
 
 def _plain(path: Path, suffix: str, data: bytes) -> bytes:
@@ -119,13 +140,6 @@ def _binary_triangles(data: bytes) -> tuple[Array, Index]:
     return vertices, np.arange(len(vertices)).reshape(-1, 3)
 
 
-def _tessellated(path: Path, data: bytes, unit: float) -> tuple[Array, Index]:
-    """Vertices, in the file's unit, and triangles of a STEP file."""
-    vertices, triangles = _joined(_placed(_parsed(path, ".glb", step.tessellate_step(path, data))))
-    # They came in float32, and it has to show: whoever asks for their rounding looks for it.
-    return (vertices / unit).astype(np.float32).astype(np.float64), triangles
-
-
 def _parsed(path: Path, suffix: str, data: bytes) -> "Scene":
     """Parse the file into a trimesh scene."""
     import trimesh  # takes as long to import as an estimate takes from start to end
@@ -148,7 +162,7 @@ def _parsed(path: Path, suffix: str, data: bytes) -> "Scene":
                             ) from error
 
 
-def _joined(objects: Iterable[step.Placed]) -> tuple[Array, Index]:
+def _joined(objects: Iterable[Placed]) -> tuple[Array, Index]:
     """Join objects, each in its place, and rewind those that are mirrored."""
     vertices: list[Array] = [np.zeros((0, 3))]
     triangles: list[Index] = [np.zeros((0, 3), dtype=np.int64)]
@@ -165,7 +179,7 @@ def _joined(objects: Iterable[step.Placed]) -> tuple[Array, Index]:
     return np.concatenate(vertices), np.concatenate(triangles)
 
 
-def _placed(scene: "Scene") -> Iterator[step.Placed]:
+def _placed(scene: "Scene") -> Iterator[Placed]:
     """The meshes of a scene."""
     for node in scene.graph.nodes_geometry:
         mesh = scene.geometry[scene.graph[node][1]]
@@ -234,3 +248,83 @@ def stl_bytes(vertices: Array, triangles: Corners) -> bytes:
     from trimesh.exchange.stl import export_stl
 
     return bytes(export_stl(Trimesh(vertices, triangles, process=False)))
+
+
+def tessellate_step(path: Path, data: bytes, most_seconds: float = _MOST_SECONDS) -> bytes:
+    """GLB file in metres of a STEP file, every circle with 96 sides."""
+    found = importlib.util.find_spec("cascadio")
+    if found is None or found.origin is None:
+        raise MeshFileError("the package cascadio, which reads STEP files", f"{path} without it",
+                            "pip install cascadio, or export the part as STL or 3MF")
+    return _read_apart(path, data, "STEP", most_seconds, str(Path(found.origin).parents[1]))
+
+
+def unpack_3mf(path: Path, data: bytes) -> tuple[str, list[Placed]]:
+    """Unit of a 3MF file, and its objects, each as often as it is built."""
+    line, _, arrays = _read_apart(path, data, "3MF", _MOST_SECONDS, "").partition(b"\n")
+    head = json.loads(line)
+    if "unreadable" in head:
+        raise MeshFileError("a readable 3MF file", f"{path} ({head['unreadable']})",
+                            "the file is damaged or of another format: export it again")
+    if "refused" in head:
+        expected, came, remedy = head["refused"]
+        raise MeshFileError(f"a 3MF file with {expected}", f"{path} ({came})", remedy)
+    objects, offset = [], 0
+    for coordinates, corners in head["sizes"]:
+        split, end = offset + 8 * coordinates, offset + 8 * (coordinates + corners)
+        objects.append((np.frombuffer(arrays[offset:split], np.float64).reshape(-1, 3),
+                        np.frombuffer(arrays[split:end], np.int64).reshape(-1, 3)))
+        offset = end
+    return head["unit"], [(*objects[number], np.reshape([*matrix, 0.0, 0.0, 0.0, 1.0], (4, 4)))
+                          for number, matrix in head["placed"]]
+
+
+def _read_apart(path: Path, data: bytes, kind: str, most_seconds: float, folder: str) -> bytes:
+    # Neither the folder where this runs nor the user's Python settings can change what is loaded.
+    command = [sys.executable, "-I", "-S", str(_PROGRAM), str(os.getpid()), folder]
+    try:
+        ran = subprocess.run(command, input=data, capture_output=True, timeout=most_seconds,
+                             check=False)
+    except subprocess.TimeoutExpired as error:
+        raise MeshFileError(f"a {kind} file that is read within {most_seconds:g} s",
+                            f"{path} of {len(data) / 1e6:.3g} MB, which takes longer",
+                            "export single parts, or export as STL") from error
+    if ran.returncode != 0 or not ran.stdout:
+        raise MeshFileError(f"a readable {kind} file", f"{path} of {len(data)} bytes",
+                            "the file is cut off, damaged or of another format: export it again")
+    return ran.stdout
+
+
+def declared_step_unit(data: bytes) -> float:
+    """Metres a unit of a STEP file's first shape; a millimetre where it names none."""
+    context = _UNITS.search(data)
+    for number in re.findall(rb"#(\d+)", context[1]) if context else ():
+        length = _length_unit(data, number)
+        if length is not None:
+            return length
+    return 1e-3
+
+
+def _length_unit(data: bytes, number: bytes) -> float | None:
+    """Metres of a unit by the number of its entity; None for a unit of anything else."""
+    length = 1.0
+    for _ in range(4):  # an inch is so many millimetres, a foot perhaps so many inches
+        entity = _entity(data, number)
+        if metric := _SI_LENGTH.search(entity):
+            return length * _SI_PREFIXES.get(metric[1].upper(), 1e-3)
+        conversion = _CONVERSION.search(entity)
+        measure = _MEASURE.search(_entity(data, conversion[1])) if conversion else None
+        if measure is None:
+            return None
+        try:
+            length *= float(measure[1])
+        except ValueError:
+            return None
+        number = measure[2]
+    return None
+
+
+def _entity(data: bytes, number: bytes) -> bytes:
+    """What stands behind `#number =`."""
+    found = re.search(rb"#" + number + rb"\s*=([^;]*);", data)
+    return found[1] if found else b""

@@ -73,7 +73,9 @@ def check_given(center_of_mass: ArrayLike | None, mass: float | None, inertia: A
     kilograms = None if mass is None else checked_mass(mass)
     heavy = None if density is None else _given_density(density)
     tensor = None if inertia is None else _given_inertia(inertia, kilograms or heavy)
-    center = None if center_of_mass is None else _given_center(center_of_mass)
+    center = None if center_of_mass is None else _numbers(
+        center_of_mass, (3,), "a centre of mass of three finite numbers in metres",
+        "leave it out for uniform density")
     return GivenProperties(kilograms, center, tensor, heavy)
 
 
@@ -105,29 +107,16 @@ def checked_mass(mass: float) -> float:
     return value
 
 
-def _given_center(center_of_mass: ArrayLike) -> Array:
-    center = _numbers(center_of_mass, "a centre of mass of three numbers in metres")
-    if center.shape != (3,) or not np.isfinite(center).all():
-        raise MassPropertiesError("a centre of mass of three finite numbers in metres",
-                                  f"{center.tolist()}", "leave it out for uniform density")
-    return center
-
-
 def check_offset(offset: ArrayLike) -> Array:
     """Check by how much (3,) a centre of mass is to be shifted."""
-    step = _numbers(offset, "a shift of the centre of mass of three numbers in metres")
-    if step.shape != (3,) or not np.isfinite(step).all():
-        raise MassPropertiesError(
-            "a shift of the centre of mass of three finite numbers in metres", f"{step.tolist()}",
-            "0, 0, 0 leaves it where it is")
-    return step
+    return _numbers(
+        offset, (3,), "a shift of the centre of mass of three finite numbers in metres",
+        "0, 0, 0 leaves it where it is")
 
 
 def _given_inertia(inertia: ArrayLike, mass: float | None) -> Array | None:
-    tensor = _numbers(inertia, "an inertia tensor of 3 x 3 numbers in kg m²")
-    if tensor.shape != (3, 3) or not np.isfinite(tensor).all():
-        raise MassPropertiesError("an inertia tensor of 3 x 3 finite numbers in kg m²",
-                                  f"{tensor.tolist()}", "leave it out for uniform density")
+    tensor = _numbers(inertia, (3, 3), "an inertia tensor of 3 x 3 finite numbers in kg m²",
+                      "leave it out for uniform density")
     if mass is None:
         raise MassPropertiesError("a mass with the inertia tensor", "a tensor alone",
                                   "give the mass in kilograms too")
@@ -137,12 +126,15 @@ def _given_inertia(inertia: ArrayLike, mass: float | None) -> Array | None:
     return 0.5 * (tensor + tensor.T)
 
 
-def _numbers(values: ArrayLike, expected: str) -> Array:
-    """Copy as float64."""
+def _numbers(values: ArrayLike, shape: tuple[int, ...], expected: str, remedy: str) -> Array:
+    """Copy finite numbers of a shape as float64."""
     try:
-        return real_array(values).copy()
+        array = real_array(values).copy()
     except NOT_NUMBERS as error:
         raise MassPropertiesError(expected, f"{values!r}", "give plain numbers") from error
+    if array.shape != shape or not np.isfinite(array).all():
+        raise MassPropertiesError(expected, f"{array.tolist()}", remedy)
+    return array
 
 
 def _check_physical(tensor: Array) -> None:

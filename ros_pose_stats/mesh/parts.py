@@ -51,13 +51,6 @@ def load_part(file: str | os.PathLike[str], unit: str | float | None = None,
                         part_id or Path(file).stem)
 
 
-def part_of_file(mesh: files.FileMesh, given: mass_properties.GivenProperties,
-                 part_id: str) -> Part:
-    """Make a part from the mesh of a file."""
-    return _part(mesh.vertices, mesh.triangles, mesh.unit, given, part_id, mesh.unit_source,
-                 mesh.declared)
-
-
 def part_from_mesh(vertices: ArrayLike | Any, triangles: ArrayLike | None = None,
                    center_of_mass: ArrayLike | None = None, mass: float | None = None,
                    inertia: ArrayLike | None = None, *, density: float | None = None,
@@ -111,20 +104,20 @@ def part_from_mesh(vertices: ArrayLike | Any, triangles: ArrayLike | None = None
                                    f"{type(mesh).__name__} alone", "give the triangles too")
         vertices, triangles = mesh.vertices, mesh.faces
     given = mass_properties.check_given(center_of_mass, mass, inertia, density)
-    return _part(vertices, triangles, units.metres_per_unit(unit), given, part_id, "given")
+    return part_of_file(files.FileMesh(vertices, triangles, units.metres_per_unit(unit)), given,
+                        part_id)
 
 
-def _part(vertices: ArrayLike, triangles: ArrayLike, unit: float,
-          given: mass_properties.GivenProperties,
-          part_id: str, unit_source: units.UnitSource, declared: float | None = None) -> Part:
-    """Check, weld, close, orient and integrate; `unit` and `declared` in metres."""
-    metres, corners = arrays.checked_mesh(vertices, triangles, unit)
+def part_of_file(mesh: files.FileMesh, given: mass_properties.GivenProperties,
+                 part_id: str) -> Part:
+    """Check, weld, close, orient and integrate the mesh of a file or of arrays."""
+    metres, corners = arrays.checked_mesh(mesh.vertices, mesh.triangles, mesh.unit)
     surface = surface_of(metres, corners.astype(np.int64))
-    rounding = arrays.coordinate_rounding(vertices, corners) * unit
+    rounding = arrays.coordinate_rounding(mesh.vertices, corners) * mesh.unit
     kilograms, center, tensor = _mass_properties(given, surface)
     low, high = bounds(surface.vertices)
-    warnings = (*units.unit_warnings(float((high - low).max()), metres, corners, unit, unit_source,
-                                     declared),
+    warnings = (*units.unit_warnings(float((high - low).max()), metres, corners, mesh.unit,
+                                     mesh.unit_source, mesh.declared),
                 *surface.warnings,
                 *_inertia_warning(tensor, kilograms, center, surface))
     part = Part(part_id, metres, corners, surface.vertices, surface.triangles, kilograms, center,

@@ -42,10 +42,9 @@ def goodness_of_fit(counts: ArrayLike, probabilities: ArrayLike,
                     errors: ArrayLike | None = None, unit: ArrayLike | None = None) -> ChiSquare:
     """Compare counts with probabilities, exact ones or some with an error of their own.
 
-    Errors of different units are taken to be correlated as those of shares are. Then the inverse
-    of the covariance parts into a sum over units, with both chances, and one over the bins within
-    each unit. A bin of probability 0 is pooled if something was counted there, else left out;
-    `errors`: NaN where one is not known; `unit`: bins of one number share their error evenly.
+    Errors are taken to be correlated as those of shares are: then the inverse of the covariance
+    parts into a sum over units and one over the bins within each. A bin of probability 0 is pooled
+    if something was counted there, else left out; `unit`: bins of one number share their error.
     """
     observed, weights = _checked("counts", counts), _checked("probabilities", probabilities)
     if observed.shape != weights.shape or not weights.sum() > 0.0:

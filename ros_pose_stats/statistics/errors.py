@@ -86,11 +86,9 @@ def largest_error(deviation: ArrayLike, level: float, *, weight: ArrayLike = (1.
                   away: ArrayLike = 0.0, size: ArrayLike = 1) -> float:
     """Bound that no pose's error exceeds with this probability, a fraction.
 
-    The errors are taken as normal in each of M cases, one of which holds. Probabilities have a
-    sum, so of G errors only G - 1 are free: what each of them keeps is multiplied, and the product
-    taken to the power (G - 1) / G. That is exact for two units and for many, and errs by some per
-    cent between. `weight` (M,): of the cases; `away` (M, G): how far the middle of a unit lies
-    from what is told of it; `size` (G,): poses of each unit, which share its error evenly.
+    Errors are normal in each of M cases of a `weight` (M,), off by `away` (M, G); a unit's is
+    shared by its `size` (G,) poses. Of G errors with a sum G - 1 are free, so the product of what
+    each keeps is taken to the power (G - 1) / G: exact for two units and for many.
     """
     share = 1.0 / np.asarray(size, dtype=np.float64)
     spread = np.minimum(np.atleast_2d(deviation), WIDEST) * share

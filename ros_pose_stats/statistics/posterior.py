@@ -1,7 +1,6 @@
 """Pose probabilities as they are known after drops: means, errors, intervals, a bound."""
 
 import math
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -57,8 +56,7 @@ class Kinds(NamedTuple):
     variance: Array
 
 
-@dataclass(frozen=True, eq=False)
-class Posterior:
+class Posterior(NamedTuple):
     """Distribution of the pose probabilities of one part."""
 
     probability: Array  # (P,); means; they sum to 1, and poses of one group have equal ones
@@ -142,15 +140,10 @@ CELL_HALVINGS = 16  # of the cell in which the upper end lies
 
 def shortest_interval(weight: Array, mean: Array, variance: Array, level: float
                       ) -> tuple[Array, Array]:
-    """Bounds between which the density is nowhere lower than outside.
+    """Bounds (P,) between which the density of a mixture (K, P) is nowhere lower than outside.
 
-    Where the density falls from 0 on the lower bound is 0, where it rises up to 1 the upper one
-    is 1. The length is within a thousandth of the least one, but for a sharp kind beside a broad
-    one: there it may be a few per cent more. What it holds is right.
-
-    `weight` (K, P): of the K components of each of P distributions, summing to 1; `mean, variance`
-    (K, P): of the components, 0 < mean < 1 and 0 < variance < mean (1 - mean); `level`: 0 < level
-    < 1.
+    0 < mean < 1, 0 < variance < mean (1 - mean). The length is within a thousandth of the least
+    one, a few per cent where a sharp component stands beside a broad one.
     """
     mirrored = (weight * mean).sum(axis=0) > 0.5
     low, high = _left(weight, np.where(mirrored, 1.0 - mean, mean), variance, level)
@@ -159,7 +152,8 @@ def shortest_interval(weight: Array, mean: Array, variance: Array, level: float
 
 def _left(weight: Array, mean: Array, variance: Array, level: float) -> tuple[Array, Array]:
     """The same of distributions whose mean is at most 1 / 2, so that only 0 may bind."""
-    a, b = _beta_like(mean, variance)
+    total = mean * (1.0 - mean) / np.maximum(variance, SMALLEST) - 1.0
+    a, b = mean * total, (1.0 - mean) * total  # of the Beta distributions of these moments
     around = mean[..., None] + np.sqrt(variance)[..., None] * AROUND
     near = mean[..., None] * NEAR_NOTHING
     count = mean.shape[1]
@@ -194,8 +188,3 @@ def _begin(nodes: Array, mass: Array, level: float) -> float:
 def _mass(weight: Array, a: Array, b: Array, x: Array) -> Array:
     return np.asarray((weight * betainc(a, b, x)).sum(axis=0))
 
-
-def _beta_like(mean: Array, variance: Array) -> tuple[Array, Array]:
-    """Parameters (P,) of the Beta distributions of given moments; huge ones where certain."""
-    total = mean * (1.0 - mean) / np.maximum(variance, SMALLEST) - 1.0
-    return mean * total, (1.0 - mean) * total

@@ -7,7 +7,7 @@ whatever has been computed beyond a prefix by then has no say in whether it was 
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -53,8 +53,7 @@ def target_reached(bound: float, target_error: float) -> bool:
     return target_error > 0.0 and bound <= target_error
 
 
-@dataclass(frozen=True)
-class Judge:
+class Judge(NamedTuple):
     """Who knows more about the error of counts than the counts themselves."""
 
     judge: Callable[[Index], errors.Judged]  # from counts (K,) to what they are worth

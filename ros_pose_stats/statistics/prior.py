@@ -74,7 +74,11 @@ class PosePrior:
 
     def __init__(self, estimate: ArrayLike, group: ArrayLike, expected_error: float,
                  restitution: float, fit: PriorFit | None = None) -> None:
-        given = _probabilities(estimate)
+        given = np.asarray(estimate, dtype=np.float64)
+        if given.ndim != 1 or given.size == 0 or not (given >= 0.0).all() or not (
+                abs(given.sum() - 1.0) < 1e-6):
+            raise RequestError("probabilities of one pose at least, with a sum of 1",
+                               f"{given}", "give an estimate of all poses")
         how = prior_fit(restitution) if fit is None else fit
         self.unit: Index = np.unique(np.asarray(group), return_inverse=True)[1].reshape(-1)
         if self.unit.shape != given.shape:
@@ -158,15 +162,6 @@ def _thinned(together: Array, size: Index, overrated: float) -> Array:
     return np.asarray(raised / raised.sum())
 
 
-def _probabilities(estimate: ArrayLike) -> Array:
-    given = np.asarray(estimate, dtype=np.float64)
-    if given.ndim != 1 or given.size == 0 or not (given >= 0.0).all() or not (
-            abs(given.sum() - 1.0) < 1e-6):
-        raise RequestError("probabilities of one pose at least, with a sum of 1",
-                           f"{given}", "give an estimate of all poses")
-    return given
-
-
 FALSE_ALARMS = 0.002
 """Chance at each look that some pose of a part is said to be contradicted though the estimate is
 as far off as it says, at most; Bonferroni's bound over the units and both sides."""
@@ -231,10 +226,9 @@ class ConnorMosimann(NamedTuple):
         return middle, np.maximum((share * square).sum(axis=0) - middle * middle, 0.0)
 
     def kinds(self, weight: Array) -> tuple[Array, Array, Array]:
-        """The units by which of the K distributions holds, over all strengths.
+        """How likely (K, G) each distribution is for a unit, and the moments where it holds.
 
-        How likely (K, G) each is for the break of a unit, and the moments where it holds; of one
-        that cannot hold, the moments of the likeliest.
+        Of one that cannot hold they are those of the likeliest.
         """
         share, mean, square = self._kinds()
         each = weight[:, None] * share

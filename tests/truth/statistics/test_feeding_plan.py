@@ -10,7 +10,7 @@ import pytest
 
 from ros_pose_stats import estimate, part_from_mesh, simulate_flips
 from ros_pose_stats.statistics import feeding_plan
-from ros_pose_stats.statistics.fill import plate_fill
+from ros_pose_stats.statistics.feeding_plan import plate_fill
 from study import shapes
 
 ROOM = 0.3, 0.2
