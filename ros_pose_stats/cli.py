@@ -84,13 +84,10 @@ def _split(arguments: list[str]) -> tuple[list[str], list[str]]:
     """Divide the arguments into those of the command and those from --ros-args on."""
     if "--ros-args" not in arguments:
         if arguments[:1] == ["node"] and {"-p", "-r", "--params-file"} & set(arguments):
-            raise SystemExit(_misplaced())
+            print("ros_pose_stats node: ROS arguments go behind --ros-args, for instance "
+                  "`ros_pose_stats node --ros-args -p restitution:=0.3`", file=sys.stderr)
+            raise SystemExit(REFUSED)
         return arguments, []
     place = arguments.index("--ros-args")
     return arguments[:place], arguments[place:]
 
-
-def _misplaced() -> int:
-    print("ros_pose_stats node: ROS arguments go behind --ros-args, for instance "
-          "`ros_pose_stats node --ros-args -p restitution:=0.3`", file=sys.stderr)
-    return REFUSED

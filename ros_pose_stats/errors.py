@@ -22,7 +22,8 @@ class PoseStatsError(ValueError):
     """
 
     def __init__(self, expected: str, found: str, remedy: str) -> None:
-        found = _one_line(found)
+        found = " ".join(part.strip() for part in found.splitlines())
+        found = found if len(found) <= _LONGEST else f"{found[:_LONGEST - 1]}…"
         self.expected = expected
         self.found = found
         self.remedy = remedy
@@ -61,8 +62,3 @@ def reason(error: BaseException) -> str:
     text = (isinstance(error, OSError) and error.strerror) or str(error) or type(error).__name__
     return " ".join(text.split())
 
-
-def _one_line(text: str) -> str:
-    """Text without line breaks, cut where it is longer than anybody reads."""
-    line = " ".join(part.strip() for part in text.splitlines())
-    return line if len(line) <= _LONGEST else f"{line[:_LONGEST - 1]}…"

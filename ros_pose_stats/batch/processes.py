@@ -20,10 +20,9 @@ def in_flight(submit: Callable[[Piece], Future[Made]],
               receive: Callable[[Future[Made], Piece], Made | None],
               pieces: Sequence[Piece], should_stop: Callable[[], bool],
               most: Callable[[], int]) -> Generator[tuple[Piece, Made], None, None]:
-    """Hand out pieces, a few at a time, and give each as it is done.
+    """Hand out pieces, at `most` so many at a time, and give each as it is done.
 
-    `receive`: takes what was made of a piece; None where it is to be handed out anew; `most`: most
-    pieces that are handed out at a time; asked for each.
+    `receive` gives None where a piece is to be handed out anew.
     """
     waiting = list(reversed(pieces))
     busy: dict[Future[Made], Piece] = {}

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from .. import errors, files
 from ..batch import folder as folders, processes, worker
-from ..simulation.request import drop_request
+from ..simulation.request import check_workers
 from .page import CHUNKS, PAGE, PageState, write_page
 from .request import CatalogueRequest, PartFile
 from .rows import Described, Row, content_of, describe_part, refused
@@ -181,7 +181,7 @@ take nine parts of ten an hour and a half on one core; tables of the estimates a
 
 def on_processes(workers: int | None = None) -> Maker:
     """Parts made by processes of this machine; one that dies costs its own part alone."""
-    count = drop_request(1, None, workers=workers).workers
+    count = check_workers(workers)
 
     def make(request: CatalogueRequest, pieces: Sequence[Piece],
              should_stop: Callable[[], bool]) -> Generator[tuple[Piece, Described], None, None]:

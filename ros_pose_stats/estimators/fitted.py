@@ -152,14 +152,12 @@ def error_inputs(resting: RestingPoses, probability: Array, scene: DropScene,
                  known: Array, scale: Array) -> Array:
     """Inputs (17,) of `ErrorFit`; the scale of an error must be above 0 for some pose.
 
-    -log(1 - restitution) and log of the drop height in radii, from touching on; logs of the mean
-    square distance of the estimate from MEAE, and of MEAE from NQSE, EAE and QSE, over the mean
-    scale; logs of the number of poses and of the sum of the scales; means of the logs of the
-    poses' barriers in radii, weighed by the scales and by p; then body and corners as `split` has
-    them.
+    Scene; how far the methods are apart over the mean scale; the poses, their scales and barriers;
+    then body and corners as `split` has them.
     """
     energy, around, toppled = known
     total = float(scale.sum())
+    # Of the estimate from MEAE, and of MEAE from NQSE, EAE and QSE.
     apart = np.array([probability - around, around - normalized(nonlinear(toppled)),
                       around - energy, around - toppled])
     far = np.log((apart * apart).sum(axis=1) / total + LEAST_APART)

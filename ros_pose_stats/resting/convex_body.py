@@ -69,26 +69,20 @@ def foot_directions(body: ConvexBody, sides: Index) -> Array:
 
 def convex_body(part: Part, round_sides: int) -> ConvexBody:
     """Convex body of a part, built once; `round_sides` 0 takes the file as it is."""
-    return part.prepare(_reshaped, round_sides) if round_sides else part.prepare(_build)
+    return part.prepare(_build, round_sides)
 
 
 def keep_body(part: Part, body: ConvexBody, round_sides: int) -> None:
     """Store a body that was made on another way, for `convex_body` to return."""
-    if round_sides:
-        part.keep(body, _reshaped, round_sides)
-    else:
-        part.keep(body, _build)
+    part.keep(body, _build, round_sides)
 
 
-def _build(part: Part) -> ConvexBody:
-    """Body of the file's own hull."""
-    qhull, points, scale = _hull_points(part)
-    arrays, tolerance = polyhedron(points, *_triangles(qhull), part.rounding / scale)
-    return ConvexBody(scale, points, arrays, tolerance, (), np.full(len(arrays.area), -1), 0)
-
-
-def _reshaped(part: Part, round_sides: int) -> ConvexBody:
+def _build(part: Part, round_sides: int) -> ConvexBody:
     """Body with round surfaces as polygons of so many sides, its radius the file's if can be."""
+    if not round_sides:
+        qhull, points, scale = _hull_points(part)
+        arrays, tolerance = polyhedron(points, *_triangles(qhull), part.rounding / scale)
+        return ConvexBody(scale, points, arrays, tolerance, (), np.full(len(arrays.area), -1), 0)
     plain = convex_body(part, 0)
     scale, points, arrays, tolerance = plain.radius, plain.points, plain.arrays, plain.tolerance
     qhull = hull_of_part(part).qhull
@@ -98,7 +92,7 @@ def _reshaped(part: Part, round_sides: int) -> ConvexBody:
     groups = round_surfaces.find_groups(part, points, arrays, scale, rounding, round_sides)
     outline = reshaping.reshape(points, arrays, groups, round_sides)
     thinning.thin_out(outline, arrays, round_sides)
-    if not outline.is_changed:
+    if not (outline.changed or outline.added):
         runs = tuple(chain.as_run(1.0) for chain in outline.chains)
         return ConvexBody(scale, points, arrays, tolerance, runs,
                           rims.strips(points, arrays, groups, outline.chains), 0)

@@ -223,25 +223,19 @@ def _records(part: Part, found: Equilibria, grouped: Clusters) -> tuple[StablePo
     level = lengths(across)[:, None]
     on_plate = np.divide(across, level, out=np.zeros_like(across), where=level > 0.0)
     yaw = yaw_symmetries(part, found, grouped.lowest, surface)
-    faces = found.faces[grouped.lowest]
-    barriers = grouped.barrier * body.radius
+    faces, barriers = found.faces[grouped.lowest], grouped.barrier * body.radius
     ordered = np.argsort(grouped.pose, kind="stable")
     members_of = [some.tolist()
                   for some in np.split(ordered, np.cumsum(np.bincount(grouped.pose))[:-1])]
     for array in (downs, quaternions, positions, on_plate):
         array.flags.writeable = False
-    rows = zip(groups.tolist(), downs, heights.tolist(), top.tolist(), margins.tolist(),
-               barriers.tolist(), members_of, quaternions, positions, faces.tolist(),
-               rotations, np.bincount(groups)[groups].tolist(), rolls.tolist(), on_plate,
-               yaw.tolist(), strict=True)
-    return tuple(
-        StablePose(
-            index=i, group=group, down=down, height=height, top=highest, margin=margin,
-            barrier=barrier, spread=spread(found, grouped, members), members=tuple(members),
-            orientation=quaternion, position=position, shape=PoseShape(body, face, rotation),
-            group_size=size, rolls=roll, roll_axis=axis, yaw_symmetry=order,
-        )
-        for i, (group, down, height, highest, margin, barrier, members, quaternion, position,
-                face, rotation, size, roll, axis, order) in enumerate(rows)
-    )
+    size = np.bincount(groups)
+    return tuple(StablePose(
+        index=i, group=int(groups[i]), down=downs[i], height=float(heights[i]), top=float(top[i]),
+        margin=float(margins[i]), barrier=float(barriers[i]),
+        spread=spread(found, grouped, members), members=tuple(members),
+        orientation=quaternions[i], position=positions[i],
+        shape=PoseShape(body, int(faces[i]), rotations[i]), group_size=int(size[groups[i]]),
+        rolls=bool(rolls[i]), roll_axis=on_plate[i], yaw_symmetry=int(yaw[i]),
+    ) for i, members in enumerate(members_of))
 

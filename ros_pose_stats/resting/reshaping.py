@@ -66,7 +66,7 @@ def _redraw(outline: Outline, group: Group, wholes: list[Whole], parts: list[tup
             uses: Index, sides: int) -> None:
     """Put the rims of one axis on its angles."""
     pieces = [_pieces(outline.points, group, rim, uses) for rim, _ in parts]
-    step = 2.0 * np.pi / sides
+    turn, step = 2.0 * np.pi, 2.0 * np.pi / sides
     ends = [angle for (_, refine), one in zip(parts, pieces, strict=True) for piece in one
             if _is_redrawn(piece, refine, step) for angle in (piece[1][0], piece[1][-1])]
     grid = _grid(ends, step) if ends else _regular(outline.points, group, wholes, sides)
@@ -83,7 +83,9 @@ def _redraw(outline: Outline, group: Group, wholes: list[Whole], parts: list[tup
         for corner, angle in mine:
             between = corner[1:-1]
             if _is_redrawn((corner, angle), refine, step):
-                new = _between(grid, angle[0], angle[-1], SAME_ANGLE * step)
+                low, high = angle[0] + SAME_ANGLE * step, angle[-1] - SAME_ANGLE * step
+                new = np.sort(grid + turn * np.ceil((low - grid) / turn), kind="stable")
+                new = new[new < high]
                 if refine or len(new) < len(between):
                     outline.keeps[between] = False
                     outline.keeps[_within(outline.points, group, rim.absorbed, angle)] = False
@@ -174,13 +176,6 @@ def _regular(points: Array, group: Group, wholes: Sequence[Whole], sides: int) -
                                  group.frame[1])
     rest = angle - step * np.floor(angle / step)
     return np.asarray(float(rest.min()) + step * np.arange(sides), dtype=np.float64)
-
-
-def _between(grid: Array, low: float, high: float, margin: float) -> Array:
-    """Angles of a group well inside an interval, rising."""
-    turn = 2.0 * np.pi
-    angles = np.sort(grid + turn * np.ceil((low + margin - grid) / turn), kind="stable")
-    return np.asarray(angles[angles < high - margin])
 
 
 def _on_circle(group: Group, height: float, radius: float, angles: Array) -> Array:

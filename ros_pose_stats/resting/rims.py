@@ -96,18 +96,13 @@ class Outline:
     chains: list[Chain] = field(default_factory=list)
     added: list[Array] = field(default_factory=list)
     count: int = 0
-    changed: bool = False
+    changed: bool = False  # whether some are left out, also where none is added
 
     @property
     def rounded(self) -> int:
         """Number of runs that have other numbers of corners than in the file."""
         return sum(bool(one.sides) and len(one.point) != len(one.rim.corner)
                    for one in self.chains)
-
-    @property
-    def is_changed(self) -> bool:
-        """Whether the body differs from that of the file."""
-        return self.changed or bool(self.added)
 
     def compacted(self) -> tuple[Array, list[Chain]]:
         """Points of the new body, and the chains in their numbering."""
@@ -168,8 +163,7 @@ def group_by_axis(points: Array, rims: list[Rim], rounding: float) -> list[Group
 def keep_turned(points: Array, arrays: BodyArrays, group: Group) -> bool:
     """Leave out rims of no surface turned about their axis, in place; tell whether one is left.
 
-    Beside a rim lies a flat end, or facets between it and another rim or the tip of a cone. Else
-    it is one of the many circles on a ball.
+    Beside such a rim lie a flat end, or facets to another one or to a tip; else it is on a ball.
     """
     on_rims = off_axis(points, group) < ON_AXIS
     for rim in group.rims:

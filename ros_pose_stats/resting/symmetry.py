@@ -69,8 +69,7 @@ def _orbits(found: Equilibria, kind: Index, pose: Index, frames: Callable[[int],
             trial: "SurfaceTrial") -> Index:
     """Number (S,) of each stable face's orbit under the rotations that the surface allows.
 
-    All are those that take the first face of a kind to another or to itself; faces that are
-    connected already need no other one.
+    All of them take the first face of a kind to another or to itself.
     """
     orbit = np.arange(pose.shape[0])
     trees = cKDTree(found.downs)

@@ -23,8 +23,7 @@ def thin_out(outline: Outline, arrays: convex_body.BodyArrays, sides: int) -> No
     """Leave out corners off all reshaped runs of a body that has very many, in place.
 
     What stays lies farthest out in one of many directions, as far apart as those of a polygon of
-    `sides`, or down to `COARSEST` while there are more than `ENOUGH`. The directions are mirrored
-    at the principal planes, so that a symmetric body stays so.
+    `sides` or fewer, mirrored at the principal planes, so that a symmetric body stays so.
     """
     taken = np.zeros(len(outline.points), dtype=np.bool_)
     for chain in outline.chains:

@@ -109,7 +109,10 @@ class DropWorkers:
                     break
                 begin = time.perf_counter()
                 outcomes = self._drop(first, count)
-                self._adapt_size(count, time.perf_counter() - begin)
+                pace = count / max(time.perf_counter() - begin, 1e-9)
+                with self._lock:
+                    self._size = max(1, min(int(pace * CHUNK_SECONDS),
+                                            GROWTH * max(count, self._size)))
                 self._done.put(Chunk(first, outcomes))
         except BaseException as error:  # handed on to the caller's thread
             self._done.put(error)
@@ -129,9 +132,3 @@ class DropWorkers:
             count = min(self._size, max(fair, LAST_CHUNKS), left)
             self._next += count
             return self._next - count, count
-
-    def _adapt_size(self, count: int, seconds: float) -> None:
-        """Size the next chunks by the pace of this one."""
-        wanted = int(count * CHUNK_SECONDS / max(seconds, 1e-9))
-        with self._lock:
-            self._size = max(1, min(wanted, GROWTH * max(count, self._size)))

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -28,8 +27,7 @@ THINNEST = 1e-12
 """Smallest principal moment of inertia, relative to the largest: a rod of points has 0."""
 
 
-@dataclass(frozen=True, eq=False)
-class PreparedBody:
+class PreparedBody(NamedTuple):
     """A convex body ready to be dropped."""
 
     resting: poses.RestingPoses  # the poses whose `index` numbers the outcomes
@@ -112,15 +110,10 @@ ROUNDING = 1e-12
 
 
 def ball_tree(points: Array) -> tuple[Index, Array, Index]:
-    """Binary tree of balls, in the order in which it is walked.
-
-    Returns `order` (C,): points as the leaves hold them; `ball` (B, 5): centre, radius, and
-    distance of the centre from the origin; `ball_range` (B, 3): begin and end of its corners in
-    `order`, and the node that follows its subtree.
-    """
-    order: list[Index] = []
-    balls: list[tuple[float, ...]] = []
-    ranges: list[list[int]] = []
+    """Binary tree of balls, in the order in which it is walked."""
+    order: list[Index] = []  # (C,); points as the leaves hold them
+    balls: list[tuple[float, ...]] = []  # (B, 5); centre, radius, the centre's distance from 0
+    ranges: list[list[int]] = []  # (B, 3); begin and end in `order`, node that follows the subtree
     # Nodes are numbered as they are first seen, a left child right after its parent.
     waiting: list[Index] = [np.arange(points.shape[0])]
     ancestors: list[tuple[int, int]] = []  # a node, and the end of its corners

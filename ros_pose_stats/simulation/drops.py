@@ -1,7 +1,6 @@
 """Drops of one prepared body: a call of the drop kernel in SI units, and the outcome of each."""
 
 import math
-from dataclasses import dataclass, fields
 from typing import NamedTuple
 
 import numpy as np
@@ -16,8 +15,7 @@ from .drop_body import PreparedBody
 NO_TAPE: Array = np.zeros((0, at.TAPE))
 
 
-@dataclass(frozen=True, eq=False)
-class DropOutcomes:
+class DropOutcomes(NamedTuple):
     """Outcomes of consecutive drops."""
 
     pose: Index  # (n,) int; `index` of the pose that it came to rest in; -1 where unsettled
@@ -30,7 +28,7 @@ class DropOutcomes:
 
     def first(self, count: int) -> "DropOutcomes":
         """Outcomes of the first `count` drops."""
-        return DropOutcomes(*(getattr(self, entry.name)[:count] for entry in fields(self)))
+        return DropOutcomes._make(each[:count] for each in self)
 
 
 class DropChunk(NamedTuple):
@@ -50,11 +48,7 @@ def drop_rules(scene: DropScene, radius: float, *, to_rest: bool = False) -> at.
 
 def compute_drops(body: PreparedBody, rules: at.DropRules, downs: Array,
                   tape: Array = NO_TAPE) -> DropOutcomes:
-    """Compute the drops of a body from starting directions, in the caller's thread.
-
-    `downs` (n, 3): unit vectors in part axes that point vertically down at release; `tape` (T,
-    14): takes the events of the last drop; see `kernels.drops.layout`.
-    """
+    """Compute the drops of a body from directions `downs` (n, 3) in the caller's thread."""
     return compute_motions(body, rules, states_at_rest(body, rules.height, downs), tape)
 
 
@@ -68,10 +62,9 @@ def states_at_rest(body: PreparedBody, heights: float | Array, downs: Array) -> 
 
 def compute_motions(body: PreparedBody, rules: at.DropRules, states: Array,
                     tape: Array = NO_TAPE) -> DropOutcomes:
-    """Compute what becomes of a body that is released in given states.
+    """Compute what becomes of a body that is released in given states (n, 8), in principal axes.
 
-    `rules`: whose height has no say; `states` (n, 8): at release, in principal axes; see
-    `kernels.drops.layout`; `tape` (T, 14): takes the events of the last one.
+    `tape` (T, 14): takes the events of the last one; see `kernels.drops.layout`.
     """
     outcome = np.empty((states.shape[0], 5), dtype=np.int64)
     measure = np.empty((states.shape[0], 2))
@@ -88,11 +81,9 @@ _FLIP_STREAM = 3
 """Second words of the key, so that drops and flips of one seed have nothing in common."""
 
 def random_starts(seed: int, first: int, count: int) -> Array:
-    """Independent directions, uniform on the sphere.
+    """Unit vectors (count, 3), uniform on the sphere, that point down at release.
 
-    `seed`: 0 <= seed < 2**64; `first, count`: drops first ... first + count - 1; both >= 0.
-    Returns (count, 3): unit vectors `down` in part axes that point vertically down at release; row
-    k is the same in every call that includes it.
+    Row k is that of drop `first` + k in every call; 0 <= seed < 2**64.
     """
     u, v = _pairs(seed, _RANDOM_STREAM, first, count).T
     points, radius = np.empty((count, 3)), 2.0 * np.sqrt(u * (1.0 - u))

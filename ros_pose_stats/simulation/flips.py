@@ -3,7 +3,7 @@
 import math
 import time
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -151,8 +151,7 @@ def _count(body: drop_body.PreparedBody, scene: DropScene, kick: float, request:
     return found.reshape(poses, 1 + poses)
 
 
-@dataclass(frozen=True, eq=False)
-class Kicks:
+class Kicks(NamedTuple):
     """A plate that kicks the part, lying in any of its poses, at points of the contact polygon."""
 
     body: drop_body.PreparedBody
@@ -167,10 +166,9 @@ class Kicks:
     begin: Array  # (T,); the same without the triangle itself
 
     def states(self, seed: int, first: int, count: int) -> Array:
-        """States (count, 8) just after kicks first ... first + count - 1, all poses in turn.
+        """States (count, 8) just after kicks from `first` on, all poses in turn.
 
-        A vertical impulse J acts at a point r drawn uniformly from the contact polygon: v = J / m
-        and w = J I^-1 (r x up), with J such that the energy is m g times the height.
+        A vertical impulse J acts at a point r: v = J / m and w = J I^-1 (r x up).
         """
         resting, moment = self.body.resting, self.body.arrays.moment
         pose = np.arange(first, first + count) % len(resting.poses)

@@ -5,7 +5,7 @@ curve through thousands of them. Once its energy exceeds that at rest by less th
 the remaining motion is left out and the part is laid down in its pose.
 """
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,8 +22,7 @@ FALL = 3.0  # height over the first contact, in radii, from which on the fall is
 UNSEEN = 5e-3  # energy over that at rest, in weight times radius, whose motion nobody sees
 
 
-@dataclass(frozen=True, eq=False)
-class DropFrames:
+class DropFrames(NamedTuple):
     """Frames of a drop."""
 
     times: Array  # (n,); seconds since release; the frames at rest share the last one

@@ -64,7 +64,11 @@ def drop_recorded(part: Part, scene: DropScene, seed: int, drop: int,
                   start: ArrayLike | None = None, to_rest: bool = False,
                   interval: float | None = None) -> Trajectory:
     """Record a drop in a scene; see `record_drop`."""
-    request = drop_request(None if start is None else 1, seed, 0.0, 1, _as_row(start))
+    if start is not None and np.ndim(start) != 1:
+        raise RequestError("one start as three numbers", f"shape {np.shape(start)}",
+                           "record one drop at a time")
+    request = drop_request(None if start is None else 1, seed, 0.0, 1,
+                           None if start is None else np.asarray(start)[None])
     if isinstance(drop, bool) or not isinstance(drop, (int, np.integer)) or drop < 0:
         raise RequestError("the number of a drop, from 0", f"{drop!r}", "0 is the first")
     if interval is not None and not 0.0 < real_number("interval", interval) < math.inf:
@@ -84,16 +88,6 @@ def drop_recorded(part: Part, scene: DropScene, seed: int, drop: int,
         _events(body, tape, unit), times * unit, states[:, at.Z] * body.radius,
         states[:, at.V] * body.radius / unit, turn_vectors(states[:, at.P:at.P + 3], body.axes.T),
         turn_vectors(states[:, at.W:at.W + 3], body.axes.T) / unit, turns, energy)
-
-
-def _as_row(start: ArrayLike | None) -> ArrayLike | None:
-    """The start as the only row of an array."""
-    if start is None:
-        return None
-    if np.ndim(start) != 1:
-        raise RequestError("one start as three numbers", f"shape {np.shape(start)}",
-                           "record one drop at a time")
-    return np.asarray(start)[None, :]
 
 
 def _record_tape(body: drop_body.PreparedBody, scene: DropScene, down: Array,

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import RequestError
-from ..mesh.vectors import lengths
+from ..mesh import arrays, vectors
 from ..records import Array, DropProgress, scene as scenes
 
 if TYPE_CHECKING:
@@ -64,16 +64,22 @@ def drop_request(drops: int | None, seed: int | None, target_error: float = 0.0,
     if not 0.0 <= target < 1.0:
         raise RequestError("a target error from 0 to below 1, as a fraction", f"{target_error}",
                            "0.01 is one point; 0 asks for all drops")
-    threads = len(os.sched_getaffinity(0)) if workers is None else _whole("workers", workers)
-    if not 1 <= threads <= MOST_WORKERS:
-        raise RequestError(f"1 to {MOST_WORKERS} workers", f"{workers}",
-                           "leave it out for all cores")
+    threads = check_workers(workers)
     directions = None if starts is None else _directions(starts)
     bound = _bound(drops, directions)
     drawn = _seed(seed)
     if target:
         target = max(target, LEAST_TARGET)
     return DropRequest(bound, drawn if directions is None else 0, target, threads, directions)
+
+
+def check_workers(workers: int | None) -> int:
+    """Number of threads or processes; all cores where none is given."""
+    count = len(os.sched_getaffinity(0)) if workers is None else _whole("workers", workers)
+    if not 1 <= count <= MOST_WORKERS:
+        raise RequestError(f"1 to {MOST_WORKERS} workers", f"{workers}",
+                           "leave it out for all cores")
+    return count
 
 
 def _bound(drops: int | None, starts: Array | None) -> int:
@@ -98,7 +104,10 @@ def _seed(seed: int | None) -> int:
 
 
 def _directions(starts: ArrayLike) -> Array:
-    given = _real_array(starts)
+    try:
+        given = arrays.real_array(starts)
+    except arrays.NOT_NUMBERS:  # ragged, or no numbers
+        given = np.zeros(())
     if given.ndim != 2 or given.shape[0] < 1 or given.shape[1] != 3:
         raise RequestError("starts as an array (k, 3) of directions, k at least 1",
                            f"shape {given.shape}" if given.ndim else "no array of numbers",
@@ -109,16 +118,7 @@ def _directions(starts: ArrayLike) -> Array:
         raise RequestError("starts that are directions", f"{given[bad[0]]} in row {bad[0]}",
                            "no row may be zero, infinite or NaN")
     scaled = given / largest[:, None]  # whose squares neither overflow nor vanish
-    return np.asarray(scaled / lengths(scaled)[:, None])
-
-
-def _real_array(values: ArrayLike) -> Array:
-    """Copy in double precision; an array without dimensions if these are no real numbers."""
-    try:
-        array = np.array(values)
-    except ValueError:  # ragged
-        return np.zeros(())
-    return array.astype(np.float64) if array.dtype.kind in "fiu" else np.zeros(())
+    return np.asarray(scaled / vectors.lengths(scaled)[:, None])
 
 
 def _whole(name: str, value: object) -> int:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -15,11 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ros_pose_stats.batch.processes import in_flight
-from ros_pose_stats.errors import RequestError
 from ros_pose_stats.records import DropScene
 from ros_pose_stats.simulation.drop_body import PreparedBody, drop_body
 from ros_pose_stats.simulation.drops import compute_drops, drop_rules, random_starts
-from ros_pose_stats.simulation.request import MOST_WORKERS
+from ros_pose_stats.simulation.request import check_workers
 
 from ..random_polyhedra import RandomPolyhedron, random_polyhedron
 from .archive import Arrays, read_archive, write_archive
@@ -131,10 +129,7 @@ def on_threads(workers: int | None = None) -> Maker:
     workers : int, optional
         Threads; default: all cores.
     """
-    threads = len(os.sched_getaffinity(0)) if workers is None else workers
-    if not 1 <= threads <= MOST_WORKERS:
-        raise RequestError(f"1 to {MOST_WORKERS} workers", f"{workers}",
-                           "leave it out for all cores")
+    threads = check_workers(workers)
 
     def make(spec: DatasetSpec, pieces: Sequence[Piece],
              should_stop: Callable[[], bool]) -> Generator[Made, None, None]:
