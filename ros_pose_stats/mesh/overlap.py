@@ -151,7 +151,10 @@ def _passages(points: Array, edges: _Elements, faces: _Elements
               ) -> Iterator[tuple[int, _Passages]]:
     """Yield all passages between two lists, with the number of pairs tested for them."""
     rows = max(1, _AT_ONCE // max(1, len(faces.body)))
-    normal = _normals(points[faces.corners])
+    corner = points[faces.corners]
+    area = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 1])
+    length = np.linalg.norm(area, axis=1)
+    normal = area / np.where(length > 0.0, length, 1.0)[:, None]  # zeros where there is no area
     for start in range(0, len(edges.body), rows):
         some = slice(start, start + rows)
         meet = edges.body[some, None] != faces.body
@@ -160,15 +163,6 @@ def _passages(points: Array, edges: _Elements, faces: _Elements
             meet &= edges.high[some, None, axis] > faces.low[:, axis]
         edge, face = np.nonzero(meet)
         yield meet.size, _through(points, edges.corners, faces, normal, edge + start, face)
-
-
-def _normals(corner: Array) -> Array:
-    """Unit normals of triangles (k, 3, 3); zeros where there is no area."""
-    side = np.roll(corner, -1, axis=1) - corner
-    normal = np.cross(side[:, 0], side[:, 1])
-    length = np.linalg.norm(normal, axis=1)
-    unit: Array = normal / np.where(length > 0.0, length, 1.0)[:, None]
-    return unit
 
 
 def _through(points: Array, edges: Index, faces: _Elements, normals: Array, edge: Index,

@@ -48,8 +48,7 @@ def oriented_outward(vertices: Array, shells: Shells) -> tuple[Index, float]:
         inverted = float(weights.sum()) < 0.0
         return np.ascontiguousarray(shells.triangles[:, ::-1 if inverted else 1]), 0.0
     volumes = np.bincount(shells.shell, weights=weights, minlength=shells.total).astype(np.float64)
-    rank = np.empty(shells.total, dtype=np.int64)
-    rank[np.argsort(-np.abs(volumes), kind="stable")] = np.arange(shells.total)
+    rank = np.argsort(np.argsort(-np.abs(volumes), kind="stable"))
     order = np.argsort(rank[shells.shell], kind="stable")
     ranked = shells._replace(triangles=shells.triangles[order], shell=rank[shells.shell][order])
     volumes = volumes[np.argsort(rank)]

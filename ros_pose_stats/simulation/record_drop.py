@@ -80,7 +80,10 @@ def drop_recorded(part: Part, scene: DropScene, seed: int, drop: int,
     unit = math.sqrt(body.radius / scenes.GRAVITY)
     frame = 1.0 / FRAMES if interval is None else interval / unit
     times, states, turns = _samples(body, tape, down[0], frame)
-    energy = _energy(body.arrays.moment, states) * part.mass * scenes.GRAVITY * body.radius
+    spin = states[:, at.W:at.W + 3]
+    x, y, z = (body.arrays.moment * spin * spin).T
+    energy = (states[:, at.Z] + 0.5 * (states[:, at.V] * states[:, at.V] + (x + y + z))
+              ) * part.mass * scenes.GRAVITY * body.radius
     return Trajectory(
         part.part_id, part.digest, body.radius, scene.restitution,
         scene.release_height(body.radius), down[0], int(outcomes.pose[0]),
@@ -163,8 +166,3 @@ def _contact(body: drop_body.PreparedBody, row: Array) -> Array:
         contact[at.ALONG:at.ALONG + 3] = edge / contact[at.LENGTH]
     return contact
 
-
-def _energy(moment: Array, states: Array) -> Array:
-    x, y, z = states[:, at.W:at.W + 3].T
-    spin = moment[0] * x * x + moment[1] * y * y + moment[2] * z * z
-    return np.asarray(states[:, at.Z] + 0.5 * (states[:, at.V] * states[:, at.V] + spin))

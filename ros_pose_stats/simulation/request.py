@@ -67,7 +67,9 @@ def drop_request(drops: int | None, seed: int | None, target_error: float = 0.0,
     threads = check_workers(workers)
     directions = None if starts is None else _directions(starts)
     bound = _bound(drops, directions)
-    drawn = _seed(seed)
+    drawn = secrets.randbits(32) if seed is None else _whole("seed", seed)
+    if not 0 <= drawn < SEEDS:
+        raise RequestError("a seed from 0 to 2^64 - 1", f"{seed}", "leave it out for a fresh one")
     if target:
         target = max(target, LEAST_TARGET)
     return DropRequest(bound, drawn if directions is None else 0, target, threads, directions)
@@ -92,15 +94,6 @@ def _bound(drops: int | None, starts: Array | None) -> int:
         raise RequestError(f"at most as many drops as starts ({starts.shape[0]})", f"{drops}",
                            "the same start gives the same drop again; give more starts")
     return bound
-
-
-def _seed(seed: int | None) -> int:
-    if seed is None:
-        return secrets.randbits(32)
-    number = _whole("seed", seed)
-    if not 0 <= number < SEEDS:
-        raise RequestError("a seed from 0 to 2^64 - 1", f"{seed}", "leave it out for a fresh one")
-    return number
 
 
 def _directions(starts: ArrayLike) -> Array:
