@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import errors, tolerances
-from ..kernels.mesh.measures import bounds
 from ..kernels.principal_axes import principal_axes
 from ..records import Array, Part
 from . import arrays, files, mass_properties, units, vectors
@@ -115,9 +114,8 @@ def part_of_file(mesh: files.FileMesh, given: mass_properties.GivenProperties,
     surface = surface_of(metres, corners.astype(np.int64))
     rounding = arrays.coordinate_rounding(mesh.vertices, corners) * mesh.unit
     kilograms, center, tensor = _mass_properties(given, surface)
-    low, high = bounds(surface.vertices)
-    warnings = (*units.unit_warnings(float((high - low).max()), metres, corners, mesh.unit,
-                                     mesh.unit_source, mesh.declared),
+    warnings = (*units.unit_warnings(float(np.ptp(surface.vertices, axis=0).max()), metres,
+                                     corners, mesh.unit, mesh.unit_source, mesh.declared),
                 *surface.warnings,
                 *_inertia_warning(tensor, kilograms, center, surface))
     part = Part(part_id, metres, corners, surface.vertices, surface.triangles, kilograms, center,

@@ -19,7 +19,7 @@ from ..kernels.body.equilibria import EquilibriumArrays, find_equilibria
 from ..kernels.levels.merge_tree import gather_poses, part_poses
 from ..kernels.sorting import number_ties
 from ..records import Array, Index, Mask, Part
-from ..tolerances import SAME_DOWN, SAME_HEIGHT
+from ..tolerances import SAME_DOWN, SAME_HEIGHT, TIP_MARGIN
 from .convex_body import ConvexBody, convex_body, foot_directions
 
 
@@ -51,6 +51,13 @@ class Equilibria:
     def rank(self) -> Index:
         """Number (S,) of each entry of `arrays.stable`: the inverse of `order`."""
         return np.argsort(self.order)
+
+    @property
+    def peaks(self) -> Array:
+        """Corners (U, 3) at a maximum of r and R."""
+        least = np.full(len(self.body.points), np.inf)
+        np.minimum.at(least, self.body.arrays.corner, self.body.arrays.start)
+        return np.asarray(self.body.points[np.isfinite(least) & (least > TIP_MARGIN)])
 
 
 def equilibria(part: Part, round_sides: int) -> Equilibria:

@@ -11,7 +11,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ..records import Array, Index
-from ..tolerances import TIP_MARGIN
 from . import poses
 
 FINEST, COARSEST = 200, 60  # pixels across a hemisphere
@@ -56,9 +55,7 @@ def pose_sphere(resting: poses.RestingPoses, pixels: int | None = None) -> PoseS
     maps[0][inside], maps[1][inside] = body.radius * r, body.radius * height
     pose = np.full(inside.shape, -1, dtype=np.int64)
     pose[inside] = resting.pose_of_face[face]
-    least = np.full(len(body.points), np.inf)
-    np.minimum.at(least, body.arrays.corner, body.arrays.start)
-    peaks = body.points[np.isfinite(least) & (least > TIP_MARGIN)]
+    peaks = resting.equilibria.peaks
     return PoseSphere(directions, maps[0], maps[1], pose,
                       np.array([one.down for one in resting.poses]),
                       np.array([one.height for one in resting.poses]),

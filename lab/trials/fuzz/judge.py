@@ -75,10 +75,7 @@ def equilibria_faults(part: Part) -> Iterator[str]:
     saddles = np.count_nonzero((side < arrays.twin) & (np.minimum(
         np.minimum(arrays.start, arrays.stop),
         np.minimum(arrays.inset, arrays.inset[arrays.twin])) > TIP_MARGIN))
-    least = np.full(len(found.body.points), np.inf)
-    np.minimum.at(least, arrays.corner, arrays.start)
-    peaks = np.count_nonzero(np.isfinite(least) & (least > TIP_MARGIN))
-    poincare_hopf = len(found.faces) - saddles + peaks
+    poincare_hopf = len(found.faces) - saddles + len(found.peaks)
     if poincare_hopf != 2 and marginal(found) > MARGINAL:
         yield f"S - H + U is {poincare_hopf}, and no foot is near a side"
     body = found.body
