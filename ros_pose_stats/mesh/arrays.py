@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MeshError
-from ..kernels.mesh.measures import bounds
 from ..records import Array, Index
 
 NOT_NUMBERS = (TypeError, ValueError, OverflowError)
@@ -67,8 +66,7 @@ def checked_mesh(vertices: ArrayLike, triangles: ArrayLike, unit: float
         raise MeshError("finite vertices", f"{places[row].tolist()} at vertex {row}",
                         "export the mesh again")
     corners = _indices(triangles, len(places))
-    low, high = bounds(used_points(places, corners))
-    extent = float((high - low).max())
+    extent = float(np.ptp(used_points(places, corners), axis=0).max())
     if extent != 0.0 and not _SMALLEST_EXTENT < extent < _LARGEST_EXTENT:
         raise MeshError(f"an extent from {_SMALLEST_EXTENT:g} to {_LARGEST_EXTENT:g} m",
                         f"{extent:g} m", "check the unit")

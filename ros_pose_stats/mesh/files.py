@@ -19,7 +19,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..errors import MeshFileError
 from ..files import NotAFileError, read_file
@@ -61,9 +60,9 @@ _STL_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("at
 class FileMesh(NamedTuple):
     """The mesh of a file."""
 
-    # (V, 3); in the file's unit, in the order of the file, not merged
-    vertices: ArrayLike
-    triangles: ArrayLike  # (T, 3)
+    # (V, 3) array_like; in the file's unit, in the order of the file, not merged
+    vertices: Any
+    triangles: Any  # (T, 3) array_like of int
     unit: float  # metres a unit
     # whether the unit was `given`, `declared` by the file, `guessed` from the size because that
     # was asked for, or `assumed` to be the metre
