@@ -66,7 +66,8 @@ def checked_mesh(vertices: ArrayLike, triangles: ArrayLike, unit: float
         raise MeshError("finite vertices", f"{places[row].tolist()} at vertex {row}",
                         "export the mesh again")
     corners = _indices(triangles, len(places))
-    extent = float(np.ptp(used_points(places, corners), axis=0).max())
+    with np.errstate(over="ignore"):
+        extent = float(np.ptp(used_points(places, corners), axis=0).max())
     if extent != 0.0 and not _SMALLEST_EXTENT < extent < _LARGEST_EXTENT:
         raise MeshError(f"an extent from {_SMALLEST_EXTENT:g} to {_LARGEST_EXTENT:g} m",
                         f"{extent:g} m", "check the unit")
