@@ -36,10 +36,11 @@ def plates_text(found: PlateResults) -> str:
         "the noise of the counts taken off. Budden's fifteen dice "
         f"({SOURCE}) were rolled; the other plates are simulated with friction "
         f"(`study/plates/friction.py`), twelve kinds of parts, {COUNTED} counts of each of the "
-        "five. Gibbs: shares as exp(-b h / V^(1/3)) with the height h of the pose, the volume V "
-        "and b fitted; split × tilt: the default shares times that. Best scene: the scene of the "
-        "grid with the least error, chosen by all counts of all parts: about the best that "
-        "restitution and height can do, however they are fitted.", "",
+        "five. All others: each part predicted by a fit to all other ones with all their counts, "
+        "about what more counting can bring. Gibbs: shares as exp(-b h / V^(1/3)) with the height "
+        "h of the pose, the volume V and b fitted; split × tilt: the default shares times that. "
+        "Best scene: the scene of the grid with the least error, chosen by the very counts that "
+        "judge it: no fit can be better.", "",
         markdown_table(("plate", *METHODS, "told", "told / true", "default's probability"), rows),
         "", f"Told over true is {TRUE[0]} to {TRUE[1]} on {near} of {len(simulated)} simulated "
         f"plates; the fit is at most {points(worse, 2)} points worse than the default on any.", "",

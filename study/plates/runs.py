@@ -32,7 +32,7 @@ OBSERVED_REPEATS = 2
 STEEPNESSES = np.linspace(-4.0, 12.0, 321)
 """Factors of the height over the root of the volume that are looked at."""
 
-METHODS = ("default", "fit", "best scene", "Gibbs", "split × tilt")
+METHODS = ("default", "fit", "all others", "best scene", "Gibbs", "split × tilt")
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class PlateErrors:
     plate : str
     errors : dict of str to float
         Root mean square over groups, parts and splits by method, the noise of the counts off; of
-        the best scene, over all parts.
+        the best scene and of fits to all other parts, over all parts.
     told : float
         Root mean square of `plate_error`.
     default_weight : float
@@ -106,6 +106,11 @@ def judge_plate(name: str, parts: Sequence[Candidate], most: int, splits: int,
     known = [ExplainedPart(one.counted, grid) for one in parts]
     squares["best scene"] = [min(float(np.mean([one.square_error(place) for one in known]))
                                  for place in range(grid.prior.size))]
+    by_digest = {one.counted.part.digest: one.counted for one in parts}
+    for left in fit_plate(list(by_digest.values())).parts:
+        counted = by_digest[left.part_digest]
+        share = np.bincount(counted.resting.group, left.left_out).astype(np.float64)
+        squares["all others"].append(_square_error(counted.by_group, share))
     told, weights = [], []
     for split_number in range(splits):
         random = np.random.default_rng((*seed, split_number))
