@@ -40,7 +40,7 @@ def plates_text(found: PlateResults) -> str:
         "about what more counting can bring. Gibbs: shares as exp(-b h / V^(1/3)) with the height "
         "h of the pose, the volume V and b fitted; split × tilt: the default shares times that. "
         "Best scene: the scene of the grid with the least error, chosen by the very counts that "
-        "judge it: no fit can be better.", "",
+        "judge it: about the best of one scene for all.", "",
         markdown_table(("plate", *METHODS, "told", "told / true", "default's probability"), rows),
         "", f"Told over true is {TRUE[0]} to {TRUE[1]} on {near} of {len(simulated)} simulated "
         f"plates; the fit is at most {points(worse, 2)} points worse than the default on any.", "",
