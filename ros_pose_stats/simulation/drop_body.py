@@ -172,7 +172,10 @@ def rolling_rims(resting: poses.RestingPoses, moment: Array, axes: Array,
         inside: Array = np.full(body.faces, math.inf)
         np.minimum.at(inside, body.arrays.face[sides[off]], body.arrays.inset[sides[off]])
         inside = inside[faces]
-        if rims.rim[pose].any() or (pose_of_face[faces] != pose).any() or not inside.min() > 0.0:
+        # Where the pose goes on beyond the rim, a part in it may lean far over.
+        beyond = pose_of_face[body.arrays.face[body.arrays.twin[sides[off]]]]
+        if (rims.rim[pose].any() or (pose_of_face[faces] != pose).any()
+                or (beyond == pose).any() or not inside.min() > 0.0):
             continue
         distance = body.arrays.distance[faces]
         rise = float((np.sqrt(distance * distance + inside * inside) - distance).min())
