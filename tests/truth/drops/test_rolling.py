@@ -7,21 +7,16 @@ import pytest
 from manifold3d import Manifold
 
 from ros_pose_stats import part_from_mesh, resting_poses, sensitivity, simulate
+from tests.fine_parts import surface
 from tests.truth.drops.recorded import counts, outcomes
 
 
 def part_of(solid):
-    """A part of a welded solid."""
-    mesh = solid.to_mesh64()
-    first = np.arange(solid.num_prop_vert())
-    first[np.asarray(mesh.merge_from_vert, dtype=np.int64)] = mesh.merge_to_vert
-    return part_from_mesh(np.array(mesh.vert_properties)[:, :3],
-                          first[np.asarray(mesh.tri_verts, dtype=np.int64)])
+    return part_from_mesh(*surface(solid))
 
 
 def cylinder(height, radius, above=0.0, beside=0.0):
-    return Manifold.cylinder(height, radius, circular_segments=96).translate(
-        (beside, 0.0, above))
+    return Manifold.cylinder(height, radius, circular_segments=96).translate((beside, 0.0, above))
 
 
 @pytest.fixture(scope="module")
