@@ -19,11 +19,7 @@ from lab.benchmarks.exports import parts as exports
 from ros_pose_stats import resting_poses
 from ros_pose_stats.shapes import demo_parts
 from study import shapes
-
-
-def surface_of(solid):
-    mesh = solid.to_mesh64()
-    return np.array(mesh.vert_properties[:, :3]), np.array(mesh.tri_verts, dtype=np.int64)
+from tests.fine_parts import surface
 
 
 def bar_of(outline, length):
@@ -32,7 +28,7 @@ def bar_of(outline, length):
 
 
 def profile(outline, length):
-    return surface_of(bar_of(outline, length))
+    return surface(bar_of(outline, length))
 
 
 def polygon(sides, radius):
@@ -59,7 +55,7 @@ def tube(outer, inner, length, sides=40):
 
 def hexagon_bolt(length):
     """Hexagon head of radius 0.5 and height 0.3, shank of radius 0.25."""
-    return surface_of(bar_of(polygon(6, 0.5), 0.3)
+    return surface(bar_of(polygon(6, 0.5), 0.3)
                       + Manifold.cylinder(length, 0.25, circular_segments=48)
                       .translate((0.0, 0.0, 0.3)))
 
@@ -82,14 +78,14 @@ def cube_without_corner(cut):
 
 def grooved_shaft(width, depth, length=2.0):
     """A shaft of radius 1 with a key's groove all along."""
-    return surface_of(Manifold.cylinder(length, 1.0, circular_segments=64)
+    return surface(Manifold.cylinder(length, 1.0, circular_segments=64)
                       - Manifold.cube((1.0, width, length)).translate((1.0 - depth,
                                                                        -0.5 * width, 0.0)))
 
 
 def eccentric():
     """A disc of radius 1 with a bore aside of the middle."""
-    return surface_of(Manifold.cylinder(0.8, 1.0, circular_segments=64)
+    return surface(Manifold.cylinder(0.8, 1.0, circular_segments=64)
                       - Manifold.cylinder(0.8, 0.3, circular_segments=32)
                       .translate((0.4, 0.0, 0.0)))
 
@@ -180,7 +176,7 @@ LISTS = {
     "demo bracket": (demo_parts.DEMO_PARTS["bracket"](), (1,) * 5),
     "demo gear, hub on one side": (demo_parts.DEMO_PARTS["gear"](), (1,) * 4),
     "long bolt, tip 0.0016": (hexagon_bolt(8.0), (1, 6)),
-    "nut": (surface_of(nut()), (2, 6)),
+    "nut": (surface(nut()), (2, 6)),
     # Round but for something.
     "D-shaft": (exports.d_shaft(48), (1, 1, 2)),
     "half disc": (half_disc(32), (1, 1, 2)),
@@ -195,7 +191,7 @@ LISTS = {
     # Gears: two faces and a rim.
     **{f"gear, {teeth} teeth, {words}": (exports.gear(teeth, tip), (1, 2))
        for teeth in (15, 60) for tip, words in ((0.0, "pointed"), (0.5, "trapezoid"))},
-    **{f"gear, {teeth} winding teeth": (surface_of(Manifold.extrude(CrossSection(
+    **{f"gear, {teeth} winding teeth": (surface(Manifold.extrude(CrossSection(
         [exports.gear(teeth, 0.3)[0][:5 * teeth, :2]]), 0.4, 16, 10.0)), (1, 2))
        for teeth in (16, 40)},
     "gear, chamfered": (exports.gear(24, 0.5, chamfer=0.03), (1, 2)),
