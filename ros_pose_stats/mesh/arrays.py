@@ -67,7 +67,7 @@ def checked_mesh(vertices: ArrayLike, triangles: ArrayLike, unit: float
                         "export the mesh again")
     corners = _indices(triangles, len(places))
     with np.errstate(over="ignore"):
-        extent = float(np.ptp(used_points(places, corners), axis=0).max())
+        extent = max(float(np.ptp(along)) for along in used_points(places, corners).T)
     if extent != 0.0 and not _SMALLEST_EXTENT < extent < _LARGEST_EXTENT:
         raise MeshError(f"an extent from {_SMALLEST_EXTENT:g} to {_LARGEST_EXTENT:g} m",
                         f"{extent:g} m", "check the unit")

@@ -114,8 +114,8 @@ def part_of_file(mesh: files.FileMesh, given: mass_properties.GivenProperties,
     surface = surface_of(metres, corners.astype(np.int64))
     rounding = arrays.coordinate_rounding(mesh.vertices, corners) * mesh.unit
     kilograms, center, tensor = _mass_properties(given, surface)
-    warnings = (*units.unit_warnings(float(np.ptp(surface.vertices, axis=0).max()), metres,
-                                     corners, mesh.unit, mesh.unit_source, mesh.declared),
+    warnings = (*units.unit_warnings(surface.hull.scale, metres, corners, mesh.unit,
+                                     mesh.unit_source, mesh.declared),
                 *surface.warnings,
                 *_inertia_warning(tensor, kilograms, center, surface))
     part = Part(part_id, metres, corners, surface.vertices, surface.triangles, kilograms, center,
