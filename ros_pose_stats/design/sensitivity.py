@@ -100,7 +100,10 @@ class Sensitivity:
         return [(one, one.check) for one in self.best if one.check is not None]
 
     def as_dict(self) -> dict[str, Any]:
-        """Plain values; lengths in metres, shares as fractions, NaN as None."""
+        """Plain values; lengths in metres, shares as fractions, NaN as None.
+
+        The `unit` of an effect is that of its step, `slope_unit` that of its slope and its error.
+        """
         space, scene = self.space, self.scene
         return statistics.with_units({
             "part_id": space.part.part_id, "part_digest": space.part.digest,
@@ -111,7 +114,8 @@ class Sensitivity:
             "share_low": self.accepted.low, "share_high": self.accepted.high,
             "step": self.step, "effects": [
                 {**describe.feature_as_dict(space, one.number), "alike": len(one.alike),
-                 "slope": one.slope, "error": one.error, "step": one.step,
+                 "slope": one.slope, "error": one.error,
+                 "slope_unit": "1/m" if one.feature.is_length else "1", "step": one.step,
                  "change": one.change, "lost": one.lost,
                  "contradicted": one.contradicted, "check": None if one.check is None
                  else describe.difference_as_dict(one.check)} for one in self.effects],

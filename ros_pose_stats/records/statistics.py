@@ -36,7 +36,8 @@ UNITS = {
     "step": "m", "place": "m", "size": "m^2", "within": "m", "outline": "m", "center_shift": "m",
     "center_of_mass": "m", **dict.fromkeys((
         "begin", "end", "time", "queued", "started", "ended", "forgotten"), "s since 1970")}
-"""By key, of what is no plain number, share or unit vector and has no unit in its key."""
+"""By key, of what is no plain number, share or unit vector and has no unit in its key. A `step`
+that has a `unit` beside it is in that one."""
 
 NOTHING = 1e-14
 """Components this much smaller are rounding."""
@@ -358,7 +359,7 @@ def without_rounding(vector: Array, scale: float = 0.0) -> Array:
 
 def _keys(value: Any) -> Iterator[str]:
     if isinstance(value, dict):
-        yield from value
+        yield from (key for key in value if key != "step" or "unit" not in value)
     for each in value.values() if isinstance(value, dict) else value:
         if isinstance(each, (dict, list)):
             yield from _keys(each)

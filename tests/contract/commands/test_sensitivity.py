@@ -30,13 +30,14 @@ def test_effects_are_the_librarys(box, suggested):
     expected = sensitivity(load_part(box[0], unit="mm"), [2, 3], drops=200, seed=5)
     assert [effect["slope"] for effect in values["effects"]] == [
         effect.slope for effect in expected.effects]
-    assert {effect["unit"] for effect in values["effects"]} == {"m", "1"}
+    assert {(effect["unit"], effect["slope_unit"]) for effect in values["effects"]} == {
+        ("m", "1/m"), ("1", "1")}
     assert values["wanted"] == [2, 3] and values["share"] == expected.share
 
 
 def test_a_suggestion_gains_within_its_bound(suggested):
     suggestion = suggested[0]["suggestion"]
-    assert suggestion["within"] == 1e-3
+    assert suggestion["within"] == 1e-3 and "step" not in suggestion["units"]
     assert all(abs(change["step"]) > 1e-6 for step in suggestion["steps"]
                for change in step["changes"])
     assert suggestion["estimate"]["gain"] > 0.0

@@ -84,8 +84,3 @@ def test_refusals(options, words):
 def test_a_bound_that_is_none_is_refused(within):
     with pytest.raises(PoseStatsError, match="a bound above 0"):
         suggest(CUBE, [0], within)
-
-
-def test_wanted_poses_of_which_symmetry_has_more_are_pointed_out():
-    found = sensitivity(CUBE, [0], checks=0)
-    assert [line.partition(":")[0] for line in found.warnings] == ["WANTED_ALIKE"]
