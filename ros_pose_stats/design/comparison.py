@@ -53,7 +53,7 @@ class ShareDifference(NamedTuple):
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values for JSON."""
-        return {
+        found: dict[str, Any] = statistics.plain({
             "probability": [self.first.value, self.second.value],
             "probability_low": [self.first.low, self.second.low],
             "probability_high": [self.first.high, self.second.high],
@@ -62,7 +62,8 @@ class ShareDifference(NamedTuple):
             "standard_error": self.difference.standard_error,
             "model_error": math.hypot(self.file_error, self.plate_error),
             "p_value_in_model": self.chance, "p_value_on_plate": self.chance_on_plate,
-            "in_model": self.in_model, "on_plate": self.on_plate}
+            "in_model": self.in_model, "on_plate": self.on_plate})
+        return found
 
 
 class PoseComparison(NamedTuple):
@@ -124,7 +125,6 @@ class VariantComparison:
     def as_dict(self) -> dict[str, Any]:
         """Plain values for JSON."""
         match = self.correspondence
-
         entry: dict[str, Any] = {
             "first": 0, "second": self.second,
             "matched_by": "orientation and footprint" if match.by_orientation
@@ -137,7 +137,8 @@ class VariantComparison:
                 **self.feeder.share.as_dict(), **{
                     f"passes{end}": [one[place] for one in self.feeder.passes]
                     for place, end in enumerate(("", "_low", "_high"))}}
-        return entry
+        found: dict[str, Any] = statistics.plain(entry)
+        return found
 
 
 @dataclass(frozen=True, eq=False)

@@ -125,7 +125,7 @@ class TestStops:
     def test_before_the_first_drop(self, dice):
         found = compare(dice, wanted=[0], seed=1, should_stop=lambda: True)
         assert found.drops == 0 and found.variants[0].in_model == "none shown"
-        json.dumps(found.as_dict(), allow_nan=False)
+        json.dumps([found.as_dict(), found.variants[0].as_dict()], allow_nan=False)
 
 
 @pytest.mark.parametrize(("count", "options", "words"), [
