@@ -133,7 +133,7 @@ def tally(rows: Iterable[Row]) -> Tally:
         codes = set(map(text.code_of, row["warnings"]))
         counted.doubted += bool(codes)
         counted.warnings.update(sorted(codes))
-        length = max(row[f"size_{axis}_m"] for axis in "xyz")
+        length = max(pose["footprint_length_m"] for pose in row["poses"])  # however it is turned
         file, other = first.setdefault(Path(row["file"]).with_suffix(""), (row["file"], length))
         if not 1.0 / ALIKE <= length / other <= ALIKE:
             counted.unlike[row["file"]] = (f"{text.length_in_words(length)} long, {file} "

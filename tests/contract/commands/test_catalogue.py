@@ -21,7 +21,7 @@ import pytest
 from pyarrow import parquet
 
 from ros_pose_stats import estimate, load_part
-from tests.bodies import random_polyhedron, shapes, write_stl
+from tests.bodies import moved, random_polyhedron, shapes, write_stl
 from tests.running import ROOT, answer_json, call, complaints, refusal
 
 TABLES = "catalogue.csv", "poses.csv"
@@ -350,11 +350,15 @@ def test_a_package_that_is_missing_is_named(home, tmp_path, monkeypatch):
     assert not (tmp_path / "out").exists()
 
 
-def test_files_of_one_name_and_another_size_are_named(tmp_path):
+def test_files_of_one_name_and_another_size_are_named_however_turned(tmp_path):
     for name, size in (("box.STL", 1.0), ("box.stl", 10.0)):
         write_stl(tmp_path / name, shapes.box(size, size, 3.0 * size))
+    turn = (0.6, -0.8, 0.0), (0.8, 0.6, 0.0), (0.0, 0.0, 1.0)
+    write_stl(tmp_path / "cube.STL", shapes.box(10.0, 10.0, 10.0))
+    write_stl(tmp_path / "cube.stl", moved(shapes.box(10.0, 10.0, 10.0), turn))
     done = call("catalogue", tmp_path, "--unit", "mm", "-o", tmp_path / "out", "--workers", 1)
     assert re.search(r"unit of \S*/box.stl: it is 30 mm long, \S*/box.STL 3 mm", done.stdout)
+    assert done.stdout.count("check the unit of") == 1
 
 
 def test_no_parts_are_refused(tmp_path):
