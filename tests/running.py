@@ -15,6 +15,18 @@ from ros_pose_stats import cli
 
 ROOT = Path(ros_pose_stats.__file__).resolve().parents[1]
 
+STATISTICS_KEYS = {
+    "choice", "observed", "units", "part_id", "part_digest", "radius", "method", "restitution",
+    "drop_height", "cluster_tolerance", "round_sides", "drops", "unsettled", "seed",
+    "expected_error", "largest_error", "scene", "plate_error", "seconds", "version", "warnings",
+    "notes", "poses",
+}
+POSE_KEYS = {
+    "index", "group", "down", "height", "top", "margin", "barrier", "spread", "probability",
+    "probability_low", "probability_high", "standard_error", "count", "orientation", "members",
+    "group_size", "group_probability", "rolls", "roll_axis", "yaw_symmetry", "position",
+}
+
 
 class Done(NamedTuple):
     """How a command ended; `returncode`, `stdout` and `stderr` as of a process."""
@@ -44,9 +56,13 @@ def answer(*arguments):
 
 
 def answer_json(*arguments):
-    """What a command prints with `--json`: an object, or a list of them, with units."""
+    """What a command prints with `--json`: an object, or a list of them, with all their keys."""
     values = strict_json(answer(*arguments, "--json"))
-    assert "units" in (values[0] if isinstance(values, list) else values)
+    objects = values if isinstance(values, list) else [values]
+    assert all("units" in each for each in objects)
+    if arguments[0] in ("estimate", "simulate"):
+        assert all(each.keys() == STATISTICS_KEYS for each in objects)
+        assert all(pose.keys() == POSE_KEYS for each in objects for pose in each["poses"])
     return values
 
 
