@@ -147,3 +147,8 @@ def write_stl(path: Path, surface) -> Path:
     record["corners"] = np.asarray(vertices)[triangles]
     path.write_bytes(bytes(80) + len(triangles).to_bytes(4, "little") + record.tobytes())
     return path
+
+
+def by_index(found, name="probability"):
+    """A value of all poses, in the order of their numbers."""
+    return np.array([getattr(pose, name) for _, pose in sorted(found.by_index.items())])

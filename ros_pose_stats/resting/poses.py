@@ -95,7 +95,7 @@ class RestingPoses:
     @cached_property
     def axis_offsets(self) -> Array:
         """How far (P,) the centre of mass lies beside the axis of what a pose rolls on, radii."""
-        return axis_offsets(self.body, self.pose_of_face, len(self.poses))
+        return axis_offsets(self.body, self.pose_of_face, self.downs)
 
     @cached_property
     def curves(self) -> Curves:

@@ -23,15 +23,17 @@ FEWEST = 1e-3  # mixture of flats and curves that few facets of a polyhedron hap
 TINY = 1e-12  # a share, angle or weight that is as good as none
 
 
-def axis_offsets(body: convex_body.ConvexBody, pose_of_face: Index, poses: int) -> Array:
-    """How far (P,) the centre of mass lies beside the axis of full cylinders poses rest on."""
+def axis_offsets(body: convex_body.ConvexBody, pose_of_face: Index, downs: Array) -> Array:
+    """How far (P,) the centre of mass lies beside the axis of full cylinders poses roll on."""
     normal, distance = body.arrays.normal, body.arrays.distance
-    found = np.zeros(poses)
+    found = np.zeros(len(downs))
     for run in body.runs:
         if run.kind != "round" or not run.full:
             continue
         mine = (body.run_of_face >= 0) & (np.abs(along(normal, run.axis)) < LEVEL)
         mine &= np.abs(distance - along(normal, run.center) - run.radius) < NEAR * run.radius
+        # A flat that facets of a thin rim lead to does not roll.
+        mine &= np.abs(along(downs, run.axis))[pose_of_face] < UPRIGHT
         beside = length(run.center - along(run.center[None], run.axis) * run.axis)
         np.maximum.at(found, pose_of_face[mine], beside)
     return found

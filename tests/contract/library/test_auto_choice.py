@@ -15,7 +15,7 @@ from ros_pose_stats import (
     part_from_mesh,
     simulate,
 )
-from tests.bodies import random_polyhedron, shapes
+from tests.bodies import by_index, random_polyhedron, shapes
 
 
 @pytest.fixture(scope="module")
@@ -29,11 +29,6 @@ def rod_in_a_cube():
     cube = shapes.box(0.01, 0.01, 0.01)
     inertia = part_from_mesh(*cube).inertia
     return part_from_mesh(*cube, mass=1.0, inertia=inertia * np.diag((1.0, 1.0, 0.1)))
-
-
-def by_index(found, name="probability"):
-    return np.array([getattr(pose, name) for pose in sorted(found.poses,
-                                                            key=lambda pose: pose.index)])
 
 
 def rms(values):

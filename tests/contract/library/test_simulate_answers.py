@@ -9,7 +9,7 @@ import pytest
 from scipy.stats import beta
 
 from ros_pose_stats import part_from_mesh, resting_poses, simulate
-from tests.bodies import random_polyhedron, shapes
+from tests.bodies import by_index, random_polyhedron, shapes
 
 RESTITUTION = 0.3
 
@@ -25,10 +25,6 @@ def unlucky():
     starts = np.random.default_rng(1).standard_normal((200, 3))
     starts[::40] = (1.0, 1.0, 0.0)
     return simulate(part_from_mesh(*shapes.box(2.0, 2.0, 2.0)), restitution=0.0, starts=starts)
-
-
-def by_index(found, name):
-    return np.array([getattr(p, name) for p in sorted(found.poses, key=lambda p: p.index)])
 
 
 @pytest.mark.parametrize("drops", [0, 1, 10, 1000])

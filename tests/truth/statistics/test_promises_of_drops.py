@@ -12,13 +12,9 @@ import pytest
 from scipy.stats import beta, binom
 
 from ros_pose_stats import auto, part_from_mesh, simulate
-from tests.bodies import random_polyhedron, shapes
+from tests.bodies import by_index, random_polyhedron, shapes
 
 LONG = 60_000
-
-
-def by_index(found, name):
-    return np.array([getattr(p, name) for p in sorted(found.poses, key=lambda p: p.index)])
 
 
 def long_run(part, restitution):
