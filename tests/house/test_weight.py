@@ -10,14 +10,7 @@ from collections import defaultdict
 import pytest
 
 from tests.house.imports import Sources
-from tests.house.weight import (
-    PACKAGE,
-    ROOT,
-    inner_imports,
-    python_files,
-    weigh,
-    words_of_people,
-)
+from tests.house.weight import PACKAGE, ROOT, inner_imports, python_files, weigh, words_of_people
 
 LINES = {"ros_pose_stats": 36_000, "tests": 24_160}
 FILES = {"ros_pose_stats": 248, "tests": 218}

@@ -7,14 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from ros_pose_stats import (
-    PoseStatsError,
-    auto,
-    estimate,
-    hybrid,
-    part_from_mesh,
-    simulate,
-)
+from ros_pose_stats import PoseStatsError, auto, estimate, hybrid, part_from_mesh, simulate
 from tests.bodies import by_index, random_polyhedron, shapes
 
 

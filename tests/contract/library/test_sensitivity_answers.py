@@ -4,13 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from ros_pose_stats import (
-    PoseStatsError,
-    part_from_mesh,
-    resting_poses,
-    sensitivity,
-    suggest,
-)
+from ros_pose_stats import PoseStatsError, part_from_mesh, resting_poses, sensitivity, suggest
 from study import shapes
 
 CUBE = part_from_mesh(*shapes.box(20e-3, 20e-3, 20e-3))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import json
 import os
 import select
@@ -106,11 +105,6 @@ class Browser:
                                   for a, b in zip(begin, end, strict=True)))
         mouse("mouseReleased", *end)
         self.evaluate("new Promise(f => requestAnimationFrame(() => requestAnimationFrame(f)))")
-
-    def screenshot(self, file, whole=True):
-        """Write what the page looks like, as PNG."""
-        found = self.ask("Page.captureScreenshot", captureBeyondViewport=whole)
-        file.write_bytes(base64.b64decode(found["data"]))
 
     def _next(self):
         """Next message; events are noted on the way."""

@@ -6,12 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2_contingency
 
-from ros_pose_stats import (
-    DropScene,
-    part_from_mesh,
-    simulate,
-    simulate_flips,
-)
+from ros_pose_stats import DropScene, part_from_mesh, simulate, simulate_flips
 from ros_pose_stats.simulation.drop_body import drop_body
 from ros_pose_stats.simulation.flips import kicks_of
 from tests.bodies import random_polyhedron, shapes

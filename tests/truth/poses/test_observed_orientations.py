@@ -9,12 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from ros_pose_stats import (
-    PoseStatsError,
-    classify_orientations,
-    part_from_mesh,
-    resting_poses,
-)
+from ros_pose_stats import PoseStatsError, classify_orientations, part_from_mesh, resting_poses
 from ros_pose_stats.shapes import demo_parts
 from tests.bodies import random_polyhedron, shapes
 

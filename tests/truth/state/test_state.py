@@ -195,10 +195,6 @@ def test_newer_and_foreign_files_are_left_alone(file, opened):
     with pytest.raises(RequestError, match="another program"):
         State(other)
     assert other.read_bytes() == before
-    pipe = file.with_name("pipe")
-    os.mkfifo(pipe)
-    with pytest.raises(RequestError, match="a pipe, no file"):
-        State(pipe)
 
 
 def test_messages_of_other_definitions_are_written_anew(file, opened):

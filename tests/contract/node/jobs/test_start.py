@@ -7,8 +7,8 @@ import pytest
 from ros_pose_stats import simulate
 
 from ..harness.client import RUNNING
-from ..harness.jobs import LONG, finished, get, known_part, reached, start
-from ..harness.parts import WEDGE, counts, flat, library_part
+from ..harness.jobs import LONG, finished, known_part, reached, start
+from ..harness.parts import WEDGE, counts, library_part
 
 
 class TestResults:
@@ -38,9 +38,6 @@ class TestResults:
         assert 0 != first.seed != second.seed != 0
         again = finished(cell, start(cell, part_id, 300, seed=first.seed)).statistics
         assert counts(again.poses) == counts(first.poses)
-
-    def test_no_number_of_drops_stands_for_the_node_s(self, cell):
-        assert get(cell, start(cell, known_part(cell), 0)).drops_total == 10_000
 
     def test_a_target_error_ends_early(self, cell):
         job_id = start(cell, known_part(cell), 100_000, seed=4, target_error=0.02)
@@ -82,11 +79,6 @@ class TestIdenticalRequests:
         part_id = known_part(cell)
         first = start(cell, part_id, LONG, seed=1)
         assert start(cell, part_id, LONG, seed=1, restitution=0.5, max_seconds=600.0) == first
-
-    def test_of_a_nameless_part_get_the_same_job(self, cell):
-        asked = {"part": flat(WEDGE), "drops": LONG, "seed": 5}
-        first, again = (cell.good("start_drop_simulation", **asked).job_id for _ in range(2))
-        assert first == again
 
 
 class TestRefusals:

@@ -13,15 +13,7 @@ from ros_pose_stats import PoseStatsError, estimate, part_from_mesh, shift_cente
 from ..harness.cell import latched
 from ..harness.jobs import known_part
 from ..harness.listed import jobs_of, recorded_of
-from ..harness.parts import (
-    WEDGE,
-    fine_box,
-    flat,
-    library_part,
-    new_id,
-    probabilities,
-    whole,
-)
+from ..harness.parts import WEDGE, fine_box, flat, library_part, new_id, probabilities, whole
 
 OFFSET = (0.004, -0.002, 0.001)
 STEP = Vector3(x=OFFSET[0], y=OFFSET[1], z=OFFSET[2])
