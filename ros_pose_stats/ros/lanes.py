@@ -24,9 +24,13 @@ def done_with(value: T) -> Future[T]:
     return future
 
 
-def ending() -> RequestError:
+class NotDoneError(RequestError):
+    """What was asked for was not done for a reason that is not its own."""
+
+
+def ending() -> NotDoneError:
     """The refusal of whatever a node that ends is asked for."""
-    return RequestError("a running node", "one that is ending", "start it again")
+    return NotDoneError("a running node", "one that is ending", "start it again")
 
 
 def words_of(error: BaseException) -> str:

@@ -130,7 +130,7 @@ class Job:
 
 
 class JobListener:
-    """Keeps what happens to jobs; all but the first are called in the queue's own thread."""
+    """Keeps what happens to jobs, in the thread of the queue or of whoever submits or cancels."""
 
     # shows goals how far a job is: as it begins to run, and some twenty times a second
     follow: Callable[[Job], object] = staticmethod(lambda job: None)
@@ -176,7 +176,7 @@ class Stop:
 
     def is_due(self) -> bool:
         """Whether somebody cancelled it, its time is over, or it has to give way."""
-        self.why = self._job.cancel_reason
+        self.why = self._job.cancel_reason or self.why
         self._is_late = not self.why and time.monotonic() > self._until
         if not (self.why or self._is_late) and self._should_give_way():
             self.why = GAVE_WAY

@@ -14,7 +14,7 @@ from ...mesh.overlap import TakesLongError
 from ...records import DropScene
 from ...resting.poses import are_found
 from ..base import Base
-from ..lanes import Lane, Rank, done_with, words_of
+from ..lanes import Lane, NotDoneError, Rank, done_with, words_of
 from ..messages import part_messages, part_requests
 from ..refusals import MESHES, SequenceGaps
 from ..settings import mesh_topics
@@ -104,7 +104,7 @@ class Intake:
                 self._show_again(known)
             elif self._results.lacks_check(known):
                 self._follow(known)
-        except (TakesLongError, part_builder.NotBuiltError):
+        except (TakesLongError, NotDoneError):
             raise
         except PoseStatsError as refusal:
             self._refusals.refuse(f"part of an earlier run{name}", str(refusal))

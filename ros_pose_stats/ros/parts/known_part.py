@@ -122,11 +122,8 @@ class KnownPart:
 
 
 BUILT_BYTES = 64 * 2**20  # of parts that are kept because they may come again
-REFUSAL_BYTES = 2**12  # of the error of one that was refused
 
 
-def memory_of_parts() -> Memory[Any, Any]:
-    """Parts by any key, as far as they take `BUILT_BYTES` with what is prepared of them."""
-    return Memory(BUILT_BYTES, lambda part: (
-        2 * part.vertices.nbytes + 3 * part.triangles.nbytes if isinstance(part, Part)
-        else REFUSAL_BYTES))
+def memory_of_parts() -> Memory[Any, Part]:
+    """The latest parts by any key; what is prepared of one takes about as much as its mesh."""
+    return Memory(BUILT_BYTES, lambda part: 2 * part.vertices.nbytes + 3 * part.triangles.nbytes)

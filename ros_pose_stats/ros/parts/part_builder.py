@@ -18,7 +18,7 @@ from ...records import DropScene, Part
 from ...resting.outlines import outline_at
 from ...resting.poses import are_found, resting_poses
 from ..base import Base
-from ..lanes import Lane, Rank
+from ..lanes import Lane, NotDoneError, Rank, ending
 from ..messages.part_requests import PartRequest, part_of
 
 T = TypeVar("T")
@@ -28,10 +28,6 @@ CORNERS = 3  # vertices a triangle where each has its own
 HERE_SECONDS = 0.05  # for looking in the node how the bodies of a mesh lie to each other
 BUDGET_SECONDS = 60.0  # for one mesh
 NICENESS = 10  # drops and answers come first
-
-
-class NotBuiltError(errors.RequestError):
-    """A part that was not built for a reason that is not the mesh's."""
 
 
 def is_large(mesh: PartRequest | Part) -> bool:
@@ -62,17 +58,16 @@ class PartWorker(Worker):
 
     def call(self, seconds: float, late: errors.PoseStatsError, function: Callable[..., T],
              *arguments: Any) -> T:
-        """Have a function called there; raises `late`, NotBuiltError and what it has raised."""
+        """Have a function called there; raises `late`, NotDoneError and what it has raised."""
         try:
             outcome = self.call_within(seconds, attempt, function, *arguments)
         except TookLongError as error:
             raise late from error
         except (ProcessDiedError, errors.BatchError) as error:
             if self.closed:
-                raise NotBuiltError("a running node", "one that is ending",
-                                    "start it again") from error
-            raise NotBuiltError("a process that works on the part to the end", f"one that {error}",
-                                "send the mesh again; decimate it if memory is short") from error
+                raise ending() from error
+            raise NotDoneError("a process that works on the part to the end", f"one that {error}",
+                               "send the mesh again; decimate it if memory is short") from error
         if isinstance(outcome, Exception):
             raise outcome
         return outcome

@@ -1,5 +1,6 @@
 """What parts the node knows: built once, kept in the state, the least recently used forgotten."""
 
+import copy
 import itertools
 import threading
 from collections import OrderedDict
@@ -11,6 +12,7 @@ from ros_pose_stats_msgs.msg import JobEvent
 from ...errors import MeshError, PoseStatsError, RequestError
 from ...records import Part, part
 from ..base import Base
+from ..lanes import NotDoneError
 from ..messages import part_messages, part_requests, times
 from ..recorder import JOB_EVENTS
 from ..state import OF_PARTS, Change, Row
@@ -19,6 +21,7 @@ from .announcer import Announcer
 from .known_part import KnownPart, Memory, PartSource, Revisions, memory_of_parts
 
 NUMBERED = 1024  # forgotten parts whose revisions go on where they come again
+REFUSED = 1024  # meshes whose refusals are remembered
 
 
 class PartStore:
@@ -32,8 +35,9 @@ class PartStore:
         self._used: set[str] = set()
         self._uses = itertools.count(1)
         self._lock = threading.Lock()
-        # or why it was refused; also after another mesh of the same name has come
-        self._built: Memory[tuple[str, bytes], Part | PoseStatsError] = memory_of_parts()
+        # also after another mesh of the same name has come
+        self._built: Memory[tuple[str, bytes], Part] = memory_of_parts()
+        self._refused: Memory[tuple[str, bytes], PoseStatsError] = Memory(REFUSED)
         self._revisions: Memory[str, Revisions] = Memory(NUMBERED)
 
     def restore(self) -> None:
@@ -79,17 +83,18 @@ class PartStore:
 
     def _build(self, request: part_requests.PartRequest) -> Part:
         key = request.part_id, request.content
-        built = self._built.get(key)
+        built, refusal = self._built.get(key), self._refused.get(key)
+        if refusal is not None:
+            raise copy.copy(refusal)  # the traceback of one that is raised holds on to the mesh
         if built is None:
             try:
                 built = self._builder.build(request)
-            except part_builder.NotBuiltError:  # the mesh may be good
+            except NotDoneError:  # the mesh may be good
                 raise
             except PoseStatsError as error:
-                built = error
+                self._refused.put(key, copy.copy(error))
+                raise
             self._built.put(key, built)
-        if isinstance(built, PoseStatsError):
-            raise built
         return built
 
     def put(self, known: KnownPart, request: part_requests.PartRequest) -> None:

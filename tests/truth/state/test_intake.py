@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import threading
+import weakref
 from functools import partial
 from types import SimpleNamespace
 from unittest.mock import Mock
@@ -16,14 +18,18 @@ from ros_pose_stats import part_from_mesh
 from ros_pose_stats.batch.worker import WorkerProcess
 from ros_pose_stats.errors import BatchError, MeshError, RequestError
 from ros_pose_stats.mesh.overlap import TakesLongError
+from ros_pose_stats.records import DropScene
 from ros_pose_stats.records.scene import Numbering
 from ros_pose_stats.ros.answering_node import answered
 from ros_pose_stats.ros.base import Base
+from ros_pose_stats.ros.jobs import JobListener, JobRequest, Jobs, State
 from ros_pose_stats.ros.jobs.refinement import Refinement
-from ros_pose_stats.ros.lanes import Lane, Lanes, Rank
+from ros_pose_stats.ros.lanes import Lane, Lanes, Rank, done_with, ending
+from ros_pose_stats.ros.messages.part_requests import PartRequest
 from ros_pose_stats.ros.parts.count_store import CellCounts, CountStore, Ground
 from ros_pose_stats.ros.parts.intake import LARGE_BYTES, Intake
 from ros_pose_stats.ros.parts.known_part import KnownPart, PartSource
+from ros_pose_stats.ros.parts.part_store import PartStore
 from ros_pose_stats.ros.parts.result_store import Stores
 from ros_pose_stats.ros.services.plate_fits import PlateFits
 
@@ -168,3 +174,54 @@ def test_counts_that_do_not_fit_a_result_are_left_out_of_it(plate, sides, total,
     message = PoseStatistics(cluster_tolerance=0.0, round_sides=0, poses=[StablePose()] * 4)
     assert store.observe(known, message) is None
     assert (build.call_count, node.get_logger().warning.call_count) == (builds, warnings)
+
+
+def test_nothing_holds_on_to_a_mesh_that_is_refused():
+    def build(request):
+        raise MeshError("a closed mesh", "an open one", "close it")
+
+    store = PartStore(base_of(), None, SimpleNamespace(build=build))
+    for _ in range(2):  # the second time its refusal is remembered
+        request = PartRequest("clamp", *map(np.array, TETRAHEDRON))
+        left = weakref.ref(request)
+        with pytest.raises(MeshError, match="an open one"):
+            store.identify(request)
+        del request
+        gc.collect()
+        assert left() is None
+
+
+def test_a_part_that_the_end_of_the_node_keeps_from_being_shown_again_is_not_forgotten(lanes):
+    source, parts = PartSource(part_from_mesh(*TETRAHEDRON)), Mock()
+    parts.all.return_value = [KnownPart("clamp", "", b"", NODE_SCENE, source)]
+    intake = Intake(base_of(lanes, scene=DropScene), Stores(parts, None, Mock(), Mock()), Mock(),
+                    Mock(side_effect=ending()))
+    intake.restore({"clamp": False})
+    with pytest.raises(RequestError, match="running node"):
+        intake.restored[0].result(60.0)
+    parts.forget.assert_not_called()
+
+
+def test_a_refinement_that_gave_way_begins_again_though_the_client_cancels():
+    runs = []
+
+    def compute(job, part, listener, stop):
+        runs.append(job.job_id)
+        if len(runs) == 1:
+            asked = submit(refinement=False)
+            assert stop.is_due()
+            jobs.cancel(asked.job_id, "cancelled by a client")
+        complete = not stop.is_due()
+        return stop.judge(Mock(drops=100 if complete else 1, warnings=()), complete, "")
+
+    def submit(refinement):
+        return jobs.submit(JobRequest("clamp", b"", DropScene(), 100, 1, 0.0, 600.0, refinement),
+                           done_with(Mock()), Mock(max_queued_jobs=1))
+
+    jobs = Jobs("run", JobListener(), print, compute)
+    jobs.start()
+    refinement = submit(refinement=True)
+    refinement.finished.result(60.0)
+    assert runs == [refinement.job_id] * 2
+    assert (refinement.state, refinement.drops_done) == (State.DONE, 100)
+    jobs.close("")
