@@ -178,9 +178,10 @@ class Answers:
         try:
             with suppress(exceptions.InvalidHandle):  # the service has ended, and the node with it
                 send()
-        except (RuntimeWarning, SystemError) as error:
+        except Exception as error:
             if not isinstance(error.__cause__ or error, RuntimeWarning):  # as which it comes out
-                raise
+                self._warn(f"{service}: an answer could not be sent: {words_of(error)}")
+                return
             reached = False
         with self.changed:
             if rival is not None:

@@ -42,7 +42,7 @@ class GoalServer(ABC):
         self._lock = threading.Lock()
         self._next_feedback = 0.0
         self._server = ActionServer(
-            node, kind, f"~/{name}", execute_callback=self._end,
+            node, kind, f"~/{name}", execute_callback=lambda goal: None,  # each has its own
             goal_callback=self._ask, handle_accepted_callback=self._accepted,
             cancel_callback=self._cancel, callback_group=ReentrantCallbackGroup(),
             goal_service_qos_profile=SERVICE_QUALITY, cancel_service_qos_profile=SERVICE_QUALITY,
@@ -158,7 +158,7 @@ class GoalServer(ABC):
     def _end(self, goal: server.ServerGoalHandle, job: Job) -> Any:
         job.finished.result()
         result = self.result(job, job.state == State.DONE, job.message)
-        if job.state == State.DONE:
+        if result.success:
             goal.succeed()
         elif job.state == State.CANCELLED and goal.is_cancel_requested:
             goal.canceled()
@@ -239,6 +239,9 @@ class SimulateFlipsServer(GoalServer):
         result = SimulateFlips.Result(success=success, message=message)
         flips = None if job is None else self._reports.of_jobs.get(job.job_id)
         if flips is None:
+            if job is not None and success:
+                result.success, result.message = False, str(RequestError(
+                    "flips that are still remembered", f"none of {job.job_id}", "ask again"))
             return result
         for name in ("part_id", "part_digest", "restitution", "kick_height", "seed"):
             setattr(result, name, getattr(flips, name))

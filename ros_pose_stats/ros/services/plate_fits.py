@@ -68,7 +68,10 @@ class PlateFits:
         """Write the plate into its file and work with it; whether its counts are kept."""
         from ...plates import profile_of, write_profile
 
-        file = Path(settings.plates).expanduser()
+        now, file = self._settings(), Path(settings.plates).expanduser()
+        if (now.plates, now.plate) != (settings.plates, settings.plate):
+            raise errors.RequestError("plates and plate as they were when the fit was asked for",
+                                      "other parameters", "ask again")
         try:
             write_profile(file, profile_of(plate, fit))
         except OSError as error:

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 from ...errors import PoseStatsError, RequestError, reason
 
-VERSION = 2
+VERSION = 3
 APPLICATION = 0x52505353  # what the file's header says of its kind
 COLUMNS = {  # the first one is the key; each row has a checksum behind the others
     "parts": "part_id TEXT PRIMARY KEY, digest TEXT, content BLOB, restitution REAL, "
