@@ -245,5 +245,7 @@ def deserialized(data: bytes, kind: type, most: int) -> Any:
 def check_size(data: bytes, kind: type, most: int) -> None:
     """Refuse what is too large for whoever reads it; raises RequestError."""
     if len(data) > most:
+        in_place = "; a mesh in plain little-endian CDR may be larger" if (
+            kind in (Mesh, PartMesh)) else ""
         raise RequestError(f"a {kind.__name__} of at most {most} bytes", f"{len(data)} bytes",
-                           "check the publisher; a mesh in plain little-endian CDR may be larger")
+                           f"check the publisher{in_place}")

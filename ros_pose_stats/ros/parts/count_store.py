@@ -89,8 +89,9 @@ class CellCounts:
 
     def drift(self) -> str:
         """How the last parts differ from those before beyond chance; empty if they do not."""
-        total, recent = self.total, sum(list(self._recent), 0 * self.total)
+        total = self.total
         if total is not self._drift[0]:
+            recent = sum(list(self._recent), 0 * total)
             self._drift = total, _describe_drift(recent, total - recent)
         return self._drift[1]
 

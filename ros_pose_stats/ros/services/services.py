@@ -17,7 +17,7 @@ from ...text import listed, millimetres
 from ..answering_node import Steps
 from ..base import Base
 from ..jobs import Job, JobRequest, Jobs, State, job_reports, refinement as refining
-from ..lanes import Rank, done_with, result_of
+from ..lanes import Rank, done_with, ending, result_of
 from ..messages import part_messages, part_requests, statistics_messages
 from ..parts import part_builder, result_store
 from ..parts.intake import Intake
@@ -42,7 +42,7 @@ class Services:
         self._settings, self._refusals, self._intake = base.settings, base.refusals, intake
         self._parts, _, self._results, self._announcer = stores
         self._refinement, self._outlines = refinement, outlines
-        self._jobs, self._reports = jobs, reports
+        self._lanes, self._jobs, self._reports = base.lanes, jobs, reports
         self._shifted: Memory[Any, Part] = memory_of_parts()
         for kind, name, callback in (
                 (srv.EstimatePoses, "estimate", self.estimate),
@@ -62,6 +62,8 @@ class Services:
 
         `is_enough`: whether a known part will do though it is not built yet.
         """
+        if self._lanes.closed:
+            raise ending()
         message, carried = request.part, part_messages.is_given(request.part)
         if request.part_id and message.part_id and request.part_id != message.part_id:
             wanted, got = (
@@ -160,7 +162,7 @@ class Services:
         drops = request.drops or min(settings.drops, settings.max_drops)
         if drops > settings.max_drops:
             raise errors.RequestError(f"at most {settings.max_drops} drops (parameter max_drops)",
-                               f"{drops}", "ask for fewer, or raise the parameter")
+                                      f"{drops}", "ask for fewer, or raise the parameter")
         check_target(request.target_error)
         seconds, most = request.max_seconds or settings.max_job_seconds, settings.max_job_seconds
         if not 0.0 < seconds <= most:
@@ -237,4 +239,4 @@ def check_target(value: float) -> None:
     """Refuse a target error that is none; raises RequestError."""
     if not 0.0 <= value < 1.0:
         raise errors.RequestError("a target_error from 0 to below 1, as a fraction", f"{value}",
-                           "0.01 is one point; 0 stands for none")
+                                  "0.01 is one point; 0 stands for none")
