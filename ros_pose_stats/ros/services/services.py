@@ -138,13 +138,12 @@ class Services:
                advice: str) -> PoseStatistics:
         """An answer by the one estimator that was asked for, whatever its error."""
         message = self._results.estimate(known, request.method, scene)
-        bound = 0.0
-        if request.target_error:
-            bound = refining.credible_bound(known.part, message, scene)
-        if bound > request.target_error:
+        target = request.target_error
+        bound = refining.credible_bound(known.part, message, scene) if target else 0.0
+        if bound > target:
             short = f"the error of {message.method} is not known here"
             if math.isfinite(bound):
-                short = not_enough(message.method, bound, request.target_error)
+                short = not_enough(message.method, bound, target)
             message = statistics_messages.with_warning(
                 message, f"TARGET_MISSED: {short}; {advice}.")
         return message
