@@ -18,8 +18,7 @@ from ros_pose_stats import part_from_mesh
 from ros_pose_stats.batch.worker import WorkerProcess
 from ros_pose_stats.errors import BatchError, MeshError, RequestError
 from ros_pose_stats.mesh.overlap import TakesLongError
-from ros_pose_stats.records import DropScene
-from ros_pose_stats.records.scene import Numbering
+from ros_pose_stats.records.scene import DropScene, Numbering
 from ros_pose_stats.ros.answering_node import answered
 from ros_pose_stats.ros.base import Base
 from ros_pose_stats.ros.jobs import JobListener, JobRequest, Jobs, State
