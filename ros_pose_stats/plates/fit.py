@@ -188,8 +188,7 @@ def fit_plate(counted: Sequence[CountedPart]) -> PlateFit:
     found = grid.scenes[place]
     table = logarithm[1:].reshape(len(sides), RESTITUTIONS.size, HEIGHTS)
     profile = table.max(axis=(1, 2))
-    likely = [found.round_sides,
-              *np.array(sides)[profile >= profile.max() - 0.5 * REACH].tolist()]
+    likely = [found.round_sides, *np.array(sides)[profile >= profile.max() - 0.5 * REACH].tolist()]
     return PlateFit(
         _interval(RESTITUTIONS, table.max(axis=(0, 2)), found.restitution),
         _interval(grid.height, table.max(axis=(0, 1)), found.drop_height or AS_DEFAULT),

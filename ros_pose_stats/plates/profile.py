@@ -73,8 +73,7 @@ class PlateProfile:
     @property
     def tells_round_sides(self) -> bool:
         """Whether the scene is one of its own sides, or some are left out by the counts."""
-        return (self.round_sides, self.round_sides_low,
-                self.round_sides_high) != fits.UNTOLD_SIDES
+        return (self.round_sides, self.round_sides_low, self.round_sides_high) != fits.UNTOLD_SIDES
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values that JSON and YAML can hold, without the name."""

@@ -73,8 +73,7 @@ class PoseStatsNode(AnsweringNode):
         restore.record_cancelled(cancelled, recorder, state, log.warning)
         self._mending = threading.Thread(target=recorder.mend_bags, name="mend bags", daemon=True)
         intake.subscribe_to_meshes(base, self.intake)
-        asked = services.Services(base, stores, self.intake, refiner, jobs, reports,
-                                  self.outlines)
+        asked = services.Services(base, stores, self.intake, refiner, jobs, reports, self.outlines)
         feeding.FeedingService(base, stores, self.flip_jobs[1], flips)
         plate_fits.PlateFits(base, stores, self.table.use_plate)
         self.actions = [goals.SimulateDropsServer(base, asked, jobs, reports),

@@ -138,8 +138,7 @@ def subscribe_to_meshes(base: Base, intake: Intake) -> None:
             except Exception as error:  # a refusal, or a failure that is told like one
                 refusals.refuse(topic, words_of(error))
             else:
-                intake.queue(request, topic + part_requests.named(request.part_id),
-                             Rank.PUBLISHED)
+                intake.queue(request, topic + part_requests.named(request.part_id), Rank.PUBLISHED)
 
         gaps = SequenceGaps()
 
