@@ -16,7 +16,6 @@ from ..lanes import Lane, Rank
 from ..messages.part_requests import shown
 from ..messages.statistics_messages import fill_bounds
 from ..parts import count_store, known_part, result_store
-from ..settings import Settings
 
 if TYPE_CHECKING:
     from ...plates import PlateFit
@@ -55,8 +54,8 @@ class PlateFits:
                             f"{text.several(len(fit.parts), 'part')} in {fit.seconds:.1f} s; "
                             f"{fit.verdict}")
         if request.apply:
-            file, kept = yield self._lanes.put(partial(self._apply, plate, fit, settings),
-                                               Rank.KNOWN, Lane.FIT)
+            file, kept = yield self._lanes.put(partial(self._apply, plate, fit, settings.plates,
+                                                       settings.plate), Rank.KNOWN, Lane.FIT)
             response.message += f"; written to {file} as {plate}, and used from now on"
             if not kept:
                 response.message += f". {self._announcer.not_recorded().rstrip('.')}"
@@ -64,14 +63,15 @@ class PlateFits:
         self._log.info(f"~/fit_plate: effective restitution {fit.restitution[0]:.2f}, drop height "
                        f"{fit.drop_height[0]:.3g} m (-1: 20 radii). {response.message}")
 
-    def _apply(self, plate: str, fit: PlateFit, settings: Settings) -> tuple[Path, bool]:
+    def _apply(self, plate: str, fit: PlateFit, *asked_under: str) -> tuple[Path, bool]:
         """Write the plate into its file and work with it; whether its counts are kept."""
         from ...plates import profile_of, write_profile
 
-        now, file = self._settings(), Path(settings.plates).expanduser()
-        if (now.plates, now.plate) != (settings.plates, settings.plate):
+        now = self._settings()
+        if (now.plates, now.plate) != asked_under:
             raise errors.RequestError("plates and plate as they were when the fit was asked for",
                                       "other parameters", "ask again")
+        file = Path(now.plates).expanduser()
         try:
             write_profile(file, profile_of(plate, fit))
         except OSError as error:
