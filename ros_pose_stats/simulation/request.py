@@ -98,9 +98,10 @@ def _bound(drops: int | None, starts: Array | None) -> int:
 
 def _directions(starts: ArrayLike) -> Array:
     try:
-        given = arrays.real_array(starts)
-    except arrays.NOT_NUMBERS:  # ragged, or no numbers
+        given = arrays.unmasked(starts)
+    except arrays.NOT_NUMBERS:  # ragged, or complex
         given = np.zeros(())
+    given = arrays.real_array(given if given.dtype.kind in "fiu" else 0.0)
     if given.ndim != 2 or given.shape[0] < 1 or given.shape[1] != 3:
         raise RequestError("starts as an array (k, 3) of directions, k at least 1",
                            f"shape {given.shape}" if given.ndim else "no array of numbers",

@@ -82,7 +82,7 @@ def test_starts_point_down(part):
 @pytest.mark.parametrize("starts", [
     [1.0, 2.0, 3.0], np.zeros((0, 3)), np.ones((2, 2)), 5.0, {}, "abc", [[0.0, 0.0, 0.0]],
     [[0.0, 0.0, 1.0], [NAN, 0.0, 1.0]], [[INF, 0.0, 0.0]], [[None, 1, 2]], [["a", "b", "c"]],
-    [[1, 2, 3], [1, 2]], np.array([[1j, 0.0, 0.0]])])
+    [[1, 2, 3], [1, 2]], np.array([[1j, 0.0, 0.0]]), [["0", "0", "1"]], [[True, False, False]]])
 def test_bad_starts_are_refused(part, starts):
     refused(lambda: simulate(part, starts=starts))
 
