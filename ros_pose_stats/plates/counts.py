@@ -61,7 +61,7 @@ def count_part(part: Part, counts: Mapping[int, int], *,
     return CountedPart(part, count, cluster_tolerance, round_sides)
 
 
-MOST_DIGITS = 14  # of parts that nobody counts
+MOST = 2.0**48  # parts that nobody counts
 
 
 def read_count_rows(file: Path) -> dict[Path, Counter[int]]:
@@ -102,11 +102,11 @@ def read_table(file: Path, columns: str, example: str) -> list[tuple[str, list[i
         if place == 0 and len(row) == width and not any(map(str.isdecimal, row[1:])):
             continue
         if len(row) != width or not row[0] or not all(
-                cell.isdecimal() and len(cell) <= MOST_DIGITS for cell in row[1:]):
+                cell.isdecimal() and float(cell) <= MOST for cell in row[1:]):
             raise RequestError(f"a row of {columns} with whole numbers from 0 on",
                                f"{','.join(row)!r} in line {number} of {file}",
                                f"for instance {example}")
-        found.append((row[0], [int(cell) for cell in row[1:]]))
+        found.append((row[0], [int(float(cell)) for cell in row[1:]]))
     if not found:
         raise RequestError(f"rows of {columns}", f"none in {file}", f"for instance {example}")
     return found

@@ -108,7 +108,8 @@ def test_few_counts_say_little_of_the_plate(folder):
 @pytest.mark.parametrize("text", [
     "part,pose,count\na.stl,0,40\nb.stl,2,6\na.stl,0,3\n", "a.stl;0;43\n\nb.stl;2;6",
     '\ufeff"a.stl", 0 , 43\n b.stl,2,6\n', "part\tpose\tcount\r\na.stl\t0\t43\r\nb.stl\t2\t6",
-], ids=["head and twice", "semicolons", "byte order mark", "tabs"])
+    "a.stl,0,000000000000043\nb.stl,2,6",
+], ids=["head and twice", "semicolons", "byte order mark", "tabs", "leading zeros"])
 def test_tables_as_people_write_them(folder, text):
     """Of parts that lie beside the table; rows of the same pose add."""
     table = folder / "written.csv"
