@@ -65,7 +65,8 @@ def simulate(part: Part, drops: int | None = None, restitution: float = scenes.D
     Returns
     -------
     PoseStatistics
-        All poses, most probable first; the same whatever the workers and the timing.
+        All poses, most probable first; the same whatever the workers and the timing. Where none
+        of fewer than 50 drops comes to rest, probabilities and errors are NaN.
 
     Raises
     ------
