@@ -90,4 +90,3 @@ def _split(arguments: list[str]) -> tuple[list[str], list[str]]:
         return arguments, []
     place = arguments.index("--ros-args")
     return arguments[:place], arguments[place:]
-

@@ -61,4 +61,3 @@ def reason(error: BaseException) -> str:
     """An error in one line, never empty."""
     text = (isinstance(error, OSError) and error.strerror) or str(error) or type(error).__name__
     return " ".join(text.split())
-

@@ -125,4 +125,3 @@ def _rim(axis: int, side: int, points: int) -> NDArray[np.float64]:
     rim[:, (axis + 1) % 3] = (1.0 - height**2) ** 0.5 * np.cos(turn)
     rim[:, (axis + 2) % 3] = (1.0 - height**2) ** 0.5 * np.sin(turn)
     return rim
-

@@ -131,4 +131,3 @@ def sines_cosines(angles: Fixed1) -> tuple[Array, Array]:
     for i in range(angles.shape[0]):
         sines[i], cosines[i] = sine_cosine(angles[i])
     return sines, cosines
-

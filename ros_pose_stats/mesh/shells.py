@@ -163,4 +163,3 @@ def _inner_point(points: Array, triangles: Index) -> Array | None:
     if passage[longest] <= 0.0:
         return None
     return np.array([x, y, height[order[longest]] + 0.5 * passage[longest]])
-

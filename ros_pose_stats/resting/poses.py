@@ -238,4 +238,3 @@ def _records(part: Part, found: Equilibria, grouped: Clusters) -> tuple[StablePo
         shape=PoseShape(body, int(faces[i]), rotations[i]), group_size=int(size[groups[i]]),
         rolls=bool(rolls[i]), roll_axis=on_plate[i], yaw_symmetry=int(yaw[i]),
     ) for i, members in enumerate(members_of))
-

@@ -165,4 +165,3 @@ def _contact(body: drop_body.PreparedBody, row: Array) -> Array:
         contact[at.LENGTH] = lengths(edge[None])[0]
         contact[at.ALONG:at.ALONG + 3] = edge / contact[at.LENGTH]
     return contact
-

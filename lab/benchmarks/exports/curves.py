@@ -48,12 +48,12 @@ class Curve(NamedTuple):
     """A body as several files, the coarsest first."""
 
     name: str
-    make: Callable[[int], parts.Surface]
+    make: Callable[[int], shapes.Surface]
     divisions: tuple[int, ...]
 
 
 def cut_ball(subdivisions: int, axes: Sequence[float] = (1.0, 1.0, 1.0),
-             height: float = 0.7) -> parts.Surface:
+             height: float = 0.7) -> shapes.Surface:
     """An ellipsoid cut at that share of its lower radius."""
     ball = trimesh.creation.icosphere(subdivisions=subdivisions)
     points, edges = np.array(ball.vertices), ball.edges_unique
@@ -64,7 +64,7 @@ def cut_ball(subdivisions: int, axes: Sequence[float] = (1.0, 1.0, 1.0),
     return shapes.hull_mesh(np.vstack((points[~below], crossing)) * np.array(axes))
 
 
-def lobed(sides: int, lobes: int, depth: float, length: float) -> parts.Surface:
+def lobed(sides: int, lobes: int, depth: float, length: float) -> shapes.Surface:
     """A prism over a rounded polygon."""
     angles = parts.circle(sides, 0.1)
     radius = 1.0 + depth * np.cos(lobes * angles)

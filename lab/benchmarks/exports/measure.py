@@ -13,6 +13,7 @@ from scipy.stats import chi2_contingency
 
 from ros_pose_stats import PoseStatistics, estimate, simulate
 from ros_pose_stats.statistics.chi_square import LEAST_EXPECTED
+from study import shapes
 
 from ..report import NUMBERS, collect_results
 from ..results import Row, Section, Target, save
@@ -43,7 +44,7 @@ class Exports:
     """
 
     name: str
-    make: Callable[[int, float], parts.Surface]
+    make: Callable[[int, float], shapes.Surface]
     sides: tuple[int, ...] = SIDES
 
 

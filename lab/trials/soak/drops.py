@@ -64,5 +64,3 @@ def many_drops(setting: Setting) -> Outcome:
     found.seen = (f"{unsettled} unsettled; at least {lowest:.1e} m g radius above the pose and "
                   f"{closest:.1e} missing to leave it")
     return found
-
-

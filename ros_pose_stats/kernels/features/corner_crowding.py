@@ -100,4 +100,3 @@ def corner_shares(points: Array, body: BodyArrays) -> Array:
         if share[v] > 0.0:
             share[v] = max(0.5 - share[v] / (4.0 * math.pi), 0.0)
     return share
-
