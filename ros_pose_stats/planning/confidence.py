@@ -130,6 +130,8 @@ def observe_counts(model: PoseStatistics, counts: ArrayLike,
     `left_out` (P,): probabilities that the plate's fit says without these counts; they take the
     place of the model where they are of as many poses. Where the counts refute the model beyond
     its error and the plate's, the answer is theirs alone, with the warning `CONFLICT`.
+    `expected_error` and `plate_error` both are the error against the plate. Without any count, the
+    model itself. Raises RequestError if there are not P counts from 0 up.
     """
     poses = sorted(model.poses, key=lambda pose: pose.index)
     counted = np.asarray(counts)
@@ -166,7 +168,7 @@ def plate_evidence(model: PoseStatistics, counts: ArrayLike) -> NDArray[np.float
 
 
 def learnt_plate_error(evidence: Iterable[NDArray[np.float64]]) -> float:
-    """The plate's error that the counts of some parts ask for, a geometric mean."""
+    """The plate's error that parts' counts ask for, a geometric mean; without any, the default."""
     far = np.log(PLATE_ERRORS / scenes.DEFAULT_PLATE_ERROR)
     logarithm = sum(evidence, -0.5 * np.square(far / PLATE_ERROR_SPREAD))
     weight = np.exp(logarithm - logarithm.max())

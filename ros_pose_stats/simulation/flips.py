@@ -168,7 +168,8 @@ class Kicks(NamedTuple):
     def states(self, seed: int, first: int, count: int) -> Array:
         """States (count, 8) just after kicks from `first` on, all poses in turn.
 
-        A vertical impulse J acts at a point r: v = J / m and w = J I^-1 (r x up).
+        A vertical impulse J acts at a point r drawn uniformly from the contact polygon: v = J / m
+        and w = J I^-1 (r x up), with J such that the energy is m g times the height.
         """
         resting, moment = self.body.resting, self.body.arrays.moment
         pose = np.arange(first, first + count) % len(resting.poses)

@@ -142,8 +142,9 @@ def shortest_interval(weight: Array, mean: Array, variance: Array, level: float
                       ) -> tuple[Array, Array]:
     """Bounds (P,) between which the density of a mixture (K, P) is nowhere lower than outside.
 
-    0 < mean < 1, 0 < variance < mean (1 - mean). The length is within a thousandth of the least
-    one, a few per cent where a sharp component stands beside a broad one.
+    `weight` sums to 1 over K; 0 < mean < 1, 0 < variance < mean (1 - mean), 0 < level < 1. The
+    length is within a thousandth of the least one, a few per cent where a sharp component stands
+    beside a broad one.
     """
     mirrored = (weight * mean).sum(axis=0) > 0.5
     low, high = _left(weight, np.where(mirrored, 1.0 - mean, mean), variance, level)
@@ -187,4 +188,3 @@ def _begin(nodes: Array, mass: Array, level: float) -> float:
 
 def _mass(weight: Array, a: Array, b: Array, x: Array) -> Array:
     return np.asarray((weight * betainc(a, b, x)).sum(axis=0))
-
