@@ -177,6 +177,8 @@ class Jobs:
             if job.ending:  # by the other thread, when the queue was closed
                 return
             job.ending = True
+        if job.snapshot is not None:  # of a run that did not stop in time, no later drops are kept
+            job.drops_done = job.snapshot.drops
         job.message = message
         try:
             self._listener.ended(job, state)

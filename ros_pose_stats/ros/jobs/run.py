@@ -104,15 +104,15 @@ class Job:
 
     def take(self, progress: DropProgress) -> None:
         """Note how far the run is, and now and then its statistics."""
-        self.drops_done, self.expected_error = progress.drops, progress.expected_error
-        self.drops_per_second = progress.rate
-        now = time.monotonic()
-        if now < self._next_snapshot:
-            return
-        self.snapshot = progress.statistics()
-        took = time.monotonic() - now
-        pause = COMBINED_SECONDS if self.request.hybrid else SNAPSHOT_SECONDS
-        self._next_snapshot = now + max(pause, took / SNAPSHOT_SHARE)
+        now, snapshot = time.monotonic(), self.snapshot
+        if now >= self._next_snapshot:
+            snapshot = progress.statistics()
+            took = time.monotonic() - now
+            pause = COMBINED_SECONDS if self.request.hybrid else SNAPSHOT_SECONDS
+            self._next_snapshot = now + max(pause, took / SNAPSHOT_SHARE)
+        if not self.ending:
+            self.drops_done, self.expected_error = progress.drops, progress.expected_error
+            self.drops_per_second, self.snapshot = progress.rate, snapshot
 
     def release(self) -> None:
         """Let go of the part and of what refers to it: a thousand ended jobs are kept."""
