@@ -20,9 +20,8 @@ from ros_pose_stats.estimators.expected import (
     rocking_errors,
 )
 from ros_pose_stats.estimators.fitted import ERROR_FITS
-from ros_pose_stats.estimators.split import ACROSS, MIXED, split
+from ros_pose_stats.estimators.split import ACROSS, split
 from ros_pose_stats.records import Array, DropScene
-from ros_pose_stats.resting.turns import FEWEST
 from study.output import markdown_table, points, write_page
 
 from .families import CURVED, ROCKING, family_part, family_poses
@@ -32,16 +31,13 @@ SERIES, DROPS, RESTITUTIONS, HEIGHTS = 4711, 400, (0.2, 0.5, 0.8), (20.0, 2.0)
 BOUNDS, BOUNDS_ACROSS = (0.01, 5.0), (0.0, 40.0)
 """Of the coefficient of expected errors, and of the effect of curves across a pose."""
 
-MIXTURES = (math.inf, 0.1, 0.05, 0.03, 0.02, 0.01, 0.005)
-"""Where the energy lost may have half of a say; at the first it has none."""
-
 
 class Case(NamedTuple):
     """A part in a scene: mean squares over the poses, as fractions."""
 
     family: str
     share: Array  # counted (P,)
-    plain: Array  # (M, P); estimated at each of `MIXTURES` without curves across a pose
+    plain: Array  # estimated without what curves across a pose change
     across: Array  # how far they lie there
     seen: float  # difference of estimate and counted shares
     noise: float  # of the drops
@@ -53,9 +49,9 @@ class Case(NamedTuple):
         """The expected mean square."""
         return self.before + coefficient**2 * self.rocking
 
-    def true(self, mixture: int, across: float) -> float:
-        """Mean square error with such effects of energy lost and of curves across, less noise."""
-        odds = self.plain[mixture] * np.exp(-across * self.across)
+    def true(self, across: float) -> float:
+        """Mean square error with so strong an effect of curves across, without the noise."""
+        odds = self.plain * np.exp(-across * self.across)
         return float(np.mean(np.square(odds / odds.sum() - self.share))) - self.noise
 
 
@@ -75,9 +71,8 @@ def measure(family: str, number: int) -> list[Case]:
         bound = largest_of(expected.each, resting.group, ERROR_FITS["split"],
                            likely * (1.0 - likely) / drops)
         own = float(np.mean(np.square(rocking_errors(resting, told))))
-        across = resting.curves.across
-        plain = np.exp(ACROSS * (across - across.max())) * [
-            split(resting, scene, mixture) for mixture in MIXTURES]
+        across = resting.curves[1]
+        plain = told * np.exp(ACROSS * (across - across.max()))
         cases.append(Case(family, share, plain, across, float(np.mean(np.square(share - told))),
                           float(np.mean(share * (1.0 - share))) / (drops - 1.0),
                           expected.here**2 - own, own / SHIPPED**2,
@@ -95,13 +90,12 @@ def fit(cases: Sequence[Case]) -> float:
     return float(minimize_scalar(unlikely, bounds=BOUNDS, method="bounded").x)
 
 
-def fit_effects(cases: Sequence[Case]) -> tuple[int, float]:
-    """The effects of energy lost, by its mixture, and of curves across of least square error."""
-    found = [minimize_scalar(
-        lambda across, mixture=mixture: sum(one.true(mixture, across) for one in cases),
-        bounds=BOUNDS_ACROSS, method="bounded") for mixture in range(len(MIXTURES))]
-    best = int(np.argmin([one.fun for one in found]))
-    return best, float(found[best].x)
+def fit_across(cases: Sequence[Case]) -> float:
+    """The effect of curves across a pose with the least square error."""
+    def square(across: float) -> float:
+        return sum(one.true(across) for one in cases)
+
+    return float(minimize_scalar(square, bounds=BOUNDS_ACROSS, method="bounded").x)
 
 
 def row(name: str, some: Sequence[Case], others: Sequence[Case]) -> list[str]:
@@ -111,10 +105,10 @@ def row(name: str, some: Sequence[Case], others: Sequence[Case]) -> list[str]:
 
     true = root([one.seen - one.noise for one in some])
     told = root([one.told(SHIPPED) for one in some])
-    effects = fit_effects(others)
+    effect = fit_across(others)
     twice = np.mean([one.seen > 4.0 * one.told(SHIPPED) + one.noise for one in some])
-    return [name, f"{len(some)}", *(points(root([one.true(*each) for one in some]))
-                                    for each in ((0, 0.0), (0, ACROSS), effects)),
+    return [name, f"{len(some)}", *(points(root([one.true(each) for one in some]))
+                                    for each in (0.0, effect)),
             points(true), points(root([one.before for one in some])), points(told),
             f"{true / told:.2f}", points(float(twice), 0),
             points(float(np.mean([one.kept for one in some])), 0)]
@@ -125,14 +119,10 @@ def page(cases: Sequence[Case], bodies: int) -> str:
     rows = [row(family, [one for one in cases if one.family == family],
                 [one for one in cases if one.family != family])
             for family in (*ROCKING, *CURVED)]
-    best, across = fit_effects(cases)
-    head = ("family", "cases", "networks, points", "with 2", "held out", "true",
-            "told without rocking", "told", "true over told", "over twice, %",
-            "largest error kept, %")
+    head = ("family", "cases", "without it, points", "held out", "true", "told without rocking",
+            "told", "true over told", "over twice, %", "largest error kept, %")
     return HEAD.format(bodies=bodies, drops=DROPS, shipped=SHIPPED, fitted=fit(cases),
-                       across=ACROSS, best=across, mixed=MIXED, fewest=FEWEST,
-                       mixture=MIXTURES[best],
-                       mixtures=", ".join(f"{one:g}" for one in MIXTURES[1:])) + (
+                       across=ACROSS, best=fit_across(cases)) + (
         markdown_table(head, [*rows, row("all", cases, cases)]) + "\n")
 
 
@@ -142,26 +132,14 @@ Written by `python -m lab.training.rocking --write`; edits here are lost. {bodie
 family, {drops} drops at restitution 0.2, 0.5 and 0.8, from 20 or 2 radii. The networks of `split`
 know none of these families.
 
-1. A part that rocks on surfaces curved both ways loses little at each facet. So it passes from
-flat to curve many times, and ends where most energy is lost, as slowly damped motion is caught by
-wells (Neishtadt; Henrard). Where R < E in a component, an impact on crossing an edge takes the
-share sin² a, with a the angle between the impulses at its corners, of E - R; `split` sums that
-over the lengths of all edges' arcs, in the metric of the inertia. Nothing in it is fitted. The log
-of the sum stands in for the log of the network's weight with the share m / (m + {mixed:g}), where
-m is the share of facets curved to all sides in the sphere times the standard deviation over it of
-the share of curves c below, less {fewest:g}: a body of curves alone, or of flats alone, is the
-networks'. The best of {mixtures} is {mixture:g}; with less, bodies that the networks know lose.
-
-2. Rocking on a curve is a turn about its generators. It lasts while all other motion dies: narrow
+Rocking on a curve is a turn about its generators. It lasts while all other motion dies: narrow
 facets take little of its energy, and without friction nothing turns it about another axis. So a
 part does not lie down where the generators stand on end (a lens on its flat sides). `split`
 multiplies odds by exp(-{across:g} x); x is the solid angle of facets to rock on that lead to
 other poses, each times the share of energy that they leave in a radian, times the share of a blow
 that becomes a turn about the generator, times the square of its component along the pose's
-vertical, over all that leads to other poses. The best number for all is {best:.1f}.
-
-Curves of a full turn count in neither: spin about their axis stays. *Networks*: true errors of
-these alone, then with 2 alone; *held out*: with the numbers that are best for all other families.
+vertical, over all that leads to other poses. *Without it*: true errors of the networks
+alone. The best number for all is {best:.1f}; *held out*: with the best for all other families.
 
 *True* is the root mean square error over all poses, the noise of the drops taken off; *told* the
 expected error, without and with what rocking adds: {shipped:g} sqrt(p) |c² - mean c²| for each
@@ -169,8 +147,10 @@ pose, where c is the share of curves in the solid angle that leads to it; the li
 is {fitted:.2f}.
 
 What did not pay, judged on families held out: a network of the inputs and the curved share added
-to the weights; what is lost in the wells on both sides of a saddle as a factor of the weights, and
-as the weights of all bodies, of all curves, or of full turns, too;
+to the weights; what is lost in the wells on both sides of a saddle, as a factor of the weights;
+the energy that impacts take in a component as its weight, the more flats and surfaces curved both
+ways a part has: better for cut eggs and slices, but far off for half balls, which turn in one
+plane, and wedges, and a corner more on the rim of a flat, or a facet that breaks in two, moves it;
 odds of curves changed by restitution, height, barrier and area; partial rims counted by facets a
 turn, by their share of a turn, or not at all.
 

@@ -122,7 +122,7 @@ def rocking_errors(resting: RestingPoses, probability: Array) -> Array:
     There a part keeps its energy, and a flat takes it in one blow. No estimator knows how often,
     so its error grows with the scatter of curves over the poses that the part may come to rest in.
     """
-    curved = np.square(resting.curves.share)
+    curved = np.square(resting.curves[0])
     return np.asarray(ROCKING * np.sqrt(probability) * np.abs(curved - probability @ curved))
 
 

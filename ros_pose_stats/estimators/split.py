@@ -5,17 +5,15 @@ split by split. But the probabilities at a split are not the ratio of two solid 
 component has a weight, the sum of two terms. One is the area of {r < E}, the other the solid angle
 of the faces that hold what lands on them, each times the exponential of a small neural network of
 the component's features (`kernels.split_features`), the body and the scene. The networks were
-fitted to drop simulations of many kinds of bodies (`fitted`). The more flats and surfaces curved
-both ways a part has, the more the energy that impacts take in a component is its weight instead.
-In the end odds fall with how far curves that a part rocks on lie across a pose
-(`resting.turns.curves`).
+fitted to drop simulations of many kinds of bodies (`fitted`). In the end odds fall with how far
+curves that a part rocks on lie across a pose (`resting.turns.curves`).
 """
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from ..kernels.features.split_features import DEPTH, LEVEL, LOG_AREA, LOG_HELD, LOG_LOST, LOWEST
+from ..kernels.features.split_features import DEPTH, LEVEL, LOG_AREA, LOG_HELD, LOWEST
 from ..kernels.levels.splits import descend_splits
 from ..records import Array, DropScene
 from ..resting.poses import RestingPoses
@@ -32,14 +30,11 @@ SHALLOWEST = 1e-14
 STEEP = 1e3
 """Depth over the rise of the level to a next split, by which that outgrows a shallower one."""
 
-MIXED = 0.03
-"""Mixture of flats and curves where the energy lost has half of a say (measured/rocking.md)."""
-
 ACROSS = 13.0
 """Growth of the log odds with how far curves lie across poses (docs/measured/rocking.md)."""
 
 
-def split(resting: RestingPoses, scene: DropScene, mixed: float = MIXED) -> Array:
+def split(resting: RestingPoses, scene: DropScene) -> Array:
     """Probabilities (P,) from fitted weights of the components at each split.
 
     They are exact where symmetry decides, and continuous in the shape where the modified energy
@@ -49,11 +44,9 @@ def split(resting: RestingPoses, scene: DropScene, mixed: float = MIXED) -> Arra
     rows = split_inputs(resting, scene)
     tree, wanted = resting.equilibria.arrays.tree, resting.clusters.split
     weight = np.zeros((tree.level.shape[0], 3))
-    share = resting.curves.mixed / (resting.curves.mixed + mixed)
-    weight[wanted] = component_weights(
-        rows, share, resting.split_features[wanted, :, LOG_LOST].ravel()).reshape(-1, 3)
+    weight[wanted] = component_weights(rows).reshape(-1, 3)
     probability = descend_splits(weight, kept_shares(resting), tree, wanted)
-    across = resting.curves.across
+    across = resting.curves[1]
     return published.normalized(resting.clusters.gather(probability)
                                 * np.exp(ACROSS * (across.min() - across)))
 
@@ -61,7 +54,7 @@ def split(resting: RestingPoses, scene: DropScene, mixed: float = MIXED) -> Arra
 def split_inputs(resting: RestingPoses, scene: DropScene) -> Array:
     """Inputs (3 K, 26) of the weights of the K splits: of both children and of the whole."""
     wanted = resting.clusters.split
-    features = resting.split_features[wanted, :, :LOG_LOST]
+    features = resting.split_features[wanted]
     rows = features.reshape(-1, features.shape[2])
     about = np.concatenate((resting.shape_features, fitted.scene_inputs(resting, scene),
                             fitted.corner_inputs(resting)))
@@ -92,15 +85,11 @@ def kept_shares(resting: RestingPoses) -> Array:
     return kept
 
 
-def component_weights(rows: Array, share: Array | float, lost: Array,
-                      fits: Sequence[fitted.SplitFit] = fitted.SPLIT_FITS) -> Array:
-    """Logarithm (n,) of the weights of components from their inputs (n, 26).
-
-    In it the logarithm of the energy lost (n,) has a share.
-    """
+def component_weights(rows: Array, fits: Sequence[fitted.SplitFit] = fitted.SPLIT_FITS) -> Array:
+    """Logarithm (n,) of the weights of components from their inputs (n, 26)."""
     left, held = component_bases(rows)
     told = [np.logaddexp(left + fit.left(rows), held + fit.held(rows)) for fit in fits]
-    return np.asarray((1.0 - share) * (sum(told) / len(fits)) + share * lost)
+    return np.asarray(sum(told) / len(fits))
 
 
 def component_bases(rows: Array) -> tuple[Array, Array]:

@@ -18,7 +18,7 @@ from ..mesh.vectors import lengths, resting_quaternions, rotation_matrices
 from ..records import Array, DropScene, Index, Part, StablePose, scene as scenes
 from . import convex_body, symmetry
 from .equilibria import Clusters, Equilibria, clusters, equilibria, spread, tilt_margins
-from .turns import Curves, axis_offsets, curves, rolling_axes, yaw_symmetries
+from .turns import axis_offsets, curves, rolling_axes, yaw_symmetries
 
 CORNER_REACHES = np.array([0.05, 0.3125])
 """Distances, in radii, within which corners count as one: for edges and bevels, and for shapes."""
@@ -98,8 +98,8 @@ class RestingPoses:
         return axis_offsets(self.body, self.pose_of_face, self.downs)
 
     @cached_property
-    def curves(self) -> Curves:
-        """What the part rocks on."""
+    def curves(self) -> tuple[Array, Array]:
+        """Share (P,) of curves in what leads to each pose, how far (P,) they lie across it."""
         lowest = self.equilibria.faces[self.clusters.lowest]
         return curves(self.body, self.inertia, self.pose_of_face, lowest, self.downs)
 

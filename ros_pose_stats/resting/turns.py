@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple
 
 import numpy as np
 
@@ -19,7 +18,6 @@ SAME_AXIS = 1e-3  # sine of the angle within which two axes are one
 LEVEL = 1e-4  # sine of the angle to the axis within which a facet is along it
 NEAR = 0.05  # share of its radius within which a facet is one of a round surface
 LARGEST_BEND = 0.4  # radians to a neighbour, from which on both are no facets of one curve
-FEWEST = 1e-3  # mixture of flats and curves that few facets of a polyhedron happen to have
 TINY = 1e-12  # a share, angle or weight that is as good as none
 
 
@@ -39,18 +37,9 @@ def axis_offsets(body: convex_body.ConvexBody, pose_of_face: Index, downs: Array
     return found
 
 
-class Curves(NamedTuple):
-    """What a part rocks on."""
-
-    share: Array   # (P,) of curves in what leads to each pose
-    across: Array  # (P,) how far they lie across it
-    # share of facets curved both ways in all directions, times the scatter of `share`; 0 for few
-    mixed: float
-
-
 def curves(body: convex_body.ConvexBody, inertia: Array, pose_of_face: Index, lowest: Index,
-           downs: Array) -> Curves:
-    """Measure curves to rock on.
+           downs: Array) -> tuple[Array, Array]:
+    """Share (P,) of curves in what leads to each pose, and how far (P,) they lie across it.
 
     Rocking is a turn about the generators of a curve. It lasts, since narrow facets take little of
     its energy and nothing turns it about another axis: a part does not lie down where they stand
@@ -62,7 +51,7 @@ def curves(body: convex_body.ConvexBody, inertia: Array, pose_of_face: Index, lo
     turn = lengths(arrays.normal[face] - arrays.normal[face[arrays.twin]])
     curve = np.maximum(1.0 - np.square(turn / LARGEST_BEND), 0.0)
     if not curve.any():
-        return Curves(np.zeros(poses), np.zeros(poses), 0.0)
+        return np.zeros(poses), np.zeros(poses)
     begin = body.points[arrays.corner]
     edge = body.points[arrays.corner[arrays.twin]] - begin
     size = lengths(edge)
@@ -79,8 +68,6 @@ def curves(body: convex_body.ConvexBody, inertia: Array, pose_of_face: Index, lo
     share = np.bincount(pose_of_face, arrays.angle * np.where(
         full, np.minimum.reduceat(curve, first), np.maximum.reduceat(curve, first)), poses) / angle
     curve[full[face]] = 0.0
-    both_ways = arrays.angle @ np.minimum.reduceat(curve, first) / angle.sum()
-    scatter = np.sqrt(angle @ np.square(share - angle @ share / angle.sum()) / angle.sum())
     lies = np.maximum.reduceat(curve, first)[lowest][pose_of_face]
     each = lies * arrays.angle / np.maximum(np.add.reduceat(smooth, first), TINY)
     weight = each[face] * smooth * curve * np.sqrt(lever / (about + lever))
@@ -91,8 +78,7 @@ def curves(body: convex_body.ConvexBody, inertia: Array, pose_of_face: Index, lo
     whole = np.maximum(np.trace(tensor, axis1=1, axis2=2), TINY)[:, None, None]
     tensor = tensor @ tensor @ tensor / (whole * whole)  # where generators are parallel
     across = (downs[:, None, :] @ tensor @ downs[:, :, None])[:, 0, 0]
-    return Curves(share, across / np.maximum(4.0 * np.pi - angle, TINY),
-                  max(float(both_ways * scatter) - FEWEST, 0.0))
+    return share, across / np.maximum(4.0 * np.pi - angle, TINY)
 
 
 def _on_full_turns(body: convex_body.ConvexBody) -> Mask:

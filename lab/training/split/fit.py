@@ -52,8 +52,7 @@ class Batch(NamedTuple):
 
 def predict(fits: Sequence[SplitFit], table: Table) -> Array:
     """Estimate the probabilities (P,) of a table's poses."""
-    weight = component_weights(table.inputs, table.lost_share, table.lost, fits)
-    found = _loss(table, weight, gradient=False)[2]
+    found = _loss(table, component_weights(table.inputs, fits), gradient=False)[2]
     found *= np.exp(-ACROSS * table.across)
     return found / np.repeat(np.add.reduceat(found, table.first_pose), table.poses)
 

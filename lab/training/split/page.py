@@ -139,9 +139,7 @@ order. What the sum is more or less than the formula's own weight of the joined 
 as that one grows: it has the share 1 / (1 + (g / {forgotten:g} d)^2), with g the rise of the level
 since and d the depth of the shallower of the two. So a face that breaks in two along a low ridge
 changes nothing at first, and a pose that ceases to be stable vanishes with its area and its depth.
-With f = 0 and no second term this is MEAE to the last digits. On parts with flats and surfaces
-curved both ways the energy lost in a component stands in for w ([rocking](rocking.md)); the
-networks are fitted without it.
+With f = 0 and no second term this is MEAE to the last digits.
 
 ## Inputs
 
@@ -190,8 +188,8 @@ here and wherever bodies are held out. The counts are in
 ## What did not pay
 
 Tried on held-out bodies and left out: the phase volume of a component and the flux of phase
-volume into it by dissipation, as for a part that mixes well (far worse than the plain area, but
-where a part rocks: what loses energy quickly hardly mixes near a saddle); powers of the
+volume into it by dissipation, as for a part that mixes well (far worse than the plain area: a
+part that loses energy hardly mixes near a saddle); powers of the
 kinetic energy along the arcs; the mean lever arm; areas at half the level; the toppled share of
 QSE (as good as input 8, but it jumps); the whole solid angle of the faces; the fourth power of the
 error in the loss, which hardly lowers the largest deviations. How densely the turns of a

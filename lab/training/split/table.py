@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from ros_pose_stats.estimators import ESTIMATORS
 from ros_pose_stats.estimators.expected import expected_error
-from ros_pose_stats.estimators.split import MIXED, kept_shares, split_inputs
-from ros_pose_stats.kernels.features.split_features import LOG_LOST
+from ros_pose_stats.estimators.split import kept_shares, split_inputs
 from ros_pose_stats.records import DropScene
 from ros_pose_stats.resting.poses import RestingPoses
 
@@ -40,8 +39,6 @@ class Table:
     children: Index  # (K, 2), numbered in each sample: leaves, then splits by rising level
     leaf_pose: Index  # (K + U,) pose of each leaf, from 0 in each sample
     kept: Array  # (K, 2), as from `kept_shares`
-    lost: Array  # (3 K,) log of the energy lost in a component
-    lost_share: Array  # (3 K,) its share in the weight
     splits: Index  # (U,) number of splits of a sample
     poses: Index  # (U,) and of its poses
     first_split: Index  # (U,) where they begin
@@ -74,8 +71,6 @@ class Table:
             self.inputs.reshape(-1, 3, self.inputs.shape[1])[split].reshape(
                 -1, self.inputs.shape[1]),
             self.children[split], self.leaf_pose[leaf], self.kept[split],
-            self.lost.reshape(-1, 3)[split].ravel(),
-            self.lost_share.reshape(-1, 3)[split].ravel(),
             splits, poses, _starts(splits), _starts(poses), self.share[pose],
             self.across[pose], self.settled[pose], self.restitution[pose], self.height[pose],
             self.body[pose], self.family[pose], self.expected[pose],
@@ -87,7 +82,7 @@ def make_table(samples: Sequence[Sample], compared: bool = True) -> Table:
 
     Unless they are to be compared, there are no references, and expected errors are NaN.
     """
-    inputs, children, leaf_pose, kept, lost, lost_share = [], [], [], [], [], []
+    inputs, children, leaf_pose, kept = [], [], [], []
     poses: dict[str, list[Array]] = {
         name: [] for name in ("share", "across", "settled", "restitution", "height", "body",
                               "family", "expected")}
@@ -97,8 +92,6 @@ def make_table(samples: Sequence[Sample], compared: bool = True) -> Table:
         resting = family_poses(key[0], family_part(*key))
         links = split_children(resting)
         shares = kept_shares(resting)[resting.clusters.split]
-        losses = resting.split_features[resting.clusters.split, :, LOG_LOST].ravel()
-        mixed = resting.curves.mixed
         for row in scenes:
             if not usable(row):
                 continue
@@ -108,9 +101,7 @@ def make_table(samples: Sequence[Sample], compared: bool = True) -> Table:
             children.append(links)
             leaf_pose.append(resting.clusters.node_pose)
             kept.append(shares)
-            lost.append(losses)
-            lost_share.append(np.full(losses.shape, mixed / (mixed + MIXED)))
-            told = {"share": row.count / settled, "across": resting.curves.across,
+            told = {"share": row.count / settled, "across": resting.curves[1],
                     "settled": settled, "body": body,
                     "restitution": row.restitution, "height": row.height, "family": key[0],
                     "expected": _expected(resting, scene) if compared else math.nan}
@@ -121,8 +112,7 @@ def make_table(samples: Sequence[Sample], compared: bool = True) -> Table:
     splits, count = np.array([len(one) for one in children]), poses["share"]
     each = np.array([one.size for one in count])
     return Table(np.concatenate(inputs), np.concatenate(children), np.concatenate(leaf_pose),
-                 np.concatenate(kept), np.concatenate(lost), np.concatenate(lost_share),
-                 splits, each, _starts(splits), _starts(each),
+                 np.concatenate(kept), splits, each, _starts(splits), _starts(each),
                  **{name: np.concatenate(values) for name, values in poses.items()},
                  reference={name: np.concatenate(values) for name, values in reference.items()})
 

@@ -6,8 +6,7 @@ halves, one a face; x is the angle from Q towards the face and R = q cos x. On e
 the arc another corner is the lowest point, so that crossing it means an impact. An arc counts by
 the turn at that impact: the angle between the impulses at both corners, in the metric of the
 inertia. Where a corner divides an edge, the turns over its two pieces add up to that over the
-whole, so that a corner more or less on a straight edge changes nothing. The square of the turn's
-sine is the share of the energy of crossing the arc that the impact takes.
+whole, so that a corner more or less on a straight edge changes nothing.
 """
 
 import math
@@ -31,12 +30,10 @@ the root of the level, and would make much of the rounding of saddles that tie."
 SHORTEST = 1e-24
 """Square of the sine of an arc below which it is none: rounding would give its direction."""
 
-# columns of an arc's sums (4,)
+# columns of an arc's sums (2,)
 OVER_ANGLE = 0   # its turn over the angle
 OVER_LENGTH = 1  # and over the length
-LOSS = 2         # the square of the turn's sine over the length
-LOSS_R = 3       # that times R
-SUMS = 4
+SUMS = 2
 
 
 class Arcs(NamedTuple):
@@ -89,23 +86,18 @@ def add_arc(sums: Array, k: int, near: float, points: Array, body: BodyArrays, a
     v, w = point_at(points, body.corner[k]), point_at(points, body.corner[body.twin[k]])
     foot, along = point_at(arcs.foot, k), point_at(arcs.along, k)
     middle, half = 0.5 * (arcs.far[k] + near), 0.5 * (arcs.far[k] - near)
-    swept = rolled = lost = high = 0.0
+    swept = rolled = 0.0
     for i in range(4):
         x = middle + half * _POINTS[i]
         cosine, sine = math.cos(x), math.sin(x)
         down = plus(scaled(foot, cosine), scaled(along, sine))
         turn = minus(scaled(along, cosine), scaled(foot, sine))
         speed = math.sqrt((body.reach[k] * sine) ** 2 + _rotation(down, turn, inertia))
-        angle, share = _turn(down, v, w, inverse)
-        part, length = half * _WEIGHTS[i] * angle, half * _WEIGHTS[i] * speed * share
+        part = half * _WEIGHTS[i] * _turn(down, v, w, inverse)
         swept += part
         rolled += part * speed
-        lost += length
-        high += length * body.reach[k] * cosine
     sums[OVER_ANGLE] += swept
     sums[OVER_LENGTH] += rolled
-    sums[LOSS] += lost
-    sums[LOSS_R] += high
 
 
 @inlined
@@ -117,11 +109,10 @@ def _rotation(down: Vec3, turn: Vec3, inertia: Array) -> float:
 
 
 @inlined
-def _turn(down: Vec3, v: Vec3, w: Vec3, inverse: Array) -> tuple[float, float]:
-    """Angle between the impulses at both corners, in the metric of the inertia; its sin²."""
+def _turn(down: Vec3, v: Vec3, w: Vec3, inverse: Array) -> float:
+    """Angle between the impulses at both corners, in the metric of the inertia."""
     a, b = cross(v, down), cross(w, down)
     first = 1.0 + dot(a, turned(inverse, a))
     second = 1.0 + dot(b, turned(inverse, b))
     both = 1.0 + dot(a, turned(inverse, b))
-    square = max(0.0, first * second - both * both)
-    return math.atan2(math.sqrt(square), both), square / (first * second)
+    return math.atan2(math.sqrt(max(0.0, first * second - both * both)), both)

@@ -10,21 +10,20 @@ from typing import NamedTuple
 import numpy as np
 
 from ..array_types import Array, Fixed2, FixedFlags1, FixedIndex1, Flags, Index
-from ..body.arcs import LOSS, LOSS_R, OVER_ANGLE, OVER_LENGTH, SUMS, Arcs, add_arc, make_arcs
+from ..body.arcs import OVER_ANGLE, OVER_LENGTH, SUMS, Arcs, add_arc, make_arcs
 from ..body.convex_body import BodyArrays
 from ..compilation import entry_kernel, inlined, kernel
 from ..levels.merge_tree import MergeTree, faces_of
 from ..vectors import dot, inverse_of, point_at
 
-# columns of a component's additive measures (7,)
+# columns of a component's additive measures (6,)
 AREA = 0    # solid angle with r < level
 AROUND = 1  # with R < level
 HELD = 2    # of the faces that hold
 LEVER = 3   # that times the log of the inertia about `down` over the mean one
 SWEPT = 4   # turns of the edges' arcs over their angles; this and what follows by `add_arc`
 ROLLED = 5  # over their lengths
-LOST = 6    # energy that impacts take, where level - R is crossed at the same rate everywhere
-MEASURES = 7
+MEASURES = 6
 
 # features of a component at a level
 LOG_AREA = 0       # log of the share of the sphere with r < level
@@ -42,8 +41,7 @@ AREA_NEAR = 11     # by `joined_soon`: of the area
 AREA_FAR = 12
 HELD_NEAR = 13     # and of the faces that hold
 HELD_FAR = 14
-LOG_LOST = 15      # log of the energy lost; no network has it
-FEATURES = 16
+FEATURES = 15
 
 OUTSIDE = 0.3
 """Tilt, in radians, from which on a face whose foot lies outside of it holds nothing back."""
@@ -82,7 +80,6 @@ def write_features(row: Array, measures: Array, level: float, lowest: float) -> 
     row[LOG_ROLLED] = math.log(max(measures[ROLLED], SHORTEST) / root)
     row[LOG_SWEPT] = math.log(max(measures[SWEPT], SHORTEST) / root)
     row[LOG_DEPTH] = math.log(row[DEPTH] + SHALLOWEST)
-    row[LOG_LOST] = math.log(max(measures[LOST], 0.0) + SMALLEST)
 
 
 @kernel
@@ -193,7 +190,6 @@ def split_features(points: Fixed2, body: BodyArrays, stable: FixedIndex1, basin:
             _add_above(arc, lists, node, level, points, body, arcs, inertia, inverse)
             arc += lists.below[node]
             sums[c, SWEPT], sums[c, ROLLED] = arc[OVER_ANGLE], arc[OVER_LENGTH]
-            sums[c, LOST] = level * arc[LOSS] - arc[LOSS_R]
             write_features(found[j, c], sums[c], level, lowest[node])
             _hand_on(lists, node, whole)
         sums[0] += sums[1]
