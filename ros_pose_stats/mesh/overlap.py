@@ -9,7 +9,6 @@ have it where they merely touch, a cross of two equal bars where they overlap. S
 counts when a point next to it, just inside the first body, is inside the second too.
 """
 
-import math
 import threading
 import time
 from collections.abc import Iterator
@@ -229,10 +228,10 @@ def within(seconds: float) -> Iterator[None]:
     try:
         yield
     finally:
-        _of_thread.until = math.inf
+        _of_thread.until = np.inf
 
 
 def check_patience() -> None:
     """Go on only while there is time."""
-    if time.monotonic() > getattr(_of_thread, "until", math.inf):
+    if time.monotonic() > getattr(_of_thread, "until", np.inf):
         raise TakesLongError

@@ -2,7 +2,6 @@
 
 import base64
 import io
-import math
 import shutil
 import subprocess
 from collections.abc import Iterable
@@ -43,7 +42,7 @@ def open_axes(axes: Axes, grid: str, width: float, axis: Literal["both", "x", "y
     axes.spines[["top", "right"]].set_visible(False)
 
 
-def apart(heights: Array, gap: float, low: float = -math.inf, high: float = math.inf) -> Array:
+def apart(heights: Array, gap: float, low: float = -np.inf, high: float = np.inf) -> Array:
     """Move heights (k,) as little as it takes to lie `gap` apart in order; `high` may give way."""
     order = np.argsort(heights, kind="stable")
     steps = gap * np.arange(len(heights))
