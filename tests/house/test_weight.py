@@ -12,8 +12,8 @@ import pytest
 from tests.house.imports import Sources
 from tests.house.weight import PACKAGE, ROOT, inner_imports, python_files, weigh, words_of_people
 
-LINES = {"ros_pose_stats": 36_000, "tests": 24_160}
-FILES = {"ros_pose_stats": 248, "tests": 218}
+LINES = {"ros_pose_stats": 35_000, "tests": 24_160}
+FILES = {"ros_pose_stats": 240, "tests": 217}
 IMPORTS = {"ros_pose_stats": 0.06, "tests": 0.08}
 """Share of the lines."""
 
@@ -24,7 +24,7 @@ ROOMS = 26
 ONE_IMPORTER = 60
 """Modules of the package that one other imports."""
 
-WORDS = 23_500
+WORDS = 23_300
 """Of pages that people wrote; what programs write is in `docs/measured`."""
 
 INNER_IMPORTS = {"tests/contract": 0, "tests/golden": 3}
