@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import os
 import threading
 import weakref
@@ -175,6 +174,14 @@ def test_counts_that_do_not_fit_a_result_are_left_out_of_it(plate, sides, total,
     assert (build.call_count, node.get_logger().warning.call_count) == (builds, warnings)
 
 
+def failure(store, request):
+    """Words of a refusal, whose error ends here: no collection has to find it."""
+    try:
+        store.identify(request)
+    except MeshError as error:
+        return str(error)
+
+
 def test_nothing_holds_on_to_a_mesh_that_is_refused():
     def build(request):
         raise MeshError("a closed mesh", "an open one", "close it")
@@ -183,10 +190,8 @@ def test_nothing_holds_on_to_a_mesh_that_is_refused():
     for _ in range(2):  # the second time its refusal is remembered
         request = PartRequest("clamp", *map(np.array, TETRAHEDRON))
         left = weakref.ref(request)
-        with pytest.raises(MeshError, match="an open one"):
-            store.identify(request)
+        assert "an open one" in failure(store, request)
         del request
-        gc.collect()
         assert left() is None
 
 
