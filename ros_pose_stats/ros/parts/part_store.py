@@ -1,6 +1,5 @@
 """What parts the node knows: built once, kept in the state, the least recently used forgotten."""
 
-import copy
 import itertools
 import threading
 from collections import OrderedDict
@@ -37,7 +36,8 @@ class PartStore:
         self._lock = threading.Lock()
         # also after another mesh of the same name has come
         self._built: Memory[tuple[str, bytes], Part] = memory_of_parts()
-        self._refused: Memory[tuple[str, bytes], PoseStatsError] = Memory(REFUSED)
+        self._refused: Memory[tuple[str, bytes], tuple[
+            type[PoseStatsError], tuple[str, str, str]]] = Memory(REFUSED)
         self._revisions: Memory[str, Revisions] = Memory(NUMBERED)
 
     def restore(self) -> None:
@@ -85,14 +85,15 @@ class PartStore:
         key = request.part_id, request.content
         built, refusal = self._built.get(key), self._refused.get(key)
         if refusal is not None:
-            raise copy.copy(refusal)  # the traceback of one that is raised holds on to the mesh
+            kind, facts = refusal
+            raise kind(*facts)  # anew, for the traceback of what is raised holds on to the mesh
         if built is None:
             try:
                 built = self._builder.build(request)
             except NotDoneError:  # the mesh may be good
                 raise
             except PoseStatsError as error:
-                self._refused.put(key, copy.copy(error))
+                self._refused.put(key, error.__reduce__())
                 raise
             self._built.put(key, built)
         return built
