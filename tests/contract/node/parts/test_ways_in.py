@@ -24,7 +24,6 @@ from ..harness.parts import WEDGE, flat, library_part, mesh, nested, new_id
 BOX = shapes.box(20.0, 30.0, 40.0)
 TOPICS = "[/cad/bracket, gear=/cad/wheel, early=/cad/early]"
 PART_MESH = "/workshop/pose_stats/part_mesh"
-RESULTS = "/workshop/pose_stats/pose_statistics"
 
 
 class Running:
@@ -74,8 +73,10 @@ def workshop(domain, tmp_path_factory, clamp):
             yield client, said
             status, complained = command.end()
             assert status == 0
-            assert complained in ([], [f"no node answers on {RESULTS}; start one: ros_pose_stats "
-                                       "node. Publishing on until one answers, or Ctrl-C"])
+            # Whether it waited for longer than five seconds, and for what, is up to the machine.
+            assert len(complained) <= 1
+            assert all(line.endswith("Publishing on until one answers, or Ctrl-C")
+                       for line in complained)
             node.assert_sound()
 
 
