@@ -3,7 +3,7 @@
 import itertools
 import threading
 import time
-from collections import deque
+from bisect import insort
 from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError, Future, InvalidStateError
 from contextlib import suppress
@@ -103,7 +103,7 @@ class Lanes:
     def __init__(self, most_bytes: Callable[[], int]) -> None:
         self._most_bytes = most_bytes
         self._numbers = itertools.count()
-        self._waiting = {lane: tuple(deque[_Task]() for _ in Rank) for lane in Lane}
+        self._waiting: dict[Lane, list[_Task]] = {lane: [] for lane in Lane}  # what is next first
         self._in_hand: dict[Lane, _Task | None] = dict.fromkeys(Lane)
         self._threads = {lane: threading.Thread(target=self._run, args=(lane,), daemon=True,
                                                 name=f"{lane.name.lower()} lane")
@@ -143,7 +143,7 @@ class Lanes:
         """All that wait or are in hand, but for what is done later."""
         for lane in lanes:
             yield from filter(None, [self._in_hand[lane]])
-            yield from itertools.chain(*self._waiting[lane][:Rank.LATER])
+            yield from (task for task in self._waiting[lane] if task.rank < Rank.LATER)
 
     def _place(self, task: _Task) -> Lane:
         """The lane in which a task has to wait: behind earlier ones of its name."""
@@ -157,8 +157,7 @@ class Lanes:
 
     def _wait_in(self, lane: Lane, task: _Task) -> None:
         """Queue a task where it came, also one that comes back from another lane."""
-        waiting = self._waiting[lane][task.rank]
-        waiting.insert(sum(other.number < task.number for other in waiting), task)
+        insort(self._waiting[lane], task, key=lambda other: (other.rank, other.number))
         self._changed.notify_all()
 
     def _lack_of_room(self, task: _Task) -> RequestError | None:
@@ -169,7 +168,7 @@ class Lanes:
         most, noun = MOST_WAITING[lane]
         if (lane, task.rank) == (Lane.SLOW, Rank.SENT):
             most, noun = MOST_SENT, "large meshes with their requests"
-        waiting = len(self._waiting[lane][task.rank])
+        waiting = sum(other.rank is task.rank for other in self._waiting[lane])
         if waiting >= most:
             return RequestError(f"at most {most} {noun} waiting", f"{waiting}",
                                 "ask again in a moment")
@@ -204,17 +203,16 @@ class Lanes:
         """The next task that is to be done in a lane; none once all is closed."""
         with self._changed:
             while not self.closed:
-                ranks = self._waiting[lane]
-                if lane is Lane.CHECK and any(self._waiting[Lane.QUICK]):
-                    ranks = ranks[:Rank.LATER]  # not before meshes that are soon built
-                # What is slow waits for earlier quick ones of its name, which may come back.
-                task = next((task for tasks in ranks for task in tasks
-                             if lane is not Lane.SLOW or not self._is_behind(task, Lane.QUICK)),
-                            None)
+                # Checks wait for meshes that are soon built, and what is slow for earlier quick
+                # ones of its name, which may come back.
+                first = list(self._tasks(lane)) if (
+                    lane is Lane.CHECK and self._waiting[Lane.QUICK]) else self._waiting[lane]
+                task = next((task for task in first if lane is not Lane.SLOW
+                             or not self._is_behind(task, Lane.QUICK)), None)
                 if task is None:
                     self._changed.wait()
                     continue
-                self._waiting[lane][task.rank].remove(task)
+                self._waiting[lane].remove(task)
                 if (place := self._place(task)) is not lane:
                     self._wait_in(place, task)
                 else:
@@ -225,17 +223,14 @@ class Lanes:
     def waiting(self) -> int:
         """Meshes that wait."""
         with self._changed:
-            return sum(len(tasks) for lane in (Lane.QUICK, Lane.SLOW)
-                       for tasks in self._waiting[lane])
+            return len(self._waiting[Lane.QUICK]) + len(self._waiting[Lane.SLOW])
 
     def close(self) -> None:
         """Drop what waits, and finish what soon is."""
         with self._changed:
             self.closed = True
-            waiting = [tasks for ranks in self._waiting.values() for tasks in ranks]
-            dropped = [task for tasks in waiting for task in tasks]
-            for tasks in waiting:
-                tasks.clear()
+            dropped = list(itertools.chain(*self._waiting.values()))
+            self._waiting = {lane: [] for lane in Lane}
             self._changed.notify_all()
         for task in dropped:
             task.future.cancel()

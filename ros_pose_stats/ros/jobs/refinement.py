@@ -41,7 +41,7 @@ class Refinement:
         self._parts, _, self._results, self._announcer = stores
         self._report_failure = base.node.get_logger().error
         self._checks: dict[tuple[str, str, DropScene], Future[PoseStatistics]] = {}
-        self._follows = False  # whether a part that awaits its check has its turn in the lane
+        self._followed: set[str] = set()  # parts that wait for their check with nobody asking
         self._lock = threading.Lock()
 
     def checked(self, known: KnownPart, scene: DropScene) -> Future[PoseStatistics]:
@@ -53,7 +53,7 @@ class Refinement:
             key = known.part_id, known.digest, scene
             coming = self._checks.get(key)
             if coming is None:
-                rank = Rank.SENT if known.awaits_check else Rank.KNOWN
+                rank = Rank.SENT if known.part_id in self._followed else Rank.KNOWN
                 coming = self._lanes.put(partial(self._check, known, scene), rank, Lane.CHECK)
                 if not coming.done():
                     self._checks[key] = coming
@@ -77,31 +77,27 @@ class Refinement:
         if not self._results.lacks_check(known):
             self._refine(known)
             return
-        known.awaits_check = True
-        self._follow_next()
-
-    def _follow_next(self) -> None:
         with self._lock:
-            follows, self._follows = self._follows, True
-        if not follows:
-            self._lanes.put(self._follow_one, Rank.LATER, Lane.CHECK)
+            follows = known.part_id in self._followed
+            self._followed.add(known.part_id)
+        if not follows:  # by its name: what comes in its place meanwhile has its turn
+            self._lanes.put(partial(self._follow, known.part_id), Rank.LATER, Lane.CHECK)
 
-    def _follow_one(self) -> None:
-        waiting = [known for known in self._parts.all() if known.awaits_check]
-        for known in waiting[:1]:
-            known.awaits_check = False
-            with suppress(Exception):  # has been reported
-                self._check(known, self._settings().scene(known.scene_override))
-            try:
-                self._refine(known)
-            except errors.PoseStatsError:
-                pass  # the node ends
-            except Exception as error:  # must not keep others from being checked
-                self._report_failure(f"an estimate of {known.part_id!r} could not be refined: "
-                                     f"{type(error).__name__}: {error}")
-        self._follows = False
-        if any(known.awaits_check for known in self._parts.all()):
-            self._follow_next()
+    def _follow(self, part_id: str) -> None:
+        with self._lock:
+            self._followed.remove(part_id)
+        known = self._parts.current(part_id)
+        if known is None:
+            return
+        with suppress(Exception):  # has been reported
+            self._check(known, self._settings().scene(known.scene_override))
+        try:
+            self._refine(known)
+        except errors.PoseStatsError:
+            pass  # the node ends
+        except Exception as error:
+            self._report_failure(f"an estimate of {part_id!r} could not be refined: "
+                                 f"{type(error).__name__}: {error}")
 
     def _refine(self, known: KnownPart) -> None:
         """Refine a part's latched result in the background, if that is wanted and not done."""

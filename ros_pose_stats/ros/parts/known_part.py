@@ -108,7 +108,6 @@ class KnownPart:
     counts: "CellCounts | None" = None  # what cameras counted of it; written by the count store
     size: int = 0  # bytes of the mesh as it is kept, and of the part when it became known
     change: int = 0  # number of the change of the state that has it
-    awaits_check: bool = False  # of what it shows, when nothing else waits
 
     def model_in(self, scene: DropScene) -> PoseStatistics | None:
         """The model behind what is shown, where that is for this scene."""

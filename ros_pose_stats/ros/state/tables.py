@@ -197,8 +197,8 @@ def rows_of(link: sqlite3.Connection, table: str) -> list[Row]:
 
 def write(link: sqlite3.Connection, changes: Iterable[Change]) -> None:
     """Make all changes in one transaction, on the disk when this returns, or none of them."""
-    link.execute("BEGIN IMMEDIATE")
-    try:
+    with link:
+        link.execute("BEGIN IMMEDIATE")
         for table, key, row in changes:
             if row is None:
                 link.execute(f"DELETE FROM {table} WHERE {_key(table)}=?", (key,))
@@ -207,11 +207,6 @@ def write(link: sqlite3.Connection, changes: Iterable[Change]) -> None:
                 link.execute(f"INSERT OR REPLACE INTO {table} VALUES ({places})", sealed(row))
         link.execute("DELETE FROM counted WHERE rowid <= (SELECT max(rowid) FROM counted) - ?",
                      (MOST_COUNTED,))
-        link.execute("COMMIT")
-    except BaseException:
-        with suppress(sqlite3.Error):
-            link.execute("ROLLBACK")
-        raise
 
 
 def _key(table: str) -> str:

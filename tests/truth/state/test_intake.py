@@ -135,12 +135,12 @@ def test_a_failing_refinement_keeps_no_other_part_from_being_checked(lanes):
     said, done = [], threading.Event()
     node, jobs = Mock(), Mock(cancel_refinement=Mock(side_effect=OSError("no room")))
     node.get_logger().error = lambda line: done.set() if said else said.append(line)
-    parts = [Mock(part_id=name, awaits_check=False) for name in ("first", "last")]
+    parts = {name: Mock(part_id=name) for name in ("first", "last")}
     base = base_of(lanes, node=node, refine_drops=0, drops=1, max_drops=1, target_error=0.0,
                    scene=Mock(), default_method="area", max_job_seconds=1.0)
-    refinement = Refinement(base, Stores(Mock(all=lambda: parts), None, Mock(), None), jobs)
+    refinement = Refinement(base, Stores(Mock(current=parts.get), None, Mock(), None), jobs)
     may_end = occupied(lanes, Lane.CHECK)
-    for known in parts:
+    for known in parts.values():
         refinement.follow(known)
     may_end.set()
     assert done.wait(60.0) and "'first' could not be refined: OSError: no room" in said[0]
