@@ -45,7 +45,7 @@ class PoseStatsNode(AnsweringNode):
         self.builder, self.outlines = part_builder.PartBuilder(base), part_builder.Outlines(base)
         self.board = board = announcer.Announcer(base)
         self.parts = parts = part_store.PartStore(base, board, self.builder)
-        self.cell_counts = counts = count_store.CountStore(base, parts)
+        counts = count_store.CountStore(base, parts)
         self.results = results = result_store.ResultStore(base, parts, counts, board)
         stores = result_store.Stores(parts, counts, results, board)
         # Work in the background. Goals may flip for minutes: ~/feeding does not wait for them.
@@ -94,7 +94,6 @@ class PoseStatsNode(AnsweringNode):
         """Latch what an earlier run has latched, and begin to work; kernels are loaded by now."""
         log, parts = self.get_logger(), self.parts.all()
         shown = {known.part_id: self.results.show_restored(known) for known in parts}
-        self.cell_counts.take_new()  # what the last bag had is shown by that, or with the estimate
         if parts:
             log.info(f"{len(parts)} parts of an earlier run are known again")
         self._mending.start()

@@ -4,7 +4,6 @@ import math
 import threading
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -87,16 +86,6 @@ PARTING_SECONDS = 1.0  # for a subscriber to take a part's last message
 NOT_RECORDED = "NOT_RECORDED: this could not be written down: {}."
 
 
-@dataclass(eq=False)
-class _Shown:
-    """A part's own publisher, and what it latches."""
-
-    publisher: publishers.Publisher
-    known: KnownPart
-    message: PoseStatistics
-    recorded: bool  # whether that is in the bag; not so where a start shows it
-
-
 class Announcer:
     """Publishes results, each part's by its own publisher, and records them after its mesh."""
 
@@ -105,15 +94,16 @@ class Announcer:
         self._floods = base.refusals.floods
         self._introduced: Memory[tuple[Path, str, str], bool] = Memory(INTRODUCED)  # by bag
         self._introducing = threading.RLock()
-        self._shown: dict[str, _Shown] = {}
-        self._leaving: dict[str, tuple[publishers.Publisher, float]] = {}
+        self._publishers: dict[str, publishers.Publisher] = {}  # by part
+        self._shown: dict[str, KnownPart] = {}
+        self._leaving: dict[str, float] = {}  # since when, of parts that are forgotten
         self._lock = threading.Lock()
         self._changed = threading.Event()
         self._markers = base.node.create_publisher(MarkerArray, "~/markers", LATCHED)
         times.steady_timer(base.node, SECONDS_BETWEEN, self._look)
 
     def introduce(self, known: KnownPart) -> None:
-        """Put a part's mesh on record, and the result that a start has latched, once a bag."""
+        """Put a part's mesh on record once a bag, and what it shows where that is not yet."""
         with self._introducing:
             name = known.part_id, known.digest
             if self._introduced.get((self._recorder.bag, *name)):
@@ -122,10 +112,10 @@ class Announcer:
             if message is None or not self._recorder.record(PART_MESH, message):
                 return
             self._introduced.put((self._recorder.bag, *name), True)  # maybe a new bag's first
-            shown = self._shown.get(known.part_id)
+            shown = known.shown
             if shown is not None and not shown.recorded:
-                shown.recorded = self._recorder.record(POSE_STATISTICS,
-                                                       serialization.serialize_message(shown.message))
+                shown.recorded = self._recorder.record(
+                    POSE_STATISTICS, serialization.serialize_message(shown.latched))
 
     def log_part(self, known: KnownPart) -> None:
         """Say what has come, so that a wrong unit is seen at once; of a flood not each."""
@@ -142,68 +132,61 @@ class Announcer:
         for warning in (*known.part.warnings, *suspect):
             log.warning(f"{known.part_id}: {warning}")
 
-    def publish_result(self, known: KnownPart, message: PoseStatistics, data: bytes,
-                       recorded: bool = True) -> None:
-        """Latch a message, serialised too, as the part's current one."""
+    def publish_result(self, known: KnownPart, data: bytes) -> None:
+        """Latch what a part shows, serialised, by its own publisher."""
         with self._lock:
-            publisher = self._publisher(known.part_id)
-            self._shown[known.part_id] = _Shown(publisher, known, message, recorded)
-            publisher.publish(data)
+            self._leaving.pop(known.part_id, None)
+            if known.part_id not in self._publishers:
+                self._publishers[known.part_id] = self._node.create_publisher(
+                    PoseStatistics, "~/pose_statistics", LATCHED, event_callbacks=NO_EVENTS)
+            self._shown[known.part_id] = known
+            self._publishers[known.part_id].publish(data)
         self.draw()
 
     def draw(self) -> None:
         """Have markers drawn anew: something has changed in what they show."""
         self._changed.set()
 
-    def _publisher(self, part_id: str) -> publishers.Publisher:
-        """The part's own publisher, also one that was about to go."""
-        if part_id in self._shown:
-            return self._shown[part_id].publisher
-        if part_id in self._leaving:
-            return self._leaving.pop(part_id)[0]
-        return self._node.create_publisher(PoseStatistics, "~/pose_statistics", LATCHED,
-                                           event_callbacks=NO_EVENTS)
-
     def withdraw_result(self, known: KnownPart, stamp: int, reason: str) -> None:
         """Latch nothing for a part any more, and tell present subscribers that it is forgotten."""
-        part_id = known.part_id
         with self._lock:
-            shown = self._shown.pop(part_id, None)
-        if shown is None:
+            last = self._shown.pop(known.part_id, None)
+        if last is None or last.shown is None:
             return
         data = serialization.serialize_message(statistics_messages.farewell_message(
-            shown.message, stamp, known.revisions.next(), reason))
+            last.shown.latched, stamp, known.revisions.next(), reason))
         self._recorder.record(POSE_STATISTICS, data)
         with self._lock:
-            shown.publisher.publish(data)
-            self._leaving[part_id] = shown.publisher, time.monotonic()
-        self._changed.set()
+            self._publishers[known.part_id].publish(data)
+            self._leaving[known.part_id] = time.monotonic()
+        self.draw()
 
     def _look(self) -> None:
         """See publishers off once their last message is there, and draw what has changed."""
         with self._lock:
-            for part_id, (publisher, since) in list(self._leaving.items()):
+            for part_id, since in list(self._leaving.items()):
+                publisher = self._publishers[part_id]
                 if (time.monotonic() - since > PARTING_SECONDS  # to wait would lock Python
                         or publisher.wait_for_all_acked(duration.Duration(seconds=0))):
-                    del self._leaving[part_id]
+                    del self._leaving[part_id], self._publishers[part_id]
                     self._node.destroy_publisher(publisher)
         if not self._changed.is_set():
             return
         self._changed.clear()
         with self._lock:
-            shown = [self._shown[part_id] for part_id in sorted(self._shown)
-                     if self._shown[part_id].known.source.is_built]
-        each = poses_each(len(shown))
-        drawn = sum(min(len(row.message.poses), each) for row in shown)
+            rows = [(known, known.shown.latched) for _, known in sorted(self._shown.items())
+                    if known.source.is_built and known.shown is not None]
+        each = poses_each(len(rows))
+        drawn = sum(min(len(result.poses), each) for _, result in rows)
         most = next((fine for fine in FINENESS if fine * drawn <= MOST_TRIANGLES), FINENESS[-1])
         self._markers.publish(marker_array(
-            [(row.message, visible_triangles(row.known.part, most)) for row in shown]))
+            [(result, visible_triangles(known.part, most)) for known, result in rows]))
 
     def close(self) -> None:
         """Wait for nobody any more."""
         with self._lock:
             while self._leaving:
-                self._node.destroy_publisher(self._leaving.popitem()[1][0])
+                self._node.destroy_publisher(self._publishers.pop(self._leaving.popitem()[0]))
 
     def record(self, topic: str, known: KnownPart, message: PoseStatistics) -> PoseStatistics:
         """Put a result on record before anybody has it; the same, with a warning if that fails."""

@@ -114,7 +114,6 @@ class CountStore:
     def __init__(self, base: Base, parts: part_store.PartStore) -> None:
         self._settings, self._parts, self._state = base.settings, parts, base.state
         self._warn = base.node.get_logger().warning
-        self._new: dict[str, known_part.KnownPart] = {}
 
     def restore(self, known: known_part.KnownPart) -> None:
         """Give a part what the state has of its counts, where it has none yet."""
@@ -141,10 +140,6 @@ class CountStore:
         return Health(bool(changed), text, {"kinds counted": len(counted), "parts counted": total,
                                             **changed})
 
-    def take_new(self) -> list[known_part.KnownPart]:
-        """Parts of which more was counted since this was last asked."""
-        return [self._new.pop(part_id) for part_id in list(self._new)]
-
     def add_counts(self, known: known_part.KnownPart, counts: PoseCounts) -> bool:
         """Learn from what a camera counted on this plate; false for what came before."""
         if counts.plate not in ("", self._settings().plate):
@@ -170,8 +165,6 @@ class CountStore:
                 known.counts.change = self._state.put(
                     self._counts_row(known, known.counts), *flipped,
                     Change("counted", identity, (identity,)))
-                if not flipped:
-                    self._new[known.part_id] = known
         return True
 
     def _counts_on(self, known: known_part.KnownPart, ground: Ground,

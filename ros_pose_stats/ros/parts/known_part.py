@@ -50,7 +50,8 @@ class Revisions:
 
     newest: int = 0  # given to a result
     shown: int = 0  # of what was latched last
-    recorded_at: float = -math.inf  # when that went on record last, by the monotonic clock
+    # when a result went on record last, by the monotonic clock; what a start shows does not
+    recorded_at: float = -math.inf
     # held while a result of the name is numbered, latched or withdrawn
     lock: threading.RLock = field(default_factory=threading.RLock)
 
@@ -61,7 +62,7 @@ class Revisions:
             return self.newest
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Shown:
     """What a part shows at a time."""
 
@@ -71,6 +72,7 @@ class Shown:
     model: PoseStatistics
     scene: DropScene  # that the latched result is for
     published: float = -math.inf  # when, by the monotonic clock
+    recorded: bool = False  # whether it is in the bag
 
 
 class PartSource:

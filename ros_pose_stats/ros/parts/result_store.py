@@ -1,6 +1,7 @@
 """The results of the parts, and which one of them each part shows."""
 
 import copy
+import math
 import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import CancelledError
@@ -43,7 +44,6 @@ class ResultStore:
                  announcer: announcer.Announcer) -> None:
         self._settings, self._parts, self._counts = base.settings, parts, counts
         self._announcer, self._state = announcer, base.state
-        self._waiting: dict[str, KnownPart] = {}
         self._results: Memory[Key, PoseStatistics] = Memory(
             REMEMBERED_POSES, lambda message: len(message.poses))
 
@@ -80,7 +80,7 @@ class ResultStore:
                     observed and last.header.frame_id != settings.plate_frame):
                 self._latch(known, model, scene)
             else:
-                self._announcer.publish_result(known, last, serialize_message(last), False)
+                self._announcer.publish_result(known, serialize_message(last))
         roles = [BEST] if model.job_id else [BEST, CHECKED if model.drops else model.method]
         for role in roles:
             self._results.put(self._key(role, known, scene), model)
@@ -88,18 +88,16 @@ class ResultStore:
 
     def show_waiting(self) -> None:
         """Show what was counted, and put on record what was not when it was latched again."""
-        for known in self._counts.take_new():
+        for known in self._parts.all():
             with known.revisions.lock:
                 shown = known.shown
-                if shown is not None and self._parts.current(known.part_id) is known:
+                if shown is None or self._parts.current(known.part_id) is not known:
+                    continue
+                if self._counts.counted_as(known, shown.model) not in (0, shown.latched.observed):
                     self._latch(known, shown.model, shown.scene)
-        for part_id in list(self._waiting):
-            waiting = self._waiting.pop(part_id, None)
-            if waiting is None:
-                continue
-            with waiting.revisions.lock:
-                if waiting.shown is not None and self._parts.current(part_id) is waiting:
-                    self._announcer.record(POSE_STATISTICS, waiting, waiting.shown.latched)
+                elif not shown.recorded and known.revisions.recorded_at > -math.inf:
+                    shown.recorded = True
+                    self._announcer.record(POSE_STATISTICS, known, shown.latched)
 
     def show_best(self, known: KnownPart) -> None:
         """Latch the best that is known for the part's present scene, at least an estimate."""
@@ -232,16 +230,14 @@ class ResultStore:
         if known.counts is not None and message.method == OBSERVED and not (
                 self._state.commit(known.counts.change)):
             message = self._announcer.warn_unrecorded(message)
-        if again and at - revisions.recorded_at < SECONDS_BETWEEN:  # `show_waiting` records it
-            self._waiting[known.part_id] = known
-        else:
-            self._waiting.pop(known.part_id, None)
+        recorded = not again or at - revisions.recorded_at >= SECONDS_BETWEEN
+        if recorded:  # else `show_waiting` records it
             message = self._announcer.record(POSE_STATISTICS, known, message)
             revisions.recorded_at = at
         revisions.shown = message.revision
-        known.shown = Shown(message, model, scene, at)
+        known.shown = Shown(message, model, scene, at, recorded)
         data = serialize_message(message)
-        self._announcer.publish_result(known, message, data)
+        self._announcer.publish_result(known, data)
         self._state.put(Change("results", known.part_id, (
             known.part_id, data, serialize_message(model) if message.method == OBSERVED else b"",
             revisions.newest)))
