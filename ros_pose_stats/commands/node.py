@@ -76,7 +76,7 @@ def _run(rest: list[str]) -> int:
     from ..ros.stop_signals import StopSignals
 
     stop = StopSignals()
-    from ..ros.main import run_node
+    from ..ros.node import run_node
 
     return run_node(stop, arguments)
 

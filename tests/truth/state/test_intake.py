@@ -29,7 +29,7 @@ from ros_pose_stats.ros.parts.intake import LARGE_BYTES, Intake
 from ros_pose_stats.ros.parts.known_part import KnownPart, PartSource
 from ros_pose_stats.ros.parts.part_store import PartStore
 from ros_pose_stats.ros.parts.result_store import Stores
-from ros_pose_stats.ros.services.plate_fits import PlateFits
+from ros_pose_stats.ros.services.cell import PlateFits
 
 NODE_SCENE = (-1.0, -1.0)  # of a part that has no scene of its own
 TETRAHEDRON = ([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]],
