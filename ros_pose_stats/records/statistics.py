@@ -3,7 +3,6 @@
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from html import escape
 from importlib import import_module
 from pathlib import Path
@@ -52,9 +51,11 @@ STATISTICS_FIELDS = (
 class RestingShape(Protocol):
     """Contact polygon and silhouette of a part in one of its poses."""
 
+    @property
     def support_polygon(self) -> Array:
         """Contact polygon (k, 2) in the plate frame, metres, counter-clockwise."""
 
+    @property
     def outline(self) -> Array:
         """Convex silhouette (k, 2) in the plate frame, metres, counter-clockwise."""
 
@@ -132,18 +133,18 @@ class StablePose:
     count: int = 0
     group_probability: float = math.nan
 
-    @cached_property
+    @property
     def support_polygon(self) -> Array:
         """Contact polygon (k, 2) in the plate frame, metres, counter-clockwise from above."""
-        return self.shape.support_polygon()
+        return self.shape.support_polygon
 
-    @cached_property
+    @property
     def outline(self) -> Array:
         """Silhouette (k, 2) of the hull in the plate frame, metres, counter-clockwise."""
-        return self.shape.outline()
+        return self.shape.outline
 
     def with_values(self, **values: float) -> "StablePose":
-        """The same pose with other probabilities, and what was computed of its shape."""
+        """The same pose with other probabilities."""
         pose = object.__new__(StablePose)
         pose.__dict__.update(self.__dict__, **values)
         return pose

@@ -134,17 +134,19 @@ class RestingPoses:
 
 @dataclass(frozen=True, eq=False)
 class PoseShape:
-    """Contact polygon and outline of a body in one pose, computed on demand."""
+    """Contact polygon and outline of a body in one pose, computed on demand and kept."""
 
     body: convex_body.ConvexBody
     face: int
     rotation: Array
 
+    @cached_property
     def support_polygon(self) -> Array:
         """Contact polygon (k, 2) in the plate frame, metres, counter-clockwise from above."""
         seen = self.body.polygon(self.face)[::-1] @ self.rotation[:2].T
         return np.asarray(seen * self.body.radius)
 
+    @cached_property
     def outline(self) -> Array:
         """Convex silhouette (k, 2) in the plate frame, metres, counter-clockwise."""
         seen = silhouette(self.body.points, self.body.arrays, self.rotation)

@@ -51,7 +51,7 @@ class PoseStatsNode(AnsweringNode):
         refusals = Refusals(log.warning)
         base = Base(self, settings, state, recorder, refusals, lanes)
         self.builder, self.outlines = part_builder.PartBuilder(base), part_builder.Outlines(base)
-        self.board = board = announcer.Announcer(base)
+        board = announcer.Announcer(base)
         self.parts = parts = part_store.PartStore(base, board, self.builder)
         counts = count_store.CountStore(base, parts)
         self.results = results = result_store.ResultStore(base, parts, counts, board)
@@ -133,7 +133,6 @@ class PoseStatsNode(AnsweringNode):
         for action in self.actions:
             action.wait_for_clients()
         self.answers.wait_until_quiet(PARTING_SECONDS, LAST_SECONDS)
-        self.board.close()
         self.cameras.take_waiting()
         self._write_down()
         self.save()

@@ -162,7 +162,7 @@ Outcome = TypeVar("Outcome", PoseStatistics, FlipStatistics)
 
 GAVE_WAY = "it gave way to what clients asked for"
 MOST_POSES = 1000  # a transition matrix of more takes tens of megabytes
-REMEMBERED = 2_000_000  # transitions, of which each takes some 24 bytes
+REMEMBERED = 4_000_000  # transitions, of which each takes some 24 bytes
 
 
 class Stop:
@@ -235,10 +235,8 @@ class FlipReports(JobListener):
     """Remembers flips up to a bound; they are not recorded, for a seed gives them again."""
 
     def __init__(self) -> None:
-        # the most flips of a key, and those of a job, without the poses themselves
-        self.best: Memory[FlipKey, FlipStatistics] = Memory(
-            REMEMBERED, lambda counted: counted.counts.size)
-        self.of_jobs: Memory[str, FlipStatistics] = Memory(
+        # those of a job, and the most of a key, without the poses themselves
+        self.counted: Memory[str | FlipKey, FlipStatistics] = Memory(
             REMEMBERED, lambda counted: counted.counts.size)
 
     def ended(self, job: Job, state: State) -> None:
@@ -246,11 +244,11 @@ class FlipReports(JobListener):
         if job.flips is None:
             return
         counted = replace(job.flips, poses=())
-        self.of_jobs.put(job.job_id, counted)
+        self.counted.put(job.job_id, counted)
         key = flip_key(counted.part_digest, job.request.scene, counted.kick_height)
-        before = self.best.get(key)
+        before = self.counted.get(key)
         if counted.flips and (before is None or before.flips < counted.flips):
-            self.best.put(key, counted)
+            self.counted.put(key, counted)
 
 
 def pose_count(part: Part, scene: DropScene) -> int:

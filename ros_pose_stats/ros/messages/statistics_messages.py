@@ -89,16 +89,8 @@ def _pose(part_id: str, pose: records.StablePose) -> msg.StablePose:
 class DrawnShape:
     """Contact polygon and outline as they came in a message."""
 
-    polygon: NDArray[np.float64]
-    silhouette: NDArray[np.float64]
-
-    def support_polygon(self) -> NDArray[np.float64]:
-        """Contact polygon (k, 2) in the plate frame, metres, counter-clockwise."""
-        return self.polygon
-
-    def outline(self) -> NDArray[np.float64]:
-        """Convex silhouette (k, 2) in the plate frame, metres, counter-clockwise."""
-        return self.silhouette
+    support_polygon: NDArray[np.float64]
+    outline: NDArray[np.float64]
 
 
 def statistics_of_message(message: msg.PoseStatistics) -> records.PoseStatistics:

@@ -182,12 +182,6 @@ class Announcer:
         self._markers.publish(marker_array(
             [(result, visible_triangles(known.part, most)) for known, result in rows]))
 
-    def close(self) -> None:
-        """Wait for nobody any more."""
-        with self._lock:
-            while self._leaving:
-                self._node.destroy_publisher(self._publishers.pop(self._leaving.popitem()[0]))
-
     def record(self, topic: str, known: KnownPart, message: PoseStatistics) -> PoseStatistics:
         """Put a result on record before anybody has it; the same, with a warning if that fails."""
         self.introduce(known)

@@ -78,7 +78,7 @@ class FeedingService:
         job = None
         for height in sorted({check_kick(height) for height in heights}):
             key = run.flip_key(known.digest, scene, height)
-            found = self._reports.best.get(key)
+            found = self._reports.counted.get(key)
             enough = run.flips_in_all(len(latched.poses), 0, settings)
             if found is None or (found.flips < enough and not self._flipped.get(key)):
                 job = self._jobs.submit(
@@ -86,7 +86,7 @@ class FeedingService:
                                 kick_height=height), done_with(known), settings,
                     is_accepted=job is not None)
                 yield job.finished
-                found = self._reports.of_jobs.get(job.job_id)
+                found = self._reports.counted.get(job.job_id)
                 if job.state is State.CANCELLED:  # nobody but the node itself cancels
                     raise ending()
                 if found is None:

@@ -237,7 +237,7 @@ class SimulateFlipsServer(GoalServer):
     def result(self, job: Job | None, success: bool, message: str) -> Any:
         """The transition matrix of what was done."""
         result = SimulateFlips.Result(success=success, message=message)
-        flips = None if job is None else self._reports.of_jobs.get(job.job_id)
+        flips = None if job is None else self._reports.counted.get(job.job_id)
         if flips is None:
             if job is not None and success:
                 result.success, result.message = False, str(RequestError(
