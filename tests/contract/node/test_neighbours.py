@@ -22,6 +22,7 @@ from .harness.cell import Health, MeshPublisher, QuickClient, latched
 from .harness.client import until, wait_for
 from .harness.jobs import finished, known_part, start
 from .harness.parts import WEDGE, counts, flat, library_part, mesh, nested, new_id, probabilities
+from .harness.slow import standing
 
 PUBLISHED, ASKED, AT_ONCE = 120, 30, 30
 MEGABYTE = 2**20
@@ -207,16 +208,17 @@ def test_no_name_leads_out_of_the_log_directory(node, client):
     assert evil == [] and {path.name for path in home.iterdir()} <= {"bags", ".ros", ".config"}
 
 
-def test_clients_are_answered_in_turn(domain, cell):
+def test_clients_are_answered_in_turn(domain, cell, shared_node):
     """The other one too keeps many answers: each client is sent those to all others."""
     part_id = known_part(cell)
     with QuickClient(domain) as greedy, QuickClient(domain) as other:
         greedy.good("estimate", part_id=part_id)
         other.good("estimate", part_id=part_id)
-        sent = [greedy.send("estimate", part_id=part_id, method="split",
-                            restitution=0.3 + 1e-4 * number) for number in range(600)]
-        until(lambda: any(one.done() for one in sent))
-        other.good("estimate", part_id=part_id)
+        with standing(shared_node.process.pid):
+            sent = [greedy.send("estimate", part_id=part_id, method="split",
+                                restitution=0.3 + 1e-4 * number) for number in range(600)]
+            asked = other.send("estimate", part_id=part_id)
+        assert wait_for(asked).success
         assert not all(one.done() for one in sent)
         assert all(wait_for(one).success for one in sent)
 

@@ -15,6 +15,7 @@ from .harness.client import RUNNING, until, wait_for
 from .harness.goals import Goals
 from .harness.jobs import LONG, known_part, reached, start
 from .harness.parts import WEDGE, flat, library_part, new_id, probabilities
+from .harness.slow import standing
 
 KICK = 0.012
 POSES = len(estimate(library_part(WEDGE)).poses)
@@ -102,7 +103,7 @@ class TestFlips:
 
     def test_others_are_answered_while_it_flips(self, tuned):
         """Flips that take all the time that there is for them; a question is worked on once."""
-        assert tuned.set(drops=10**7, max_job_seconds=1.0) == {}
+        assert tuned.set(drops=10**7, max_job_seconds=4.0) == {}
         part_id = known_part(tuned)
         late = [tuned.send("feeding", part_id=part_id, kick_height=KICK, **ASKED)
                 for _ in range(3)]
@@ -121,11 +122,13 @@ class TestFlips:
         tuned.set(flip_height=0.0)
         assert tuned.good("feeding", kick_height=-1.0, **asked).flips == 0.0
 
-    def test_a_full_queue_is_refused(self, tuned):
-        assert tuned.set(drops=10**7, max_job_seconds=0.3, max_queued_jobs=1) == {}
+    def test_a_full_queue_is_refused(self, tuned, tuned_cell):
+        assert tuned.set(drops=10**7, max_job_seconds=0.6, max_queued_jobs=1) == {}
         part_id = known_part(tuned)
-        sent = [tuned.send("feeding", part_id=part_id, kick_height=n * KICK, **ASKED)
-                for n in range(1, 5)]
+        tuned.service("feeding")
+        with standing(tuned_cell[0].process.pid):  # all are there at once
+            sent = [tuned.send("feeding", part_id=part_id, kick_height=n * KICK, **ASKED)
+                    for n in range(1, 5)]
         first, *_, last = [wait_for(one) for one in sent]
         assert first.success and not last.success and "max_queued_jobs" in last.message
         tuned.set(max_queued_jobs=0)  # a question that was accepted needs no further place

@@ -225,7 +225,7 @@ def ended(domain, tmp_path_factory):
         counting(client).publish(
             *(counted(model, [number]) for number in range(300))).acknowledged()
         slow = client.send("estimate", part=flat(ellipsoid(120_000), "long"))
-        builder = builder_at_work(node.process.pid)
+        os.kill(builder := builder_at_work(node.process.pid), signal.SIGSTOP)
         told["many"] = [client.send("estimate", part_id=part_id, restitution=0.3 + 1e-4 * k)
                         for k in range(200)]
         feeding = client.send("feeding", part_id=part_id, wanted=[0], rate=40.0,

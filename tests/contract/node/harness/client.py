@@ -99,14 +99,22 @@ class Client:
         return wait_for(self.executor.create_task(work), "the executor")
 
     def service(self, name):
-        """The client of a service, as soon as it is there; it may ask many things at once.
+        """The client of a service, as soon as that answers; it may ask many things at once.
 
-        By itself rclpy looks four times a second, and loses all answers but ten.
+        By itself rclpy loses all answers but ten. The first ones are lost where the node has not
+        found the client yet, so it asks for nothing until there is an answer.
         """
         if name not in self._clients:
             found = self.node.create_client(SERVICES[name], f"{self.prefix}/{name}",
                                             qos_profile=QoSProfile(depth=1000))
+            heard = threading.Event()
+
+            def answers():
+                found.call_async(found.srv_type.Request()).add_done_callback(lambda _: heard.set())
+                return heard.wait(1.0)
+
             until(found.service_is_ready, f"service {name}")
+            until(answers, f"an answer of {name}")
             self._clients[name] = found
         return self._clients[name]
 

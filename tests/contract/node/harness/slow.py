@@ -2,6 +2,7 @@
 
 import os
 import signal
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -66,6 +67,16 @@ def builder_at_work(pid):
                      if _ticks(child) > at_first.setdefault(child, _ticks(child))), None)
 
     return until(found, "a process that builds")
+
+
+@contextmanager
+def standing(pid):
+    """Have a process stand still, so that nothing depends on how fast it is."""
+    os.kill(pid, signal.SIGSTOP)
+    try:
+        yield
+    finally:
+        os.kill(pid, signal.SIGCONT)
 
 
 def is_gone(pid):

@@ -47,7 +47,7 @@ class TestResults:
         assert counts(told.poses) == counts(expected.poses)
 
     def test_so_does_the_time_which_is_said(self, cell):
-        job_id = start(cell, known_part(cell), LONG, seed=5, max_seconds=0.3)
+        job_id = start(cell, known_part(cell), LONG, seed=5, max_seconds=1.0)
         told = finished(cell, job_id).statistics
         assert 0 < told.drops < LONG
         assert any(warning.startswith("TIME_LIMIT: ") for warning in told.warnings)

@@ -187,8 +187,11 @@ class TestTheCommand:
 
     def test_it_prints_what_the_node_answers_and_show_what_is_latched(self, cell, wedge):
         part_id = new_id()
-        published = strict_json(call("publish", wedge, "--part-id", part_id, "--unit", "m",
-                                     "--restitution", 0.25, "--json").stdout)
+        given = ("publish", wedge, "--part-id", part_id, "--unit", "m", "--restitution", 0.25,
+                 "--json")
+        call(*given)
+        until(lambda: latched(cell, part_id).drops)  # else it may have printed what they check
+        published = strict_json(call(*given).stdout)
         assert (published["method"], published["restitution"]) == ("hybrid", 0.25)
         assert answer_json("show", part_id) == published
         found = latched(cell, part_id)
