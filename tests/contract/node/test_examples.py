@@ -4,9 +4,7 @@ import contextlib
 import io
 import re
 import signal
-import subprocess
 import sys
-import threading
 from importlib.metadata import entry_points
 from importlib.util import find_spec
 from pathlib import Path
@@ -20,49 +18,11 @@ from std_msgs.msg import Header
 from tests.running import ROOT, answer, complaints
 
 from .harness.cell import cell_of
-from .harness.client import until
-from .harness.node import PATIENCE, parameters
+from .harness.node import Running, parameters
 
 EXECUTABLES = {script.name: script for script in entry_points(group="console_scripts")}
 PARTS = 400
 NO_VISION = pytest.mark.skipif(find_spec("vision_msgs") is not None, reason="it is installed")
-
-
-class Process:
-    """A node in a process of its own, and the lines that it prints."""
-
-    def __init__(self, command, namespace="", **values):
-        self.process = subprocess.Popen(
-            [*command, "--ros-args", "-r", f"__ns:=/{namespace}", *parameters(**values)],
-            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        self.lines = []
-        self._reader = threading.Thread(target=lambda: self.lines.extend(
-            iter(self.process.stdout.readline, "")))
-        self._reader.start()
-
-    def says(self, text):
-        """Wait until a line holds `text`."""
-        def said():
-            assert self.process.poll() is None, self.process.stderr.read()
-            return next((line for line in self.lines if text in line), None)
-
-        return until(said, f"{text!r} after {self.lines}")
-
-    def end(self, number):
-        """Its exit status and its complaints."""
-        self.process.send_signal(number)
-        status = self.process.wait(PATIENCE)
-        return status, complaints(self.process.stderr.read())
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self.process.kill()
-        self.process.wait()
-        self._reader.join()
-        self.process.stdout.close()
-        self.process.stderr.close()
 
 
 @pytest.fixture(scope="module")
@@ -75,10 +35,11 @@ def part(tmp_path_factory):
 @pytest.mark.long
 def test_the_node_learns_the_plate_while_the_planner_looks(domain, tmp_path, part):
     """Both are there before the node: the planner's mesh is latched."""
-    with Process([Path(sys.executable).with_name("example_planner")], "shown", file=part,
-                 unit="mm", wanted=[0, 2]) as planner, \
-            Process([sys.executable, ROOT / ".ci/demo_camera.py"], "shown", file=part, unit="mm",
-                    batch=20, period=0.05) as camera, \
+    given = "--ros-args", "-r", "__ns:=/shown", *parameters(file=part, unit="mm")
+    with Running(Path(sys.executable).with_name("example_planner"), *given,
+                 *parameters(wanted=[0, 2])) as planner, \
+            Running(sys.executable, ROOT / ".ci/demo_camera.py", *given,
+                    *parameters(batch=20, period=0.05)) as camera, \
             cell_of(domain, tmp_path, "shown") as (node, client):
         planner.says("bracket: pick [0, 2]")
         with client.late_joiner() as joiner:

@@ -6,6 +6,8 @@ import subprocess
 import sys
 import threading
 
+from tests.running import complaints
+
 PATIENCE = float(os.environ.get("PATIENCE", "240"))
 """Seconds for anything that must happen; machines are slow."""
 
@@ -17,6 +19,32 @@ def parameters(**values):
     """Arguments that set parameters."""
     pairs = [("-p", f"{name}:={value}") for name, value in values.items()]
     return [argument for pair in pairs for argument in pair]
+
+
+class Running:
+    """A program beside the test, which goes on until it is ended."""
+
+    def __init__(self, *command):
+        self.process = subprocess.Popen(
+            list(map(str, command)), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+    def says(self, text):
+        """The next line on its standard output that holds `text`."""
+        return next(line for line in iter(self.process.stdout.readline, "") if text in line)
+
+    def end(self, number=signal.SIGINT):
+        """Its exit status and its complaints."""
+        self.process.send_signal(number)
+        _, error = self.process.communicate(timeout=PATIENCE)
+        return self.process.returncode, complaints(error)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        if self.process.poll() is None:
+            self.process.kill()
+            self.process.communicate()
 
 
 class NodeProcess:

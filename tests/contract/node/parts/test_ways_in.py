@@ -2,7 +2,6 @@
 
 import json
 import signal
-import subprocess
 import sys
 
 import numpy as np
@@ -13,44 +12,18 @@ from shape_msgs.msg import Mesh
 
 from ros_pose_stats import load_part
 from tests.bodies import shapes, write_stl
-from tests.running import answer, answer_json, call, complaints, refusal, strict_json
+from tests.running import answer, answer_json, call, refusal, strict_json
 
 from ..harness.cell import MeshPublisher, cell_of, latched
 from ..harness.client import Client, until
 from ..harness.jobs import known_part
-from ..harness.node import PATIENCE
+from ..harness.node import Running
 from ..harness.parts import WEDGE, flat, library_part, mesh, nested, new_id
 
 BOX = shapes.box(20.0, 30.0, 40.0)
 TOPICS = "[/cad/bracket, gear=/cad/wheel, early=/cad/early]"
 PART_MESH = "/workshop/pose_stats/part_mesh"
-
-
-class Running:
-    """A command that goes on until it is ended."""
-
-    def __init__(self, *arguments):
-        self.process = subprocess.Popen(
-            [sys.executable, "-m", "ros_pose_stats", *map(str, arguments)],
-            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-
-    def said(self):
-        """The next line that it prints."""
-        return self.process.stdout.readline()
-
-    def end(self, number=signal.SIGINT):
-        """Its exit status and its complaints."""
-        self.process.send_signal(number)
-        _, error = self.process.communicate(timeout=PATIENCE)
-        return self.process.returncode, complaints(error)
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        if self.process.poll() is None:
-            self.process.kill()
-            self.process.communicate()
+COMMAND = sys.executable, "-m", "ros_pose_stats"
 
 
 @pytest.fixture(scope="module")
@@ -62,12 +35,12 @@ def clamp(tmp_path_factory):
 def workshop(domain, tmp_path_factory, clamp):
     """A node whose latched publishers were there before it; two in this process, one command."""
     with (Client(domain, "/workshop/pose_stats") as early,
-          Running("publish", clamp, "--unit", "mm", "--mass", "0.06", "--restitution", "0.2",
-                     "--drop-height", "0.3", "--topic", "meshes", "--ros-args",
-                     "-r", f"meshes:={PART_MESH}") as command):
+          Running(*COMMAND, "publish", clamp, "--unit", "mm", "--mass", "0.06", "--restitution",
+                  "0.2", "--drop-height", "0.3", "--topic", "meshes", "--ros-args",
+                  "-r", f"meshes:={PART_MESH}") as command):
         MeshPublisher(early, latched=True).publish(flat(WEDGE, "early part"))
         MeshPublisher(early, "/cad/early", Mesh, latched=True).publish(mesh(BOX))
-        said = command.said()
+        said = command.says("")
         with cell_of(domain, tmp_path_factory.mktemp("bags"), "workshop", mesh_topics=TOPICS,
                      mesh_unit=0.001) as (node, client):
             yield client, said
@@ -207,10 +180,10 @@ class TestTheCommand:
 
     def test_show_goes_on_with_new_results(self, cell):
         part_id = known_part(cell)
-        with Running("show", part_id, "--watch", "--json") as shown:
-            first = json.loads(shown.said())
+        with Running(*COMMAND, "show", part_id, "--watch", "--json") as shown:
+            first = json.loads(shown.says(""))
             cell.good("forget_part", part_id=part_id)
-            last = json.loads(shown.said())
+            last = json.loads(shown.says(""))
             assert shown.end() == (0, [])
         assert first["poses"] and not last["poses"] and "FORGOTTEN" in last["warnings"][0]
 
