@@ -19,6 +19,15 @@ class Goals:
         self._kind = ACTIONS[name]
         self._actions = ActionClient(client.node, self._kind, f"{client.prefix}/{name}")
         assert self._actions.wait_for_server(PATIENCE)
+        until(self._answers, f"an answer of {name}")
+
+    def _answers(self):
+        """Whether a goal that is refused comes back: the first answers may be lost."""
+        heard = threading.Event()
+        self.client.run(lambda: self._actions.send_goal_async(
+            self._kind.Goal())).add_done_callback(lambda accepted: accepted.result(
+                ).get_result_async().add_done_callback(lambda _: heard.set()))
+        return heard.wait(1.0)
 
     def send(self, **fields):
         """Send a goal, which is accepted in any case."""

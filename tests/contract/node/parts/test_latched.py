@@ -1,7 +1,5 @@
 """What late joiners get on ~/pose_statistics, and what may take its place."""
 
-from __future__ import annotations
-
 import time
 from itertools import pairwise
 
