@@ -23,7 +23,7 @@ from .harness.client import CANCELLED, RUNNING, until, wait_for
 from .harness.goals import Goals
 from .harness.jobs import LONG, finished, known_part, running_with_results, start
 from .harness.parts import WEDGE, flat, mesh, new_id
-from .harness.slow import builder_at_work, ellipsoid, is_gone
+from .harness.slow import builder_at_work, ellipsoid, is_gone, standing
 
 
 @pytest.fixture
@@ -225,11 +225,12 @@ def ended(domain, tmp_path_factory):
         counting(client).publish(
             *(counted(model, [number]) for number in range(300))).acknowledged()
         slow = client.send("estimate", part=flat(ellipsoid(120_000), "long"))
-        os.kill(builder := builder_at_work(node.process.pid), signal.SIGSTOP)
-        told["many"] = [client.send("estimate", part_id=part_id, restitution=0.3 + 1e-4 * k)
-                        for k in range(200)]
-        feeding = client.send("feeding", part_id=part_id, wanted=[0], rate=40.0,
-                              cycle_time=0.5, kick_height=0.012)
+        client.service("feeding")
+        with standing(builder_at_work(node.process.pid)) as builder:
+            told["many"] = [client.send("estimate", part_id=part_id, restitution=0.3 + 1e-4 * k)
+                            for k in range(200)]
+            feeding = client.send("feeding", part_id=part_id, wanted=[0], rate=40.0,
+                                  cycle_time=0.5, kick_height=0.012)
         node.stop(signal.SIGTERM)
         told["waited"] = [wait_for(one) for one in (slow, feeding)]
         told["many"] = [wait_for(one) for one in told["many"]]

@@ -74,7 +74,7 @@ def standing(pid):
     """Have a process stand still, so that nothing depends on how fast it is."""
     os.kill(pid, signal.SIGSTOP)
     try:
-        yield
+        yield pid
     finally:
         os.kill(pid, signal.SIGCONT)
 
