@@ -132,9 +132,9 @@ def unit_warnings(extent: float, metres: Array, triangles: Corners,
         for name in likely_units(metres / unit, triangles) if METRES_PER_UNIT[name] != unit]
     if source == "guessed":
         others = f" (else in {', '.join(meant)})" if meant else ""
-        return (f"UNIT_GUESSED: the file names no unit; it was taken to be in "
-                f"{_unit_in_words(unit)}, {size} long{others}. Give the unit to be sure: "
-                "--unit mm.",)
+        name = _unit_in_words(unit)
+        return (f"UNIT_GUESSED: the file names no unit; it was taken to be in {name}, {size} "
+                f"long{others}. Give the unit to be sure: --unit {name}.",)
     warnings = []
     if declared is not None and not math.isclose(unit, declared, rel_tol=_SAME):
         warnings.append(f"UNIT_OVERRIDDEN: the file's own unit is {_unit_in_words(declared)}, but "

@@ -89,7 +89,7 @@ def test_a_guess_is_that_of_a_part_for_a_feeder_with_round_lengths(tmp_path, ext
     assert part.digest == load_part(path, unit).digest
     code, sentence = told(part)
     assert code == "UNIT_GUESSED" and f"taken to be in {unit}, " in sentence
-    assert sentence.endswith(f" long{others}. Give the unit to be sure: --unit mm.")
+    assert sentence.endswith(f" long{others}. Give the unit to be sure: --unit {unit}.")
 
 
 def test_what_no_unit_makes_a_part_is_not_guessed(tmp_path):
