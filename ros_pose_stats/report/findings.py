@@ -113,7 +113,8 @@ def investigate(part: Part, scene: DropScene, feeder: Feeder, drops: int | None,
     target, bound = (TARGET_ERROR, MOST_DROPS) if drops is None else (0.0, drops)
     simulated = simulate.simulate(
         part, bound, seed=seed, target_error=target, **keywords,
-        on_progress=lambda one: on_progress(one.drops / bound, "drops"))
+        on_progress=lambda one: on_progress(
+            one.drops / bound, f"{one.drops} of {bound} drops{', or fewer' * (drops is None)}"))
     kicks: tuple[KickFeeding, ...] = ()
     afresh = changes = None
     if feeder.wanted and simulated.drops > simulated.unsettled:
@@ -127,7 +128,8 @@ def investigate(part: Part, scene: DropScene, feeder: Feeder, drops: int | None,
                     part, replace(scene, drop_height=None),
                     [feeder.kick_height, *flips.usual_kicks(simulated.radius)],
                     request.drop_request(FLIPS, simulated.seed),
-                    on_kick=lambda place, count: on_progress(place / count, "flips")))
+                    on_kick=lambda place, count: on_progress(
+                        place / count, f"kick {place + 1} of {count}")))
     estimates = estimate_all(part, **keywords)
     combined = hybrid.hybrid_statistics(simulated, confidence.pose_prior(resting, scene))
     graph = graphs.with_shares(graphs.splitting_graph(resting), simulated.poses)
