@@ -75,6 +75,11 @@ def length_in_words(metres: float) -> str:
     return f"{metres * 1e6:.3g} µm"
 
 
+def three_digits(value: float) -> str:
+    """A number with three digits, zeros included; all of them where it has more."""
+    return f"{value:#.3g}".rstrip(".") if value < 999.5 else f"{value:.0f}"
+
+
 def degrees(radians: float) -> str:
     """An angle; a dash where it is not known."""
     return f"{math.degrees(radians):.2f}" if math.isfinite(radians) else "-"
@@ -115,10 +120,11 @@ def remarks(warnings: Iterable[str], notes: Iterable[str]) -> list[str]:
 
 
 def most_probable(poses: Sequence[Any]) -> str:
-    """The first three groups of statistics or of their message, in per cent: 0-3: 90.1, 4: 8.9."""
+    """The first three groups of statistics or of their message, in per cent: 0-3: 90.1, 4+5: 9."""
     groups = {pose.group: pose.group_probability for pose in poses}
     return ", ".join(
-        f"{ranges(sorted(pose.index for pose in poses if pose.group == group))}: {100 * share:.1f}"
+        ranges(sorted(pose.index for pose in poses if pose.group == group)).replace(", ", "+")
+        + f": {100 * share:.1f}"
         for group, share in sorted(groups.items(), key=lambda item: -item[1])[:3])
 
 

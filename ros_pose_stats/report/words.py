@@ -8,7 +8,7 @@ from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 
-from ..text import listed, several
+from ..text import listed, several, three_digits
 
 SPACE = "\N{NO-BREAK SPACE}"
 RANGE = "\N{EN DASH}"
@@ -20,8 +20,8 @@ WORDS = {
                      "Lengths, heights and times are wrong if it is not; probabilities are not "
                      "touched. Most CAD systems export millimetres."),
     "UNIT_GUESSED": ("The unit is a guess",
-                     "Lengths, heights and times are wrong if it is; probabilities are not "
-                     "touched."),
+                     "If the guess is wrong, so are lengths, heights and times; probabilities "
+                     "are not touched."),
     "UNIT_OVERRIDDEN": ("The file declares another unit than was given",
                         "Lengths, heights and times are wrong if the file is right; probabilities "
                         "are not touched. Leave the unit out to take the file's own."),
@@ -46,7 +46,7 @@ WORDS = {
     "NEAR_TIE": ("Two ways between poses are almost equally high",
                  "The answer is still good, but parts may differ from piece to piece."),
     "ROUNDED": ("Round surfaces are taken as fine polygons",
-                "As a rolling part loses energy on a real plate, and whatever the export."),
+                "So the answer is that of the part, however finely its file was exported."),
     "COARSE_CURVE": ("Shares hang on how finely a curve is divided",
                      "Count on a plate what has to be known better."),
     "OUTSIDE_FIT": ("Nobody has measured the quick estimate on such a part or scene",
@@ -113,11 +113,6 @@ def millimetres(metres: float) -> str:
 def in_millimetres(metres: float) -> str:
     """A length in millimetres without the unit, and never with an exponent."""
     return f"{1e3 * metres:.4g}" if metres < 10.0 else f"{1e3 * metres:.0f}"
-
-
-def three_digits(value: float) -> str:
-    """A number with three digits, zeros included; all of them where it has more."""
-    return f"{value:#.3g}".rstrip(".") if value < 999.5 else f"{value:.0f}"
 
 
 def degrees(radians: float) -> str:

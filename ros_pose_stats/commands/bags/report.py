@@ -79,7 +79,7 @@ def _poses(history: results.ResultHistory) -> Iterator[str]:
     drops = f", {leading.drops} drops, {leading.unsettled} unsettled" if leading.drops else ""
     groups = len(np.unique(poses.group))
     yield from _wrapped(f"{several(len(poses.index), 'pose')} in {several(groups, 'group')} at "
-                        f"{history.numbering}, by {leading.method}{drops}")
+                        f"{history.numbering}, by {leading.method}{drops}, {leading.scene}")
     order = np.argsort(-np.nan_to_num(leading.probability), kind="stable")
     yield from columns(
         (Column("pose"), Column("group"), Column("probability", "%"),

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...errors import RequestError
+from ...records.scene import describe_scene
 from ...text import Column, columns, name_poses, several
 from .. import arguments as given, running
 
@@ -135,12 +136,11 @@ def sensitivity_table(found: "Sensitivity") -> list[str]:
                      _points(one.change), f"{100.0 * one.error * abs(one.step):.1f}",
                      *(("-", "-") if one.check is None else
                        (_points(one.check.value), _interval(one.check))),
-                     f"{per * one.slope:+.2f}", ", ".join(remarks)])
+                     f"{round(per * one.slope, 2) + 0.0:+.2f}", ", ".join(remarks)])
     lines = [describe.describe_gain(found),
              f"{space.part.part_id}: wanted {name_poses(found.wanted)}: "
              f"{_bounded(found.accepted)} by {found.method}, in brackets 90 % intervals",
-             f"released {found.scene.drop_height:.3g} m above a frictionless plate, restitution "
-             f"{found.scene.restitution:g}"]
+             describe_scene(found.scene.restitution, found.scene.drop_height)]
     if rows:
         lines += ["", "what a step gains, where that is more than its own error, the most first",
                   *columns(heads, rows)]
@@ -169,8 +169,8 @@ def suggestion_table(found: "Suggestion") -> list[str]:
             *([f"  gone: wanted {name_poses(found.lost)}"] if found.lost else []),
             f"by {found.drops} drops of the part as it is and after each step, seed {found.seed}, "
             "that had no say in the choice; the estimate chose and so flatters it",
-            f"the outline moves by {1e3 * found.outline:.2g} mm, the centre of mass by "
-            f"{1e3 * found.center_shift:.2g} mm", ""]
+            f"the outline moves by {1e3 * found.outline:.3f} mm, the centre of mass by "
+            f"{1e3 * found.center_shift:.3f} mm", ""]
 
 
 def _points(share: float) -> str:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...errors import RequestError
 from ...records import scene as scenes
-from ...text import Column, columns, listed, millimetres, remarks
+from ...text import Column, columns, length_in_words, listed, millimetres, remarks, several
 from .. import arguments as given, running
 from .flips import add_counts_option, read_flips, show_bounded
 
@@ -124,9 +124,12 @@ def _lines(dropped: "PoseStatistics", plan: "FeedingPlan", cell: "FeederCell", s
     rows = [[millimetres(each.kick_height), str(each.parts), str(each.kicks),
              show_bounded(each.per_minute), f"{each.feeder_speed} {mark}".strip()]
             for each, mark in zip(plan.options, marks, strict=True)]
-    return [f"{dropped.part_id}: {dropped.scene}, method {dropped.method}",
+    kick = (f"at speed {best.feeder_speed}" if best.feeder_speed else
+            f"kicked by {length_in_words(best.kick_height)}" if best.kick_height else "not kicked")
+    return [f"{dropped.part_id}: {show_bounded(best.per_minute)} picked a minute, {kick}",
+            f"{dropped.scene}, method {dropped.method}",
             *(f"{action}: {listed(which)}" for action, which in poses.items() if which),
-            f"{best.parts} parts on a plate of {millimetres(cell.plate[0])} by "
+            f"{several(best.parts, 'part')} on a plate of {millimetres(cell.plate[0])} by "
             f"{millimetres(cell.plate[1])} mm; the first picture has {best.pickable:.3g} to pick",
             "", *columns(heads, rows),
             f"in brackets: 90 % intervals, with {100.0 * dropped.plate_error:.2g} points of error "

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from ...errors import RequestError
 from ...records.scene import DEFAULT_DROPS
-from ...text import Column, columns, millimetres, percent, remarks, several
+from ...text import Column, columns, length_in_words, percent, remarks, several, three_digits
 from .. import arguments as given, running
 
 if TYPE_CHECKING:
@@ -123,8 +123,8 @@ def _table(part: "Part", found: "FlipStatistics", ways: "dict[str, Feeding]") ->
     rows = [[str(i), *(percent(share) for share in row), percent(float(max(errors)))]
             for i, (row, errors) in enumerate(zip(found.transition.tolist(),
                                                   found.standard_error.tolist(), strict=True))]
-    about = (f"kicked by {millimetres(found.kick_height)} mm on a frictionless plate, restitution "
-             f"{found.restitution:g}")
+    about = (f"kicked by {length_in_words(found.kick_height)} on a frictionless plate, "
+             f"restitution {found.restitution:g}")
     lines = [f"{part.part_id}: {about}",
              f"{int(found.counts.sum())} flips, {int(found.unsettled.sum())} unsettled, seed "
              f"{found.seed}"] if not found.feeder_speed else [
@@ -147,5 +147,5 @@ def show_bounded(number: tuple[float, float, float]) -> str:
     """A number and its bounds."""
     value, low, high = number
     if math.isnan(low) or math.isnan(high):
-        return "no bound" if math.isinf(value) else f"{value:.3g}"
-    return f"{value:.3g} ({low:.3g} to {high:.3g})"
+        return "no bound" if math.isinf(value) else three_digits(value)
+    return f"{three_digits(value)} ({three_digits(low)} to {three_digits(high)})"

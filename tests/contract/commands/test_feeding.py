@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
 from ros_pose_stats import FeederCell, estimate, load_part, plan_feeding, simulate_flips
@@ -25,6 +27,7 @@ def test_the_table_and_a_picture_mark_the_best_kick(box, tmp_path):
 
     lines = answer("feeding", *box, "--wanted", 0, *ASKED, 20, "--png",
                    tmp_path / "kicks.png").splitlines()
+    assert re.match(r"box: [\d.]+ \([\d.]+ to [\d.]+\) picked a minute, kicked by ", lines[0])
     assert any(line.startswith("HEIGHT_SUSPECT: a kick height of 20 m") for line in lines)
     assert imread(tmp_path / "kicks.png").std() > 0.0
     assert sum(line.endswith("best") for line in lines) == 1

@@ -79,16 +79,11 @@ class TestTable:
         assert text.startswith("nothing to gain: no step of 1.35 mm or 5 % raises the share by")
 
     def test_a_single_wanted_pose_is_warned_about_as_an_estimate_does(self, box):
-        text = answer("sensitivity", box[0], "--wanted", 2, "--checks", 0)
-        assert "\nbox: wanted pose 2: " in text
-        codes = [line.partition(": ")[0] for line in text.splitlines()
-                 if line.partition(": ")[0].isupper()]
-        assert codes == ["UNIT_GUESSED", "WANTED_ALIKE"]
-
-
-def test_warnings_are_in_the_object(box):
-    warnings = answer_json("sensitivity", box[0], "--wanted", 2, "--checks", 0)["warnings"]
-    assert [line.partition(":")[0] for line in warnings] == ["UNIT_GUESSED", "WANTED_ALIKE"]
+        asked = "sensitivity", box[0], "--wanted", 2, "--checks", 0
+        text, warnings = answer(*asked), answer_json(*asked)["warnings"]
+        assert "\nbox: wanted pose 2: " in text and "\nreleased 539 mm above a " in text
+        assert [line.partition(":")[0] for line in warnings] == ["UNIT_GUESSED", "WANTED_ALIKE"]
+        assert "\n".join(warnings) in text
 
 
 @pytest.mark.parametrize(("options", "words"), [
