@@ -24,7 +24,7 @@ from .recorder import Recorder
 from .refusals import COUNTS, Refusals, publish_diagnostics
 from .services import cell, goals, services
 from .settings import Parameters, Settings
-from .state import State
+from .state import OF_PARTS, Change, State
 from .stop_signals import StopSignals
 
 PARTING_SECONDS = 0.1  # nobody has been answered for so long when the node stops answering
@@ -75,7 +75,8 @@ class PoseStatsNode(AnsweringNode):
             for message in tail.counts:
                 self.cameras.learn_counts(message, again=True)
         else:
-            restore.begin_afresh(state)
+            state.put(*(Change(table, row[0], None) for table in OF_PARTS
+                        for row in state.rows(table)))
         recorder.note_place()
         state.commit()
         restore.record_cancelled(cancelled, recorder, state, log.warning)

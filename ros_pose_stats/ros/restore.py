@@ -22,7 +22,7 @@ from .jobs import Job, JobRequest, State as JobState
 from .jobs.job_reports import job_change
 from .recorder import ANSWERS, JOB_EVENTS, PACKAGE, PLACE, POSE_COUNTS, Recorder, share_directory
 from .settings import Settings
-from .state import MESSAGES, OF_PARTS, Change, State
+from .state import MESSAGES, Change, State
 
 INTERRUPTED = "the node ended before the simulation did"
 
@@ -149,8 +149,3 @@ def record_cancelled(cancelled: list[Change], recorder: Recorder, state: State,
             recorder.record(JOB_EVENTS, row[2])
             state.put(change)
         warn(f"{row[0]}: CANCELLED: {INTERRUPTED}")
-
-
-def begin_afresh(state: State) -> None:
-    """Have the state forget parts, results and counts: they are not to be there again."""
-    state.put(*(Change(table, row[0], None) for table in OF_PARTS for row in state.rows(table)))

@@ -138,14 +138,12 @@ class Refinement:
             bound = credible_bound(known.part, result, scene)
             if bound <= target_error:
                 return result, confidence.enough(_means(result), bound, target_error)
-        for result in dropped:
-            if result.drops >= most:
-                short = confidence.not_enough(
-                    _means(result), credible_bound(known.part, result, scene), target_error)
-                return _missed(result, f"{short}, and the node drops at most {most} times for it "
-                               "(parameter drops).")
-        bound = credible_bound(known.part, best, scene)
-        short = confidence.not_enough(_means(best), bound, target_error)
+        spent = next((result for result in dropped if result.drops >= most), None)
+        bound = credible_bound(known.part, spent or best, scene)
+        short = confidence.not_enough(_means(spent or best), bound, target_error)
+        if spent is not None:
+            return _missed(spent, f"{short}, and the node drops at most {most} times for it "
+                           "(parameter drops).")
         request = JobRequest(known.part_id, known.content, scene, most, 0,
                              self._aim(known, target_error, scene), settings.max_job_seconds,
                              hybrid=True)

@@ -111,7 +111,7 @@ class Client:
 
             def answers():
                 found.call_async(found.srv_type.Request()).add_done_callback(lambda _: heard.set())
-                return heard.wait(1.0)
+                return heard.wait(5.0)
 
             until(found.service_is_ready, f"service {name}")
             until(answers, f"an answer of {name}")

@@ -27,7 +27,7 @@ class Goals:
         self.client.run(lambda: self._actions.send_goal_async(
             self._kind.Goal())).add_done_callback(lambda accepted: accepted.result(
                 ).get_result_async().add_done_callback(lambda _: heard.set()))
-        return heard.wait(1.0)
+        return heard.wait(5.0)
 
     def send(self, **fields):
         """Send a goal, which is accepted in any case."""
