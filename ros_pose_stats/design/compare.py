@@ -100,7 +100,7 @@ def compare(parts: Sequence[Part], wanted: Sequence[int] = (), drops: int = MOST
     begin = time.perf_counter()
     if not 0.0 <= plate_error <= 1.0:
         raise errors.RequestError("a plate error from 0 to 1, as a fraction", f"{plate_error}",
-                           "0.05 is a plate that nobody has counted on")
+                                  "0.05 is a plate that nobody has counted on")
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
     asked = request.drop_request(drops, seed, 0.0, workers)
     resting = _prepared(parts, scene)
@@ -108,42 +108,52 @@ def compare(parts: Sequence[Part], wanted: Sequence[int] = (), drops: int = MOST
         feeding.check_wanted(wanted, len(resting[0].poses))
     accepted = tuple(sorted(set(map(int, wanted))))
     matches = [correspondence.find_correspondence(resting[0], other) for other in resting[1:]]
-    turns = [None, *(match.turn for match in matches)]
     tests = [test for place, match in enumerate(matches, start=1)
              for test in _tests(place, match, accepted)]
-    # A look has a share of the 5 % in proportion to its drops: all looks together are wrong in no
-    # more than 5 %, since the sum of the chances bounds that of any of them.
-    sizes = [asked.drops]
-    while sizes[0] >= 2 * FIRST_LOOK:
-        sizes.insert(0, sizes[0] // 2)
-    most = 2 * sizes[-1] * len(parts)
 
-    judged = paired_drops.PairedDrops(
-        parts, scene, (asked.seed + request.SEEDS // 2) % request.SEEDS, turns)
-    for size in sizes:
-        judged.drop_until(size, asked.workers, lambda done: on_progress(done, most), should_stop)
-        shares = _differences(judged, tests, plate_error)
-        chances = _chances(tests, shares, size / sum(sizes))
-        differ = {test.second for test, (_, on_plate) in zip(tests, chances, strict=True)
-                  if on_plate <= comparison.LEVEL and (test.is_accepted or not accepted)}
-        if judged.drops < size or len(differ) == len(matches) or all(
-                one.difference.high - one.difference.low <= 2.0 * ONE_POINT for one in shares):
-            break
-    afresh = paired_drops.PairedDrops(parts, scene, asked.seed, turns)
+    turns = [None, *(match.turn for match in matches)]
+    judged, afresh = (paired_drops.PairedDrops(parts, scene, each % request.SEEDS, turns)
+                      for each in (asked.seed + request.SEEDS // 2, asked.seed))
+    most = 2 * asked.drops * len(parts)
+    chances = _judge(judged, tests, plate_error, asked.drops, lambda size: judged.drop_until(
+        size, asked.workers, lambda done: on_progress(done, most), should_stop))
     afresh.drop_until(judged.drops, asked.workers, lambda done: on_progress(
         judged.outcome.size + done, most), should_stop)
+
     pairs = afresh if afresh.drops else judged
-    found = [_statistics(part, pairs, place) for place, part in enumerate(parts)]
-    found = [replace(one, warnings=(*one.warnings, *pose_groups.warn_of_alike(one, some)))
-             for one, some in zip(found, [accepted, *(match.partners(accepted)
-                                                      for match in matches)], strict=True)]
     shares = [share._replace(chance=chance, chance_on_plate=on_plate)
               for share, (chance, on_plate) in zip(
                   _differences(pairs, tests, plate_error), chances, strict=True)]
     variants = tuple(_compared(place, match, accepted, list(zip(tests, shares, strict=True)))
                      for place, match in enumerate(matches, start=1))
-    return comparison.Comparison(tuple(parts), tuple(found), variants, pairs.scene, asked.seed,
-                                 accepted, plate_error, time.perf_counter() - begin)
+    own = [accepted, *(match.partners(accepted) for match in matches)]
+    found = tuple(_statistics(part, pairs, place, own[place]) for place, part in enumerate(parts))
+    return comparison.Comparison(tuple(parts), found, variants, pairs.scene, asked.seed, accepted,
+                                 plate_error, time.perf_counter() - begin)
+
+
+def _judge(pairs: paired_drops.PairedDrops, tests: "Sequence[_Test]", plate_error: float,
+           most: int, drop_until: Callable[[int], object]) -> list[tuple[float, float]]:
+    """Drop until the verdicts stand; the chances of each test in the model and on a plate.
+
+    A look has a share of the 5 % in proportion to its drops: all looks together are wrong in no
+    more than 5 %, since the sum of the chances bounds that of any of them.
+    """
+    looks = [most]
+    while looks[0] >= 2 * FIRST_LOOK:
+        looks.insert(0, looks[0] // 2)
+    is_feeder = any(test.is_accepted for test in tests)
+    chances: list[tuple[float, float]] = []
+    for size in looks:
+        drop_until(size)
+        shares = _differences(pairs, tests, plate_error)
+        chances = _chances(tests, shares, size / sum(looks))
+        differ = {test.second for test, (_, on_plate) in zip(tests, chances, strict=True)
+                  if on_plate <= comparison.LEVEL and test.is_accepted == is_feeder}
+        if pairs.drops < size or len(differ) == len(pairs.parts) - 1 or all(
+                one.difference.high - one.difference.low <= 2.0 * ONE_POINT for one in shares):
+            break
+    return chances
 
 
 def _prepared(parts: Sequence[Part], scene: DropScene) -> list[stable.RestingPoses]:
@@ -250,7 +260,8 @@ def _chance_beyond(known: paired_counts.PairedDifference, error: float) -> float
     return max(known.p_value, math.erfc(abs(known.value) / (spread * math.sqrt(2.0))))
 
 
-def _statistics(part: Part, pairs: paired_drops.PairedDrops, variant: int) -> PoseStatistics:
+def _statistics(part: Part, pairs: paired_drops.PairedDrops, variant: int,
+                accepted: Sequence[int]) -> PoseStatistics:
     """Statistics of one variant, from the starts that all variants settled from."""
     resting, drops, settled = pairs.resting[variant], pairs.drops, pairs.settled
     counts = np.bincount(pairs.outcome[variant, settled], minlength=len(resting.poses))
@@ -260,7 +271,8 @@ def _statistics(part: Part, pairs: paired_drops.PairedDrops, variant: int) -> Po
     warnings += [] if not unsettled else [
         f"UNSETTLED: {unsettled} of {drops} drops were given up before the pose of every variant "
         f"was certain; they are left out of the probabilities."]
-    return statistics.pose_statistics(
+    found = statistics.pose_statistics(
         part, resting.body.radius, resting.poses, prefix.counted_shares(counts),
         methods.SIMULATION, pairs.scene, drops=drops, unsettled=unsettled, seed=pairs.seed,
         warnings=(*remarks.warnings, *warnings), notes=remarks.notes)
+    return replace(found, warnings=(*found.warnings, *pose_groups.warn_of_alike(found, accepted)))
