@@ -14,7 +14,7 @@ FORMULAS = ("=", "+", "-", "@", "\t", "\r", "\n")
 """What a cell of a table begins with that spreadsheets compute, or look behind for such."""
 
 WIDTH = 100  # width of a report, in characters
-MOST_POSES = 40  # poses that a report lists; the others are summed up in one line
+MOST_POSES = 40  # poses that a table lists; the others are summed up in one line
 
 
 class Column(NamedTuple):
@@ -55,6 +55,11 @@ def ending(text: str, width: int) -> str:
 def percent(fraction: float) -> str:
     """A fraction in percent or points with two decimals; a dash where it is not known."""
     return "-" if math.isnan(fraction) else f"{100.0 * fraction:.2f}"
+
+
+def points(fraction: float, digits: int = 1) -> str:
+    """A signed difference in points; a dash where it is not known."""
+    return "-" if math.isnan(fraction) else f"{round(100.0 * fraction, digits) + 0.0:+.{digits}f}"
 
 
 def interval(low: float, high: float) -> str:

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..records import Array, statistics
 from ..statistics import paired_counts
-from ..text import listed, name_poses, several
+from ..text import listed, name_poses, points, several
 from . import changes
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ def describe_gain(found: "sensitivity.Sensitivity") -> str:
     if shown:
         one, check = max(shown, key=lambda pair: pair[1].value)
         return (f"gains most: {name_step(found.space, one.number, one.step)}: "
-                f"{100.0 * check.value:+.1f} points by drops ({100.0 * check.low:.1f} to "
+                f"{points(check.value)} points by drops ({100.0 * check.low:.1f} to "
                 f"{100.0 * check.high:.1f})")
     if found.checked:
         return (f"nothing to gain: drops show no gain of the best "
@@ -58,7 +58,7 @@ def describe_gain(found: "sensitivity.Sensitivity") -> str:
         return f"nothing to gain: no step of {step} raises the share by more than its own error"
     return (f"gains most by estimate: "
             f"{name_step(found.space, found.best[0].number, found.best[0].step)}: "
-            f"{100.0 * found.best[0].change:+.1f} points")
+            f"{points(found.best[0].change)} points")
 
 
 def feature_as_dict(space: changes.DesignSpace, number: int) -> dict[str, Any]:
@@ -120,7 +120,7 @@ def _percent(share: float) -> str:
 def _points(share: "comparison.ShareDifference", sign: float) -> str:
     """A signed difference, and its interval."""
     ends = sorted((sign * share.difference.low, sign * share.difference.high))
-    return (f"{round(100.0 * sign * share.difference.value, 1) + 0.0:+.1f} points, "
+    return (f"{points(sign * share.difference.value)} points, "
             f"{' to '.join(f'{round(100.0 * end, 1) + 0.0:.1f}' for end in ends)}")
 
 

@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 Filled = tuple[Column, list[str]]
 
 BAR = 12
-MOST_ROWS = 40
 MOST_NAMED = 20  # characters that name the poses of a row
 ROLLS = ("  ", " *")  # behind the tilt to topple: of a pose that does not roll, of one that does
 ROLLING = "  * rolls in this pose; the tilt to topple holds across its axis only"
@@ -74,7 +73,7 @@ def report(found: "PoseStatistics", rows: Sequence[PoseGroup], part: "Part | Non
 
     `explain`: whether to say why the method was chosen.
     """
-    shown = rows[:MOST_ROWS]
+    shown = rows[:words.MOST_POSES]
     shares = [
         (Column("probability", left=True), [
             f"{_percent(row.probability)} {_bar(row.probability)}" for row in shown]),
@@ -94,7 +93,7 @@ def comparison(found: Sequence["PoseStatistics"], rows: Sequence[Sequence[PoseGr
     for one, own in zip(found, rows, strict=True):
         there = {row.first.index: row.probability for row in own}
         shares.append((Column(one.method), [
-            percent(there[row.first.index]) for row in rows[-1][:MOST_ROWS]]))
+            percent(there[row.first.index]) for row in rows[-1][:words.MOST_POSES]]))
     return "\n".join([
         _heading(asked, part), "",
         f"probability in %, ordered by {found[-1].method}, "
@@ -128,7 +127,7 @@ def _method(found: "PoseStatistics") -> str:
 
 def _pose_table(rows: Sequence[PoseGroup], shares: Sequence[Filled]) -> list[str]:
     """Rows about poses, with columns of probabilities in their middle."""
-    shown = rows[:MOST_ROWS]
+    shown = rows[:words.MOST_POSES]
     poses = [row.first for row in shown]
     joined = any(row.size > 1 for row in shown)
     rolls = any(pose.rolls for pose in poses)
@@ -149,7 +148,7 @@ def _pose_table(rows: Sequence[PoseGroup], shares: Sequence[Filled]) -> list[str
             if head.title == "barrier" or set(cells) != {UNKNOWN}]
     lines = columns([head for head, _ in kept],
                     list(zip(*(cells for _, cells in kept), strict=True)))
-    if hidden := rows[MOST_ROWS:]:
+    if hidden := rows[words.MOST_POSES:]:
         together = _percent(sum(row.probability for row in hidden)).strip()
         lines.append(f"... and {several(sum(row.size for row in hidden), 'more pose')}, "
                      f"{together} together; --json lists all")

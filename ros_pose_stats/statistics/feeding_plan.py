@@ -127,14 +127,13 @@ def plan_feeding(dropped: PoseStatistics, wanted: Sequence[int], cell: FeederCel
     if not shares.probability @ picked > 0.0:
         raise RequestError("wanted poses that dropped parts come to rest in", "none of them",
                            "name others; `ros_pose_stats estimate` lists their probabilities")
-    poses = sorted(dropped.poses, key=lambda pose: pose.index)
-    plate = Plate(cell, picked, shares, [pose.outline for pose in poses],
-                  0.0 if dropped.observed else dropped.plate_error)
+    outlines = [pose.outline for pose in dropped.by_index.values()]
+    plate = Plate(cell, picked, shares, outlines, 0.0 if dropped.observed else dropped.plate_error)
     kicks = [None, *sorted(flips, key=lambda kick: kick.kick_height)]
     options = [plate.plan(kick) for kick in kicks]
     place = max(range(len(options)), key=lambda at: options[at].per_minute.value)
     best, chosen = options[place], kicks[place]
-    actions = np.full(len(poses), LEAVE)
+    actions = np.full(picked.size, LEAVE)
     if chosen is not None and best.kicks:
         actions[plate.worth_flipping(best.parts, chosen.transition)] = FLIP
     actions[picked > 0.0] = PICK

@@ -1,7 +1,6 @@
 """`compare A B...`: variants of a part side by side, and whether they differ."""
 
 import argparse
-import math
 import shlex
 import sys
 from collections.abc import Sequence
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from ...errors import RequestError
 from ...records.scene import DEFAULT_PLATE_ERROR
-from ...text import Column, columns, interval, percent, ranges, remarks, several
+from ...text import Column, columns, interval, percent, points, ranges, remarks, several
 from .. import arguments as given, running
 
 if TYPE_CHECKING:
@@ -148,8 +147,8 @@ def _variant(one: "VariantComparison") -> list[str]:
     rows = [[_numbers(pose.poses.first), _numbers(pose.poses.second),
              *_share(pose.share.first, pose.poses.first),
              *_share(pose.share.second, pose.poses.second),
-             _points(pose.share.difference.value),
-             f"{_points(pose.share.difference.low)} to {_points(pose.share.difference.high)}",
+             points(pose.share.difference.value, 2),
+             f"{points(pose.share.difference.low, 2)} to {points(pose.share.difference.high, 2)}",
              pose.share.in_model.removeprefix("difference "),
              pose.share.on_plate.removeprefix("difference ")]
             for pose in one.poses[:MOST_ROWS]]
@@ -170,13 +169,6 @@ def _variant(one: "VariantComparison") -> list[str]:
     lost = one.feeder.lost
     return [*lines, "", *columns(heads, rows), *(
         [f"wanted poses of A without a partner in {other}: {ranges(lost)}"] if lost else [])]
-
-
-def _points(fraction: float) -> str:
-    """A signed difference; a dash where it is not known."""
-    if math.isnan(fraction):
-        return "-"
-    return f"{round(100.0 * fraction, 2) + 0.0:+.2f}"
 
 
 def _numbers(poses: Sequence[int]) -> str:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...errors import RequestError
 from ...records.scene import describe_scene
-from ...text import Column, columns, name_poses, several
+from ...text import Column, columns, name_poses, points, several
 from .. import arguments as given, running
 
 if TYPE_CHECKING:
@@ -133,9 +133,9 @@ def sensitivity_table(found: "Sensitivity") -> list[str]:
         remarks = [f"points per {unit}", *([describe.CONTRADICTED] if one.contradicted else []),
                    *([f"gone: {name_poses(one.lost)}"] if one.lost else [])]
         rows.append([describe.name_step(space, one.number, one.step), str(len(one.alike)),
-                     _points(one.change), f"{100.0 * one.error * abs(one.step):.1f}",
+                     points(one.change), f"{100.0 * one.error * abs(one.step):.1f}",
                      *(("-", "-") if one.check is None else
-                       (_points(one.check.value), _interval(one.check))),
+                       (points(one.check.value), _interval(one.check))),
                      f"{round(per * one.slope, 2) + 0.0:+.2f}", ", ".join(remarks)])
     lines = [describe.describe_gain(found),
              f"{space.part.part_id}: wanted {name_poses(found.wanted)}: "
@@ -161,10 +161,10 @@ def suggestion_table(found: "Suggestion") -> list[str]:
         return [f"suggestion: no change within {1e3 * found.within:g} mm raises the estimate"]
     heads = [Column("step", left=True), Column("gain", "points"), Column("by drops", "points"),
              Column("90 %", "points")]
-    rows = [[describe.name_moves(found.space, one.moves), _points(one.estimated),
-             _points(one.gain.value), _interval(one.gain)] for one in found.steps]
+    rows = [[describe.name_moves(found.space, one.moves), points(one.estimated),
+             points(one.gain.value), _interval(one.gain)] for one in found.steps]
     return [f"suggestion within {1e3 * found.within:g} mm: {_bounded(found.dropped_before)} -> "
-            f"{_bounded(found.dropped_after)}, {_points(found.gain.value)} points "
+            f"{_bounded(found.dropped_after)}, {points(found.gain.value)} points "
             f"({_interval(found.gain)})", *columns(heads, rows),
             *([f"  gone: wanted {name_poses(found.lost)}"] if found.lost else []),
             f"by {found.drops} drops of the part as it is and after each step, seed {found.seed}, "
@@ -173,12 +173,8 @@ def suggestion_table(found: "Suggestion") -> list[str]:
             f"{1e3 * found.center_shift:.3f} mm", ""]
 
 
-def _points(share: float) -> str:
-    return f"{100.0 * share:+.1f}"
-
-
 def _interval(known: Any) -> str:
-    return f"{_points(known.low)} to {_points(known.high)}"
+    return f"{points(known.low)} to {points(known.high)}"
 
 
 def _bounded(share: tuple[float, float, float]) -> str:

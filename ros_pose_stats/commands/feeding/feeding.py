@@ -2,7 +2,6 @@
 
 import argparse
 import sys
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...errors import RequestError
@@ -73,8 +72,7 @@ def run(options: argparse.Namespace) -> int:
     dropped = estimate(part, **given.scene_keywords(options))
     # What is refused is refused at once.
     plan = feeding_plan.plan_feeding(dropped, options.wanted, cell)
-    counted = {} if options.counts is None else read_flips(Path(options.counts),
-                                                           len(dropped.poses))
+    counted = read_flips(options.counts, len(dropped.poses))
     kicks = kicking.usual_kicks(dropped.radius) if options.kicks is None else options.kicks
     warnings = [*dropped.warnings, *pose_groups.warn_of_alike(dropped, options.wanted),
                 *scenes.height_warnings("kick", max(kicks, default=0.0), dropped.radius,

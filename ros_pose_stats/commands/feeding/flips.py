@@ -50,14 +50,15 @@ def add_counts_option(command: argparse._ActionsContainer) -> None:
                          "with the columns speed (its name), from and to (index of a pose), count")
 
 
-def read_flips(file: Path, poses: int) -> "dict[str, Index]":
-    """Flips (K, K) from pose to pose by the feeder's speed."""
+def read_flips(file: str | None, poses: int) -> "dict[str, Index]":
+    """Flips (K, K) from pose to pose by the feeder's speed; of no file, none."""
     import numpy as np
 
     from ...plates.counts import read_table
 
     found: dict[str, Index] = {}
-    for speed, (before, after, count) in read_table(file, "speed, from, to, count", "slow,3,0,41"):
+    rows = [] if file is None else read_table(Path(file), "speed, from, to, count", "slow,3,0,41")
+    for speed, (before, after, count) in rows:
         if max(before, after) >= poses:
             raise RequestError(f"poses 0 to {poses - 1}", f"{max(before, after)} in {file}",
                                "count with the numbers that estimate shows")
@@ -74,8 +75,7 @@ def run(options: argparse.Namespace) -> int:
 
     scene, fresh = given.scene_of(options), None
     resting = poses_in(part, scene)
-    counted = {} if options.counts is None else read_flips(Path(options.counts),
-                                                           len(resting.poses))
+    counted = read_flips(options.counts, len(resting.poses))
     request = requests.drop_request(options.flips, options.seed, 0.0, options.workers)
     with running.stop_on_interrupt() as interrupted, running.ProgressBar(sys.stderr) as bar:
         watch = requests.Watch.of(None, interrupted)
