@@ -93,26 +93,23 @@ def run(options: argparse.Namespace) -> int:
             fresh = simulate.simulate(part, options.drops, seed=request.seed,
                                       workers=options.workers, on_progress=bar.show,
                                       should_stop=interrupted, **given.scene_keywords(options))
-    stopped, speeds = interrupted(), []
-    lines: list[str] = []
+    stopped, speeds, tables = interrupted(), [], []
+    dropped = None if fresh is None or stopped else pose_groups.pose_shares(fresh)
+    warnings = [] if fresh is None else [
+        *fresh.warnings, *pose_groups.warn_of_alike(fresh, options.wanted)]
     for each in found:
-        ways = {}
-        if fresh is not None and not stopped:
-            dropped = pose_groups.pose_shares(fresh)
-            ways = {"dropped_again": feeding.drop_afresh(dropped, options.wanted, options.rate),
-                    "kicked": feeding.flip_wrong_ones(dropped, each.counts, options.wanted,
-                                                      options.rate, options.cycle_time)}
-        if fresh is not None:
-            each = replace(each, warnings=tuple(dict.fromkeys((
-                *each.warnings, *fresh.warnings,
-                *pose_groups.warn_of_alike(fresh, options.wanted)))))
+        each = replace(each, warnings=tuple(dict.fromkeys((*each.warnings, *warnings))))
+        ways = {} if dropped is None else {
+            "dropped_again": feeding.drop_afresh(dropped, options.wanted, options.rate),
+            "kicked": feeding.flip_wrong_ones(dropped, each.counts, options.wanted, options.rate,
+                                              options.cycle_time)}
         speeds.append({**each.as_dict(), **({"feeding": ways} if ways else {})})
-        lines += [*([""] if lines else []), *_table(part, each, ways)]
+        tables.append("\n".join(_table(part, each, ways)))
     if options.json:
         running.print_json({"speeds": speeds} if options.counts else speeds[0],
                            interrupted=stopped)
     else:
-        print("\n".join(lines))
+        print("\n\n".join(tables))
         if stopped:
             print(f"interrupted after {sum(each.flips for each in found)} flips")
     return running.INTERRUPTED if stopped else 0
