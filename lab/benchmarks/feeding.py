@@ -20,7 +20,6 @@ from ros_pose_stats import (
     FlipStatistics,
     Part,
     PoseStatistics,
-    StablePose,
     estimate,
     outline_at,
     part_from_mesh,
@@ -48,22 +47,22 @@ MEASURED = (
     "`best`: the number of parts that leaves most of them free to pick, as told by convex "
     "silhouettes; `free`: how many those are; `thrown`: the mean over plates full of true "
     "outlines, bays and holes included, thrown anywhere and turned anyhow, by the poses' shares; "
-    "`off, %`: told over thrown, less one; `error, %`: the standard error of that. `parts`, "
+    "`off, %`: told over thrown, less one; `error, %`: its standard error; `hulls off, %`: "
+    "off where convex silhouettes are thrown, so that the rest is what bays let through. `parts`, "
     "`kicks`, `a minute`: the plan for a kick of half a radius; `simulated`: whole cycles of it, "
     "part by part, thrown anew at each kick.")
 
 
 class Plate:
-    """Parts of one kind with their true outlines, bays and holes included.
+    """Parts of one kind with their outlines.
 
     A part is blocked where another one reaches into its outline grown by the clearance.
     """
 
-    def __init__(self, part: Part, poses: Sequence[StablePose], size: tuple[float, float],
+    def __init__(self, outlines: Sequence[Sequence[Array]], size: tuple[float, float],
                  clearance: float) -> None:
         self.size = np.array(size)
-        self.outlines = [CrossSection([ring for polygon in outline_at(part, pose)
-                                       for ring in polygon]) for pose in poses]
+        self.outlines = [CrossSection(rings) for rings in outlines]
         self.grown = [outline.offset(clearance, JoinType.Round, circular_segments=48)
                       for outline in self.outlines]
         self.reach = np.array([max(np.hypot(*ring.T).max() for ring in outline.to_polygons())
@@ -87,7 +86,7 @@ class Plate:
 
 def row(name: str, part: Part, dropped: PoseStatistics, flips: FlipStatistics,
         plate: tuple[float, float, float], seconds: float, random: Generator) -> Row:
-    """One part on one plate; `seconds`: spent on each of both simulations."""
+    """One part on one plate; `seconds`: spent on each of three simulations."""
     poses = sorted(dropped.poses, key=lambda pose: pose.index)
     shares = np.array([pose.probability for pose in poses])
     wanted = np.zeros(len(poses), dtype=np.bool_)
@@ -97,20 +96,28 @@ def row(name: str, part: Part, dropped: PoseStatistics, flips: FlipStatistics,
     numbers = np.arange(1, 200)
     told = numbers * (fill.free(numbers) @ (shares * wanted))
     best = int(told.argmax())
-    thrown = Plate(part, poses, (long, wide), clearance)
-    seen, until = [], time.monotonic() + seconds
-    while time.monotonic() < until:
-        pose = random.choice(len(poses), numbers[best], p=shares / shares.sum())
-        seen.append(int(thrown.free(pose, wanted, random).sum()))
-    mean, error = np.mean(seen), np.std(seen) / len(seen) ** 0.5
+    thrown, hulls = (Plate(outlines, (long, wide), clearance) for outlines in (
+        [[ring for polygon in outline_at(part, pose) for ring in polygon] for pose in poses],
+        [[pose.outline] for pose in poses]))
+
+    def free_parts(plate: Plate) -> tuple[float, float]:
+        """How many of the best number are free, and the standard error of that."""
+        seen, until = [], time.monotonic() + seconds
+        while time.monotonic() < until:
+            pose = random.choice(len(poses), numbers[best], p=shares / shares.sum())
+            seen.append(int(plate.free(pose, wanted, random).sum()))
+        return float(np.mean(seen)), float(np.std(seen)) / len(seen) ** 0.5
+
+    mean, error = free_parts(thrown)
     cell = FeederCell(60.0, (long, wide), clearance)
     plan = plan_feeding(dropped, np.flatnonzero(wanted).tolist(), cell, [flips]).options[1]
     rate = simulated_rate(plan, cell, thrown, shares / shares.sum(), wanted, flips.transition,
                           seconds, random)
     off, rate_off = 100.0 * (told[best] / mean - 1.0), 100.0 * (plan.per_minute.value / rate - 1.0)
     return Row(f"{name}, {plate[0]:g} x {plate[1]:g}, {plate[2]:g}", {
-        "best": int(numbers[best]), "free": float(told[best]), "thrown": float(mean),
-        "off, %": off, "error, %": 100.0 * float(error / mean), "parts": plan.parts,
+        "best": int(numbers[best]), "free": float(told[best]), "thrown": mean, "off, %": off,
+        "error, %": 100.0 * error / mean,
+        "hulls off, %": 100.0 * (told[best] / free_parts(hulls)[0] - 1.0), "parts": plan.parts,
         "kicks": plan.kicks, "a minute": plan.per_minute.value, "simulated": rate,
         "rate off, %": rate_off},
         (Target("free parts off, %", abs(off), LIMIT),
@@ -153,8 +160,8 @@ def main() -> None:
     """Measure, print, and with `--write` store the results and write the page."""
     parser = argparse.ArgumentParser(prog="lab.benchmarks.feeding",
                                      description=__doc__.partition("\n")[0])
-    parser.add_argument("--seconds", type=float, default=4.0, help="of each of two simulations of "
-                        "each case (default: %(default)s)")
+    parser.add_argument("--seconds", type=float, default=4.0, help="of each of three simulations "
+                        "of each case (default: %(default)s)")
     parser.add_argument("--write", action="store_true", help="store numbers/feeding.json and "
                         "render benchmarks.md in docs/measured")
     section = measure((options := parser.parse_args()).seconds)
