@@ -22,7 +22,7 @@ from ros_pose_stats.mesh.parts import part_from_mesh
 from ros_pose_stats.mesh.vectors import rotation_matrices
 from ros_pose_stats.records import Part
 from ros_pose_stats.records.scene import GRAVITY
-from ros_pose_stats.resting.poses import resting_poses
+from ros_pose_stats.resting.poses import RestingPoses, resting_poses
 
 from ..shapes import box, ellipsoid_points, hull_mesh, prism
 
@@ -97,18 +97,27 @@ def read_counts() -> list[list[list[int]]]:
 def count_poses(part: Part, plate: RealPlate, drops: int, seed: tuple[int, ...]) -> Index:
     """How many of some drops (P,) end in each pose, by `index`."""
     resting = resting_poses(part)
-    body, radius = resting.body, resting.body.radius
     random = np.random.default_rng(seed)
     turns = rotation_matrices(_unit(random.standard_normal((drops, 4))))
     spin = plate.spin * _unit(random.standard_normal((drops, 3)))
-    faces, pose = resting.equilibria, resting.clusters.pose
+    height, speed = np.full(drops, plate.drop_height), np.tile((plate.speed, 0.0, 0.0), (drops, 1))
+    ends = poses_reached(resting, plate, turns, height, speed, spin)
+    return np.bincount(ends, minlength=len(resting.poses)).astype(np.int64)
+
+
+def poses_reached(resting: RestingPoses, plate: RealPlate, turns: Array, height: Array,
+                  velocity: Array, spin: Array) -> Index:
+    """Poses (n,) in which parts come to rest from orientations, heights, velocities and spins."""
+    radius, faces, pose = resting.body.radius, resting.equilibria, resting.clusters.pose
     barrier = np.array([each.barrier for each in resting.poses])[pose]
     least = radius * faces.heights + np.minimum(NEAR * barrier, radius)
-    ends = _drop_all(body.points * radius, np.linalg.inv(resting.inertia * radius * radius),
-                     faces.downs, least, turns, spin, np.array(plate[:4]), radius)
+    inverse = np.linalg.inv(resting.inertia * radius * radius)
+    ends = _drop_all(resting.body.points * radius, inverse,
+                     faces.downs, least, turns, height, velocity, spin, np.array(plate[:2]),
+                     radius)
     if (ends < 0).any():
         raise RuntimeError(f"a drop was still going on after {MOST_STEPS} steps")
-    return np.bincount(pose[ends], minlength=len(resting.poses)).astype(np.int64)
+    return np.asarray(pose[ends], dtype=np.int64)
 
 
 def _unit(vectors: Array) -> Array:
@@ -116,23 +125,22 @@ def _unit(vectors: Array) -> Array:
 
 
 @numba.njit(cache=True)
-def _drop_all(corners, inverse, downs, least, turns, spins, plate, radius):  # type: ignore[no-untyped-def]
+def _drop_all(corners, inverse, downs, least, turns, heights, velocities, spins, plate, radius):  # type: ignore[no-untyped-def]
     ends = np.empty(len(turns), np.int64)
     for drop in range(len(turns)):
-        ends[drop] = _drop(corners, inverse, downs, least, turns[drop].copy(), spins[drop], plate,
-                           radius)
+        ends[drop] = _drop(corners, inverse, downs, least, turns[drop].copy(), heights[drop],
+                           velocities[drop].copy(), spins[drop], plate, radius)
     return ends
 
 
 @numba.njit(cache=True)
-def _drop(corners, inverse, downs, least, turn, spin, plate, radius):  # type: ignore[no-untyped-def]
+def _drop(corners, inverse, downs, least, turn, height, velocity, spin, plate, radius):  # type: ignore[no-untyped-def]
     """The face, by its number among the stable ones, that a drop ends on; -1 for none."""
-    restitution, friction, height, speed = plate
+    restitution, friction = plate
     shortest = SHORTEST * math.sqrt(radius / GRAVITY)
     slowest = SLOWEST * math.sqrt(GRAVITY * radius)
     arms = corners @ turn.T
     z = max(height, -arms[:, 2].min())
-    velocity = np.array([speed, 0.0, 0.0])
     momentum = turn @ np.linalg.solve(inverse, turn.T @ spin)
     for _ in range(MOST_STEPS):
         arms = corners @ turn.T
@@ -185,11 +193,11 @@ def _touch(arms, z, velocity, momentum, world, restitution, friction, slowest): 
         if found < 0:
             return
         bounce = restitution if fastest < -slowest else 0.0
-        _strike(arms[found], velocity, momentum, world, bounce, friction)
+        strike(arms[found], velocity, momentum, world, bounce, friction)
 
 
 @numba.njit(cache=True)
-def _strike(arm, velocity, momentum, world, restitution, friction):  # type: ignore[no-untyped-def]
+def strike(arm, velocity, momentum, world, restitution, friction):  # type: ignore[no-untyped-def]
     """One impact at an arm, for a mass of 1; velocity and momentum change in place."""
     x, y, z = arm
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
