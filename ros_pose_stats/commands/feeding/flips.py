@@ -132,7 +132,7 @@ def _table(part: "Part", found: "FlipStatistics", ways: "dict[str, Feeding]") ->
              *columns(heads, rows)]
     if ways:
         heads = [Column("parts that lie wrong are", left=True), Column("accepted a minute"),
-                 Column("drops a part"), Column("flips a part")]
+                 Column("drops for each accepted"), Column("flips for each accepted")]
         lines += ["", *columns(heads, [
             [name.replace("_", " "), show_bounded(way.per_minute), show_bounded(way.passes),
              show_bounded(way.flips)] for name, way in ways.items()]),
