@@ -12,6 +12,7 @@ from ..kernels.principal_axes import principal_axes
 from ..mesh import hull as hulls, vectors
 from ..records import Array, DropScene, Index, Mask, Part
 from ..resting import convex_body, poses, turns
+from ..resting.rims import Run
 
 CROWD = 8
 """Corners that may come to lie lowest during a step, if they are spread evenly.
@@ -150,9 +151,9 @@ class RollingRims(NamedTuple):
     """What is added to a drop body; `kernels.drops.drop` tells how it is used."""
 
     pose: Index  # (C,); pose that a part is in that rolls on this corner's rim; -1 for none
-    level: Array  # (C,); energy without that of the spin with which it can tip over
+    level: Array  # (C,); energy without that of the roll with which it can tip over
     climb: Array  # (C,); height of the centre of mass above that at the rim's lowest place
-    rim: Array  # (P, 5); see `kernels.drops.layout`
+    rim: Array  # (P, 10); see `kernels.drops.layout`
 
 
 def rolling_rims(resting: poses.RestingPoses, moment: Array, axes: Array,
@@ -166,23 +167,23 @@ def rolling_rims(resting: poses.RestingPoses, moment: Array, axes: Array,
     place[corner] = np.arange(corner.shape[0])
     rims = RollingRims(np.full(corner.shape[0], -1), np.full(corner.shape[0], math.inf),
                        np.zeros(corner.shape[0]), np.zeros((len(resting.poses), layout.RIM)))
-    for axis, faces in _rims(body):
+    for run, faces in _rims(body):
         pose, sides, off = int(pose_of_face[faces[0]]), *_sides_of(body, faces)
         # How far inside the rim's edges a part stands on each facet, in radii.
         inside: Array = np.full(body.faces, math.inf)
         np.minimum.at(inside, body.arrays.face[sides[off]], body.arrays.inset[sides[off]])
         inside = inside[faces]
-        # Where the pose goes on beyond the rim, a part in it may lean far over.
-        beyond = pose_of_face[body.arrays.face[body.arrays.twin[sides[off]]]]
-        if (rims.rim[pose].any() or (pose_of_face[faces] != pose).any()
-                or (beyond == pose).any() or not inside.min() > 0.0):
+        if rims.rim[pose].any() or (pose_of_face[faces] != pose).any() or not inside.min() > 0.0:
             continue
         distance = body.arrays.distance[faces]
-        rise = float((np.sqrt(distance * distance + inside * inside) - distance).min())
+        edge = np.sqrt(distance * distance + inside * inside)
+        rise = float((edge - distance).min())
         chord = (body.arrays.start + body.arrays.stop)[sides[off]]
-        rims.rim[pose] = _shares(chord, 0.5 * float(np.ptp(distance)),
-                                 vectors.turn_vectors(axis[None], axes)[0], moment,
-                                 float((inside / distance).max()))
+        axle, center = vectors.turn_vectors(np.stack((run.axis, run.center)), axes)
+        about, bumps, single = _shares(chord, 0.5 * float(np.ptp(distance)) * rise, axle, moment,
+                                       float((inside / distance).max()))
+        rims.rim[pose] = [*axle, *vectors.cross(axle, center), about,
+                          float((inside / edge).min()), bumps, single]
         for face, level in zip(faces.tolist(), distance.tolist(), strict=True):
             at = place[body.arrays.corner[body.arrays.face_start[face]:
                                           body.arrays.face_start[face + 1]]]
@@ -192,25 +193,28 @@ def rolling_rims(resting: poses.RestingPoses, moment: Array, axes: Array,
     return rims
 
 
-def _rims(body: convex_body.ConvexBody) -> Iterator[tuple[Array, Index]]:
-    """Axes of round surfaces, each with the facets (k,) along it, if they close a ring.
+def _rims(body: convex_body.ConvexBody) -> Iterator[tuple[Run, Index]]:
+    """Runs of round surfaces, each with the facets (k,) along its axis, if they close a ring.
 
     A flat or a slot in the rim leaves a longer facet there, which belongs to no run.
     """
-    x, y, z = body.arrays.normal.T
+    normal = body.arrays.normal
     # A changed part may have lost all facets of a run.
     for number in np.unique(body.run_of_face[body.run_of_face >= 0]).tolist():
         first = np.flatnonzero(body.run_of_face == number)
-        for run in body.runs:
-            along = x * run.axis[0] + y * run.axis[1] + z * run.axis[2]
-            upright = float(np.abs(along[first]).max()) < turns.LEVEL
-            if run.kind == "round" and run.full and upright:
-                faces = np.flatnonzero(np.abs(along) < turns.LEVEL)
-                sides, off = _sides_of(body, faces)
-                links = np.bincount(body.arrays.face[sides[~off]], minlength=body.faces)
-                if (links[faces] == 2).all():
-                    yield run.axis, faces
-                break
+        distance, directions = body.arrays.distance[first], normal[first]
+        upright = [run for run in body.runs if run.kind == "round" and run.full
+                   and np.abs(vectors.along(directions, run.axis)).max() < turns.LEVEL]
+        if not upright:
+            continue
+        # Of several with one direction, the axis about which the facets are equally far away.
+        run = upright[int(np.argmin([np.ptp(distance - vectors.along(directions, run.center))
+                                     for run in upright]))]
+        faces = np.flatnonzero(np.abs(vectors.along(normal, run.axis)) < turns.LEVEL)
+        sides, off = _sides_of(body, faces)
+        links = np.bincount(body.arrays.face[sides[~off]], minlength=body.faces)
+        if (links[faces] == 2).all():
+            yield run, faces
 
 
 def _sides_of(body: convex_body.ConvexBody, faces: Index) -> tuple[Index, Mask]:
@@ -221,14 +225,16 @@ def _sides_of(body: convex_body.ConvexBody, faces: Index) -> tuple[Index, Mask]:
     return sides, np.asarray(~chosen[arrays.face[arrays.twin[sides]]])
 
 
-def _shares(chord: Array, beside: float, axle: Array, moment: Array, slope: float) -> Array:
-    """What the kernels need of a rim (5,): its axis, and the shares of a roll that it sets free.
+def _shares(chord: Array, swing: float, axle: Array, moment: Array, slope: float
+            ) -> tuple[float, float, float]:
+    """Moment of inertia about a rim's axis, and the shares of a roll that the rim sets free.
 
     On a facet c long the corner below moves at -w c / 2 to w c / 2, at a mean square of (w c)² /
     12; twelve times that is kept back, for what bounces has more at times. A facet much longer
     than the others gives a blow of w c / 2; four times its energy is kept back. A centre of mass
-    `beside` the axis goes up and down at up to w times that, and a fast part hops; twice its
-    energy is kept back. Where the axis is not a principal one, the centrifugal moment tilts the
+    b beside the axis goes up and down at up to b w², as if the weight changed by as much: a part
+    that leans over from below, to an edge h higher, and back from above gains at most twice the
+    `swing` b h times w². Where the axis is not a principal one, the centrifugal moment tilts the
     body, at most to the `slope` at which it tips.
     """
     x, y, z = axle.tolist()
@@ -236,6 +242,5 @@ def _shares(chord: Array, beside: float, axle: Array, moment: Array, slope: floa
     pull = np.array([y * z * (moment[2] - moment[1]), z * x * (moment[0] - moment[2]),
                      x * y * (moment[1] - moment[0])])
     square = chord * chord
-    single = float(square.max()) + 2.0 * beside * beside + 2.0 * vectors.length(pull) * slope
-    return np.array([*(axle * math.sqrt(0.5 * about)),
-                     math.fsum(square.tolist()) / len(square) / about, single / about])
+    single = float(square.max()) + 4.0 * swing + 2.0 * vectors.length(pull) * slope
+    return about, math.fsum(square.tolist()) / len(square) / about, single / about

@@ -97,11 +97,12 @@ def judge_outcome(body: at.DropBody, rules: at.DropRules, top: float, work: at.W
     if not resting and rules.to_rest:
         return at.UNSETTLED, -1
     left = energy(work.state, body.moment)
-    rim = _rim_below(body, rules, work, left)
-    if not resting and left >= top and rim < 0:
+    if not rules.to_rest and rolls_upright(body, rules, work, left):
+        return at.TRAPPED, int(body.roll_pose[work.tally[at.LOWEST]])
+    if not resting and left >= top:
         return at.UNSETTLED, -1
     pose = pose_below(body, at.up_of(work.state), work.tally[at.LOWEST])
-    if not rules.to_rest and (left < body.way_out[pose] - TRAP or pose == rim):
+    if not rules.to_rest and left < body.way_out[pose] - TRAP:
         return at.TRAPPED, pose
     if resting:
         return at.RESTING, pose
@@ -109,22 +110,34 @@ def judge_outcome(body: at.DropBody, rules: at.DropRules, top: float, work: at.W
 
 
 @inlined
-def _rim_below(body: at.DropBody, rules: at.DropRules, work: at.Work, left: float) -> int:
-    """Pose on whose rim the body rolls without energy to tip over, -1 for none.
+def rolls_upright(body: at.DropBody, rules: at.DropRules, work: at.Work, left: float) -> bool:
+    """Whether the body rolls on a rim, and has not the energy to tip over an edge of it.
 
+    Notes
+    -----
+    Rolling upright about the axle a the body has w = a and v = -s, s = (a x c) . up, with c where
+    the axle is. The rest of its velocity is orthogonal to that in the metric of the kinetic
+    energy, so that the energies of both add up to the whole. On a round rim of a body that is
+    alike all round the plate's push has no moment about the axle: the energy of the roll is for
+    ever lost for tipping, and what is left must reach the level of an edge. Facets, and masses
+    beside the axle or askew to it, set some of the roll free, the more the faster it can become.
     The plate moves up and down under a part that rolls on facets. What bounces on a plate that
     moves at random has (1 + e) / (1 - e) times the energy that the plate's own velocity is worth.
     """
     corner = work.tally[at.LOWEST]
     pose = body.roll_pose[corner]
     if pose < 0:
-        return -1
-    turning = dot(read_row(body.rim, pose, at.AXLE), at.spin_of(work.state))
-    roll = turning * turning + body.roll_climb[corner]
+        return False
+    up, axle = at.up_of(work.state), read_row(body.rim, pose, at.AXLE)
+    if abs(dot(axle, up)) > body.rim[pose, at.TILT]:
+        return False
+    arm = dot(read_row(body.rim, pose, at.BESIDE), up)
+    momentum = dot(times(at.moments_of(body), axle), at.spin_of(work.state))
+    momentum -= arm * work.state[at.V]
+    roll = 0.5 * momentum * momentum / (body.rim[pose, at.ABOUT] + arm * arm)
     freed = body.rim[pose, at.BUMPS] * ((1.0 + rules.restitution) / (1.0 - rules.restitution))
-    freed = (freed + body.rim[pose, at.SINGLE]) * roll
-    stays = left - turning * turning + freed < body.roll_level[corner] - TRAP
-    return int(pose) if stays else -1
+    freed = (freed + body.rim[pose, at.SINGLE]) * (roll + body.roll_climb[corner])
+    return bool(left - roll + freed < body.roll_level[corner] - TRAP)
 
 
 @inlined

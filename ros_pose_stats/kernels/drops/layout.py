@@ -86,11 +86,14 @@ BALL_BEGIN = 0   # first corner
 BALL_END = 1     # last corner + 1
 BALL_NEXT = 2    # node that follows the subtree
 
-# columns of the rims (P, 5), zero for none
-AXLE = 0      # 0, 1, 2: the square of its product with the spin is the spin's energy
-BUMPS = 3     # share of a roll's energy that going on from facet to facet keeps free
-SINGLE = 4    # share that one facet, and the centrifugal moment, can set free
-RIM = 5
+# columns of the rims (P, 10), zero for none
+AXLE = 0      # 0, 1, 2: its axis
+BESIDE = 3    # 3, 4, 5: axis times its place; along up, how fast a roll lowers the body
+ABOUT = 6     # moment of inertia about the axis through the centre of mass
+TILT = 7      # sine of the tilt at which the body tips over an edge
+BUMPS = 8     # share of a roll's energy that going on from facet to facet keeps free
+SINGLE = 9    # share that one facet, and what is not round about the axis, can set free
+RIM = 10
 
 # columns of an outcome (k, 5) and its measures (k, 2)
 POSE = 0
@@ -145,9 +148,9 @@ class DropBody(NamedTuple):
     rest: Array1         # (P,) level of each pose
     way_out: Array1      # (P,) level of the saddle that leads out of it
     roll_pose: Index1    # (C,) pose of a body that rolls on this corner's rim, -1 for none
-    roll_level: Array1   # (C,) energy without the spin's with which it can tip over the rim
+    roll_level: Array1   # (C,) energy without the roll's with which it can tip over the rim
     roll_climb: Array1   # (C,) of that, height above the rim's lowest place
-    rim: Array2          # (P, 5) what a pose's rim does to a roll, see RIM
+    rim: Array2          # (P, 10) what a pose's rim does to a roll, see RIM
     turn: float          # radians by which a step near the plate turns the body at most
 
 
