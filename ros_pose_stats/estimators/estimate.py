@@ -9,6 +9,7 @@ from importlib import import_module
 from .. import errors, methods
 from ..records import Array, DropScene, Part, PoseStatistics, scene as scenes, statistics
 from ..resting import poses, trust
+from . import published
 from .expected import ExpectedError, best_method, expected_error, explain_best
 
 
@@ -22,10 +23,18 @@ class Estimator(methods.Method):
 
 
 def bind_function(method: methods.Method) -> Estimator:
-    """Join a row and the function of its name, which then takes poses and scene in any case."""
+    """Join a row and the function of its name, which then takes poses and scene in any case.
+
+    Where faces tie, as the two of a coin do for its rim, an estimator decides for one of them; so
+    poses that symmetry makes equal share their probability.
+    """
     function = getattr(import_module(f".{method.module}", __package__), method.name)
-    return Estimator(**vars(method), function=function if method.knows_scene
-                     else lambda resting, _: function(resting))
+
+    def evened(resting: poses.RestingPoses, scene: DropScene) -> Array:
+        return published.share_in_groups(
+            function(resting, scene) if method.knows_scene else function(resting), resting.group)
+
+    return Estimator(**vars(method), function=evened)
 
 
 ESTIMATORS = {method.name: bind_function(method) for method in methods.METHODS if method.module}
@@ -35,7 +44,7 @@ def estimator(name: str) -> Estimator:
     """Look an estimator up."""
     try:
         return ESTIMATORS[name]
-    except KeyError:
+    except (KeyError, TypeError):
         raise errors.RequestError(f"a method out of {', '.join(methods.AT_ONCE)}", f"{name!r}",
                                   "see `ros_pose_stats estimate --help`") from None
 

@@ -110,6 +110,7 @@ def expected_error(name: str, resting: RestingPoses, probability: Array, scene: 
     for beside in (rocking_errors(resting, probability), by_rolling):
         if beside.any():
             here, each = math.hypot(here, root_mean_square(beside)), np.hypot(each, beside)
+    here, each = min(here, 1.0), np.minimum(each, 1.0)
     return ExpectedError(here, math.sqrt(_usual_square(name, scene.restitution)),
                          float(np.ptp(known, axis=0).max()), each, single_reach(fit.scatter),
                          largest_of(each, resting.group, fit), outside,

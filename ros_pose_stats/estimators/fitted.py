@@ -13,7 +13,7 @@ import numpy as np
 
 from ..records import Array, DropScene, scene as scenes
 from ..resting.poses import RestingPoses
-from .published import eae, meae, nonlinear, normalized, qse
+from .published import eae, meae, nonlinear, normalized, qse, share_in_groups
 
 SPLIT_FILE = Path(__file__).parent / "weights" / "split.npz"
 ERROR_FILE = SPLIT_FILE.with_name("expected_errors.npz")
@@ -179,7 +179,8 @@ def error_scale(resting: RestingPoses, probability: Array, known: Array) -> Arra
 
 def known_answers(resting: RestingPoses) -> Array:
     """Answers (3, P) of EAE, MEAE and QSE."""
-    return np.array([eae(resting), meae(resting), qse(resting)])
+    return np.array([share_in_groups(values, resting.group)
+                     for values in (eae(resting), meae(resting), qse(resting))])
 
 
 def single_drop(resting: RestingPoses, probability: Array) -> Array:

@@ -19,6 +19,11 @@ def area(resting: poses.RestingPoses) -> Array:
     return normalized(resting.gather(found.body.arrays.area[found.faces]))
 
 
+def share_in_groups(values: Array, group: Index) -> Array:
+    """Values of poses (P,), shared evenly among those of one group (P,)."""
+    return np.asarray((np.bincount(group, values) / np.bincount(group))[group])
+
+
 def csae(resting: poses.RestingPoses) -> Array:
     """Centroid solid angle estimator, Eq. 5 [27]; it jumps where a face becomes stable."""
     found = resting.equilibria

@@ -54,6 +54,9 @@ _3MF_UNITS = {"micron": 1e-6, "millimeter": 1e-3, "centimeter": 1e-2,
 # Lines of an OBJ file that make trimesh cut it into pieces with a copy of all vertices each.
 _OBJ_GROUPS = re.compile(rb"^[ \t]*(?:usemtl|mtllib|o|g)(?:[ \t][^\r\n]*)?$", re.MULTILINE)
 
+# A face that counts its vertices back, which trimesh does from the end of the file.
+_OBJ_BACKWARDS = re.compile(rb"^[ \t]*f[ \t][^\r\n]*-", re.MULTILINE)
+
 _STL_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
 
@@ -92,8 +95,7 @@ def parse_mesh(path: Path, content: bytes, unit: str | float | None = None, *,
         vertices, triangles = _binary_triangles(data)
     elif suffix in STEP_SUFFIXES:
         declared = declared_step_unit(data)
-        scene = _parsed(path, ".glb", tessellate_step(path, data))
-        metres, triangles = _joined(_placed(scene))
+        metres, triangles = _joined(_parsed(path, ".glb", tessellate_step(path, data)))
         # They came in float32, and it has to show: whoever asks for their rounding looks for it.
         vertices = (metres / declared).astype(np.float32).astype(np.float64)
     elif suffix == ".3mf":
@@ -101,7 +103,7 @@ def parse_mesh(path: Path, content: bytes, unit: str | float | None = None, *,
         declared = _3MF_UNITS.get(unit_name.strip().lower().rstrip("s"))
         vertices, triangles = _joined(placed)
     else:
-        vertices, triangles = _joined(_placed(_parsed(path, suffix, data)))
+        vertices, triangles = _joined(_parsed(path, suffix, data))
     announced = _announced_faces(suffix, data)
     if len(triangles) < announced:
         raise MeshFileError(f"{announced} faces as {path} announces", f"{len(triangles)}",
@@ -139,8 +141,8 @@ def _binary_triangles(data: bytes) -> tuple[Array, Index]:
     return vertices, np.arange(len(vertices)).reshape(-1, 3)
 
 
-def _parsed(path: Path, suffix: str, data: bytes) -> "Scene":
-    """Parse the file into a trimesh scene."""
+def _parsed(path: Path, suffix: str, data: bytes) -> list[Placed]:
+    """Parse the file into its objects."""
     import trimesh  # takes as long to import as an estimate takes from start to end
 
     options: dict[str, Any] = {"process": False}
@@ -150,15 +152,31 @@ def _parsed(path: Path, suffix: str, data: bytes) -> "Scene":
     elif suffix == ".ply":
         options |= {"fix_texture": False}
     try:
-        return trimesh.load_scene(io.BytesIO(data), file_type=suffix[1:], **options)
+        if suffix == ".obj" and _OBJ_BACKWARDS.search(data):
+            data = _numbered_forwards(data)
+        return list(_placed(trimesh.load_scene(io.BytesIO(data), file_type=suffix[1:], **options)))
     except MemoryError:
         raise
     except Exception as error:  # each of the four parsers raises errors of its own
         reason = (str(error).strip().splitlines() or [""])[0]
         found = f"{path} ({type(error).__name__}{': ' if reason else ''}{reason})"
         raise MeshFileError(f"a readable {suffix[1:].upper()} file", found,
-                            "the file is damaged or of another format: export it again"
-                            ) from error
+                            "the file is damaged or of another format: export it again, in "
+                            "triangles") from error
+
+
+def _numbered_forwards(data: bytes) -> bytes:
+    """An OBJ file whose faces number vertices from the first on, not back from their own line."""
+    vertices, lines = 0, []
+    for line in data.splitlines():
+        word, *corners = line.split() or [b""]
+        vertices += word == b"v"
+        if word == b"f":
+            numbers = [int(corner.partition(b"/")[0]) for corner in corners]
+            line = b"f %s" % b" ".join(
+                b"%d" % (number if number > 0 else vertices + 1 + number) for number in numbers)
+        lines.append(line)
+    return b"\n".join(lines)
 
 
 def _joined(objects: Iterable[Placed]) -> tuple[Array, Index]:
@@ -184,8 +202,8 @@ def _placed(scene: "Scene") -> Iterator[Placed]:
         mesh = scene.geometry[scene.graph[node][1]]
         corners = getattr(mesh, "faces", None)
         if corners is not None and len(corners):
-            yield (np.array(mesh.vertices, dtype=np.float64), np.array(corners, dtype=np.int64),
-                   _placement(scene, node))
+            yield (np.array(mesh.vertices, dtype=np.float64).reshape(len(mesh.vertices), 3),
+                   np.array(corners, dtype=np.int64), _placement(scene, node))
 
 
 def _placement(scene: "Scene", node: str) -> Array:
@@ -222,8 +240,6 @@ def _is_binary_stl(data: bytes) -> bool:
 
 def read_bytes(path: Path) -> bytes:
     """Read a whole mesh file, none that is a pipe or a device: that may never end."""
-    if path.is_dir():
-        raise MeshFileError("a mesh file", f"the directory {path}", "name a file in it")
     if path.suffix.lower() not in SUFFIXES:
         raise MeshFileError(f"a mesh file ({', '.join(SUFFIXES)})", f"{path}",
                             "export the part as STEP, STL or 3MF")
@@ -232,8 +248,9 @@ def read_bytes(path: Path) -> bytes:
     except NotAFileError as error:
         raise MeshFileError("a mesh file", f"{path}, which is {error.strerror}",
                             "write what comes from it to a file") from error
-    except OSError as error:
-        raise MeshFileError("a readable mesh file", f"{path} ({error.strerror})",
+    except (OSError, ValueError) as error:  # the second of names that no file can have
+        raise MeshFileError("a readable mesh file",
+                            f"{str(path)!r} ({getattr(error, 'strerror', error)})",
                             "check the path and its permissions") from error
     if not data:
         raise MeshFileError("a mesh file with content", f"{path}, which is empty",

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from .. import errors, tolerances
 from ..kernels.principal_axes import principal_axes
-from ..records import Array, Part
+from ..records import Array, Part, part as parts
 from . import arrays, files, mass_properties, units, vectors
 from .hull import Hull, hull_of_part, keep_hull
 from .surface import Surface, beyond_hull, surface_of
@@ -168,7 +168,8 @@ def shift_center(part: Part, offset: ArrayLike) -> Part:
         return part
     center, hull = part.center_of_mass + step, hull_of_part(part)
     _check_inside(center, part.surface_vertices, hull)
-    shifted = Part(part.part_id, part.vertices, part.triangles, part.surface_vertices,
+    name = "" if part.part_id == parts.digest_name(part.digest) else part.part_id
+    shifted = Part(name, part.vertices, part.triangles, part.surface_vertices,
                    part.surface_triangles, part.mass, center, part.inertia, part.warnings,
                    part.rounding, notes=part.notes)
     keep_hull(shifted, hull)

@@ -64,8 +64,7 @@ def auto(part: Part, target_error: float = 0.0, drops: int | None = None,
     begin = time.perf_counter()
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
     request = drop_request(MOST_DROPS if drops is None else drops, seed, target_error, workers)
-    number = isinstance(max_seconds, (int, float)) and not isinstance(max_seconds, bool)
-    if not number or not 0.0 <= max_seconds < math.inf:
+    if not 0.0 <= scenes.real_number("max_seconds", max_seconds) < math.inf:
         raise errors.RequestError("max_seconds from 0 up", f"{max_seconds!r}", "0 sets no limit")
     is_late = False
 
@@ -81,8 +80,8 @@ def auto(part: Part, target_error: float = 0.0, drops: int | None = None,
         request = replace(request, seed=part.seed)
     answer = keep_target if target_error else checked
     found, choice = answer(best, part, scene, request, Watch(on_progress, is_over))
-    late = [f"TIME_LIMIT: ended after {max_seconds:g} s with {found.drops} drops done, before the "
-            "target was reached."] if is_late else []
+    late = [f"TIME_LIMIT: ended after {max_seconds:g} s with {found.drops} drops done, before "
+            f"{'the target was reached' if target_error else 'all were'}."] if is_late else []
     return replace(found, choice=choice, seconds=time.perf_counter() - begin,
                    warnings=(*found.warnings, *late))
 

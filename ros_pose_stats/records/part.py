@@ -100,16 +100,14 @@ class Part:
     inertia: Array
     warnings: tuple[str, ...] = ()
     rounding: float = 0.0
-    digest: str = field(default="", compare=False)
+    digest: str = field(init=False, compare=False)
     notes: tuple[str, ...] = ()
     _prepared: dict[Hashable, Any] = field(default_factory=dict, init=False, compare=False)
 
     def __post_init__(self) -> None:
         self._freeze()
-        if not self.digest:
-            digest = part_digest(self.vertices, self.triangles, self.mass,
-                                 self.center_of_mass, self.inertia)
-            object.__setattr__(self, "digest", digest)
+        object.__setattr__(self, "digest", part_digest(
+            self.vertices, self.triangles, self.mass, self.center_of_mass, self.inertia))
         if not self.part_id:
             object.__setattr__(self, "part_id", digest_name(self.digest))
 

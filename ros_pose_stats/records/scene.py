@@ -76,10 +76,8 @@ class DropScene:
 
     def __post_init__(self) -> None:
         for name in ("restitution", "drop_height", "cluster_tolerance"):
-            value = getattr(self, name)
-            number = isinstance(value, Real) and not isinstance(value, bool)
-            if not number and not (value is None and name == "drop_height"):
-                raise RequestError(f"a number for {name}", f"{value!r}", "give a float")
+            if name != "drop_height" or self.drop_height is not None:
+                object.__setattr__(self, name, real_number(name, getattr(self, name)))
         if not 0.0 <= self.restitution < 1.0:
             raise RequestError("a coefficient of restitution from 0 to below 1",
                                f"{self.restitution}", "0.5 is a hard plate")
@@ -103,7 +101,17 @@ class DropScene:
 
     def release_height(self, radius: float) -> float:
         """Height of the centre of mass at release, metres, of a part of this radius, metres."""
-        return DEFAULT_DROP_RADII * radius if self.drop_height is None else float(self.drop_height)
+        return DEFAULT_DROP_RADII * radius if self.drop_height is None else self.drop_height
+
+
+def real_number(name: str, value: Any) -> float:
+    """Read a number of a request as a float."""
+    try:
+        if not isinstance(value, bool) and isinstance(value, Real):
+            return float(value)
+    except OverflowError:
+        pass
+    raise RequestError(f"a number for {name}", f"{value!r}", "give a float")
 
 
 def height_warnings(name: str, height: float | None, radius: float, highest: float) -> list[str]:

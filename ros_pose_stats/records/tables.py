@@ -180,7 +180,7 @@ def _percent(probability: float) -> str:
 
 
 def _bar(probability: float) -> str:
-    encoding = (sys.stdout.encoding or "ascii").lower()
+    encoding = (getattr(sys.stdout, "encoding", None) or "ascii").lower()  # None: closed
     full, partial = ("█", "▏▎▍▌▋▊▉") if encoding.startswith("utf") else ("#", "")
     steps = len(partial) + 1
     probability = 0.0 if math.isnan(probability) else probability

@@ -45,8 +45,9 @@ class RestingPoses:
 
     @cached_property
     def group(self) -> Index:
-        """Symmetry group (P,) of each pose."""
-        return np.array([pose.group for pose in self.poses])
+        """Symmetry group (P,) of each pose; one for each where no records were made."""
+        return np.array([pose.group for pose in self.poses]
+                        or range(self.clusters.lowest.shape[0]))
 
     @property
     def downs(self) -> Array:
@@ -144,13 +145,18 @@ class PoseShape:
     def support_polygon(self) -> Array:
         """Contact polygon (k, 2) in the plate frame, metres, counter-clockwise from above."""
         seen = self.body.polygon(self.face)[::-1] @ self.rotation[:2].T
-        return np.asarray(seen * self.body.radius)
+        return _read_only(seen * self.body.radius)
 
     @cached_property
     def outline(self) -> Array:
         """Convex silhouette (k, 2) in the plate frame, metres, counter-clockwise."""
         seen = silhouette(self.body.points, self.body.arrays, self.rotation)
-        return np.asarray(seen * self.body.radius)
+        return _read_only(seen * self.body.radius)
+
+
+def _read_only(shared: Array) -> Array:
+    shared.flags.writeable = False
+    return shared
 
 
 def resting_poses(part: Part, cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,

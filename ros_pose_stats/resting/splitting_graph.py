@@ -16,7 +16,7 @@ SAME_LEVEL = 1e-6
 """Splits closer than this, as a fraction of their level, are one split into several."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SplittingNode:
     """A connected component of the reachable set.
 

@@ -69,14 +69,15 @@ class DropWorkers:
         """Start the workers, and yield outcomes from drop 0 on, without gaps."""
         threads = [threading.Thread(target=self._compute_chunks, name=f"drops-{i}", daemon=True)
                    for i in range(self._workers)]
-        for thread in threads:
-            thread.start()
         try:
+            for thread in threads:
+                thread.start()
             yield from self._arrange_outcomes()
         finally:
             self.stop()
             for thread in threads:
-                thread.join()
+                if thread.ident is not None:  # none where one could not be started
+                    thread.join()
 
     def _arrange_outcomes(self) -> Iterator[DropOutcomes]:
         waiting: dict[int, DropOutcomes] = {}

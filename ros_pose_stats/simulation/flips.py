@@ -14,7 +14,7 @@ from ..records import Array, DropScene, FlipStatistics, Index, Part, scene as sc
 from ..resting.trust import pose_remarks
 from ..statistics.errors import standard_errors
 from . import chunks, drop_body, drops
-from .request import ALONE, DropRequest, Watch, drop_request, real_number
+from .request import ALONE, DropRequest, Watch, drop_request
 
 DEFAULT_FLIPS = 2000  # flips a pose: a share is told to a point
 
@@ -115,7 +115,7 @@ def flips_by_kick(part: Part, scene: DropScene, kicks: Iterable[float], per_pose
 
 def check_kick(kick_height: float) -> float:
     """A kick height as a number."""
-    kick = real_number("kick_height", kick_height)
+    kick = scenes.real_number("kick_height", kick_height)
     if not 0.0 <= kick < math.inf:
         raise errors.RequestError("a kick height of 0 m or more", f"{kick_height}",
                                   "half the part's radius flips most parts")

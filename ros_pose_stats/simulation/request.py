@@ -60,7 +60,7 @@ ALONE = Watch()
 def drop_request(drops: int | None, seed: int | None, target_error: float = 0.0,
                  workers: int | None = None, starts: ArrayLike | None = None) -> "DropRequest":
     """Fill in defaults and check the values."""
-    target = real_number("target_error", target_error)
+    target = scenes.real_number("target_error", target_error)
     if not 0.0 <= target < 1.0:
         raise RequestError("a target error from 0 to below 1, as a fraction", f"{target_error}",
                            "0.01 is one point; 0 asks for all drops")
@@ -119,10 +119,3 @@ def _whole(name: str, value: object) -> int:
     if isinstance(value, (int, np.integer)) and not isinstance(value, bool):
         return int(value)
     raise RequestError(f"a whole number for {name}", f"{value!r}", "give an int")
-
-
-def real_number(name: str, value: object) -> float:
-    """Read a number of a request as a float."""
-    if isinstance(value, (int, float, np.number)) and not isinstance(value, bool):
-        return float(value)
-    raise RequestError(f"a number for {name}", f"{value!r}", "give a float")

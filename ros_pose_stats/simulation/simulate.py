@@ -121,7 +121,7 @@ class _Simulation:
                     f"given up, {self._statistics().scene}", "lower the restitution or the drop "
                     "height")
             if request.events and prefix.drops == FEWEST:
-                prefix.extend(min(request.drops, FEWEST * request.events // self._events))
+                prefix.extend(min(request.drops, FEWEST * request.events // max(self._events, 1)))
             if prefix.finished:
                 workers.stop()
             workers.request_drops(prefix.wanted)

@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import gammaln
 
+from .. import text
 from ..errors import RequestError
-from ..records import Array, FlipStatistics, Index
+from ..records import Array, FlipStatistics, Index, PoseStatistics
 
 STRENGTHS = np.geomspace(3.0, 300.0, 9)
 """Flips that a row of the model may stand for, each as likely before any were counted: a row that
@@ -47,6 +48,7 @@ def learn_flips(kicks: Sequence[FlipStatistics], counts: ArrayLike,
     if not kicks:
         raise RequestError("flips of the model at one kick height or more", "none",
                            "name kick heights")
+    check_alike(kicks)
     poses = kicks[0].counts.shape[0]
     if counted.shape != (poses, poses) or counted.dtype.kind not in "iu" or (counted < 0).any():
         raise RequestError(f"{poses} rows of {poses} whole numbers from 0 up, a row a pose",
@@ -71,6 +73,15 @@ def learn_flips(kicks: Sequence[FlipStatistics], counts: ArrayLike,
     return replace(kicks[best], counts=flips[:, None] * moves, transition=moves,
                    unsettled=np.zeros_like(kicks[best].unsettled), standard_error=errors,
                    feeder_speed=feeder_speed, observed=int(counted.sum()))
+
+
+def check_alike(results: Sequence[PoseStatistics | FlipStatistics]) -> None:
+    """Refuse results that are not about the same poses of the same part."""
+    if len({(one.part_digest, one.cluster_tolerance, one.round_sides) for one in results}) > 1:
+        raise RequestError("results of one part and its poses",
+                           text.listed(sorted({one.part_id for one in results})),
+                           "simulate all of them with the same part, cluster tolerance and "
+                           "round sides")
 
 
 def _evidence(model: Array, seen: Array | Index, size: Array) -> Array:

@@ -7,7 +7,8 @@ of the probabilities by the delta method, of first order in them.
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from numbers import Integral
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -145,11 +146,12 @@ def _share_interval(share: float, dropped: PoseShares, kept: Mask) -> tuple[floa
 
 def check_wanted(wanted: Sequence[int], poses: int) -> Mask:
     """Which of all poses (K,) are accepted."""
-    indices = [int(one) for one in wanted]
-    bad = [one for one in indices if not 0 <= one < poses]
+    indices: list[Any] = list(wanted) if np.ndim(wanted) == 1 else [wanted]
+    bad = [one for one in indices if isinstance(one, bool) or not isinstance(one, Integral)
+           or not 0 <= int(one) < poses]
     if bad or not indices:
         raise RequestError(f"wanted poses out of 0 to {poses - 1}, at least one",
-                           f"{bad[0] if bad else 'none'}",
+                           f"{bad[0]!r}" if bad else "none",
                            "they are the `index` of the poses; `ros_pose_stats estimate` lists "
                            "them")
     kept = np.zeros(poses, dtype=np.bool_)

@@ -14,12 +14,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import RequestError
-from ..records import Array, FlipStatistics, Index, PoseStatistics, statistics
-from . import feeding, pose_groups
+from ..records import Array, FlipStatistics, Index, PoseStatistics, scene, statistics
+from . import counted_flips, feeding, pose_groups
 
 PICK, FLIP, LEAVE = "pick", "flip", "leave"
 MOST_KICKS = 100  # kicks between two empty plates; more of them are worth hardly more
 SIZES, MOST_PARTS = 60, 10_000  # numbers of parts that are looked at, and the largest of them
+MOST_SIDE = 100.0  # of a plate, metres
 PASSES = 2  # the first knows how dropped parts lie, the second how those on the plate do
 
 
@@ -49,13 +50,13 @@ class FeederCell:
 
     def check(self) -> None:
         """Raise RequestError if a number is out of its range."""
-        feeding.check_rate(self.rate, self.cycle_time)
-        for side in self.plate:
-            if not 0.0 < side < np.inf:
-                raise RequestError("a plate with sides above 0 m", f"{side}",
-                                   "measure where the centres of parts come to rest")
+        feeding.check_rate(scene.real_number("rate", self.rate), self.cycle_time)
+        if np.shape(self.plate) != (2,) or not all(
+                0.0 < scene.real_number("plate", side) < MOST_SIDE for side in self.plate):
+            raise RequestError(f"a plate with two sides above 0 and below {MOST_SIDE:g} m",
+                               f"{self.plate}", "measure where the centres of parts come to rest")
         for field in fields(self)[2:]:
-            if not 0.0 <= getattr(self, field.name) < np.inf:
+            if not 0.0 <= scene.real_number(field.name, getattr(self, field.name)) < np.inf:
                 raise RequestError(f"a {field.name} of 0 or more", f"{getattr(self, field.name)}",
                                    "in metres or seconds")
 
@@ -122,6 +123,7 @@ def plan_feeding(dropped: PoseStatistics, wanted: Sequence[int], cell: FeederCel
         wanted one, or flips out of a pose are missing.
     """
     cell.check()
+    counted_flips.check_alike([dropped, *flips])
     picked = feeding.check_wanted(wanted, len(dropped.poses)).astype(np.float64)
     shares = pose_groups.pose_shares(dropped)
     if not shares.probability @ picked > 0.0:

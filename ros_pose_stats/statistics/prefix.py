@@ -32,7 +32,7 @@ def next_checkpoint(done: int, drops: int, first: int = FIRST_CHECKPOINT) -> int
     """
     checkpoint = first
     while checkpoint <= done:
-        checkpoint = checkpoint * 3 // 2
+        checkpoint = max(checkpoint + 1, checkpoint * 3 // 2)
     return min(checkpoint, drops)
 
 
