@@ -1,6 +1,7 @@
 """The command `ros_pose_stats`: parses, dispatches, and turns refusals into exit statuses."""
 
 import argparse
+import io
 import os
 import sys
 import traceback
@@ -41,6 +42,10 @@ def parser() -> argparse.ArgumentParser:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command: 0; 2 for a refused input; 130 after Ctrl-C; 1 for an internal failure."""
+    sys.stdout = sys.stdout or io.StringIO()  # where it is closed
+    for stream in (sys.stdout, sys.stderr):  # names of files need not be text
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
     ours, rest = _split(sys.argv[1:] if arguments is None else list(arguments))
     reader = parser()
     parsed = reader.parse_args(ours)
@@ -69,7 +74,8 @@ def run_parsed(parsed: argparse.Namespace) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except OSError as error:
-        print(f"ros_pose_stats: cannot write: {error.strerror or error}", file=sys.stderr)
+        what = "" if error.filename is None else f" {text.printable(str(error.filename))}"
+        print(f"ros_pose_stats: cannot write{what}: {error.strerror or error}", file=sys.stderr)
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return FAILED
     except Exception:

@@ -9,8 +9,10 @@ import re
 import sys
 from collections.abc import Mapping, Sequence
 from decimal import Decimal, InvalidOperation
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, TypeAlias
 
+from ..errors import RequestError
 from ..records import scene as scenes
 
 if TYPE_CHECKING:
@@ -242,6 +244,13 @@ def typed_again(values: Mapping[str, Any], *names: str) -> list[str]:
             words += [each if isinstance(each, str) else repr(each)
                       for each in (value if isinstance(value, list) else [value])]
     return words
+
+
+def folder(name: str) -> Path:
+    """Path of a folder to write to."""
+    if not name:
+        raise RequestError("the name of a folder to write to", "an empty one", "`.` is this one")
+    return Path(name)
 
 
 def scene_of(options: argparse.Namespace) -> scenes.DropScene:

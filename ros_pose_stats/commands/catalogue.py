@@ -3,7 +3,6 @@
 import argparse
 import sys
 import time
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..text import printable, several
@@ -54,6 +53,7 @@ def register(commands: given.Commands) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Make the catalogue and say where it is."""
+    folder = given.folder(options.output)
     with running.announce_slow_start(), running.end_on_interrupt():
         from ..catalogue import making, request as requests, store
         from ..kernels.compilation import prepare_kernels
@@ -73,7 +73,7 @@ def run(options: argparse.Namespace) -> int:
             prepare_kernels()  # before several processes would compile them at once
     begin = time.monotonic()
     with running.stop_on_interrupt() as interrupted, running.ProgressBar(sys.stderr) as bar:
-        made = making.make_catalogue(Path(options.output), parts, request, maker,
+        made = making.make_catalogue(folder, parts, request, maker,
                                      parquet=options.parquet, keep_rows=options.json,
                                      on_progress=lambda one: bar.draw(*done(one)),
                                      should_stop=interrupted)

@@ -165,9 +165,11 @@ def announce_slow_start() -> Iterator[None]:
 
 def output_file(name: str, endings: Sequence[str]) -> Path:
     """Path of a file to be written, checked before anything is computed."""
-    path = Path(name)
-    if path.suffix.lower() not in endings or path.is_dir():
-        raise errors.RequestError(f"a file name that ends in {' or '.join(endings)}", f"{name!r}",
+    path = Path(name).resolve() if Path(name).is_symlink() else Path(name)
+    is_other = path.exists() and not path.is_file()
+    if path.suffix.lower() not in endings or is_other:
+        raise errors.RequestError(f"a file name that ends in {' or '.join(endings)}",
+                                  f"{name!r}{', which is no file' if is_other else ''}",
                                   f"for instance part{endings[0]}")
     files.refuse_unwritable(path.parent)
     return path

@@ -68,7 +68,7 @@ def run(options: argparse.Namespace) -> int:
         found = findings.simulated
         bar.draw(1.0, "pictures")
         commands = commands_to_reproduce(options, found)
-        write_file(page, pages.report_page(findings, commands).encode())
+        write_file(page, pages.report_page(findings, commands).encode(errors="replace"))
         if figure is not None:
             from ..plots import figures, shares
 
@@ -84,8 +84,10 @@ def run(options: argparse.Namespace) -> int:
 def commands_to_reproduce(options: argparse.Namespace, found: "PoseStatistics") -> tuple[str, ...]:
     """Commands that give the same page again, and the same counts as a table."""
     typed = vars(options)
-    named = [Path(options.part).name, *given.typed_again(
-        typed, "unit", "com", "cluster_tolerance", "round_sides", "restitution", "drop_height")]
+    file = Path(options.part).name
+    named = [f"./{file}" if file.startswith("-") else file, *given.typed_again(
+        typed, "unit", "com", "mass", "density", "cluster_tolerance", "round_sides",
+        "restitution", "drop_height")]
     drops = ["--drops", str(found.drops), "--seed", str(found.seed)]
     asked = given.typed_again(typed, "wanted", "rate", "kick",
                               *["cycle_time"][:options.kick is not None], "changes")
@@ -132,7 +134,8 @@ def animate(options: argparse.Namespace) -> int:
         found = film.watchable_drop(part, scene, seed, options.drop)
         resting = poses.poses_in(part, scene)
         frames = film.drop_frames(part, found, resting)
-        _write(file, part, found, frames, splitting_graph.splitting_graph(resting))
+        root = splitting_graph.splitting_graph(resting)
+    _write(file, part, found, frames, root)
     print(f"{part.part_id}: {found.scene}\n"
           f"drop {options.drop}, seed {seed}: {found.impacts} impacts, at rest in pose "
           f"{found.pose}\n{file}: {file.stat().st_size / 1e6:.2f} MB",

@@ -170,6 +170,8 @@ def sensitivity(part: Part, wanted: Sequence[int], *, step: float | None = None,
     begin = time.perf_counter()
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
     asked = drop_request(drops, seed, 0.0, workers)
+    if checks < 0:
+        raise errors.RequestError("a number of checks from 0", f"{checks}", "0 drops none of them")
     space = changes.DesignSpace(part, cluster_tolerance, round_sides)
     model = shares.WantedShare(space, wanted, scene)
     reach = STEP * space.body.radius if step is None else step

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .. import errors, tolerances
+from .. import errors, text, tolerances
 from ..kernels.principal_axes import principal_axes
 from ..records import Array, Part, part as parts
 from . import arrays, files, mass_properties, units, vectors
@@ -31,7 +31,7 @@ def load_part(file: str | os.PathLike[str], unit: str | float | None = None,
     center_of_mass, mass, inertia, density
         See `part_from_mesh`.
     part_id : str
-        Default: the file's name without its suffix.
+        Default: the file's name without its suffix; a `?` stands for what cannot be printed.
     unless_declared : bool
         Whether `unit` is for a file that declares none only, as where one is given for several
         files. Else it wins, with the warning `UNIT_OVERRIDDEN` where the file contradicts it.
@@ -47,7 +47,7 @@ def load_part(file: str | os.PathLike[str], unit: str | float | None = None,
     """
     mesh = files.read_mesh(file, unit, unless_declared=unless_declared)
     return part_of_file(mesh, mass_properties.check_given(center_of_mass, mass, inertia, density),
-                        part_id or Path(file).stem)
+                        part_id or text.printable(Path(file).stem))
 
 
 def part_from_mesh(vertices: ArrayLike | Any, triangles: ArrayLike | None = None,

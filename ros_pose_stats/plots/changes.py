@@ -50,7 +50,8 @@ def changes_figure(found: sensitivity.Sensitivity) -> Figure:
         _draw_arrow(axes, view, _gradient(found) * turned, body.radius)
     figure.suptitle(
         f"{space.part.part_id}: wanted {name_poses(found.wanted)}, "
-        f"{100.0 * found.accepted.value:.1f} % by {found.method}", fontsize=12, color=figures.INK)
+        f"{100.0 * found.accepted.value:.1f} % by {found.method}", fontsize=12, color=figures.INK,
+        parse_math=False)
     figure.legend(handles=[Patch(color=tuple(ADD), label="add here"),
                            Patch(color=tuple(TAKE), label="take away here")],
                   loc="lower left", bbox_to_anchor=(0.02, 0.02), frameon=False, fontsize=10)

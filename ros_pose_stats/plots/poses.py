@@ -49,7 +49,7 @@ def poses_figure(part: Part, found: PoseStatistics) -> Figure:
     rest = sum(group.size for group in groups[MOST:])
     more = f"; {rest} less probable poses not shown" if rest else ""
     figure.suptitle(f"{found.part_id}: {found.scene}\nresting probabilities, {how}{more}",
-                    fontsize=12, color=INK, y=1.0 - 0.1 / up)
+                    fontsize=12, color=INK, y=1.0 - 0.1 / up, parse_math=False)
     return figure
 
 

@@ -158,7 +158,7 @@ def kick_figure(part_id: str, rate: float, cycle_time: float, without: feeding.B
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.set_ylim(0.0, ROOM * max(axes.get_ylim()[1], value[best]))
     axes.set_title(f"{shortened(part_id, 50)}: {rate:g} parts dropped a minute, {cycle_time:g} s "
-                   "a kick", fontsize=9.5, color=INK, loc="left")
+                   "a kick", fontsize=9.5, color=INK, loc="left", parse_math=False)
     axes.set_xlabel("kick height, mm: how high it would throw the part without turning it",
                     fontsize=9.5)
     axes.set_ylabel("parts a minute", fontsize=9.5)

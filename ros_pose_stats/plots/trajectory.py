@@ -49,7 +49,7 @@ def trajectory_figure(trajectory: Trajectory, root: SplittingNode) -> Figure:
     events.set_xlabel("time since release, s", fontsize=10)
     where = f"comes to rest in pose {trajectory.pose}" if trajectory.pose >= 0 else "not settled"
     figure.suptitle(f"{trajectory.part_id}: {trajectory.impacts} impacts, {where}", fontsize=11,
-                    color=INK)
+                    color=INK, parse_math=False)
     return figure
 
 
@@ -199,7 +199,8 @@ def _stage(trajectory: Trajectory, frames: DropFrames, root: SplittingNode
     words = axes.annotate("", (0.0, 1.05), xycoords="axes fraction", fontsize=10.5, color=INK,
                           animated=True)
     where = f"pose {trajectory.pose}" if trajectory.pose >= 0 else "no pose"
-    figure.text(0.02, 0.945, f"{trajectory.part_id}: {trajectory.scene}", fontsize=9.5, color=INK)
+    figure.text(0.02, 0.945, f"{trajectory.part_id}: {trajectory.scene}", fontsize=9.5, color=INK,
+                parse_math=False)
     figure.text(0.02, 0.88, f"into {where}, {_pace(frames.slower)}", fontsize=9.5, color=REFERENCE)
     clock = figure.text(0.985, 0.945, "", fontsize=10.5, color=REFERENCE, ha="right",
                         animated=True)

@@ -184,7 +184,7 @@ def files_of_bag(bag: Path) -> list[Path]:
     if not bag.is_dir():
         return [bag]
     return sorted((path for path in bag.iterdir() if path.name.endswith((".mcap", ".mcap.zstd"))),
-                  key=lambda path: [(int(part), "") if part.isdigit() else (0, part)
+                  key=lambda path: [(int(part), "") if part.isdecimal() else (0, part)
                                     for part in re.split(r"(\d+)", path.name)])
 
 

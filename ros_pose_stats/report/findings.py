@@ -39,8 +39,7 @@ class Feeder:
         """Check what is asked, before anything is dropped."""
         if self.wanted or self.changes or (self.rate, self.kick_height) != (None, None):
             feeding.check_wanted(self.wanted, poses)
-        if self.rate is not None:
-            feeding.check_rate(self.rate, self.cycle_time)
+        feeding.check_rate(1.0 if self.rate is None else self.rate, self.cycle_time)
         if self.kick_height is not None:
             flips.check_kick(self.kick_height)
             if self.rate is None:

@@ -16,6 +16,7 @@ from ..mesh import files, mass_properties, parts
 from ..records import DropScene, Part, PoseStatistics, scene as scenes
 from .messages import part_messages, part_requests, times
 from .messages.statistics_messages import statistics_of_message
+from .parts import part_builder
 from .stop_signals import StopSignals
 
 PATIENCE = 5.0  # seconds that a node is given to answer
@@ -86,12 +87,19 @@ def publish_part(part: Part, message: PartMesh, restitution: float | None,
     def take(result: Message) -> None:
         """Keep a result of this part in this scene."""
         if (result.part_id, result.part_digest) == (part.part_id, part.digest) and (
-                restitution in (None, result.restitution)):
+                restitution in (None, result.restitution)) and (
+                drop_height in (None, result.drop_height)):
             newest.append((time.monotonic(), result))
 
     def is_complete() -> bool:
-        return bool(newest) and (newest[-1][1].drops > 0
-                                 or time.monotonic() - newest[-1][0] > UNCHECKED)
+        """Whether the newest result is of this message and checked, or no other comes."""
+        if not newest:
+            return False
+        came, result = newest[-1]
+        stamp, sent = result.header.stamp, message.header.stamp
+        is_new = (stamp.sec, stamp.nanosec) >= (sent.sec, sent.nanosec)
+        return (is_new and result.drops > 0) or time.monotonic() - came > (
+            PATIENCE if part_builder.is_large(part) and not is_new else UNCHECKED)
 
     with ros_node("part_publisher", arguments) as (node, stop):
         publisher = node.create_publisher(PartMesh, topic, LATCHED)
@@ -100,7 +108,8 @@ def publish_part(part: Part, message: PartMesh, restitution: float | None,
         publisher.publish(message)
         tell(f"{part_requests.part_line(part)} published on {topic}")
         left = math.inf if seconds is None else seconds
-        if not spin_until(node, stop, is_complete, min(left, PATIENCE)) and not stop.asked:
+        spin_until(node, stop, is_complete, min(left, PATIENCE))
+        if not newest and not stop.asked:
             heard = publisher.get_subscription_count()
             problem = ("a node has the part but no result yet; its log says why" if heard
                        else f"no node answers on {results}; {START}")

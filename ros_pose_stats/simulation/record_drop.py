@@ -12,7 +12,7 @@ from ..kernels.drops import evolve, layout as at
 from ..mesh.vectors import lengths, resting_quaternions, turn_vectors
 from ..records import Array, DropEvent, DropScene, Part, Trajectory, scene as scenes
 from . import drop_body, drops
-from .request import drop_request
+from .request import MOST_DROPS, drop_request
 
 STATE_ON_TAPE = slice(at.TAPE_STATE, at.TAPE_STATE + at.STATE)
 
@@ -21,7 +21,6 @@ MODES = ("flight", "vertex", "edge", "face")
 FRAMES = 20.0  # samples in a time of sqrt(radius / g), unless an interval is given
 FIRST_TAPE = 512
 MOST_SAMPLES = 1_000_000
-MOST_DROP = 2**64  # as many drops as a seed has
 
 
 def record_drop(part: Part, drop: int = 0, restitution: float = scenes.DEFAULT_RESTITUTION,
@@ -70,8 +69,9 @@ def drop_recorded(part: Part, scene: DropScene, seed: int, drop: int,
     starts: Any = None if start is None else [start]
     request = drop_request(None if start is None else 1, seed, 0.0, 1, starts)
     whole = isinstance(drop, (int, np.integer)) and not isinstance(drop, bool)
-    if not whole or not 0 <= drop < MOST_DROP:
-        raise RequestError("the number of a drop, from 0", f"{drop!r}", "0 is the first")
+    if not whole or not 0 <= drop < MOST_DROPS:
+        raise RequestError(f"the number of a drop, 0 to below {MOST_DROPS}", f"{drop!r}",
+                           "0 is the first")
     if interval is not None and not 0.0 < scenes.real_number("interval", interval) < math.inf:
         raise RequestError("an interval above 0 s", f"{interval}", "leave it out for a smooth one")
     body = drop_body.drop_body(part, scene)
@@ -80,10 +80,11 @@ def drop_recorded(part: Part, scene: DropScene, seed: int, drop: int,
     tape, outcomes = _record_tape(body, scene, down, to_rest)
     unit = math.sqrt(body.radius / scenes.GRAVITY)
     frame = 1.0 / FRAMES if interval is None else interval / unit
-    seconds = float(tape[-1, at.TAPE_TIME]) * unit
-    if interval is not None and not seconds <= MOST_SAMPLES * interval:
-        raise RequestError(f"an interval of at least 1/{MOST_SAMPLES:,} of the drop, which takes "
-                           f"{seconds:.3g} s", f"{interval} s", "leave it out for a smooth one")
+    duration = float(tape[-1, at.TAPE_TIME])
+    if not duration <= MOST_SAMPLES * frame:
+        raise RequestError(f"at most {MOST_SAMPLES:,} samples of a drop",
+                           f"{duration * unit:.3g} s with one every {frame * unit:.3g} s",
+                           "sample it less often")
     times, states, turns = _samples(body, tape, down[0], frame)
     spin = states[:, at.W:at.W + 3]
     x, y, z = (body.arrays.moment * spin * spin).T

@@ -34,7 +34,7 @@ def run(options: argparse.Namespace) -> int:
     """Analyse and print."""
     from ...recording.analysis.comparisons import analyse_bags
 
-    folder = Path(options.csv) if options.csv else None
+    folder = None if options.csv is None else given.folder(options.csv)
     if folder is not None and folder.exists() and not folder.is_dir():
         raise errors.BagError("a directory for the CSV files", f"{folder}, which is a file",
                               "name a directory; it is created if it is missing")
@@ -90,7 +90,8 @@ def write_csv(found: "BagAnalysis", folder: Path) -> list[Path]:
     written = []
     for name, values in VALUES.items():
         path, heads = folder / f"{name}.csv", [COLUMNS.get(one, one) for one in values.split()]
-        files.replace_file(path, "".join(text.csv_lines(heads, ROWS[name](found))).encode())
+        files.replace_file(path, "".join(text.csv_lines(heads, ROWS[name](found))).encode(
+            errors="replace"))
         written.append(path)
     return written
 

@@ -61,6 +61,9 @@ def run(options: argparse.Namespace) -> int:
     if picture is not None and options.kicks == []:
         raise RequestError("--kicks with heights for --png", "none", "leave --kicks out for the "
                            "usual thirteen, or name some, for instance --kicks 5mm 10mm")
+    if options.counts is not None and options.kicks == []:
+        raise RequestError("kick heights beside --counts", "none", "leave --kicks out for the "
+                           "usual thirteen: counted flips are learnt from those of the model")
     part = running.load_part_and_kernels(options)
     from ...planning.auto import estimate
     from ...simulation import flips as kicking, request as requests

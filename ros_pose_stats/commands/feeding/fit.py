@@ -81,8 +81,9 @@ def _read_counts(options: argparse.Namespace) -> "tuple[list[CountedPart], list[
     from ...mesh.parts import load_part
     from ...plates import count_part, read_count_rows
 
-    tables = [Path(name) for name in options.counts if Path(name).suffix.lower() in TABLES]
-    bags = [Path(name) for name in options.counts if Path(name) not in tables]
+    named = {Path(name).resolve(): Path(name) for name in options.counts}.values()
+    tables = [file for file in named if file.suffix.lower() in TABLES]
+    bags = [file for file in named if file not in tables]
     counted = [count_part(load_part(part, options.unit, unless_declared=True), counts,
                           cluster_tolerance=options.cluster_tolerance,
                           round_sides=options.round_sides)

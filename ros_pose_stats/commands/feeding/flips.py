@@ -63,6 +63,9 @@ def read_flips(file: str | None, poses: int) -> "dict[str, Index]":
             raise RequestError(f"poses 0 to {poses - 1}", f"{max(before, after)} in {file}",
                                "count with the numbers that estimate shows")
         found.setdefault(speed, np.zeros((poses, poses), np.int64))[before, after] += count
+    if none := [speed for speed, counts in found.items() if not counts.any()]:
+        raise RequestError("flips at every speed", f"none at {none[0]} in {file}",
+                           "count some, or leave the speed out")
     return found
 
 
@@ -76,6 +79,10 @@ def run(options: argparse.Namespace) -> int:
     scene, fresh = given.scene_of(options), None
     resting = poses_in(part, scene)
     counted = read_flips(options.counts, len(resting.poses))
+    requests.drop_request(options.drops, options.seed)
+    if options.wanted is not None:
+        feeding.check_wanted(options.wanted, len(resting.poses))
+        feeding.check_rate(options.rate, options.cycle_time)
     request = requests.drop_request(options.flips, options.seed, 0.0, options.workers)
     with running.stop_on_interrupt() as interrupted, running.ProgressBar(sys.stderr) as bar:
         watch = requests.Watch.of(None, interrupted)
@@ -143,6 +150,8 @@ def _table(part: "Part", found: "FlipStatistics", ways: "dict[str, Feeding]") ->
 def show_bounded(number: tuple[float, float, float]) -> str:
     """A number and its bounds."""
     value, low, high = number
+    if math.isnan(value):
+        return "-"
     if math.isnan(low) or math.isnan(high):
         return "no bound" if math.isinf(value) else three_digits(value)
     return f"{three_digits(value)} ({three_digits(low)} to {three_digits(high)})"

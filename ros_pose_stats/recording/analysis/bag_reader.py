@@ -56,12 +56,12 @@ def find_bags(paths: Iterable[Path]) -> dict[Path, list[Path]]:
 
 
 def _bags_under(path: Path) -> list[tuple[Path, list[Path]]]:
-    if not path.exists():
-        raise BagError("a bag directory or file", f"{path}, which does not exist",
-                       "check the path")
-    if path.is_file():
-        return [(path, [_readable(path)])]
     try:
+        if not path.exists():
+            raise BagError("a bag directory or file", f"{path}, which does not exist",
+                           "check the path")
+        if path.is_file():
+            return [(path, [_readable(path)])]
         # A hidden directory is a run on its way in or out.
         folders = sorted({_readable(file).parent for file in path.rglob("*")
                           if file.name.endswith(ENDINGS) and not any(
