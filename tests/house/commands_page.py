@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import argparse
 import sys
 import textwrap
 from collections.abc import Iterator
 from pathlib import Path
 
 from ros_pose_stats.cli import parser
-from tests.house.outlines import ArgumentOutline, CommandOutline, outline_command
+from ros_pose_stats.commands.arguments import CommandParser
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "commands.md"
 WIDTH = 96
@@ -50,68 +51,80 @@ JSON stands `"interrupted": true`. A second Ctrl-C ends it at once.
 
 
 MORE = {"estimate": ("measured/split", "hybrid", "warnings"), "simulate": ("simulation",),
-        "report": ("report",), "catalogue": ("catalogue",), "dataset": ("datasets",),
-        "benchmark": ("measured/accuracy", "measured/stability"), "fit": ("plates",),
+        "report": ("report",), "catalogue": ("catalogue",), "fit": ("plates",),
         "sensitivity": ("design", "measured/design"), "compare": ("design",),
         "bag": ("bags",), "node": ("node",)}
 """Pages that say more about a command."""
 
 
-def commands_page(top: CommandOutline) -> str:
+def commands_page(top: argparse.ArgumentParser) -> str:
     """The whole page."""
+    (every,) = [one for one in top._actions if isinstance(one, argparse._SubParsersAction)]
     lines = ["| command | what it does |", "|---|---|"]
-    lines += [f"| [`{one.words[-1]}`](#{one.words[-1]}) | {one.summary} |" for one in top.commands]
-    sections = [line for command in top.commands for line in _section(command, "##")]
+    lines += [f"| [`{one.dest}`](#{one.dest}) | {one.help} |" for one in every._choices_actions]
+    sections = [line for name, command in every.choices.items()
+                for line in _section(name, command)]
     return HEAD + "\n".join([*lines, COMMON, *sections[1:], ""])
 
 
-def _section(command: CommandOutline, level: str) -> Iterator[str]:
-    yield from ("", f"{level} {' '.join(command.words[1:])}", "", _wrapped(command.description))
-    if pages := MORE.get(" ".join(command.words[1:])):
+def _section(name: str, command: CommandParser) -> Iterator[str]:
+    yield from ("", f"## {name}", "", _wrapped(command.description or ""))
+    if pages := MORE.get(name):
         linked = ", ".join(f"[{page}.md]({page}.md)" for page in pages)
         yield from ("", f"More: {linked}.")
-    if not command.commands:
-        yield from ("", "```", *_synopsis(command), "```")
-    if command.arguments:
+    arguments = {one.dest: one for one in command._actions
+                 if not isinstance(one, argparse._HelpAction)}
+    yield from ("", "```", *_synopsis(command, list(arguments.values())), "```")
+    if arguments:
         yield from ("", "| argument | meaning |", "|---|---|")
-        for one in command.arguments:
-            yield f"| {_shown(one)} | {_cell(one.about)} |"
+        for one in arguments.values():
+            about = (one.help or "") % {**vars(one), "prog": command.prog}
+            yield f"| {_shown(one)} | {_cell(about)} |"
     if command.epilog:
         yield from ("", _wrapped(command.epilog))
     yield from ("", "For example:", "", "```sh", *command.examples, "```")
-    for kind in command.commands:
-        yield from _section(kind, level + "#")
 
 
-def _synopsis(command: CommandOutline) -> list[str]:
+def _synopsis(command: CommandParser, arguments: list[argparse.Action]) -> list[str]:
     """What may be typed: first what must be there."""
-    pieces = [one.shown_values for one in command.arguments if not one.flags]
-    pieces += [_option(one) for one in command.arguments if one.flags and one.required]
-    told = {one for group in command.alternatives for one in group}
-    optional = [(one,) for one in command.arguments
-                if one.flags and not one.required and one not in told]
-    pieces += [f"[{' | '.join(map(_option, group))}]"
-               for group in (*optional, *command.alternatives)]
-    if command.takes_ros_arguments:
+    pieces = [_values(one) for one in arguments if not one.option_strings]
+    pieces += [_option(one) for one in arguments if one.option_strings and one.required]
+    groups = [group._group_actions for group in command._mutually_exclusive_groups]
+    told = [one for group in groups for one in group]
+    optional = [[one] for one in arguments
+                if one.option_strings and not one.required and one not in told]
+    pieces += [f"[{' | '.join(map(_option, group))}]" for group in (*optional, *groups)]
+    if command.get_default("takes_ros_arguments"):
         pieces.append("[--ros-args ...]")
     # A piece is not broken, so its own spaces are hidden from the wrapping.
     text = " ".join(piece.replace(" ", "\0") for piece in pieces)
-    program = " ".join(command.words) + " "
+    program = f"{command.prog} "
     lines = textwrap.wrap(text, WIDTH - len(program), break_long_words=False,
                           break_on_hyphens=False)
     return [f"{program if k == 0 else ' ' * len(program)}{line}".replace("\0", " ").rstrip()
             for k, line in enumerate(lines or [""])]
 
 
-def _option(one: ArgumentOutline) -> str:
-    return " ".join(filter(None, [one.flags[0], one.shown_values]))
+def _values(one: argparse.Action) -> str:
+    """The values as they stand behind an option: `X Y Z`, `m|mm|cm|inch`, `R ...`."""
+    if one.nargs == 0:
+        return ""
+    if isinstance(one.metavar, tuple):
+        return " ".join(one.metavar)
+    named = one.metavar or "|".join(map(str, one.choices or ())) or one.dest.upper()
+    repeated = " ..." if one.nargs in ("+", "*") else ""
+    return " ".join([named] * (one.nargs if isinstance(one.nargs, int) else 1)) + repeated
 
 
-def _shown(one: ArgumentOutline) -> str:
-    if not one.flags:
-        return f"`{_cell(one.shown_values)}`"
-    return ", ".join(f"`{_cell(' '.join(filter(None, [flag, one.shown_values])))}`"
-                     for flag in one.flags)
+def _option(one: argparse.Action) -> str:
+    return " ".join(filter(None, [one.option_strings[0], _values(one)]))
+
+
+def _shown(one: argparse.Action) -> str:
+    if not one.option_strings:
+        return f"`{_cell(_values(one))}`"
+    return ", ".join(f"`{_cell(' '.join(filter(None, [flag, _values(one)])))}`"
+                     for flag in one.option_strings)
 
 
 def _cell(text: str) -> str:
@@ -124,7 +137,7 @@ def _wrapped(text: str) -> str:
 
 def main() -> int:
     """Write the page."""
-    PAGE.write_text(commands_page(outline_command(parser())), encoding="utf-8")
+    PAGE.write_text(commands_page(parser()), encoding="utf-8")
     print(PAGE)
     return 0
 

@@ -19,7 +19,6 @@ from ros_pose_stats.cli import main, parser
 from ros_pose_stats.methods import METHODS
 from study.__main__ import main as study
 from tests.house import commands_page
-from tests.house.outlines import outline_command
 from tests.running import ROOT, call
 
 README = "README.md"
@@ -164,7 +163,7 @@ def test_every_method_is_in_its_page():
 
 def test_the_page_of_the_commands_is_what_the_parsers_say():
     assert commands_page.PAGE.read_text(encoding="utf-8") == commands_page.commands_page(
-        outline_command(parser())), "write it again: python -m tests.house.commands_page"
+        parser()), "write it again: python -m tests.house.commands_page"
 
 
 def test_every_argument_is_explained():
@@ -174,7 +173,7 @@ def test_every_argument_is_explained():
 
 
 def test_every_command_and_option_has_its_place_in_the_page_of_the_commands():
-    """Read from the parsers without the outlines of which the page is made."""
+    """Read from the parsers without the page."""
     page = commands_page.PAGE.read_text(encoding="utf-8")
     sections = dict(re.findall(r"^##+ (.*)\n((?:(?!##).*\n)*)", page, re.MULTILINE))
     (commands,) = (action for action in parser()._actions if action.dest == "command")
