@@ -173,8 +173,10 @@ def _numbered_forwards(data: bytes) -> bytes:
         vertices += word == b"v"
         if word == b"f":
             numbers = [int(corner.partition(b"/")[0]) for corner in corners]
-            line = b"f %s" % b" ".join(
-                b"%d" % (number if number > 0 else vertices + 1 + number) for number in numbers)
+            numbers = [one if one > 0 else vertices + 1 + one for one in numbers]
+            if min(numbers, default=1) < 1:
+                raise ValueError("a face before its vertices")
+            line = b"f " + b" ".join(b"%d" % one for one in numbers)
         lines.append(line)
     return b"\n".join(lines)
 

@@ -91,6 +91,16 @@ class TestErrors:
         widest = reach[0] * errors.max()
         assert widest <= found.largest_error * 1.001 <= 3.0 * widest
 
+    @pytest.mark.parametrize("round_sides", [0, 192])
+    def test_poses_that_symmetry_makes_alike_are_equally_probable(self, round_sides):
+        """Of a coin, whose rim is poured into either face by a tie."""
+        coin = part_from_mesh(*shapes.prism(64, 0.01, 0.001))
+        for found in estimate_all(coin, round_sides=round_sides):
+            probability = {}
+            for pose in found.poses:
+                probability.setdefault(pose.group, []).append(pose.probability)
+            assert all(len(set(alike)) == 1 for alike in probability.values()), found.method
+
     def test_poses_that_symmetry_makes_alike_share_an_error(self):
         found = estimate(part_from_mesh(*shapes.box(1.0, 2.0, 3.0)))
         for group in range(3):

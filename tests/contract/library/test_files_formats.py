@@ -128,6 +128,19 @@ def test_obj_materials_and_polygons_neither_split_nor_reorder(tmp_path):
     assert part.center_of_mass == pytest.approx([0.5, 0.5, 0.5])
 
 
+def test_obj_faces_that_count_back_do_so_from_their_own_line(tmp_path, block):
+    """Two objects, whose second numbers are those of the first, and end in texture corners."""
+    there, back, path = block.copy(), [], tmp_path / "two.obj"
+    there.apply_translation((100.0, 0.0, 0.0))
+    for mesh in (block, there):
+        back += [f"v {x} {y} {z}" for x, y, z in mesh.vertices]
+        back += ["f " + " ".join(f"{corner - 8}/1" for corner in face) for face in mesh.faces]
+    path.write_text("vt 0 0\n" + "\n".join(back))
+    part = load_part(path, "mm")
+    assert np.ptp(part.surface_vertices, axis=0) == pytest.approx([0.11, 0.02, 0.03])
+    assert part.warnings == ()
+
+
 def refused(path):
     """The line that a file is refused with."""
     with pytest.raises(PoseStatsError) as error:
@@ -146,6 +159,8 @@ def refused(path):
     ("a.stl", b"\x00" * 84, "expected triangles in"),
     ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\n", "expected triangles in"),
     ("a.obj", b"hello", "a.obj"),
+    ("a.obj", b"v 1 2\nv 1 2 3\nv 0 0 0\nf 1 2 3\n", "readable OBJ file"),
+    ("a.obj", b"v 1 2 3\nf -1 -2 -3\n", "readable OBJ file"),
     ("a.off", b"OFF\n3 1 0\n0 0 0\n1 0 0\n", "readable OFF file"),
     ("a.ply", b"hello", "readable PLY file"),
     pytest.param("a.3mf", b"PK\x03\x04broken", "readable 3MF file", marks=pytest.mark.long),
@@ -171,7 +186,9 @@ def test_a_file_cut_off_is_refused(tmp_path, block, kind):
 def test_no_file_at_all_is_refused(tmp_path):
     assert "No such file" in refused(tmp_path / "missing.stl")
     (tmp_path / "folder.stl").mkdir()
-    assert "got the directory" in refused(tmp_path / "folder.stl")
+    assert "Is a directory" in refused(tmp_path / "folder.stl")
+    for name in ("\0.stl", "\ud83d.stl", 300 * "a" + ".stl"):
+        assert "readable mesh file" in refused(tmp_path / name)
     assert "the path of a mesh file" in refused(np.zeros(3))
 
 

@@ -4,11 +4,19 @@ from __future__ import annotations
 
 import hashlib
 import struct
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from ros_pose_stats import Part, estimate, part_from_mesh, resting_poses, simulate
+from ros_pose_stats import (
+    Part,
+    estimate,
+    part_from_mesh,
+    resting_poses,
+    shift_center,
+    simulate,
+)
 from study import shapes
 
 VERTICES, TRIANGLES = shapes.box(20.0, 30.0, 40.0)
@@ -46,7 +54,8 @@ def test_a_part_without_a_name_is_called_by_its_digest():
     assert part_from_mesh(VERTICES, TRIANGLES, part_id="crate").part_id == "crate"
     part = part_from_mesh(VERTICES, TRIANGLES)
     assert isinstance(part, Part)
-    assert part.part_id == f"mesh_{part.digest[:12]}"
+    for one in (part, shift_center(part, (0.0, 0.0, 1e-3)), replace(part, mass=3.0, part_id="")):
+        assert one.digest == digest_by_hand(one) and one.part_id == f"mesh_{one.digest[:12]}"
 
 
 def test_arrays_are_its_own_and_cannot_be_written_to():
@@ -60,7 +69,8 @@ def test_arrays_are_its_own_and_cannot_be_written_to():
         with pytest.raises(ValueError, match="read-only"):
             getattr(part, name)[0] = 0
     pose = resting_poses(part).poses[0]
-    for array in (pose.down, pose.orientation, pose.position, pose.roll_axis):
+    for array in (pose.down, pose.orientation, pose.position, pose.roll_axis, pose.outline[0],
+                  pose.support_polygon[0]):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 1.0
 

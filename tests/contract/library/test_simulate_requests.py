@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import threading
+from fractions import Fraction
+
 import numpy as np
 import pytest
 
@@ -36,7 +39,7 @@ def refused(call):
     ("seed", [-1, 2**64, 1.0, True, "1"]),
     ("workers", [0, -1, 1.0, True, 100_000]),
     ("target_error", [1, -0.1, NAN, INF, True, "small", None]),
-    ("drop_height", [0, 0.0, -1, NAN, INF, True, "high"]),
+    ("drop_height", [0, 0.0, -1, NAN, INF, True, "high", 10**400]),
     ("cluster_tolerance", [1, -0.1, NAN, True, None]),
 ])
 def test_bad_values_are_refused(part, name, values):
@@ -46,7 +49,30 @@ def test_bad_values_are_refused(part, name, values):
 
 @pytest.mark.parametrize("value", [0, 2**64 - 1, np.int64(5), np.uint64(2**63)])
 def test_any_whole_seed_serves(part, value):
-    assert simulate(part, np.int32(20), np.float32(0.5), value).seed == int(value)
+    found = simulate(part, np.int32(20), np.float32(0.5), value, drop_height=Fraction(1, 4))
+    assert found.seed == int(value)
+    assert found.scene == "released 250 mm above a frictionless plate, restitution 0.5"
+
+
+@pytest.mark.parametrize("options", [
+    {"interval": 1e-13}, {"interval": 1e-320}, {"interval": 1j}, {"start": [[1], [2, 3]]},
+    {"start": np.eye(3)}, {"drop": 2**300}, {"drop": -1}, {"drop_height": 1e100}])
+def test_no_such_drop_is_recorded(part, options):
+    refused(lambda: record_drop(part, **options))
+
+
+def test_workers_that_cannot_all_be_started_do_not_go_on(part, monkeypatch):
+    begin = threading.Thread.start
+
+    def start(thread):
+        if thread.name == "drops-2":
+            raise RuntimeError("can't start new thread")
+        begin(thread)
+
+    monkeypatch.setattr(threading.Thread, "start", start)
+    with pytest.raises(RuntimeError, match="new thread"):
+        simulate(part, 10**9, workers=3)
+    assert not [one for one in threading.enumerate() if one.name.startswith("drops-")]
 
 
 def test_what_is_no_part_is_refused():

@@ -2,10 +2,20 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
-from ros_pose_stats import learn_flips, part_from_mesh, simulate_flips
+from ros_pose_stats import (
+    FeederCell,
+    PoseStatsError,
+    estimate,
+    learn_flips,
+    part_from_mesh,
+    plan_feeding,
+    simulate_flips,
+)
 from tests.bodies import random_polyhedron, shapes
 
 KICKS = 0.1, 0.3, 0.9
@@ -73,3 +83,24 @@ def test_poses_that_look_alike_share_their_counts():
     # 600 flips of both poses together, and at most 300 of the model out of each.
     assert between[0, 0, 1] == pytest.approx(1.0 / 3.0, abs=0.15)
     assert 2.0 * first.counts[:2].sum(axis=1) == pytest.approx(first.counts[:2].sum())
+
+
+def test_flips_of_two_parts_are_not_one_feeders(kicks):
+    other = part_from_mesh(*random_polyhedron(8, 22))
+    flips = simulate_flips(other, 0.1, 20, seed=3)
+    cell = FeederCell(60.0, (0.3, 0.2))
+    for call in (lambda: learn_flips([*kicks, flips], np.zeros((1, 1), int)),
+                 lambda: plan_feeding(estimate(other, "split"), [0], cell, kicks)):
+        with pytest.raises(PoseStatsError, match="results of one part"):
+            call()
+
+
+@pytest.mark.parametrize(("wanted", "cell"), [
+    ([True, False], {}), ([1.0], {}), ([math.nan], {}), ([], {}), ([0], {"rate": "60"}),
+    ([0], {"plate": (0.3,)}), ([0], {"plate": 0.3}), ([0], {"plate": (1e200, 0.3)}),
+    ([0], {"clearance": None})])
+def test_what_is_no_feeder_is_refused(kicks, wanted, cell):
+    dropped = estimate(part_from_mesh(*random_polyhedron(8, 21)), "split")
+    feeder = FeederCell(**{"rate": 60.0, "plate": (0.3, 0.2), **cell})
+    with pytest.raises(PoseStatsError):
+        plan_feeding(dropped, wanted, feeder, kicks)
