@@ -1,7 +1,5 @@
 """What the demo starts ends with it."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """The documents say what is true: their code runs and nothing is left out."""
 
-from __future__ import annotations
-
 import ast
 import contextlib
 import importlib

@@ -1,7 +1,5 @@
 """Habits of the tests that keep them quick, steady and free of the product's inside."""
 
-from __future__ import annotations
-
 import ast
 
 import pytest

@@ -1,7 +1,5 @@
 """The ring of truths holds under every kernel of OpenBLAS that the processor can run."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

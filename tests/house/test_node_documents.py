@@ -1,7 +1,5 @@
 """What README and docs/node.md say of the node, and tell a reader to type, is so."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import os

@@ -3,8 +3,6 @@
 A bound that must rise has an entry in `docs/decisions.md` that says what a user gets for it.
 """
 
-from __future__ import annotations
-
 from collections import defaultdict
 
 import pytest

@@ -1,7 +1,5 @@
 """Nodes in a domain of their own, said to each by its environment alone."""
 
-from __future__ import annotations
-
 import pytest
 
 import tests.contract.node.conftest  # noqa: F401  discovery and checks, before ROS is imported

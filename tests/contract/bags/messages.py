@@ -1,7 +1,5 @@
 """Messages of a run, made and serialised by ROS itself, with their definitions by `rosbags`."""
 
-from __future__ import annotations
-
 import sys
 import warnings
 from array import array

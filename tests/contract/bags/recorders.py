@@ -1,7 +1,5 @@
 """Bags as the node writes them, as `ros2 bag record` does, and as other tools do."""
 
-from __future__ import annotations
-
 from mcap.writer import CompressionType, Writer
 from mcap_ros2.writer import Writer as RosWriter
 from rosbags.rosbag2 import StoragePlugin, Writer as RosbagWriter

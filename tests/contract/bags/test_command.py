@@ -1,7 +1,5 @@
 """The command `bag`: what it prints and writes, and the Python of its page."""
 
-from __future__ import annotations
-
 import csv
 import json
 import re

@@ -1,7 +1,5 @@
 """Estimates beside simulations, and predictions beside what cameras counted, by chi-square."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

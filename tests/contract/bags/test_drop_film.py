@@ -1,7 +1,5 @@
 """A drop as `animate` writes it for Foxglove, with the definitions that other tools need."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 
 import numpy as np

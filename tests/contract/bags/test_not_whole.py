@@ -1,7 +1,5 @@
 """Bags that are cut, damaged, foreign or none: read as far as they are, or refused in a line."""
 
-from __future__ import annotations
-
 import sqlite3
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Bags say the same whoever recorded them, and several bags no more than happened."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

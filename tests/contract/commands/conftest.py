@@ -1,7 +1,5 @@
 """Files that commands are asked about."""
 
-from __future__ import annotations
-
 import pytest
 
 from tests.bodies import shapes, write_stl

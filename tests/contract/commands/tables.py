@@ -1,7 +1,5 @@
 """Reads the tables of poses that commands print."""
 
-from __future__ import annotations
-
 import re
 
 

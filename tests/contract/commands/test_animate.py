@@ -1,7 +1,5 @@
 """`animate`: a moving picture, a recording for other tools, and refusals."""
 
-from __future__ import annotations
-
 import os
 
 import numpy as np

@@ -1,7 +1,5 @@
 """`catalogue` on a dask.distributed cluster of separate processes, one of which dies."""
 
-from __future__ import annotations
-
 import threading
 import time
 

@@ -1,7 +1,5 @@
 """`compare`: the table, the JSON object, names of variants, and refusals."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

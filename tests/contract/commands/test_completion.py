@@ -1,7 +1,5 @@
 """`completion`: what bash offers on Tab, asked of bash itself."""
 
-from __future__ import annotations
-
 import shlex
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """`estimate`: the table, the JSON object, the options and the refusals."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 

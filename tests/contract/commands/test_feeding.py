@@ -1,7 +1,5 @@
 """`feeding`: the library's plan, a table of its kicks, and refusals."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

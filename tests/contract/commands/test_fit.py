@@ -1,8 +1,6 @@
 """`fit`: a plate learnt from a bag of counts, in words and in the file; tables are tested with
 the library's plates."""
 
-from __future__ import annotations
-
 from array import array
 
 import pytest

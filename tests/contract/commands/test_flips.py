@@ -1,7 +1,5 @@
 """`flips`: the matrix, what a feeder gets, and refusals."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

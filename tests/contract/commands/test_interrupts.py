@@ -1,7 +1,5 @@
 """Progress on a terminal, and Ctrl-C: what has been done is reported, with exit status 130."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import signal

@@ -1,7 +1,5 @@
 """The command as a whole: version, exit statuses, numbers as people type them, broken pipes."""
 
-from __future__ import annotations
-
 import io
 import shutil
 import subprocess

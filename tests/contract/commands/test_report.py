@@ -1,7 +1,5 @@
 """`report`: files that are written, counts that can be had again, and refusals."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

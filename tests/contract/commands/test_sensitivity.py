@@ -1,7 +1,5 @@
 """`sensitivity`: the table, the JSON object, a suggestion with its files, and refusals."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

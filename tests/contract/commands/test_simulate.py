@@ -1,7 +1,5 @@
 """`simulate`: the table, the JSON object and the refusals."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -1,7 +1,5 @@
 """`hybrid` and `auto`: drops with an estimate's help, and what each kind of request gets."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """`compare` as its caller sees it: drops in common, stops, progress, warnings and refusals."""
 
-from __future__ import annotations
-
 import json
 import math
 

@@ -1,7 +1,5 @@
 """Kernels are compiled once: by `compile` all of them, else by the first that needs one."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """The few inputs of a part that random searches once tripped over, each as small as it can be."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What an estimate says: its method and scene, the errors to expect, and where not to trust it."""
 
-from __future__ import annotations
-
 import math
 import re
 import sys

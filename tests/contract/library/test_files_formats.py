@@ -1,7 +1,5 @@
 """Mesh files of every format: the mesh as it stands there, scenes put in place, damage refused."""
 
-from __future__ import annotations
-
 import os
 import socket
 import zipfile

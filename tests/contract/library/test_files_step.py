@@ -3,8 +3,6 @@
 Each reading starts a process, so few files are read in a quick run.
 """
 
-from __future__ import annotations
-
 import contextlib
 import importlib.util
 import os

@@ -1,7 +1,5 @@
 """The front door of the package: its names, its error, the defaults, parts as they travel."""
 
-from __future__ import annotations
-
 import copy
 import math
 import pickle

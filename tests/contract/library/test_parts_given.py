@@ -1,7 +1,5 @@
 """Parts from arrays: what is kept, the rules for given mass properties, and what is refused."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Plates learnt by `fit`: tables of counts as people write them, what is found, and the file."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

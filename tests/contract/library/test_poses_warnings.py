@@ -1,7 +1,5 @@
 """Warnings and notes about poses that are close to changing, and about curves."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """A part's digest, name and arrays, and the sentence about the scene that every result has."""
 
-from __future__ import annotations
-
 import hashlib
 import struct
 from dataclasses import replace

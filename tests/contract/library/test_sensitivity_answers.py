@@ -1,7 +1,5 @@
 """`sensitivity` and `suggest` as their callers see them: checks, stops and refusals."""
 
-from __future__ import annotations
-
 import pytest
 
 from ros_pose_stats import PoseStatsError, part_from_mesh, resting_poses, sensitivity, suggest

@@ -1,7 +1,5 @@
 """Numbers that a run of drops reports: their formulas, their order, and what is never hidden."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A drop as a film for Foxglove: where it ends, and what is never shown."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from mcap.reader import make_reader

@@ -1,7 +1,5 @@
 """What a simulation may be asked for: seeds, given starts, and refusals in one line."""
 
-from __future__ import annotations
-
 import threading
 from fractions import Fraction
 

@@ -1,7 +1,5 @@
 """A run of drops as its caller sees it: the same whatever the timing, stopped, listened to."""
 
-from __future__ import annotations
-
 import threading
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """A page in headless Chromium, driven over two pipes by its DevTools protocol."""
 
-from __future__ import annotations
-
 import json
 import os
 import select

@@ -1,7 +1,5 @@
 """Pages as the commands write them, and the browser that shows them."""
 
-from __future__ import annotations
-
 import pytest
 import trimesh
 

@@ -1,7 +1,5 @@
 """Pages in a real browser: nothing asked of a network, nothing cut off, and the part turns."""
 
-from __future__ import annotations
-
 import pytest
 
 HARMLESS = ("software WebGL", "GPU stall")

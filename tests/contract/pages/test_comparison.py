@@ -1,7 +1,5 @@
 """The page about variants: what it says of each beside the first, in words and pictures."""
 
-from __future__ import annotations
-
 import numpy as np
 
 

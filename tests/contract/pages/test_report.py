@@ -1,7 +1,5 @@
 """The page about a part: one story, that of the counted drops, in numbers and in pictures."""
 
-from __future__ import annotations
-
 import math
 import re
 from html import unescape

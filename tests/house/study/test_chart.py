@@ -1,7 +1,5 @@
 """The chart of speed against accuracy: every method is on it, and its front is one."""
 
-from __future__ import annotations
-
 import pytest
 
 from tests.bodies import METHODS

@@ -1,7 +1,5 @@
 """Datasets: the same bytes for the same seed, whoever makes them and however often it stops."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import resource

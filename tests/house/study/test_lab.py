@@ -1,7 +1,5 @@
 """Programs of the lab: what they measure and print, and the pages made of what was stored."""
 
-from __future__ import annotations
-
 import re
 import shutil
 

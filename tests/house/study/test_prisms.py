@@ -1,7 +1,5 @@
 """Square prisms and dice: closed forms, published rolls, and how far each method is from them."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

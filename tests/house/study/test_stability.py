@@ -1,7 +1,5 @@
 """Where methods fail: the walks through each trouble, on a page that names the failing ones."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Table I: the paper's figures at a named shift, another implementation's, and known errors."""
 
-from __future__ import annotations
-
 import math
 from functools import cache
 

@@ -3,8 +3,6 @@
 The space of changes is the one that `sensitivity` hands out with its effects.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Which poses of two variants are the same pose: by the direction down, a turn, or footprints."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Slopes where symmetry says what they are, their checks by drops, and suggestions."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

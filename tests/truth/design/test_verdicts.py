@@ -1,7 +1,5 @@
 """Verdicts of `compare`: a measured difference is shown, and none where there is none."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

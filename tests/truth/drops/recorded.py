@@ -1,7 +1,5 @@
 """Short ways to drop parts, to look at recorded drops, and to compare what was counted."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from types import SimpleNamespace
 

@@ -5,8 +5,6 @@ events are about as many as two solvers of 1e-13 can be held to 1e-8. Without re
 nearly, impacts are few, and whole drops can be compared.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Moments of a drop that can be written down: bouncing, tipping, impacts."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

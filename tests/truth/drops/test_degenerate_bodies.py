@@ -1,7 +1,5 @@
 """Bodies that broke implementations or are as bad as a part may be, each a test of its own."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Scenes and mass properties at the ends of what may be asked for."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

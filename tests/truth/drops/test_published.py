@@ -5,8 +5,6 @@ Mathematical Gazette 97 (2013), note 97.16. Thick coins: shares on both ends by 
 diameter, as the literature has them; of the one as high as wide on thin and on thick glass.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

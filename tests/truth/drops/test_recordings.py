@@ -1,7 +1,5 @@
 """Recorded drops: what holds all along a trajectory, and that they are the drops of a run."""
 
-from __future__ import annotations
-
 from functools import cache, lru_cache
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """Parts that roll to and fro on a rim for long: none is given up, and none is decided wrongly."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from manifold3d import Manifold

@@ -3,8 +3,6 @@
 40 000 drops betray a shift of one share of 1/6 by 0.01.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.stats import chi2, chisquare

@@ -3,8 +3,6 @@
 Shares are compared with 1500 drops a part, whose noise is taken off the mean squares.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Estimates that can be written down: symmetric bodies, boxes and prisms."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.integrate import quad

@@ -1,7 +1,5 @@
 """EAE, MEAE and the splitting graph against an independent flood of a grid on the sphere."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree

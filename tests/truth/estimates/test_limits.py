@@ -1,7 +1,5 @@
 """Estimates where a face is about to lose its stability, a saddle ties, or a scene ends."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """What no change of units, frame, triangulation or order may alter, on random polyhedra."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st

@@ -1,7 +1,5 @@
 """QSE: toppling decided by hand, by an independent toppling, and by trimesh; solid angles too."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import trimesh

@@ -1,7 +1,5 @@
 """Impacts, and sliding on a vertex and on an edge: energy, the contact and its forces."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

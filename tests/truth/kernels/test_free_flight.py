@@ -1,7 +1,5 @@
 """Free flight, step by step and in one go: scipy, closed forms and what is conserved."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp

@@ -5,8 +5,6 @@ coefficients are rational numbers. Within `BLUR` of zero, relative to the sum of
 the terms, rounding decides.
 """
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """Elementary functions, principal axes and sorting, against the C library, LAPACK and numpy."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

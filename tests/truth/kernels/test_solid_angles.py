@@ -1,7 +1,5 @@
 """Solid angles: of triangles against fifty-digit arithmetic, below a level against a grid."""
 
-from __future__ import annotations
-
 from decimal import Decimal, localcontext
 
 import numpy as np

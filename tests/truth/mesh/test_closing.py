@@ -1,7 +1,5 @@
 """Holes of a mesh: closed where it is plain how, else the hull with the reason."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import trimesh

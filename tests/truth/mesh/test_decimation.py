@@ -1,7 +1,5 @@
 """The triangles that a part is drawn by: near its surface, with teeth, gaps, bores and threads."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import trimesh

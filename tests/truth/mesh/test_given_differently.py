@@ -1,7 +1,5 @@
 """The same body given differently: welded, repaired and hulled to the same part."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import trimesh

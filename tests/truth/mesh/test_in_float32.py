@@ -1,7 +1,5 @@
 """Parts as an STL file stores them, also in the frame of an assembly: the same poses."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

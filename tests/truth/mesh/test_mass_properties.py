@@ -1,7 +1,5 @@
 """Volume, centre of mass and inertia: closed forms, trimesh, and any place and size."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import trimesh

@@ -1,7 +1,5 @@
 """Several closed surfaces in one mesh, wound as they may be: voids, bodies and overlap."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import trimesh

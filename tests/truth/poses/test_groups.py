@@ -1,7 +1,5 @@
 """Poses that a proper rotation of the whole part carries into each other share a group."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from manifold3d import Manifold

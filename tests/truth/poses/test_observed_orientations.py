@@ -1,7 +1,5 @@
 """Orientations with a camera's errors, made by scipy's rotations, are found to be their poses."""
 
-from __future__ import annotations
-
 import math
 from functools import cache
 

@@ -1,7 +1,5 @@
 """Silhouettes and sections, against closed forms, volumes and points that are looked at singly."""
 
-from __future__ import annotations
-
 import math
 from functools import cache
 

@@ -1,7 +1,5 @@
 """A pose is what a nudge leaves: stable faces gathered as the contract has it."""
 
-from __future__ import annotations
-
 from itertools import product
 
 import numpy as np

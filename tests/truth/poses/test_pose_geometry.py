@@ -1,7 +1,5 @@
 """What a pose says of itself, against plain geometry and other libraries."""
 
-from __future__ import annotations
-
 import gc
 import weakref
 

@@ -6,8 +6,6 @@ toothed run. A face h high whose nearest edge is w from the foot rises by sqrt(1
 so that a part more than 14.1 times as high as wide does not stand.
 """
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

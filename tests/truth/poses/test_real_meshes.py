@@ -1,7 +1,5 @@
 """Meshes that were not made for this project, where they are at hand: a sober answer to each."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Hulls as Qhull and files leave them: folded facets, twin corners, rough and narrow planes."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.spatial import ConvexHull

@@ -3,8 +3,6 @@
 At a cluster tolerance of 0 the stable poses show the polygons: one for each facet that holds.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import trimesh

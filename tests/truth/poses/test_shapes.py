@@ -1,7 +1,5 @@
 """Shapes made by code: closed, outward, of the right size, and written the same every time."""
 
-from __future__ import annotations
-
 import resource
 from pathlib import Path
 

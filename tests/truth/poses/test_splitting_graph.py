@@ -1,7 +1,5 @@
 """The splitting graph: a tree of levels whose products are the paper's energy estimates."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -5,8 +5,6 @@ by 4e-13, and so do heights, margins and areas; sums over some hundred faces sta
 Components that meet EAE and MEAE at 1e-4 sr have shares 1e-9 off at the most.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree

@@ -5,8 +5,6 @@ to the foot of the centre of mass leaves through (section 4.B). Written for clar
 regard to ties: the bodies compared with it have none.
 """
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

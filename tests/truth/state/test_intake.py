@@ -1,7 +1,5 @@
 """What takes long in building a part holds up nothing quick, and not for ever."""
 
-from __future__ import annotations
-
 import os
 import threading
 import weakref

@@ -1,7 +1,5 @@
 """The state file loses nothing that was committed, and shows nothing that was not."""
 
-from __future__ import annotations
-
 import os
 import random
 import shutil

@@ -1,7 +1,5 @@
 """The fill of a plate and the plan of a cell: closed forms, thrown outlines, all policies."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Estimate and counts together: laws that hold for all of them, closed forms, calibration."""
 
-from __future__ import annotations
-
 import math
 from itertools import product
 

@@ -3,8 +3,6 @@
 Of a regular solid every share is known; of another part a long run tells it to 0.002.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Values that are equal but for rounding are tied wherever they stand, at any decimal."""
 
-from __future__ import annotations
-
 import numpy as np
 from hypothesis import given, strategies as st
 

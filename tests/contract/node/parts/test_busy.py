@@ -1,7 +1,5 @@
 """However large or many the meshes are, others are served, and none is lost without a word."""
 
-from __future__ import annotations
-
 import threading
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """`~/estimate` for a part whose filling or insert moves its centre of mass."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

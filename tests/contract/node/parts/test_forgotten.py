@@ -1,7 +1,5 @@
 """Who listens hears of a part that the node does not know any more; who comes later does not."""
 
-from __future__ import annotations
-
 import math
 import re
 import signal

@@ -1,7 +1,5 @@
 """Copies of a mesh, and new meshes under an old name."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What a StablePose says about the part at rest, checked on the mesh itself."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.spatial import ConvexHull

@@ -1,7 +1,5 @@
 """Serialised messages of any machine, and bytes that are no message, on the topics of meshes."""
 
-from __future__ import annotations
-
 import random
 import struct
 

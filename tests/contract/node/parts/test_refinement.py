@@ -1,7 +1,5 @@
 """Background drops after each new mesh, where `refine_drops` asks for them."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import pytest

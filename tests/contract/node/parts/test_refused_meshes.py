@@ -1,7 +1,5 @@
 """Meshes that are none: refused with a reason to all who may ask, and the next one served."""
 
-from __future__ import annotations
-
 from array import array
 
 import pytest

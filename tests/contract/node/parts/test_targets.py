@@ -1,7 +1,5 @@
 """A target error: an estimate at once, and drops behind it where it is not good enough."""
 
-from __future__ import annotations
-
 import pytest
 
 from ros_pose_stats import auto, estimate, part_from_mesh

@@ -1,7 +1,5 @@
 """`kill -9` of the node at any moment loses nothing that a client was told."""
 
-from __future__ import annotations
-
 import random
 
 import pytest

@@ -1,7 +1,5 @@
 """What a node that is started again has: parts, results, counts and jobs of its state file."""
 
-from __future__ import annotations
-
 import shutil
 from types import SimpleNamespace
 
