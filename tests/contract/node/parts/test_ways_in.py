@@ -6,6 +6,7 @@ import sys
 
 import numpy as np
 import pytest
+import trimesh
 from geometry_msgs.msg import Inertia, Vector3
 from ros_pose_stats_msgs.msg import PartMesh
 from shape_msgs.msg import Mesh
@@ -173,6 +174,15 @@ class TestTheCommand:
         assert all(f" {100.0 * pose.probability:.2f}% " in table for pose in found.poses)
         [row] = [line for line in answer("show").splitlines() if f" {part_id} " in line]
         assert f"{found.poses[0].index}: {100.0 * found.poses[0].probability:.1f}, " in row
+
+    def test_an_answer_about_another_scene_is_not_taken_for_its_own(self, cell, tmp_path):
+        """Of a mesh so fine that the node builds it while the answer before is still latched."""
+        fine, part_id = trimesh.creation.box((0.02, 0.03, 0.04)).subdivide_loop(6), new_id()
+        path = write_stl(tmp_path / "fine.stl", (fine.vertices, fine.faces))
+        for height in (0.3, 0.4):
+            done = call("publish", path, "--unit", "m", "--part-id", part_id, "--drop-height",
+                        height, "--json")
+            assert strict_json(done.stdout)["drop_height"] == height
 
     def test_show_names_the_parts_that_there_are_and_says_where_nobody_answers(self, cell):
         assert known_part(cell) in refusal("show", "nothing of that name")
