@@ -52,7 +52,7 @@ def prior_of(found: PoseStatistics, resting: RestingPoses, scene: DropScene) -> 
     low = (scene.drop_height is not None
            and scene.drop_height < scenes.LOW_DROP_RADII * resting.body.radius)
     known = not low or estimator(found.method).knows_scene
-    return _prior([pose.probability for pose in found.by_index.values()],
+    return _prior([pose.probability for pose in sorted(found.poses, key=lambda pose: pose.index)],
                   found.expected_error if known else math.nan, resting, scene)
 
 
@@ -132,7 +132,7 @@ def observe_counts(model: PoseStatistics, counts: ArrayLike,
     `expected_error` and `plate_error` both are the error against the plate. Without any count, the
     model itself. Raises RequestError if there are not P counts from 0 up.
     """
-    poses = list(model.by_index.values())
+    poses = sorted(model.poses, key=lambda pose: pose.index)
     counted = np.asarray(counts)
     if counted.shape != (len(poses),) or counted.dtype.kind not in "iu" or (counted < 0).any():
         raise RequestError(f"{len(poses)} whole numbers from 0 up, one a pose", f"{counted}",
@@ -176,7 +176,7 @@ def learnt_plate_error(evidence: Iterable[NDArray[np.float64]]) -> float:
 
 def plate_prior(model: PoseStatistics) -> PosePrior:
     """What a result says of the part on a plate, before anything was counted there."""
-    poses = list(model.by_index.values())
+    poses = sorted(model.poses, key=lambda pose: pose.index)
     error = math.hypot(model.expected_error, model.plate_error * _of_poses(poses))
     return PosePrior([pose.probability for pose in poses], [pose.group for pose in poses], error,
                      model.restitution, ON_PLATES)

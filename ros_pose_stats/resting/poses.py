@@ -75,10 +75,8 @@ class RestingPoses:
         least, middle, most = self.moments.tolist()
         trace = least + middle + most
         levels = self.equilibria.arrays.tree.level[self.clusters.split]
-        found = np.array([trace, least / trace, most / trace, levels.max(initial=0.0),
-                          self.equilibria.heights.min()])
-        found.flags.writeable = False
-        return found
+        return _read_only(np.array([trace, least / trace, most / trace, levels.max(initial=0.0),
+                                    self.equilibria.heights.min()]))
 
     @cached_property
     def split_features(self) -> Array:

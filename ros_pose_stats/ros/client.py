@@ -92,7 +92,6 @@ def publish_part(part: Part, message: PartMesh, restitution: float | None,
             newest.append((time.monotonic(), result))
 
     def is_complete() -> bool:
-        """Whether the newest result is of this message and checked, or no other comes."""
         if not newest:
             return False
         came, result = newest[-1]

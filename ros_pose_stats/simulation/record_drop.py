@@ -12,7 +12,7 @@ from ..kernels.drops import evolve, layout as at
 from ..mesh.vectors import lengths, resting_quaternions, turn_vectors
 from ..records import Array, DropEvent, DropScene, Part, Trajectory, scene as scenes
 from . import drop_body, drops
-from .request import MOST_DROPS, drop_request
+from .request import drop_request
 
 STATE_ON_TAPE = slice(at.TAPE_STATE, at.TAPE_STATE + at.STATE)
 
@@ -69,9 +69,8 @@ def drop_recorded(part: Part, scene: DropScene, seed: int, drop: int,
     starts: Any = None if start is None else [start]
     request = drop_request(None if start is None else 1, seed, 0.0, 1, starts)
     whole = isinstance(drop, (int, np.integer)) and not isinstance(drop, bool)
-    if not whole or not 0 <= drop < MOST_DROPS:
-        raise RequestError(f"the number of a drop, 0 to below {MOST_DROPS}", f"{drop!r}",
-                           "0 is the first")
+    if not whole or not 0 <= drop < 2**64:
+        raise RequestError("the number of a drop, from 0", f"{drop!r}", "0 is the first")
     if interval is not None and not 0.0 < scenes.real_number("interval", interval) < math.inf:
         raise RequestError("an interval above 0 s", f"{interval}", "leave it out for a smooth one")
     body = drop_body.drop_body(part, scene)

@@ -53,7 +53,7 @@ class FeederCell:
         feeding.check_rate(scene.real_number("rate", self.rate), self.cycle_time)
         if np.shape(self.plate) != (2,) or not all(
                 0.0 < scene.real_number("plate", side) < MOST_SIDE for side in self.plate):
-            raise RequestError(f"a plate with two sides above 0 and below {MOST_SIDE:g} m",
+            raise RequestError(f"a plate with sides above 0 m, two below {MOST_SIDE:g} m",
                                f"{self.plate}", "measure where the centres of parts come to rest")
         for field in fields(self)[2:]:
             if not 0.0 <= scene.real_number(field.name, getattr(self, field.name)) < np.inf:
@@ -129,7 +129,7 @@ def plan_feeding(dropped: PoseStatistics, wanted: Sequence[int], cell: FeederCel
     if not shares.probability @ picked > 0.0:
         raise RequestError("wanted poses that dropped parts come to rest in", "none of them",
                            "name others; `ros_pose_stats estimate` lists their probabilities")
-    outlines = [pose.outline for pose in dropped.by_index.values()]
+    outlines = [pose.outline for pose in sorted(dropped.poses, key=lambda pose: pose.index)]
     plate = Plate(cell, picked, shares, outlines, 0.0 if dropped.observed else dropped.plate_error)
     kicks = [None, *sorted(flips, key=lambda kick: kick.kick_height)]
     options = [plate.plan(kick) for kick in kicks]

@@ -113,8 +113,6 @@ def judge_outcome(body: at.DropBody, rules: at.DropRules, top: float, work: at.W
 def rolls_upright(body: at.DropBody, rules: at.DropRules, work: at.Work, left: float) -> bool:
     """Whether the body rolls on a rim, and has not the energy to tip over an edge of it.
 
-    Notes
-    -----
     Rolling upright about the axle a the body has w = a and v = -s, s = (a x c) . up, with c where
     the axle is. The rest of its velocity is orthogonal to that in the metric of the kinetic
     energy, so that the energies of both add up to the whole. On a round rim of a body that is

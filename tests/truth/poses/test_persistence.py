@@ -1,5 +1,6 @@
 """A pose is what a nudge leaves: stable faces gathered as the contract has it."""
 
+from collections import Counter
 from itertools import product
 
 import numpy as np
@@ -130,9 +131,10 @@ def test_probabilities_add_up_over_members(method):
         single = {pose.index: pose.probability for pose in estimate(
             part, method, cluster_tolerance=0.0, round_sides=0).poses}
         for tolerance in (0.0025, 0.1):
+            sums = Counter()  # of a group: one of its poses may have what lies between them
             for pose in estimate(part, method, cluster_tolerance=tolerance, round_sides=0).poses:
-                assert pose.probability == pytest.approx(
-                    sum(single[i] for i in pose.members), abs=1e-12)
+                sums[pose.group] += pose.probability - sum(single[i] for i in pose.members)
+            assert max(map(abs, sums.values())) < 1e-12
 
 
 def test_the_nonlinear_rule_acts_on_the_sum():
