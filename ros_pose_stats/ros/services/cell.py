@@ -157,7 +157,7 @@ class PlateFits:
 
             if not settings.plates:
                 raise RequestError("a file to write the plate into (parameter plates)",
-                                          "none", "set the parameter, or ask without apply")
+                                   "none", "set the parameter, or ask without apply")
             refuse_name(plate)
         counted = counts_on(plate, settings.plate, self._parts.all())
         fit = yield self._lanes.put(partial(fit_counts, counted), Rank.KNOWN, Lane.FIT)
@@ -186,14 +186,14 @@ class PlateFits:
         now = self._settings()
         if (now.plates, now.plate) != asked_under:
             raise RequestError("plates and plate as they were when the fit was asked for",
-                                      "other parameters", "ask again")
+                               "other parameters", "ask again")
         file = Path(now.plates).expanduser()
         try:
             write_profile(file, profile_of(plate, fit))
         except OSError as error:
             raise RequestError("a file of plates that can be written (parameter plates)",
-                                      f"{file} ({error.strerror or error})",
-                                      "name another one") from error
+                               f"{file} ({error.strerror or error})",
+                               "name another one") from error
         kept = self._counts.name_plate(plate)
         self._use_plate(plate)
         return file, kept

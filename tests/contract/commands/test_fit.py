@@ -40,7 +40,7 @@ def bag(tmp_path_factory):
 def test_a_bag_gives_the_counts_of_its_parts_on_the_plate(bag, tmp_path):
     file = tmp_path / "plates.yaml"
     file.write_text("plates:\n  steel: {restitution: 0.2}\n")
-    done = call("fit", bag, "--plate", "glass", "--plates", file)
+    done = call("fit", bag, bag, "--plate", "glass", "--plates", file)
     assert done.returncode == 0, done.stderr
     assert done.stdout.splitlines()[0] == "plate glass, from 600 counts of 2 parts"
     assert f"wrote {file}" in done.stdout

@@ -1,6 +1,8 @@
 """The command as a whole: version, exit statuses, numbers as people type them, broken pipes."""
 
+import contextlib
 import io
+import os
 import shutil
 import subprocess
 import sys
@@ -10,6 +12,7 @@ import pytest
 
 import ros_pose_stats
 from ros_pose_stats import load_part
+from ros_pose_stats.cli import main
 from tests.running import ROOT, answer, answer_json, call, complaints, refusal
 
 PART = "part.stl"
@@ -113,6 +116,45 @@ def test_what_cannot_be_written_is_a_failure_in_one_line(box, monkeypatch, capsy
         assert cli.main([str(word) for word in ("estimate", *box)]) == 1
     (line,) = complaints(capsys.readouterr().err)
     assert "cannot write: No space left on device" in line
+
+
+@pytest.mark.parametrize("name", ["na\udcffme", "e\x1b[31mred\nline", "$\\foo$"])
+def test_a_part_of_any_name_is_printed_and_drawn(box, tmp_path, name):
+    """Not UTF-8, an escape sequence, and what a picture would take for a formula."""
+    part, page = shutil.copy(box[0], tmp_path / f"{name}.stl"), tmp_path / "a.png"
+    head, *_ = answer("feeding", part, *box[1:], "--wanted", 0, "--rate", 60, "--plate", 0.3, 0.2,
+                      "--kicks", 0.005, 0.01, "--flips", 9, "--png", page).splitlines()
+    assert head.isprintable() and page.stat().st_size > 0
+
+
+def test_a_terminal_that_knows_few_letters_is_no_failure(box, tmp_path):
+    part = shutil.copy(box[0], tmp_path / "Gehäuse.stl")
+    with contextlib.redirect_stdout(io.TextIOWrapper(io.BytesIO(), encoding="ascii")) as out:
+        assert main(["estimate", str(part), "--unit", "mm"]) == 0
+    assert rb"Geh\xe4use" in out.buffer.getvalue()
+
+
+def test_a_closed_output_is_no_failure(box):
+    with contextlib.redirect_stdout(None):
+        assert main([str(word) for word in ("estimate", *box)]) == 0
+
+
+@pytest.mark.parametrize(("words", "said"), [
+    (["sensitivity", "--wanted", 0, "--checks", -1], "a number of checks from 0"),
+    (["feeding", "--wanted", 0, "--rate", 60, "--plate", 0.3, 0.2, "--kicks", "--counts", "x.csv"],
+     "beside --counts"), (["catalogue", "-o", ""], "name of a folder"),
+    (["flips", "--kick", 0.001, "--drops", -5], "1 to"),
+    (["animate", "--drop-height", 1e100, "-o", "a.gif"], "samples of a drop"),
+    (["animate", "-o", "pipe.gif"], "no file")])
+def test_what_would_be_ignored_or_never_end_is_refused(box, monkeypatch, tmp_path, words, said):
+    monkeypatch.chdir(tmp_path)
+    os.mkfifo("pipe.gif")
+    assert said in refusal(words[0], *box, *words[1:])
+
+
+@pytest.mark.parametrize("words", [["estimate", f"{300 * 'a'}.stl"], ["bag", 300 * "a"]])
+def test_a_name_that_no_file_can_have_is_refused(words):
+    assert "File name too long" in refusal(*words)
 
 
 class TestNumbers:
