@@ -181,12 +181,11 @@ def _percent(probability: float) -> str:
 
 def _bar(probability: float) -> str:
     encoding = (getattr(sys.stdout, "encoding", None) or "ascii").lower()  # None: closed
-    full, partial = ("█", "▏▎▍▌▋▊▉") if encoding.startswith("utf") else ("#", "")
-    steps = len(partial) + 1
     probability = 0.0 if math.isnan(probability) else probability
-    filled = round(probability * BAR * steps)
-    tail = partial[filled % steps - 1] if filled % steps else ""
-    return (full * (filled // steps) + tail).ljust(BAR)
+    eighths = round(8 * BAR * probability)  # no tie of 1/8 or 1/12, which rounding would decide
+    bar = ("█" * (eighths // 8) + " ▏▎▍▌▋▊▉"[eighths % 8] if encoding.startswith("utf")
+           else "#" * ((eighths + 4) // 8))
+    return bar.ljust(BAR)[:BAR]
 
 
 def _remarks(found: Sequence["PoseStatistics"]) -> list[str]:

@@ -26,8 +26,8 @@ PARTS = sorted({name.partition(": ")[0] for name in ALL if ": " in name})
 
 CORE_PARTS = ("cube", "turned_cube", "octahedron", "open_box", "drum", "cut_ball", "pebble",
               "half_cylinder", "polyhedron_0", "polyhedron_3", "clamp", "bracket", "machined_1")
-CORE_REQUESTS = ("poses", "methods", "split bouncy", "drops dull 1", "drops bouncy 2", "film",
-                 "sensitivity")
+CORE_REQUESTS = ("poses", "table", "methods", "split bouncy", "drops dull 1", "drops bouncy 2",
+                 "film", "sensitivity")
 CORE = {name: kept for name, kept in ALL.items()
         if name.partition(".")[0] in CORE_PARTS and name.partition(": ")[2] in CORE_REQUESTS}
 MORE_SEEDS = re.compile("drops .* [23]")
