@@ -1,4 +1,4 @@
-"""The node class behind `pose_stats`: what rclpy leaves undone for services and clocks.
+"""The node class behind `pose_stats`: what rclpy leaves undone for services.
 
 A client that sends a thousand requests at once would keep all others waiting, for the middleware
 hands them over in the order in which they came. And for a client whose quality of service does
@@ -18,7 +18,6 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from rclpy import callback_groups, exceptions, node as nodes, qos
-from rosgraph_msgs.msg import Clock
 
 from ..errors import PoseStatsError
 from .lanes import result_of, words_of
@@ -35,8 +34,11 @@ MISSES = 2  # in a row, after which a client is taken for one that cannot be rea
 FIRST, AGAIN = 1.0, 10.0  # seconds before such a client is tried; the second for all together
 QUIET = 60.0  # seconds between two warnings of a kind
 
-warnings.filterwarnings("error", message="failed to send response", category=RuntimeWarning)
-"""rclpy warns so of each answer that was thrown away, and that is what tells which ones were."""
+warnings.filterwarnings("error", "failed to send response", RuntimeWarning, r"rclpy\.service")
+"""rclpy warns so of each answer that was thrown away, and that is what tells which ones were.
+
+Those of its action servers it sends from another module, which takes no exception for that.
+"""
 
 
 Steps = Generator[Future[Any], Any, None]
@@ -219,7 +221,7 @@ class Answers:
 
 
 class AnsweringNode(nodes.Node):
-    """A node that no single client holds up, and no simulated time that rclpy cannot hold ends."""
+    """A node that no single client holds up."""
 
     def __init__(self, name: str, **options: Any) -> None:
         self.answers = Answers(lambda line: self.get_logger().warning(line))
@@ -263,17 +265,3 @@ class AnsweringNode(nodes.Node):
             act()
 
         service.send_response = sort_all  # what it is given is the request, see above
-
-    def create_subscription(self, msg_type: Any, topic: str, callback: Callable[..., Any],
-                            *arguments: Any, **options: Any) -> Any:
-        """Make a subscription; a time on /clock that rclpy cannot hold would end the executor."""
-        def follow(message: Clock) -> None:
-            try:
-                callback(message)
-            except (ValueError, OverflowError) as error:
-                self.get_logger().warning(
-                    f"{topic}: expected a time from 0 on, got {message.clock.sec} s ({error}); "
-                    "the time before holds", throttle_duration_sec=QUIET)
-
-        return super().create_subscription(
-            msg_type, topic, follow if msg_type is Clock else callback, *arguments, **options)

@@ -86,7 +86,8 @@ class PoseStatsNode(AnsweringNode):
         cell.FeedingService(base, stores, self.flip_jobs[1], flips)
         cell.PlateFits(base, stores, self.table.use_plate)
         self.actions = [goals.SimulateDropsServer(base, asked, jobs, reports),
-                        goals.SimulateFlipsServer(base, stores, self.flip_jobs[0], flips)]
+                        goals.SimulateFlipsServer(base, stores, self.intake, self.flip_jobs[0],
+                                                  flips)]
         # Once a second.
         steady_timer(self, 1.0, self._write_down)
         publish_diagnostics(self, {
@@ -172,8 +173,9 @@ def run_node(stop: StopSignals, arguments: Sequence[str] | None = None) -> int:
     try:
         node = None if stop.asked else PoseStatsNode()
     except (PoseStatsError, exceptions.InvalidParameterException,
-            exceptions.InvalidParameterValueException) as refusal:
-        print(f"pose_stats: {refusal}", file=sys.stderr)
+            exceptions.InvalidParameterValueException,
+            exceptions.NameValidationException) as refusal:
+        print(f"pose_stats: {' '.join(str(refusal).split())}", file=sys.stderr)
         node = None
     if node is None:
         rclpy.try_shutdown()
@@ -212,12 +214,21 @@ class Life:
             wait(self._node.intake.restored, RESTORE_SECONDS)
             self._executor.add_node(self._node)
             self._executor.create_task(self._node.get_logger().info, "ready")
-            self._executor.spin()
+            while not self._stop.asked:
+                self._spin()
         except BaseException as error:
             if not self._stop.asked:  # else the executor has just been taken apart
                 self._failure = error
         finally:
             self._stop.ask()
+
+    def _spin(self) -> None:
+        """Answer until the end, or until rclpy lets an exception of a callback through."""
+        try:
+            self._executor.spin()
+        except Exception as error:  # of what a client sent to rclpy itself, for instance
+            self._node.get_logger().error(
+                f"a callback failed, and the node goes on: {type(error).__name__}: {error}")
 
     def _end(self) -> None:
         """End what goes on, and leave ROS once nothing is called back any more."""

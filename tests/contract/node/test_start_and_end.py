@@ -9,7 +9,10 @@ from pathlib import Path
 
 import pytest
 from builtin_interfaces.msg import Time
+from rcl_interfaces.msg import Parameter, ParameterValue
 from rclpy.parameter import parameter_value_to_python
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from ros_pose_stats_msgs.action import SimulateDrops
 from ros_pose_stats_msgs.msg import JobEvent
 from rosgraph_msgs.msg import Clock
 from shape_msgs.msg import Mesh
@@ -45,6 +48,7 @@ def refused(domain, tmp_path):
     ("log_directory:=~nobody_of_this_name/bags", ("log_directory", "nobody")),
     ("default_method:=guess", ("default_method", "'guess'", "combined")),
     ("plates:=/dev/null", ("plates", "/dev/null")),
+    (f"mesh_topics:=['part=/{300 * 'x'}']", ("Invalid topic name", "length")),
     ("nonsense", ("nonsense",)),
 ])
 def test_a_bad_parameter_is_refused_in_a_line_that_says_why(refused, given, said):
@@ -118,9 +122,25 @@ def test_stamps_are_those_of_the_clock_that_stands_until_somebody_publishes_it(o
         return odd.good("estimate", part=flat(WEDGE, part_id)).statistics.header.stamp.sec
 
     until(lambda: stamp(new_id()) == 1234, "the node's clock")
-    clock.publish(Clock(clock=Time(sec=-5)))  # which rclpy cannot hold
-    told = odd.good("estimate", part=flat(WEDGE, new_id())).statistics
-    assert told.header.stamp.sec == 1234
+
+
+def test_what_rclpy_itself_cannot_take_ends_nothing(node_of, client_of):
+    """A negative time, a value of no type, and goals whose client cannot hear."""
+    node, client = node_of(use_sim_time=True).ready(), client_of()
+    part_id, action = known_part(client), SimulateDrops.Impl.SendGoalService
+    deaf = client.node.create_client(
+        action, f"{client.prefix}/simulate_drops/_action/send_goal",
+        qos_profile=QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+    goal = action.Request(goal=SimulateDrops.Goal(part_id=part_id, drops=10))
+    until(lambda: deaf.call_async(goal) and client.call("list_drop_simulations").jobs, "a job")
+    clock = client.node.create_publisher(Clock, "/clock", 1)
+    negative, goes_on = Clock(clock=Time(sec=-5)), "the node goes on: ValueError: "
+    until(lambda: clock.publish(negative) or f"{goes_on}Seconds value must not" in node.log)
+    client.send("set_parameters", parameters=[Parameter(value=ParameterValue(type=77))])
+    node.says(f"{goes_on}77 is not a valid")
+    assert client.good("estimate", part_id=part_id).statistics.header.stamp.sec == 0
+    node.send(signal.SIGTERM)
+    assert node.ended() == 0
 
 
 def test_a_file_of_plates_is_a_small_file(refused, tmp_path):
