@@ -122,7 +122,9 @@ def sealed(row: Row) -> Row:
 def _check(row: Row) -> int:
     check = 0
     for value in row:
-        data = value if isinstance(value, bytes) else repr(value).encode()
+        # SQLite gives 0.0 back for -0.0
+        data = value if isinstance(value, bytes) else repr(
+            value + 0.0 if isinstance(value, float) else value).encode()
         check = zlib.crc32(data, zlib.crc32(b"%d:" % len(data), check))
     return check
 

@@ -48,7 +48,7 @@ def facts(state):
 
 
 def part(part_id="clamp"):
-    return Change("parts", part_id, (part_id, "ab" * 32, b"\0" * 32, -1.0, 0.1, 1000, 1))
+    return Change("parts", part_id, (part_id, "ab" * 32, b"\0" * 32, -0.0, 0.1, 1000, 1))
 
 
 def image(file, folder, cut):
