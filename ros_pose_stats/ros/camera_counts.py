@@ -5,6 +5,7 @@ import threading
 import time
 from collections import OrderedDict
 from collections.abc import Callable, Mapping
+from contextlib import nullcontext
 from functools import partial
 from typing import Any
 
@@ -12,10 +13,11 @@ import numpy as np
 from rclpy import callback_groups, event_handler, qos, serialization
 from ros_pose_stats_msgs.msg import ObservedParts, PoseCounts
 
-from ..errors import PoseStatsError, RequestError
+from ..errors import RequestError
 from ..recording.analysis.decoding import numbering_of
 from ..resting.observed_orientations import classify_orientations
 from .base import Base
+from .lanes import words_of
 from .messages import part_messages, part_requests, times
 from .parts import known_part, result_store
 from .recorder import POSE_COUNTS
@@ -131,8 +133,8 @@ class Cameras:
         for data in received:
             try:
                 counts = read(data)
-            except PoseStatsError as refusal:
-                self._refusals.refuse(topic, str(refusal), noun)
+            except Exception as error:  # a refusal, or a failure that is told like one
+                self._refusals.refuse(topic, words_of(error), noun)
                 continue
             if counts is not None:
                 sound.append(counts)
@@ -148,14 +150,17 @@ class Cameras:
 
     def learn_counts(self, counts: PoseCounts, *, again: bool = False) -> None:
         """Learn from counts that are on record, maybe `again`, or say why not."""
-        part = self._parts.current(counts.part_id)
-        problem, kind = count_problem(counts, part), "counts of nothing"
-        if not problem and part is not None:
-            if self._counts.add_counts(part, counts) or again:
-                return
-            stamp, kind = counts.header.stamp, "counts that came before"
-            problem = "it came before, and counts once" + ("" if stamp.sec or stamp.nanosec else (
-                "; fill in header.stamp, which tells equal counts apart"))
+        part, kind = self._parts.current(counts.part_id), "counts of nothing"
+        with nullcontext() if part is None else part.revisions.lock:  # nothing comes in between
+            part = self._parts.current(counts.part_id)
+            problem = count_problem(counts, part)
+            if not problem and part is not None and part.shown is not None:
+                if self._counts.add_counts(part, part.shown, counts) or again:
+                    return
+                stamp, kind = counts.header.stamp, "counts that came before"
+                problem = "it came before, and counts once" + (
+                    "" if stamp.sec or stamp.nanosec else
+                    "; fill in header.stamp, which tells equal counts apart")
         if self._refusals.floods.count(kind, MOST_PROBLEMS):
             self._log.warning(f"{COUNTS_TOPIC}: recorded, but {problem}")
 

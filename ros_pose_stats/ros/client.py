@@ -88,7 +88,7 @@ def publish_part(part: Part, message: PartMesh, restitution: float | None,
         """Keep a result of this part in this scene."""
         if (result.part_id, result.part_digest) == (part.part_id, part.digest) and (
                 restitution in (None, result.restitution)) and (
-                drop_height in (None, result.drop_height)):
+                drop_height in (None, result.drop_height) or math.isnan(result.drop_height)):
             newest.append((time.monotonic(), result))
 
     def is_complete() -> bool:

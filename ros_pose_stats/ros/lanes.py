@@ -149,11 +149,11 @@ class Lanes:
         """The lane in which a task has to wait: behind earlier ones of its name."""
         return Lane.SLOW if self._is_behind(task, Lane.SLOW) else task.lane
 
-    def _is_behind(self, task: _Task, lane: Lane) -> bool:
-        """Whether a lane has an earlier task of the same name."""
+    def _is_behind(self, task: _Task, *lanes: Lane) -> bool:
+        """Whether lanes have an earlier task of the same name."""
         return bool(task.part_id) and any(
             other.part_id == task.part_id and other.number < task.number
-            for other in self._tasks(lane))
+            for other in self._tasks(*lanes))
 
     def _wait_in(self, lane: Lane, task: _Task) -> None:
         """Queue a task where it came, also one that comes back from another lane."""
@@ -203,12 +203,12 @@ class Lanes:
         """The next task that is to be done in a lane; none once all is closed."""
         with self._changed:
             while not self.closed:
-                # Checks wait for meshes that are soon built, and what is slow for earlier quick
-                # ones of its name, which may come back.
+                # Checks wait for meshes that are soon built, and a mesh, whoever sent it, for
+                # earlier ones of its name, of which quick ones may come back as slow ones.
                 first = list(self._tasks(lane)) if (
                     lane is Lane.CHECK and self._waiting[Lane.QUICK]) else self._waiting[lane]
-                task = next((task for task in first if lane is not Lane.SLOW
-                             or not self._is_behind(task, Lane.QUICK)), None)
+                task = next((task for task in first
+                             if not self._is_behind(task, Lane.QUICK, lane)), None)
                 if task is None:
                     self._changed.wait()
                     continue

@@ -81,16 +81,17 @@ class JobReports(JobListener):
 
     def progressed(self, job: Job) -> None:
         """Show late joiners how far it is, and keep that, now and then."""
-        snapshot, at = job.snapshot, time.monotonic()
+        snapshot, at, known = job.snapshot, time.monotonic(), self._part_of(job)
+        if known is None and job.request.refinement:
+            job.cancel_reason = job.cancel_reason or "the part was forgotten or has changed"
         if snapshot is None or not snapshot.drops > snapshot.unsettled:
             return
         if at - self._kept_at >= SECONDS_BETWEEN:
             self._kept_at = at
             self._state.put(job_change(job_event(job, JobEvent.RUNNING),
                                        serialize_message(self.interim(job, snapshot))))
-        known = self._part_of(job)
         if known is not None and self._results.is_due(known, job.request.scene):
-            self._results.offer_results(known, job.request.scene, [self.interim(job, snapshot)])
+            self._results.offer_result(known, job.request.scene, self.interim(job, snapshot))
 
     def dropped(self, job: Job, chunk: DropChunk) -> None:
         """Put single drops on record."""
@@ -122,7 +123,7 @@ class JobReports(JobListener):
             self._state.put(job_change(event, serialize_message(message)))
         current = self._part_of(job)
         if current is not None and message.drops > message.unsettled:
-            self._results.offer_results(current, job.request.scene, [message])
+            self._results.offer_result(current, job.request.scene, message)
             if job.request.hybrid:
                 self._results.keep_refinement(current, message, job.request.scene)
 

@@ -101,6 +101,8 @@ class Refinement:
 
     def _refine(self, known: KnownPart) -> None:
         """Refine a part's latched result in the background, if that is wanted and not done."""
+        if self._parts.current(known.part_id) is not known:
+            return
         settings = self._settings()
         drops = min(settings.refine_drops or settings.drops, settings.max_drops)
         scene, target = settings.scene(known.scene_override), settings.target_error

@@ -149,19 +149,14 @@ def is_given(message: PartMesh) -> bool:
 
 def part_message(request: part_requests.PartRequest, part_id: str, stamp: int) -> PartMesh:
     """What goes to the bag: flat arrays as received, under the part's final name."""
-    message = PartMesh()
+    message = PartMesh(
+        part_id=part_id, vertices=flat(request.vertices), triangles=flat(request.triangles, "I"),
+        unit=request.unit, restitution=request.restitution, drop_height=request.drop_height)
     message.header.stamp = times.time_message(stamp)
-    message.part_id = part_id
-    message.vertices = flat(request.vertices)
-    message.triangles = flat(request.triangles, "I")
-    message.unit, message.inertia.m = request.unit, request.mass
-    (message.inertia.com.x, message.inertia.com.y,
-     message.inertia.com.z) = (float(x) for x in request.center_of_mass)
-    tensor = request.inertia
-    for name, value in zip(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"),
-                           tensor[np.triu_indices(3)], strict=True):
-        setattr(message.inertia, name, float(value))
-    message.restitution, message.drop_height = request.restitution, request.drop_height
+    given, com = message.inertia, message.inertia.com
+    given.m, (com.x, com.y, com.z) = request.mass, map(float, request.center_of_mass)
+    (given.ixx, given.ixy, given.ixz, given.iyy, given.iyz, given.izz) = map(
+        float, request.inertia[np.triu_indices(3)])
     return message
 
 

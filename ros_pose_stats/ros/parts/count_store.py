@@ -140,31 +140,26 @@ class CountStore:
         return Health(bool(changed), text, {"kinds counted": len(counted), "parts counted": total,
                                             **changed})
 
-    def add_counts(self, known: known_part.KnownPart, counts: PoseCounts) -> bool:
-        """Learn from what a camera counted on this plate; false for what came before."""
+    def add_counts(self, known: known_part.KnownPart, shown: known_part.Shown,
+                   counts: PoseCounts) -> bool:
+        """Learn from what a camera counted on this plate; false for what came before.
+
+        The lock of the part's name is held since `counts` were compared with what is `shown`.
+        """
         if counts.plate not in ("", self._settings().plate):
             return True
-        ground = self._ground(counts)
-        with known.revisions.lock:
-            current = self._parts.current(known.part_id)
-            if current is None or current.digest != known.digest:
-                return True
-            # The same part may have come with another scene meanwhile, and show nothing yet.
-            shown, known = current.shown or known.shown, current
-            if shown is None:
-                return True
-            poses = len(shown.latched.poses)
-            known.counts = self._counts_on(known, ground, poses) or CellCounts(
-                ground, np.zeros(poses, np.int64), time.time_ns())
-            content = hashlib.sha256(str(counts).encode()).digest()[:16]
-            identity = known.counts.series.to_bytes(8, "big") + content
-            if self._state.get("counted", identity) is not None:
-                return False
-            if known.counts.add(counts):
-                flipped = [] if counts.from_pose < 0 else [_flips_row(known, known.counts)]
-                known.counts.change = self._state.put(
-                    self._counts_row(known, known.counts), *flipped,
-                    Change("counted", identity, (identity,)))
+        ground, poses = self._ground(counts), len(shown.latched.poses)
+        known.counts = self._counts_on(known, ground, poses) or CellCounts(
+            ground, np.zeros(poses, np.int64), time.time_ns())
+        content = hashlib.sha256(str(counts).encode()).digest()[:16]
+        identity = known.counts.series.to_bytes(8, "big") + content
+        if self._state.get("counted", identity) is not None:
+            return False
+        if known.counts.add(counts):
+            flipped = [] if counts.from_pose < 0 else [_flips_row(known, known.counts)]
+            known.counts.change = self._state.put(
+                self._counts_row(known, known.counts), *flipped,
+                Change("counted", identity, (identity,)))
         return True
 
     def _counts_on(self, known: known_part.KnownPart, ground: Ground,

@@ -107,8 +107,9 @@ class Intake:
         except (TakesLongError, NotDoneError):
             raise
         except PoseStatsError as refusal:
-            self._refusals.refuse(f"part of an earlier run{name}", str(refusal))
-            self._parts.forget(known, f"it is refused now: {refusal}")
+            if self._parts.current(known.part_id) is known:  # else nobody wants it any more
+                self._refusals.refuse(f"part of an earlier run{name}", str(refusal))
+                self._parts.forget(known, f"it is refused now: {refusal}")
         except Exception as error:
             self._log.error(f"a part of an earlier run{name} could not be built: "
                             f"{type(error).__name__}: {error}; a request tries again")

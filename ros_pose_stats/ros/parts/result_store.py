@@ -3,7 +3,7 @@
 import copy
 import math
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable
 from concurrent.futures import CancelledError
 from contextlib import suppress
 from dataclasses import replace
@@ -70,7 +70,7 @@ class ResultStore:
             known.shown = None
             return False
         with known.revisions.lock:
-            model = _labelled(shown.model, settings)
+            model = _labelled(known, settings, shown.model)
             last = model if shown.latched is shown.model else shown.latched
             known.shown = Shown(last, model, scene, time.monotonic())
             revisions = known.revisions
@@ -101,23 +101,20 @@ class ResultStore:
 
     def show_best(self, known: KnownPart) -> None:
         """Latch the best that is known for the part's present scene, at least an estimate."""
-        scene = self._settings().scene(known.scene_override)
-        self.offer_results(known, scene, self._candidates(known, scene))
-
-    def _candidates(self, known: KnownPart, scene: records.DropScene) -> Iterator[PoseStatistics]:
-        """All that could be shown of a part; each is looked up when those before were offered."""
-        best, settings = self._results.get(self._key(BEST, known, scene)), self._settings()
+        settings = self._settings()
+        scene = settings.scene(known.scene_override)
+        best = self._results.get(self._key(BEST, known, scene))
         if best is not None:
-            yield best
-        with known.revisions.lock:  # until it is offered, so that nothing comes in between
+            self.offer_result(known, scene, best)
+        with known.revisions.lock:  # so that nothing comes in between
             model = known.model_in(scene)
             if model is not None:
-                model = _labelled(model, settings)
+                model = _labelled(known, settings, model)
                 if model.drops and not model.job_id:
                     self._results.put(self._key(CHECKED, known, scene), model)
-                yield model
+                self.offer_result(known, scene, model)
         checked = self.checked(known, scene) if settings.default_method == AUTO else None
-        yield checked or self.estimate(known, "", scene)
+        self.offer_result(known, scene, checked or self.estimate(known, "", scene))
 
     def remembers(self, known: KnownPart, method: str, scene: records.DropScene) -> bool:
         """Whether an answer without a target is at hand; raises as `estimate`."""
@@ -157,7 +154,7 @@ class ResultStore:
                        else self.estimate(known, AUTO, scene))
             self._results.put(self._key(CHECKED, known, scene), message)
         if settings.default_method == AUTO:
-            self.offer_results(known, scene, [message])
+            self.offer_result(known, scene, message)
         return message
 
     def estimate(self, known: KnownPart, method: str, scene: records.DropScene) -> PoseStatistics:
@@ -202,20 +199,19 @@ class ResultStore:
                 and (known.shown is None
                      or time.monotonic() - known.shown.published >= SECONDS_BETWEEN))
 
-    def offer_results(self, known: KnownPart, scene: records.DropScene,
-                      candidates: Iterable[PoseStatistics]) -> None:
-        """Latch, one after the other, the results that are better than what is latched."""
-        for message in candidates:
-            with known.revisions.lock:
-                shown, model = known.shown, known.model_in(scene)
-                is_new = shown is None or not (message is shown.latched or message is shown.model)
-                better = (is_new and self._parts.current(known.part_id) is known
-                          and self._settings().scene(known.scene_override) == scene
-                          and (model is None or messages.replaces(message, model)))
-                if not (better and (message.final or self.is_due(known, scene))):
-                    continue
-                self._latch(known, message, scene)
-            self._results.put(self._key(BEST, known, scene), message)
+    def offer_result(self, known: KnownPart, scene: records.DropScene,
+                     message: PoseStatistics) -> None:
+        """Latch a result that is better than what is latched."""
+        with known.revisions.lock:
+            shown, model = known.shown, known.model_in(scene)
+            is_new = shown is None or not (message is shown.latched or message is shown.model)
+            better = (is_new and self._parts.current(known.part_id) is known
+                      and self._settings().scene(known.scene_override) == scene
+                      and (model is None or messages.replaces(message, model)))
+            if not (better and (message.final or self.is_due(known, scene))):
+                return
+            self._latch(known, message, scene)
+        self._results.put(self._key(BEST, known, scene), message)
 
     def _latch(self, known: KnownPart, model: PoseStatistics, scene: records.DropScene) -> None:
         """Show a result under a number above that of the one before, record and keep it."""
@@ -258,7 +254,7 @@ class Stores(NamedTuple):
     announcer: announcer.Announcer
 
 
-def _labelled(message: PoseStatistics, settings: Settings) -> PoseStatistics:
+def _labelled(known: KnownPart, settings: Settings, message: PoseStatistics) -> PoseStatistics:
     """The same with the present frame and plate; itself if it has them or was counted."""
     if message.method == OBSERVED or (
             message.plate, message.header.frame_id, message.plate_error) == (
@@ -267,5 +263,5 @@ def _labelled(message: PoseStatistics, settings: Settings) -> PoseStatistics:
     named = copy.copy(message)
     named.header = Header(stamp=message.header.stamp, frame_id=settings.plate_frame)
     named.plate, named.plate_error = settings.plate, settings.plate_error
-    named.revision += 1
+    named.revision = known.revisions.next()
     return named

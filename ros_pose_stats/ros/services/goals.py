@@ -15,9 +15,10 @@ from ...resting.poses import are_found
 from ..answering_node import SERVICE_QUALITY, AnsweringNode
 from ..base import Base
 from ..jobs import FlipRequest, Job, JobListener, Jobs, State, job_reports, run
-from ..lanes import done_with, words_of
+from ..lanes import words_of
 from ..messages.part_messages import flat
 from ..parts import part_builder, result_store
+from ..parts.intake import Intake
 from .services import Services
 
 FEEDBACK_SECONDS = 0.1
@@ -134,7 +135,8 @@ class GoalServer(ABC):
             if not goals or job.job_id in self._begun:
                 return
             self._begun.add(job.job_id)
-        self._execute(goals[0], job)
+            first = goals[0]
+        self._execute(first, job)
 
     def _complete(self, job: Job) -> None:
         """End the goals of a job that has ended."""
@@ -205,9 +207,10 @@ class SimulateDropsServer(GoalServer):
 class SimulateFlipsServer(GoalServer):
     """Goals that are flips."""
 
-    def __init__(self, base: Base, stores: result_store.Stores, jobs: Jobs,
+    def __init__(self, base: Base, stores: result_store.Stores, intake: Intake, jobs: Jobs,
                  reports: run.FlipReports) -> None:
-        self._settings, self._parts, self._reports = base.settings, stores.parts, reports
+        self._settings, self._parts, self._intake = base.settings, stores.parts, intake
+        self._reports = reports
         super().__init__(base.node, SimulateFlips, "simulate_flips", jobs, reports)
 
     def start_job(self, request: Any) -> Job:
@@ -218,13 +221,14 @@ class SimulateFlipsServer(GoalServer):
             raise RequestError("a kick_height of 0 m or more, for the parameter flip_height is 0",
                                f"{request.kick_height:g}", "half the part's radius flips most "
                                "parts")
-        scene = settings.scene(known.scene_override)
-        if not part_builder.is_large(known.part) or are_found(known.part, scene):
+        scene, coming = settings.scene(known.scene_override), self._intake.built(known)
+        if known.source.is_built and (
+                not part_builder.is_large(known.part) or are_found(known.part, scene)):
             run.flips_in_all(run.pose_count(known.part, scene), request.drops, settings)
         return self._jobs.submit(
             FlipRequest(known.part_id, known.content, scene, request.drops, request.seed,
                         0.0, settings.max_job_seconds, kick_height=kick),
-            done_with(known), settings)
+            coming, settings)
 
     def feedback(self, job: Job) -> Any:
         """How far the flips are."""

@@ -188,14 +188,12 @@ class Services:
         latched = [shown.latched for known in chosen if (shown := known.shown) is not None]
         response.statistics = latched
         if request.heights and latched:
-            response.outlines = yield self._outlines.begin(chosen[0].part, latched[0],
-                                                           request.heights)
+            known = yield self._intake.built(chosen[0])
+            response.outlines = yield self._outlines.begin(known.part, latched[0], request.heights)
 
     def forget(self, request: Any, response: Any) -> None:
         """Forget a part."""
-        known = self._parts.known(request.part_id)
-        self._jobs.cancel_refinement(request.part_id, "the part was forgotten")
-        if not self._parts.forget(known):
+        if not self._parts.forget(self._parts.known(request.part_id)):
             response.message = self._announcer.not_recorded()
 
     def get(self, request: Any, response: Any) -> None:

@@ -1,6 +1,7 @@
 """Parameters while the node runs: what is refused, and what a change changes."""
 
 import math
+from itertools import pairwise
 
 import pytest
 import yaml
@@ -109,6 +110,7 @@ class TestScene:
             joiner.wait(part_id, lambda told: told.header.frame_id == "tray")
             tuned.set(cluster_tolerance=0.1)
             coarse = joiner.wait(part_id, lambda told: told.cluster_tolerance == 0.1)
+            assert all(b.revision > a.revision for a, b in pairwise(joiner.of(part_id)))
         assert len(coarse.poses) < len(first.poses)
 
     def test_running_jobs_keep_their_snapshot(self, tuned):

@@ -112,7 +112,8 @@ def test_a_process_that_does_not_start_is_given_up(tmp_path, monkeypatch):
         WorkerProcess(0.2)
 
 
-def test_an_older_mesh_of_a_name_comes_first_though_it_takes_long(lanes):
+@pytest.mark.parametrize("rank", [Rank.SENT, Rank.PUBLISHED])
+def test_an_older_mesh_of_a_name_comes_first_though_it_takes_long(lanes, rank):
     begun, may_end, order = threading.Event(), threading.Event(), []
 
     def build():
@@ -124,7 +125,7 @@ def test_an_older_mesh_of_a_name_comes_first_though_it_takes_long(lanes):
 
     older = lanes.put(build, Rank.PUBLISHED, Lane.QUICK, 0, "clamp")
     assert begun.wait(60.0)
-    newer = lanes.put(partial(order.append, "newer"), Rank.PUBLISHED, Lane.SLOW, 0, "clamp")
+    newer = lanes.put(partial(order.append, "newer"), rank, Lane.SLOW, 0, "clamp")
     may_end.set()
     assert [older.result(60.0), newer.result(60.0), order] == [None, None, ["older", "newer"]]
 

@@ -20,6 +20,11 @@ WEDGE = np.asarray(_HULL.vertices), np.asarray(_HULL.faces)
 """A body with several stable poses and no symmetry, in metres."""
 
 
+def scaled(factor):
+    """The wedge in another size."""
+    return factor * WEDGE[0], WEDGE[1]
+
+
 def fine_box(triangles, length=0.04):
     """A box of 4 : 3 : 2 whose faces are grids of about so many triangles, with eight corners."""
     cells = max(1, round((triangles / 12) ** 0.5))

@@ -10,12 +10,7 @@ from ..harness.cell import MeshPublisher, latched
 from ..harness.client import until
 from ..harness.jobs import LONG, cancelled, finished, known_part, running_with_results, start
 from ..harness.listed import recorded_of
-from ..harness.parts import WEDGE, flat, library_part, nested, new_id, whole
-
-
-def scaled(factor):
-    vertices, triangles = WEDGE
-    return factor * vertices, triangles
+from ..harness.parts import WEDGE, flat, library_part, nested, new_id, scaled, whole
 
 
 @pytest.fixture
@@ -41,15 +36,6 @@ class TestCopies:
             assert whole(joiner.of(part_id)[-1]) == whole(before)
             assert {message.part_digest for message in joiner.of(part_id)} == {before.part_digest}
         assert len(recorded_of(shared_node, "part_mesh", part_id)) == 1
-
-    def test_with_other_wishes_are_estimated_again(self, cell, publisher):
-        part_id = new_id()
-        publisher.publish(flat(WEDGE, part_id))
-        before = latched(cell, part_id)
-        publisher.publish(flat(WEDGE, part_id, restitution=0.2, drop_height=1.0))
-        shown = until(lambda: (told := latched(cell, part_id)).restitution == 0.2 and told)
-        assert shown.part_digest == before.part_digest
-        assert shown.revision > before.revision
 
 
 class TestNewMeshes:

@@ -42,16 +42,6 @@ def test_a_client_s_job_is_served_first_and_the_refinement_completes(tuned):
     assert finished(tuned, refinement).statistics.drops == 60_000
 
 
-def test_a_client_s_job_goes_before_waiting_refinements(tuned):
-    blocker = start(tuned, known_part(tuned), LONG)
-    tuned.set(refine_drops=LONG)
-    part_id = known_part(tuned)
-    refinement, asked = only_job_of(tuned, part_id), start(tuned, part_id, 200)
-    tuned.good("cancel_drop_simulation", job_id=blocker)
-    finished(tuned, asked)
-    assert get(tuned, refinement).state in UNFINISHED
-
-
 def test_a_change_of_the_parameter_refines_known_parts(tuned):
     parts = [known_part(tuned) for _ in range(2)]
     tuned.set(refine_drops=2000)

@@ -19,7 +19,7 @@ from ..harness.cell import MeshPublisher, cell_of, latched
 from ..harness.client import Client, until
 from ..harness.jobs import known_part
 from ..harness.node import Running
-from ..harness.parts import WEDGE, flat, library_part, mesh, nested, new_id
+from ..harness.parts import WEDGE, flat, library_part, mesh, new_id
 
 BOX = shapes.box(20.0, 30.0, 40.0)
 TOPICS = "[/cad/bracket, gear=/cad/wheel, early=/cad/early]"
@@ -92,13 +92,6 @@ def test_a_mesh_by_the_file_that_holds_it(cell, clamp):
         assert said in cell.refused("estimate", part=PartMesh(mesh_resource=name))
 
 
-@pytest.mark.parametrize(("make", "is_latched"), [(flat, False), (nested, True)])
-def test_part_meshes(cell, make, is_latched):
-    part_id = new_id()
-    MeshPublisher(cell, latched=is_latched).matched().publish(make(WEDGE, part_id))
-    assert latched(cell, part_id).part_digest == library_part(WEDGE).digest
-
-
 def test_a_nameless_part_is_named_by_its_digest(cell):
     surface = 1.23 * WEDGE[0], WEDGE[1]
     digest = library_part(surface).digest
@@ -116,14 +109,6 @@ def test_unit_and_mass_properties(cell):
     expected = library_part(large, unit=0.001, mass=0.2, inertia=tensor,
                             center_of_mass=(0.02, 0.014, 0.007))
     assert latched(cell, part_id).part_digest == expected.digest
-
-
-def test_times_and_frames_of_meshes_do_not_matter(cell):
-    part = flat(WEDGE, new_id())
-    part.header.stamp.sec, part.header.frame_id = -5, "anywhere"
-    MeshPublisher(cell).matched().publish(part)
-    found = latched(cell, part.part_id)
-    assert found.header.frame_id == "plate" and found.header.stamp.sec > 0
 
 
 def test_the_unit_of_standard_meshes_follows_the_parameter(tuned):
@@ -183,6 +168,12 @@ class TestTheCommand:
             done = call("publish", path, "--unit", "m", "--part-id", part_id, "--drop-height",
                         height, "--json")
             assert strict_json(done.stdout)["drop_height"] == height
+
+    def test_a_method_that_knows_no_heights_answers_whatever_the_height(self, tuned, wedge):
+        assert tuned.set(default_method="csae") == {}
+        done = call("publish", wedge, "--unit", "m", "--topic", f"{tuned.prefix}/part_mesh",
+                    "--drop-height", 0.3, "--seconds", 60, "--json")
+        assert strict_json(done.stdout)["method"] == "csae"
 
     def test_show_names_the_parts_that_there_are_and_says_where_nobody_answers(self, cell):
         assert known_part(cell) in refusal("show", "nothing of that name")

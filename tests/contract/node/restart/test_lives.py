@@ -10,14 +10,11 @@ from shape_msgs.msg import Mesh
 from ..harness.bags import assert_readable_by_others, bags_of, recorded
 from ..harness.camera import counted, counting, learnt
 from ..harness.cell import Health, MeshPublisher, cell_of, latched
-from ..harness.client import CANCELLED, until
+from ..harness.client import CANCELLED, until, wait_for
 from ..harness.jobs import LONG, finished, get, running_with_results, start
 from ..harness.node import NodeProcess
-from ..harness.parts import WEDGE, counts, flat, library_part, mesh, probabilities, whole
-
-
-def scaled(factor):
-    return factor * WEDGE[0], WEDGE[1]
+from ..harness.parts import WEDGE, counts, flat, library_part, mesh, probabilities, scaled, whole
+from ..harness.slow import builder_at_work, ellipsoid, standing
 
 
 def shown(client):
@@ -27,7 +24,7 @@ def shown(client):
 
 def first_life(client):
     """Parts of all kinds."""
-    client.good("estimate", part=flat(WEDGE, "estimated"))
+    client.good("estimate", part=flat(WEDGE, "estimated", restitution=-0.0))
     client.good("estimate", part=flat(scaled(1.1), "simulated"))
     finished(client, start(client, "simulated", 5000, seed=3))
     client.good("estimate", part=flat(WEDGE, "own scene", restitution=0.2, drop_height=1.5))
@@ -209,3 +206,19 @@ def test_bags_may_go_and_a_new_scene_is_estimated(lives, third, begin, folder):
         line, values = Health(client).line("recording")
         assert values["state file set aside"].startswith(f"{file.name}.unreadable-")
         assert values["state file set aside"] in line.message
+
+
+def test_large_parts_that_are_still_to_be_built_hold_up_nobody(domain, tmp_path):
+    """Nor is one refused that is not wanted any more."""
+    with cell_of(domain, tmp_path, "large") as (_, client):
+        for part_id in ("unwanted", "asked for", "first"):
+            client.good("estimate", part=flat(ellipsoid(12_000), part_id))
+    with cell_of(domain, tmp_path, "large") as (node, client):
+        with standing(builder_at_work(node.process.pid)):
+            outlines = [client.send("get_statistics", part_id="asked for", heights=[-1.0])
+                        for _ in range(5)]
+            client.good("forget_part", part_id="unwanted")
+            assert not any(answer.done() for answer in outlines)
+        assert all(wait_for(answer).outlines for answer in outlines)
+        _, values = Health(client).line("parts", lambda _, values: values["meshes waiting"] == "0")
+        assert values["refused"] == "0"
