@@ -30,7 +30,7 @@ def first_life(client):
     client.good("estimate", part=flat(WEDGE, "own scene", restitution=0.2, drop_height=1.5))
     finished(client, start(client, "own scene", 2000, seed=4))
     client.good("estimate", part=flat(WEDGE, "refined"))
-    finished(client, start(client, "refined", 100_000, target_error=0.01))
+    finished(client, start(client, "refined", 100_000, target_error=0.02))
     for factor in (1.2, 1.3, 1.2):
         client.good("estimate", part=flat(scaled(factor), "back again"))
     for part_id in ("forgotten", "remembered"):
