@@ -32,18 +32,13 @@ GAP = 0.6  # between the parts, in radii
 LETTER = 0.35  # height of the labels, in radii
 
 
-def poses_each(parts: int) -> int:
-    """How many poses of each of so many parts are drawn."""
-    return max(1, min(MOST_POSES, MOST_DRAWN // max(parts, 1)))
-
-
-def marker_array(rows: Sequence[tuple[PoseStatistics, Array]]) -> bytes:
-    """Serialised markers, one row a part with its triangles, its poses side by side."""
+def marker_array(rows: Sequence[tuple[PoseStatistics, Array]], most: int) -> bytes:
+    """Serialised markers, a row a part with its triangles, at most so many poses side by side."""
     markers = [drawing.Marker(action=drawing.DELETE_ALL)]
     y = 0.0
     for result, triangles in rows:
         y -= result.radius * (1.0 + 0.5 * GAP) if markers[1:] else 0.0
-        markers += _row(result, triangles, y, poses_each(len(rows)))
+        markers += _row(result, triangles, y, most)
         y -= result.radius * (1.0 + 0.5 * GAP)
     return drawing.marker_array_message(markers)
 
@@ -176,11 +171,11 @@ class Announcer:
         with self._lock:
             rows = [(known, known.shown.latched) for _, known in sorted(self._shown.items())
                     if known.source.is_built and known.shown is not None]
-        each = poses_each(len(rows))
+        each = max(1, min(MOST_POSES, MOST_DRAWN // max(len(rows), 1)))
         drawn = sum(min(len(result.poses), each) for _, result in rows)
         most = next((fine for fine in FINENESS if fine * drawn <= MOST_TRIANGLES), FINENESS[-1])
         self._markers.publish(marker_array(
-            [(result, visible_triangles(known.part, most)) for known, result in rows]))
+            [(result, visible_triangles(known.part, most)) for known, result in rows], each))
 
     def record(self, topic: str, known: KnownPart, message: PoseStatistics) -> PoseStatistics:
         """Put a result on record before anybody has it; the same, with a warning if that fails."""
