@@ -3,7 +3,7 @@
 import os
 import sys
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
 from functools import partial
 from typing import Any
@@ -12,7 +12,6 @@ import rclpy
 from rclpy import exceptions, executors, signals
 
 from ..errors import PoseStatsError
-from ..kernels.compilation import all_kernels, compile_missing, filling_store, prepare_kernels
 from . import camera_counts, restore
 from .answering_node import AnsweringNode
 from .base import Base
@@ -25,11 +24,18 @@ from .refusals import COUNTS, Refusals, publish_diagnostics
 from .services import cell, goals, services
 from .settings import Parameters, Settings
 from .state import OF_PARTS, Change, State
-from .stop_signals import StopSignals
+from .stop_signals import StopSignals, within
 
 PARTING_SECONDS = 0.1  # nobody has been answered for so long when the node stops answering
 LAST_SECONDS = 0.6  # requests that wait for their turn when the node ends are refused in that time
 MENDING_SECONDS = 1.0  # a start waits for the bags of earlier runs to be mended for so long
+REFUSED = 2
+FAILED = 1
+THREADS = 8
+RESTORE_SECONDS = 1.5  # the first client is let wait so long for parts whose scene is a new one
+END_SECONDS = 1.4  # jobs, goals and clients that wait are seen off in that time
+SAVE_SECONDS = 0.4  # to commit the state and finish the bag, where the rest took too long
+SWITCH_SECONDS = 0.001  # threads that wait for the interpreter get it this soon
 
 
 class PoseStatsNode(AnsweringNode):
@@ -40,33 +46,34 @@ class PoseStatsNode(AnsweringNode):
         follow_clock(self.get_clock())
         self.table = Parameters(self, self._on_change)
         settings, log, name = self._settings, self.get_logger(), self.get_fully_qualified_name()
-        # What outlives the node, and what the last one left.
+        # What the node keeps, its bag, and what the last run left.
         self.state = state = State(settings().state_path(name), restore.definitions(),
                                    restore.as_of_today, log.warning)
         self.recorder = recorder = Recorder(settings(), name, state, log.warning)
         tail = restore.tail_of(state, log.warning)
         ended, cancelled = restore.restore_jobs(state, tail, settings())
-        # Parts, and what is known of them.
+        # What all others work with.
         self.lanes = lanes = Lanes(lambda: settings().max_mesh_bytes)
         refusals = Refusals(log.warning)
         base = Base(self, settings, state, recorder, refusals, lanes)
-        self.builder, self.outlines = part_builder.PartBuilder(base), part_builder.Outlines(base)
+        # Parts and their results.
+        self.builder = part_builder.PartBuilder(base)
         board = announcer.Announcer(base)
         self.parts = parts = part_store.PartStore(base, board, self.builder)
         counts = count_store.CountStore(base, parts)
         self.results = results = result_store.ResultStore(base, parts, counts, board)
         stores = result_store.Stores(parts, counts, results, board)
-        # Work in the background. Goals may flip for minutes: ~/feeding does not wait for them.
-        reports = job_reports.JobReports(base, stores)
+        # Simulations. Goals may flip for minutes: ~/feeding does not wait for them.
+        reports, flips = job_reports.JobReports(base, stores), run.FlipReports()
         prefix = recorder.log.directory.name.removeprefix("pose_stats_")
         self.jobs = jobs = Jobs(prefix, reports, log.error)
         jobs.add_ended(ended)
-        flips = run.FlipReports()
         self.flip_jobs = (Jobs(f"{prefix}_flips", flips, log.error, run.run_flips),
                           Jobs(f"{prefix}_feeding", flips, log.error, run.run_flips))
         refiner = refinement.Refinement(base, stores, jobs)
+        # Meshes and cameras; nothing is heard before the executor has the node.
         self.intake = intake.Intake(base, stores, self.builder, refiner.follow)
-        # The way in; nothing is heard before the executor has the node.
+        intake.subscribe_to_meshes(base, self.intake)
         self.cameras = camera_counts.Cameras(base, stores)
         if settings().restore:
             parts.restore()
@@ -81,14 +88,15 @@ class PoseStatsNode(AnsweringNode):
         state.commit()
         restore.record_cancelled(cancelled, recorder, state, log.warning)
         self._mending = threading.Thread(target=recorder.mend_bags, name="mend bags", daemon=True)
-        intake.subscribe_to_meshes(base, self.intake)
+        # Services and actions, what a feeder is to do, and plates.
+        self.outlines = part_builder.Outlines(base)
         asked = services.Services(base, stores, self.intake, refiner, jobs, reports, self.outlines)
-        cell.FeedingService(base, stores, self.flip_jobs[1], flips)
-        cell.PlateFits(base, stores, self.table.use_plate)
         self.actions = [goals.SimulateDropsServer(base, asked, jobs, reports),
                         goals.SimulateFlipsServer(base, stores, self.intake, self.flip_jobs[0],
                                                   flips)]
-        # Once a second.
+        cell.FeedingService(base, stores, self.flip_jobs[1], flips)
+        cell.PlateFits(base, stores, self.table.use_plate)
+        # Once a second: what was counted, the disk, and how the node is.
         steady_timer(self, 1.0, self._write_down)
         publish_diagnostics(self, {
             "parts": lambda: refusals.health(len(parts.all()), lanes.waiting()),
@@ -148,16 +156,6 @@ class PoseStatsNode(AnsweringNode):
             self.get_logger().info(f"recorded to {self.recorder.log.directory}")
 
 
-REFUSED = 2
-FAILED = 1
-THREADS = 8
-RESTORE_SECONDS = 1.5  # the first client is let wait so long for parts whose scene is a new one
-END_SECONDS = 1.4  # jobs, goals and clients that wait are seen off in that time
-SAVE_SECONDS = 0.4  # to commit the state and finish the bag, where the rest took too long
-SECONDS_BETWEEN = 5.0  # between lines of how many kernels are compiled
-SWITCH_SECONDS = 0.001  # threads that wait for the interpreter get it this soon
-
-
 def run_node(stop: StopSignals, arguments: Sequence[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM, and then end the process with status 0.
 
@@ -196,8 +194,8 @@ class Life:
         """Live until the end is asked for, and end the process."""
         self._living.start()
         self._stop.wait()
-        if not _within(END_SECONDS, self._end):
-            _within(SAVE_SECONDS, self._node.save)
+        if not within(END_SECONDS, self._end):
+            within(SAVE_SECONDS, self._node.save)
         if self._failure is not None:
             print(f"pose_stats: internal failure: {self._failure!r}", file=sys.stderr)
         sys.stdout.flush()
@@ -207,7 +205,7 @@ class Life:
     def _live(self) -> None:
         """Load the kernels before anything is computed, and answer."""
         try:
-            warm_up(self._node.get_logger().info)
+            part_builder.warm_up(self._node.get_logger().info)
             if self._stop.asked:
                 return
             self._node.start()
@@ -238,29 +236,3 @@ class Life:
         self._executor._executor.shutdown(wait=True)  # for which rclpy 7.1.6 does not wait
         self._node.destroy_node()
         rclpy.try_shutdown()
-
-
-def _within(seconds: float, act: Callable[[], object]) -> bool:
-    """Whether something is done within some seconds; if not it goes on, and nobody waits."""
-    done = threading.Event()
-
-    def do() -> None:
-        act()
-        done.set()
-
-    doing = threading.Thread(target=do, name="end", daemon=True)
-    doing.start()
-    doing.join(seconds)
-    return done.is_set()
-
-
-def warm_up(say: Callable[..., object]) -> None:
-    """Have the machine code of every kernel at hand; says if that takes a minute or more."""
-    def fill() -> None:
-        say("compiling kernels, once for all later starts; it takes a minute or two")
-        compile_missing(lambda done, total: say(f"{done} of {total} kernels compiled",
-                                                throttle_duration_sec=SECONDS_BETWEEN))
-
-    all_kernels()
-    with filling_store(fill):
-        prepare_kernels()

@@ -3,7 +3,9 @@
 import math
 import queue
 import signal
+import threading
 import time
+from collections.abc import Callable
 
 GLANCE_SECONDS = 0.5  # Python handles signals between waits of its main thread
 
@@ -35,3 +37,17 @@ class StopSignals:
             except queue.Empty:
                 continue
         return self.asked
+
+
+def within(seconds: float, act: Callable[[], object]) -> bool:
+    """Whether something is done within some seconds; if not it goes on, and nobody waits."""
+    done = threading.Event()
+
+    def do() -> None:
+        act()
+        done.set()
+
+    doing = threading.Thread(target=do, name="end", daemon=True)
+    doing.start()
+    doing.join(seconds)
+    return done.is_set()

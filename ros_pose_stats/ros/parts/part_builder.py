@@ -12,7 +12,7 @@ from ros_pose_stats_msgs.msg import PoseOutline, PoseStatistics
 from ... import errors, methods
 from ...batch.worker import ProcessDiedError, TookLongError, Worker
 from ...estimators.estimate import estimate_in
-from ...kernels.compilation import all_kernels, prepare_kernels
+from ...kernels.compilation import all_kernels, compile_missing, filling_store, prepare_kernels
 from ...mesh import decimation, overlap
 from ...records import DropScene, Part
 from ...resting.outlines import outline_at
@@ -28,12 +28,25 @@ CORNERS = 3  # vertices a triangle where each has its own
 HERE_SECONDS = 0.05  # for looking in the node how the bodies of a mesh lie to each other
 BUDGET_SECONDS = 60.0  # for one mesh
 NICENESS = 10  # drops and answers come first
+SECONDS_BETWEEN = 5.0  # between lines of how many kernels are compiled
 
 
 def is_large(mesh: PartRequest | Part) -> bool:
     """Whether a mesh may take longer than others should wait."""
     return (len(mesh.triangles) > LARGE_TRIANGLES
             or len(mesh.vertices) > CORNERS * LARGE_TRIANGLES)
+
+
+def warm_up(say: Callable[..., object]) -> None:
+    """Have the machine code of every kernel at hand; says if that takes a minute or more."""
+    def fill() -> None:
+        say("compiling kernels, once for all later starts; it takes a minute or two")
+        compile_missing(lambda done, total: say(f"{done} of {total} kernels compiled",
+                                                throttle_duration_sec=SECONDS_BETWEEN))
+
+    all_kernels()
+    with filling_store(fill):
+        prepare_kernels()
 
 
 def prepare() -> None:
