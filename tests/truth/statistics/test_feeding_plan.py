@@ -94,7 +94,7 @@ def test_the_rate_is_that_of_parts_followed_one_by_one(dropped, flips):
 def test_no_other_policy_takes_less_time(dropped, flips):
     """All sets of poses to flip, by the equations of the time that a part takes."""
     plate = feeding_plan.Plate(CELL, PICKED, feeding_plan.pose_groups.pose_shares(dropped),
-                               by_index(dropped, "outline"), 0.05)
+                               dropped.by_index.values(), 0.05)
     moves, shares, parts = flips[1].transition, np.array(by_index(dropped, "probability")), 8
     free = plate.picked * plate.fill(shares).free(np.array([parts]))[0]
     kick = (CELL.cycle_time + CELL.drop_time + CELL.camera_time) / parts
@@ -128,17 +128,31 @@ def test_the_interval_is_that_of_redrawn_shares(dropped, flips):
 
     def plate(probability):
         return feeding_plan.Plate(CELL, PICKED, shares._replace(probability=probability),
-                                  by_index(alone, "outline"), 0.03)
+                                  alone.by_index.values(), 0.03)
 
     told = plate(shares.probability).plan(kick, 4)
     random, drops, rates = np.random.default_rng(8), plate(shares.probability)._drops, []
-    number = drops(shares.shares, shares.drops)
+    number = drops(shares.probability, shares.drops, 0.03)
     for _ in range(200):
         units = random.dirichlet(number * shares.shares)
-        rows = np.array([random.dirichlet(drops(np.bincount(shares.unit, row), count) * row + 1e-9)
+        rows = np.array([random.dirichlet(drops(row, count, feeding_plan.FLIPS_ERROR) * row + 1e-9)
                          for row, count in zip(moves, settled, strict=True)])
         again = units[shares.unit] / np.bincount(shares.unit)[shares.unit]
         rates.append(plate(again).plan(replace(kick, transition=rows), 4).per_minute.value)
     width = np.diff(np.quantile(rates, [0.05, 0.95]))[0]
     # The quantiles of 200 draws are known to some 10 %, and the first order errs by as much.
     assert told.per_minute.high - told.per_minute.low == pytest.approx(width, rel=0.3)
+
+
+def test_landings_that_were_seen_tell_nothing_of_flips(dropped, flips):
+    """A kick is as unsure as before, but for what landings are on its plate."""
+    model, seen = (feeding_plan.plan_feeding(replace(dropped, observed=parts), WANTED, CELL,
+                                             flips[2:]).best.per_minute for parts in (0, 10**6))
+    assert 0.7 < (seen.high - seen.low) / (model.high - model.low) <= 1.0
+
+
+def test_no_more_is_picked_than_is_dropped():
+    coin = estimate(part_from_mesh(*shapes.cylinder(64, 0.01, 0.0015)), "split")
+    cell = feeding_plan.FeederCell(20.0, ROOM, pick_time=0.0, camera_time=0.0, drop_time=0.0)
+    told = feeding_plan.plan_feeding(coin, [0, 1], cell).best.per_minute
+    assert told.low < 19.0 < told.value < told.high <= 20.0 + 1e-9
