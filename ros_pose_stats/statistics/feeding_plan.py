@@ -212,7 +212,8 @@ class Plate:
 
     def fill(self, shares: Array) -> PlateFill:
         """Room among parts that lie in these shares."""
-        return plate_fill([pose.outline for pose in self.poses], shares, self.cell.plate, self.cell.clearance)
+        return plate_fill([pose.outline for pose in self.poses], shares, self.cell.plate,
+                          self.cell.clearance)
 
     def plan(self, kick: FlipStatistics | None, most: int = MOST_KICKS) -> KickPlan:
         """The best numbers of parts and of kicks, at most `most`, and what they give."""
@@ -258,7 +259,8 @@ class Plate:
         """Relative standard error of the parts that a cycle picks.
 
         To first order in the shares of dropped parts and in the rows of the moves, each off by
-        its own counts and by the error of the plate or of its flips. `lying` (R + 1, K): how parts lie at each picture.
+        its own counts and by the error of the plate or of its flips. `lying` (R + 1, K): how parts
+        lie at each picture.
         """
         fresh, picks = self.dropped.probability, float((lying @ seen).sum())
         counted = self._drops(fresh, self.dropped.drops, self.plate_error)

@@ -85,9 +85,10 @@ def test_the_first_line_is_as_sure_as_it_says(gain, right):
     best, kept = {one.number for one in found.best[:5]}, []
     for _ in range(600):
         ends = [random.choice(3, 2000, p=(0.86 - gain, 0.07, 0.07 + gain)) for _ in found.effects]
-        told = re.search(r"by drops \((\S+) to (\S+)\)", describe_gain(replace(found, effects=tuple(
+        line = describe_gain(replace(found, effects=tuple(
             replace(one, check=paired_difference(end == 1, end == 2)) if one.number in best
-            else one for one, end in zip(found.effects, ends, strict=True)))))
+            else one for one, end in zip(found.effects, ends, strict=True))))
+        told = re.search(r"by drops \((\S+) to (\S+)\)", line)
         kept.append(told is None if gain == 0.0 else
                     told is not None and float(told[1]) <= 100.0 * gain <= float(told[2]))
     assert len(best) == 5 and right - 0.03 <= np.mean(kept) <= right + 0.04
