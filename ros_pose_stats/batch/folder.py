@@ -48,13 +48,8 @@ class WorkFolder:
         if not self._has_work():
             with suppress(OSError):  # leftovers do no harm
                 self._claimed.unlink(missing_ok=True)
-            self.leave()
+                files.remove_empty(self.directory)
         self._lock.release()
-
-    def leave(self) -> None:
-        """Delete the folder if nothing but the lock is in it."""
-        with suppress(OSError):  # leftovers do no harm
-            files.remove_empty(self.directory)
 
     def _claim(self, request: dict[str, Any], what: str) -> None:
         """Write what is asked for, or find the same there."""

@@ -1,13 +1,10 @@
 """`feeding`: the library's plan, a table of its kicks, and refusals."""
 
 import re
-import warnings
 
 import pytest
 
 from ros_pose_stats import FeederCell, estimate, load_part, plan_feeding, simulate_flips
-from ros_pose_stats.plots.shares import kick_figure
-from ros_pose_stats.statistics.feeding import Bounded
 from tests.running import answer, answer_json, refusal
 
 ASKED = "--plate", "300mm", 0.2, "--flips", 60, "--kicks", 0.02, 0.005
@@ -33,12 +30,7 @@ def test_the_table_and_a_picture_mark_the_best_kick(box, tmp_path):
     assert imread(tmp_path / "kicks.png").std() > 0.0
     assert sum(line.endswith("best") for line in lines) == 1
     assert any(line.startswith("WANTED_ALIKE: pose 1 looks the same as pose 0") for line in lines)
-
-
-def test_a_single_kick_is_drawn_without_a_complaint():
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        assert kick_figure("box", 60.0, 1.0, Bounded(9, 8, 10), [(0.01, Bounded(12, 11, 13))]).axes
+    answer("feeding", *box, "--wanted", 0, *ASKED[:-1], "--png", tmp_path / "one.png")
 
 
 @pytest.mark.parametrize(("options", "words"), [

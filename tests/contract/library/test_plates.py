@@ -77,15 +77,6 @@ def test_the_file_stays_where_it_is_with_what_else_it_holds(fitted):
                                                                              ".yaml")]
 
 
-def test_a_file_that_would_not_be_read_again_is_not_written(folder, fitted):
-    full = folder / "full.yaml"
-    full.write_text("plates:\n" + "".join(f"  p{k}: {{}}\n" for k in range(256)))
-    before = full.read_text()
-    line = refusal("fit", folder / "a-c-0.2.csv", "--plate", "glass", "--plates", full)
-    assert "at most 256 plates" in line
-    assert full.read_text() == before
-
-
 def test_a_plate_unlike_the_model_is_said_to_be_so(folder, fitted):
     """A fifth of each part is moved from the most frequent pose to the rarest."""
     moved = folder / "moved.csv"

@@ -1,7 +1,5 @@
 """Counted flips beside the model's: closed forms, redrawn rows, poses that look alike."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

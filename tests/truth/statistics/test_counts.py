@@ -1,7 +1,5 @@
 """Tests of counts: chi-square and paired differences, against scipy, by hand, and on draws."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

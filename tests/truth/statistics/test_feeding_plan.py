@@ -10,6 +10,7 @@ from ros_pose_stats import estimate, part_from_mesh, simulate_flips
 from ros_pose_stats.statistics import feeding_plan
 from ros_pose_stats.statistics.feeding_plan import plate_fill
 from study import shapes
+from tests.bodies import by_index
 
 ROOM = 0.3, 0.2
 WANTED, PICKED = [0, 1], np.array([1.0, 1.0, 0.0, 0.0, 0.0, 0.0])
@@ -29,11 +30,6 @@ def dropped(part):
 @pytest.fixture(scope="module")
 def flips(part):
     return [simulate_flips(part, kick, 300, seed=3) for kick in (0.0, 0.01, 0.02)]
-
-
-def by_index(statistics, name):
-    """A value of the poses."""
-    return [getattr(pose, name) for pose in sorted(statistics.poses, key=lambda pose: pose.index)]
 
 
 def test_on_a_wide_plate_the_closed_form():
@@ -79,8 +75,9 @@ def simulated_rate(plan, shares, moves, free, cycles, seed):
 
 def test_the_rate_is_that_of_parts_followed_one_by_one(dropped, flips):
     plan = feeding_plan.plan_feeding(dropped, WANTED, CELL, flips)
-    shares = np.array(by_index(dropped, "probability"))
-    free = plate_fill(by_index(dropped, "outline"), shares, ROOM, CELL.clearance)
+    shares = by_index(dropped)
+    outlines = [pose.outline for pose in dropped.by_index.values()]
+    free = plate_fill(outlines, shares, ROOM, CELL.clearance)
     for option in plan.options:
         moves = next((found.transition for found in flips
                       if found.kick_height == option.kick_height), np.eye(len(shares)))
@@ -95,7 +92,7 @@ def test_no_other_policy_takes_less_time(dropped, flips):
     """All sets of poses to flip, by the equations of the time that a part takes."""
     plate = feeding_plan.Plate(CELL, PICKED, feeding_plan.pose_groups.pose_shares(dropped),
                                dropped.by_index.values(), 0.05)
-    moves, shares, parts = flips[1].transition, np.array(by_index(dropped, "probability")), 8
+    moves, shares, parts = flips[1].transition, by_index(dropped), 8
     free = plate.picked * plate.fill(shares).free(np.array([parts]))[0]
     kick = (CELL.cycle_time + CELL.drop_time + CELL.camera_time) / parts
     drop = 60.0 / CELL.rate + (CELL.drop_time + CELL.camera_time) / parts
