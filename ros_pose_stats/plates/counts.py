@@ -54,11 +54,12 @@ def count_part(part: Part, counts: Mapping[int, int], *,
     poses = len(resting_poses(part, cluster_tolerance, round_sides).poses)
     count = np.zeros(poses, dtype=np.int64)
     for index, number in dict[Any, Any](counts).items():
-        if isinstance(index, bool) or not isinstance(index, Integral) or not 0 <= index < poses:
+        if isinstance(index, bool) or not isinstance(index, Integral) or (
+                not 0 <= int(index) < poses):
             raise RequestError(f"poses 0 to {poses - 1} of {part.part_id}", f"{index!r}",
                                "count with the numbers that estimate shows, at the same cluster "
                                "tolerance and round sides")
-        if not isinstance(number, Integral) or not 0 <= number <= MOST:
+        if not isinstance(number, Integral) or not 0 <= int(number) <= MOST:
             raise RequestError("whole counts from 0 on", f"{number} of {part.part_id} in pose "
                                f"{index}", "give the parts seen in each pose")
         count[index] = number
