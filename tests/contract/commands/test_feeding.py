@@ -37,7 +37,6 @@ def test_the_table_and_a_picture_mark_the_best_kick(box, tmp_path):
     (("--wanted", 9, *ASKED), "wanted poses out of 0 to 5"),
     (("--wanted", 0, *ASKED, "--rate", 0), "a rate above 0"),
     (("--wanted", 0, "--plate", 0, 0.2), "a plate with sides above 0 m"),
-    (("--wanted", 0, *ASKED, "--kicks", -1), "a kick height of 0 m or more"),
     (("--wanted", 0, *ASKED, "--clearance", -1), "a clearance of 0 or more"),
     (("--wanted", 0, *ASKED, "--png", "kicks.jpg"), ".png"),
     (("--wanted", 0, *ASKED, "--kicks", "--png", "kicks.png"), "--kicks with heights"),

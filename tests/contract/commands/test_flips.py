@@ -79,10 +79,5 @@ def test_counted_flips_that_are_none_are_refused(box, tmp_path, row, words):
     assert words in refusal("flips", *box, "--counts", file)
 
 
-@pytest.mark.parametrize(("options", "words"), [
-    (("--kick", -1), "kick height of 0 m or more"),
-    (("--kick", 0.01, "--wanted", 9), "wanted poses out of 0 to 5"),
-    (("--kick", 0.01, "--wanted", "0", "--rate", 0), "a rate above 0"),
-])
-def test_refused_in_one_line(box, options, words):
-    assert words in refusal("flips", *box, "--flips", 20, "--drops", 20, *options)
+def test_refused_in_one_line(box):
+    assert "kick height of 0 m or more" in refusal("flips", *box, "--kick", -1)
