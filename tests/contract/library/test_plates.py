@@ -5,8 +5,7 @@ import json
 import pytest
 import yaml
 
-from ros_pose_stats import PoseStatsError, estimate, load_part, part_from_mesh
-from ros_pose_stats.plates import count_part
+from ros_pose_stats import estimate, load_part
 from tests.bodies import shapes, write_stl
 from tests.running import answer_json, call, refusal
 
@@ -128,13 +127,6 @@ def test_tables_that_are_none(folder, text, words):
     table.write_text(text, encoding="utf-8", errors="surrogateescape")
     line = refusal("fit", table, "--unit", "mm", "--plate", "glass", "--plates", folder / "no")
     assert words in line
-
-
-@pytest.mark.parametrize("counts", [{0: 1.5}, {0: float("nan")}, {0: 2**70}, {0: -1}, {0.5: 3},
-                                    {True: 4}, {6: 1}])
-def test_counts_that_are_none(counts):
-    with pytest.raises(PoseStatsError, match=r"whole counts from 0 on|poses 0 to 5"):
-        count_part(part_from_mesh(*shapes.box(1.0, 2.0, 3.0)), counts)
 
 
 def test_round_parts_tell_what_rolling_loses(folder):
