@@ -262,26 +262,21 @@ class Plate:
         fresh, picks = self.dropped.probability, float((lying @ seen).sum())
         counted = self._drops(fresh, self.dropped.drops, self.plate_error)
         if kick is None:
-            return math.sqrt(self._fresh_variance(seen, counted)) / picks
+            return math.sqrt(mean_variance(self.dropped.shares, self.dropped.by_unit(seen),
+                                           counted)) / picks
         moves, left = kick.transition, 1.0 - seen
         worth = [seen]  # of a part that lies so at a picture: picks until the cycle's end
         for _ in lying[1:]:
             worth.append(seen + left * (moves @ worth[-1]) + seen * (fresh @ worth[-1]))
         after = np.array(worth[-2::-1]).reshape(-1, seen.size)
         gain = worth[-1] + (lying[:-1] @ seen) @ after
-        variance = self._fresh_variance(gain, counted)
+        variance = mean_variance(self.dropped.shares, self.dropped.by_unit(gain), counted)
         row_gain = (lying[:-1] * left).T @ after
         for row, values, flips in zip(moves, row_gain, kick.counts.sum(axis=1).tolist(),
                                       strict=True):
             drops = flips if kick.observed else self._drops(row, flips, FLIPS_ERROR)
             variance += mean_variance(row, values, drops)
         return math.sqrt(variance) / picks
-
-    def _fresh_variance(self, values: Array, drops: float) -> float:
-        """Variance of the mean of a value of the poses (K,) over drops that end in the units."""
-        unit = self.dropped.unit
-        each = np.bincount(unit, values) / np.bincount(unit)
-        return mean_variance(self.dropped.shares, each, drops)
 
     def _drops(self, shares: Array, counted: float, error: float) -> float:
         """Drops that leave shares (K,) as uncertain as if counted so, and off in each group."""
