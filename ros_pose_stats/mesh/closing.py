@@ -176,8 +176,6 @@ def _area(points: Array, triangles: Index) -> float:
 
 def _hull_volume(corners: Array) -> float:
     """Volume of the convex hull of a loop (n, 3); 0 where it is flat."""
-    if len(corners) == 3:
-        return 0.0
     try:
         return float(ConvexHull(corners).volume)
     except QhullError:

@@ -62,10 +62,14 @@ def hull_of(points: Array) -> Hull:
     try:
         qhull = _facets((points - shift) / scale)
     except (QhullError, ValueError) as error:
-        raise errors.MeshError("points that span a volume",
-                               f"{len(points)} points in a plane or line",
-                               "check that the mesh is a solid part") from error
+        raise _flat(points) from error
     return Hull(qhull, shift, scale)
+
+
+def _flat(points: Array) -> errors.MeshError:
+    return errors.MeshError("points that span a volume",
+                            f"{len(points)} points in a plane or line",
+                            "check that the mesh is a solid part")
 
 
 def _facets(points: Array) -> Facets:
@@ -94,9 +98,7 @@ def hull_of_corners(points: Array) -> tuple[Index, Index]:
     try:
         qhull = ConvexHull(points + moves)
     except QhullError as error:
-        raise errors.MeshError("points that span a volume",
-                               f"{len(points)} points in a plane or line",
-                               "check that the mesh is a solid part") from error
+        raise _flat(points) from error
     return qhull.simplices.astype(np.int64), qhull.neighbors.astype(np.int64)
 
 

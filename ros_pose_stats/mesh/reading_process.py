@@ -28,7 +28,6 @@ LINEAR = 1.5e-3
 sides as a rim a thousand times its size, whatever the unit. On circles the angle decides; at 1e-3
 this would divide some of them by 100."""
 
-
 PR_SET_PDEATHSIG = 1  # of Linux's `prctl`
 MOST_EXPANDED = 2**29  # bytes of a 3MF file once it is decompressed: some ten million triangles
 

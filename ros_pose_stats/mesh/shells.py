@@ -20,8 +20,7 @@ from .winding import Shells, crossings
 # Rounding of a sum of volumes of order one; a folded sheet encloses no more.
 _NO_VOLUME = 1e-14
 
-# With more candidates than this, one mask over all triangles is cheaper than slices.
-_FEW = 4
+_FEW = 4  # candidates that are asked at first
 
 
 class Nesting(NamedTuple):
@@ -127,7 +126,7 @@ def _smallest_around(points: Array, shells: Shells, first: Index, candidates: In
     batch = _FEW
     while len(candidates):
         candidates, asked = candidates[:-batch], candidates[-batch:]
-        near = _triangles_of(asked, first, shells.shell)
+        near = np.concatenate([np.arange(first[k], first[k + 1]) for k in asked])
         x, y, z = inside.tolist()
         which, height, sign = crossings(points, shells.triangles[near], x, y)
         above = height > z
@@ -137,15 +136,6 @@ def _smallest_around(points: Array, shells: Shells, first: Index, candidates: In
             return int(enclosing.max())
         batch *= 4
     return -1
-
-
-def _triangles_of(chosen: Index, first: Index, shell: Index) -> Index:
-    """Triangle numbers of some shells; `first` is where each shell's triangles begin."""
-    if len(chosen) <= _FEW:
-        return np.concatenate([np.arange(first[k], first[k + 1]) for k in chosen])
-    wanted = np.zeros(len(first) - 1, dtype=bool)
-    wanted[chosen] = True
-    return np.flatnonzero(wanted[shell])
 
 
 def _inner_point(points: Array, triangles: Index) -> Array | None:

@@ -56,14 +56,9 @@ def resting_quaternions(downs: Array) -> Array:
 
     Of the part frame in the plate frame. At +z the half turn about the part's x axis is taken.
     """
-    return quaternions_down(_plain(downs))
+    return quaternions_down(np.array(downs, dtype=np.float64, order="C"))
 
 
 def rotation_matrices(quaternions: Array) -> Array:
     """Rotation matrices (P, 3, 3) of unit quaternions (P, 4), x y z w."""
-    return matrices_of(_plain(quaternions))
-
-
-def _plain(rows: Array) -> Array:
-    """Copy to the layout that the kernels were compiled for; views and constants differ."""
-    return np.array(rows, dtype=np.float64, order="C")
+    return matrices_of(np.array(quaternions, dtype=np.float64, order="C"))

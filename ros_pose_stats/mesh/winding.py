@@ -138,7 +138,7 @@ def _turned(vertices: Array, triangles: Index, pairs: Index, agree: Mask) -> Mas
 
 def _joined_patches(edges: Edges, patch: Index) -> Index:
     """Shell of each triangle: patches joined where they are not closed by themselves."""
-    edge, owner = _crowded(edges)
+    edge, owner, _ = _crowded(edges)
     patch_count = int(patch.max()) + 1
     _, where, times = np.unique(edge * patch_count + patch[owner],
                                 return_inverse=True, return_counts=True)
@@ -153,8 +153,7 @@ def _joined_patches(edges: Edges, patch: Index) -> Index:
 
 def _balanced(edges: Edges, shell: Index) -> bool:
     """Whether every shell runs both ways equally often along the crowded edges."""
-    edge, owner = _crowded(edges)
-    forward = edges.forward[(edges.uses > 2)[_edge_number(edges)]]
+    edge, owner, forward = _crowded(edges)
     _, where = np.unique(edge * (int(shell.max()) + 1) + shell[owner], return_inverse=True)
     return not np.bincount(where.ravel(), weights=np.where(forward, 1.0, -1.0)).any()
 
@@ -184,16 +183,11 @@ def _mixed(vertices: Array, triangles: Index, patch: Index, shell: Index) -> boo
     return bool(senses.all(axis=1).any())
 
 
-def _crowded(edges: Edges) -> tuple[Index, Index]:
-    """Edge number and triangle of each directed edge along edges of more than two."""
-    number = _edge_number(edges)
+def _crowded(edges: Edges) -> tuple[Index, Index, Mask]:
+    """Undirected edge, triangle and sense of each directed edge along edges of more than two."""
+    number = np.repeat(np.arange(len(edges.uses)), edges.uses)
     crowded = (edges.uses > 2)[number]
-    return number[crowded], edges.edge[crowded] // 3
-
-
-def _edge_number(edges: Edges) -> Index:
-    """Undirected edge (its number) of each directed edge."""
-    return np.repeat(np.arange(len(edges.uses)), edges.uses)
+    return number[crowded], edges.edge[crowded] // 3, edges.forward[crowded]
 
 
 def crossings(vertices: Array, triangles: Index, x: float, y: float) -> tuple[Index, Array, Index]:

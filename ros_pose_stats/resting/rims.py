@@ -23,8 +23,6 @@ ROUND_SHARE = 0.75
 
 ON_AXIS = 1e-5  # a corner this close to an axis, in radii, is the tip of a cone about it
 COAXIAL = 5e-6  # corners this close to where a common axis puts them have that axis, in radii
-
-
 ON_LATERAL = 1e-4  # a corner this close to the cone between two rims, in radii, is on it
 
 

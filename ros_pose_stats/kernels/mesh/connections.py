@@ -4,7 +4,6 @@ Directed edge 3 t + i runs from corner i of triangle t to the next one. Directed
 by the undirected edge that they run along.
 """
 
-
 import numpy as np
 
 from ..array_types import FixedFlags1, FixedIndex1, FixedIndex2, Flags, Index
