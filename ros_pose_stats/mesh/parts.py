@@ -14,6 +14,9 @@ from . import arrays, files, mass_properties, units, vectors
 from .hull import Hull, hull_of_part, keep_hull
 from .surface import Surface, beyond_hull, surface_of
 
+LEAST_SHARE, MOST_SHARE = 1e-7, 1e10
+"""Of mass times squared radius, which a largest moment may have: g mm² are 1e9 too many."""
+
 
 def load_part(file: str | os.PathLike[str], unit: str | float | None = None,
               center_of_mass: ArrayLike | None = None, mass: float | None = None,
@@ -184,9 +187,9 @@ def _check_inside(center: Array, vertices: Array, hull: Hull) -> None:
     if beyond < -tolerances.ON_HULL * radius:
         return
     on_hull = beyond <= tolerances.ON_HULL * radius
-    where = "on its surface" if on_hull else f"{beyond:.3g} m outside"
+    where = "on its surface" if on_hull else f"{text.length_in_words(beyond)} outside"
     raise errors.MassPropertiesError("a centre of mass inside the part's convex hull",
-                                     f"{center.tolist()} m, {where}",
+                                     "({:.6g}, {:.6g}, {:.6g}) mm, ".format(*1e3 * center) + where,
                                      "check its unit, and that it is in the mesh's own frame")
 
 
@@ -197,10 +200,15 @@ def _reach(center: Array, vertices: Array) -> float:
 
 def _inertia_warning(inertia: Array, mass: float, center: Array,
                      surface: Surface) -> tuple[str, ...]:
-    """Warn about an inertia that no material inside the convex hull can have."""
+    """Warn about an inertia that no material inside the hull can have, and refuse absurd ones."""
     reach = _reach(center, surface.vertices)
     limit = mass * reach * reach
     largest = float(principal_axes(inertia)[0][-1])
+    if not LEAST_SHARE * limit <= largest <= MOST_SHARE * limit:
+        raise errors.MassPropertiesError(
+            f"moments of inertia from {LEAST_SHARE * limit:.3g} to {MOST_SHARE * limit:.3g} kg m² "
+            f"of a part of this size and mass", f"{largest:.3g} kg m²",
+            "check the unit of the tensor")
     if largest <= limit * (1.0 + tolerances.TRIANGLE_INEQUALITY):
         return ()
     return (f"INERTIA_SUSPECT: a principal moment of {largest:.3g} kg m² is more than material "
