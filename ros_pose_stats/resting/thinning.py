@@ -8,12 +8,15 @@ import numpy as np
 from ..kernels.body import convex_body, hull
 from ..kernels.elementary import sines_cosines
 from ..kernels.principal_axes import principal_axes
-from ..mesh.vectors import scatter
+from ..mesh.vectors import lengths, scatter
+from ..records import Array, Mask
 from .rims import Group, Outline, Rim
 
 FINE = 1000  # corners off all runs up to which a body stays as the file has it: it is quick enough
 GRID = 7
 """Directions a turn for every five sides: so that the deepest corner left out is no deeper."""
+
+SHARP = 1.25  # turns of a polygon of so many sides, from which on an outline has a corner
 
 TIE = 1e-7
 """Corners this close to the farthest, in radii, are as far: the other end of a straight edge."""
@@ -54,10 +57,25 @@ def thin_out(outline: Outline, arrays: convex_body.BodyArrays, sides: int) -> No
             poles, chosen = turned[best], found[best]
         else:
             chosen = hull.outermost_corners(outline.points, first, beside, poles, grid, TIE)
+        chosen |= _corners_of_flats(outline.points, arrays, 2.0 * np.pi / level)
         if (chosen & free).sum() + others <= ENOUGH:
             break
     outline.changed |= bool((free & ~chosen).any())
     outline.keeps &= chosen | taken
+
+
+def _corners_of_flats(points: Array, arrays: convex_body.BodyArrays, step: float) -> Mask:
+    """Where the outline of a face turns that is wider than a facet of the free form.
+
+    Few directions have such a corner farthest out, and without it the face would be another one.
+    """
+    longest = np.maximum.reduceat(arrays.start + arrays.stop, arrays.face_start[:-1])
+    edge = points[arrays.corner[arrays.follow]] - points[arrays.corner]
+    edge /= lengths(edge)[:, None]
+    turns = lengths(edge[arrays.follow] - edge) > SHARP * step
+    found = np.zeros(len(points), dtype=np.bool_)
+    found[arrays.corner[arrays.follow[turns & (arrays.area > step * longest)[arrays.face]]]] = True
+    return found
 
 
 ENOUGH = 4000  # corners of a body that thinning aims at

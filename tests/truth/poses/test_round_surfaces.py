@@ -141,6 +141,17 @@ def test_other_fine_surfaces_are_thinned_to_4000_corners(surface):
         [pose.top for pose in plain.poses], abs=3e-3 * plain.body.radius)
 
 
+@pytest.mark.parametrize("turn", [np.eye(3), rotation(1)], ids=["straight", "turned"])
+def test_flats_between_fine_fillets_are_those_of_the_file(turn):
+    """A corner of a flat is farthest out in few directions, and was left out."""
+    part = part_from_mesh(*moved(exports.filleted_box(128), turn))
+    plain, thin = (resting_poses(part, 0.0025, sides) for sides in (0, SIDES))
+    assert [pose.group for pose in thin.poses] == [pose.group for pose in plain.poses]
+    for one, other in zip(plain.poses, thin.poses, strict=True):
+        assert other.support_polygon == pytest.approx(one.support_polygon, abs=1e-9)
+        assert other.height == pytest.approx(one.height, abs=1e-9)
+
+
 class TestRoughFiles:
     @pytest.mark.parametrize("sides", [16, 64, 2048])
     @pytest.mark.parametrize("make", [exports.ring, lambda n: exports.cylinder(n, 0.02, 0.1)],
