@@ -6,12 +6,9 @@ A surface is a pair of vertices (V, 3) and outward triangles (T, 3).
 from __future__ import annotations
 
 from functools import lru_cache
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial import ConvexHull
-from scipy.spatial.distance import cdist
 from scipy.spatial.transform import Rotation
 
 from ros_pose_stats import part_from_mesh
@@ -103,24 +100,6 @@ def starred(surface, seed):
     fine = np.concatenate([np.column_stack(corners) for corners in
                            ((a, b, new), (b, c, new), (c, a, new))])
     return np.vstack((vertices, inner)), fine
-
-
-def fanned(surface, seed):
-    """A convex surface with each planar face fanned from another of its corners."""
-    vertices, _ = surface
-    hull = ConvexHull(vertices)
-    random = np.random.default_rng(seed)
-    triangles = []
-    equations = hull.equations
-    alike = cdist(equations, equations) < 1e-7 * size(surface)
-    for plane in equations[np.unique(alike.argmax(axis=1))]:
-        on = np.flatnonzero(np.abs(vertices @ plane[:3] + plane[3]) < 1e-6 * size(surface))
-        spokes = vertices[on] - vertices[on].mean(axis=0)
-        y_axis = np.cross(plane[:3], spokes[0])
-        around = on[np.argsort(np.arctan2(spokes @ y_axis, spokes @ spokes[0]))]
-        first, *rest = np.roll(around, random.integers(len(around))).tolist()
-        triangles += [(first, p, q) for p, q in pairwise(rest)]
-    return vertices, np.array(triangles)
 
 
 @lru_cache(maxsize=1)

@@ -19,7 +19,7 @@ class WorkFolder:
 
     def __init__(self, directory: Path, claim: str, request: dict[str, Any],
                  has_work: Callable[[], bool], what: str) -> None:
-        self.directory, self._has_work, self._claimed = directory, has_work, directory / claim
+        self.directory = directory
         try:
             directory.mkdir(parents=True, exist_ok=True)
             lock = files.DirectoryLock.take(directory)
@@ -32,9 +32,11 @@ class WorkFolder:
                                     "wait for the other run or name another one with -o")
         self._lock = lock
         try:
-            self._claim(request, what)
+            self._claim(claim, request, has_work, what)
         except BaseException:
-            self.release()
+            if not has_work():
+                self.leave()
+            lock.release()
             raise
 
     def __enter__(self) -> "WorkFolder":
@@ -44,16 +46,18 @@ class WorkFolder:
         self.release()
 
     def release(self) -> None:
-        """Let others have it; without any work in it, for whatever they do."""
-        if not self._has_work():
-            with suppress(OSError):  # leftovers do no harm
-                self._claimed.unlink(missing_ok=True)
-                files.remove_empty(self.directory)
+        """Let others have it."""
         self._lock.release()
 
-    def _claim(self, request: dict[str, Any], what: str) -> None:
+    def leave(self) -> None:
+        """Delete the folder if nothing but the lock is in it."""
+        with suppress(OSError):  # leftovers do no harm
+            files.remove_empty(self.directory)
+
+    def _claim(self, claim: str, request: dict[str, Any], has_work: Callable[[], bool],
+               what: str) -> None:
         """Write what is asked for, or find the same there."""
-        path = self._claimed
+        path = self.directory / claim
         mine = {"written_by": f"ros_pose_stats {version.VERSION}", **request}
         try:
             theirs = json.loads(files.read_file(path))
@@ -61,8 +65,8 @@ class WorkFolder:
             theirs = None
         if theirs == mine:
             return
-        if self._has_work():
-            told = theirs if isinstance(theirs, dict) else {path.name: "unreadable"}
+        if has_work():
+            told = theirs if isinstance(theirs, dict) else {claim: "unreadable"}
             others = [f"{name} {value}" for name, value in told.items() if value != mine.get(name)]
             raise errors.BatchError(f"work on the same {what.removeprefix('a ')}",
                                     f"that on another one in {self.directory} "

@@ -25,6 +25,8 @@ TARGET_OUTSIDE = 0.02
 """Error to which parts are dropped that the estimate was not measured on, without another target:
 by such an estimate none is ranked."""
 
+UNKNOWN = feeding.Bounded(math.nan, math.nan, math.nan)
+
 
 class Described(NamedTuple):
     """What came of a part."""
@@ -97,7 +99,9 @@ def _row(part: Part, found: PoseStatistics, groups: Sequence[pose_groups.PoseGro
     size = np.ptp(part.surface_vertices, axis=0).tolist()
     best = groups[0]
     length, width = footprint(best.first.outline)
-    passes = feeding.passes_of(best.probability, best.probability_low, best.probability_high)
+    passes = UNKNOWN
+    if not math.isnan(best.probability):
+        passes = feeding.drop_afresh(pose_groups.pose_shares(found), best.indices).passes
     return {
         "part_digest": part.digest, "triangles": len(part.triangles), "size_x_m": size[0],
         "size_y_m": size[1], "size_z_m": size[2], "stable_poses": len(found.poses),
@@ -139,5 +143,7 @@ def footprint(outline: Array) -> tuple[float, float]:
     along = sides[lengths > 0.0] / lengths[lengths > 0.0, None]
     across = np.stack([-along[:, 1], along[:, 0]], axis=1)
     one, other = np.ptp(outline @ along.T, axis=0), np.ptp(outline @ across.T, axis=0)
-    least = int(np.argmin(one * other))
+    # About a triangle all three have one area but for rounding: then the narrowest.
+    wide = np.minimum(one, other) / np.maximum(one, other)
+    least = int(np.argmin(one * other * (1.0 + 1e-9 * wide)))
     return float(max(one[least], other[least])), float(min(one[least], other[least]))

@@ -83,7 +83,9 @@ class FeederComparison(NamedTuple):
     @property
     def passes(self) -> tuple[feeding.Bounded, feeding.Bounded]:
         """Drops for each accepted part, where those that lie wrong are dropped again."""
-        return feeding.passes_of(*self.share.first), feeding.passes_of(*self.share.second)
+        first, second = (feeding.Bounded(*(1.0 / one if one else math.inf for one in (
+            share.value, share.high, share.low))) for share in self.share[:2])
+        return first, second
 
 
 @dataclass(frozen=True, eq=False)

@@ -92,7 +92,7 @@ class Sensitivity:
     @property
     def best(self) -> list[Effect]:
         """Effects whose step helps, the one that helps most first."""
-        return sorted((one for one in self.effects if one.helps), key=lambda one: -one.change)
+        return [one for one in self.effects if one.helps]  # they are in that order
 
     @property
     def checked(self) -> list[tuple[Effect, paired_counts.PairedDifference]]:

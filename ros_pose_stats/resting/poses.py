@@ -223,6 +223,10 @@ def _records(part: Part, found: Equilibria, grouped: Clusters) -> tuple[StablePo
     surface = cache(partial(symmetry.SurfaceTrial, part, body))
     groups = symmetry.symmetry_groups(part, found, np.where(grouped.near, grouped.pose, -1),
                                       surface)
+    # A shelf between two poses that are alike goes to one of them, and neither tilts farther.
+    least = np.full(len(margins), np.inf)
+    np.minimum.at(least, groups, margins)
+    margins = least[groups]
     rolls, axes = rolling_axes(body, downs, found.heights[grouped.lowest], grouped.tolerance)
     across = (rotations * axes[:, None, :]).sum(axis=2)
     across[:, 2] = 0.0  # along the plate; zero stays zero

@@ -62,7 +62,10 @@ def symmetry_groups(part: Part, found: Equilibria, pose: Index,
             for face, other in tried for rotation in candidates(frames, face, other)):
         return alone
     trial = surface()
-    return _gather(_orbits(found, trial.refine(found, kind), pose, frames, trial), pose, poses)
+    orbit = _orbits(found, trial.refine(found, kind), pose, frames, trial)
+    rests = pose >= 0  # poses with faces in one orbit are one group
+    links = np.column_stack((pose[rests], poses + orbit[rests]))
+    return connections.component_labels(poses + pose.shape[0], links)[:poses]
 
 
 def _orbits(found: Equilibria, kind: Index, pose: Index, frames: Callable[[int], Frame],
@@ -86,13 +89,6 @@ def _orbits(found: Equilibria, kind: Index, pose: Index, frames: Callable[[int],
                 orbit = connections.component_labels(pose.shape[0], links)[orbit]
                 break
     return orbit
-
-
-def _gather(orbit: Index, pose: Index, poses: int) -> Index:
-    """Group of each pose: those with faces in one orbit, numbered by their first pose."""
-    rests = pose >= 0
-    links = np.column_stack((pose[rests], poses + orbit[rests]))
-    return connections.component_labels(poses + pose.shape[0], links)[:poses]
 
 
 def kinds_of(found: Equilibria) -> Index:
@@ -165,8 +161,9 @@ class SurfaceTrial:
 
     def __init__(self, part: Part, body: ConvexBody) -> None:
         points = (part.surface_vertices - part.center_of_mass) / body.radius
-        regions, corners = regions_and_corners(points, part.surface_triangles,
-                                               max(COPLANAR, body.tolerance))
+        # Wider than for the hull, but a tenth of the thickness at most: both sides of a plate.
+        flat = min(max(COPLANAR, body.tolerance), 100.0 * body.tolerance or COPLANAR)
+        regions, corners = regions_and_corners(points, part.surface_triangles, flat)
         # (G, 7); centroid, normal times size and size (square root of the area) of each connected
         # planar region, largest first, in radii. The normal is weighed by the size because a small
         # region's normal is known only that well from rounded coordinates
@@ -181,6 +178,11 @@ class SurfaceTrial:
         """Split kinds by moments of the whole surface along each stable face's normal."""
         moments = moments_along(self.regions.rows, found.downs)
         return ties(*((moment, 10.0 * SYMMETRY) for moment in moments.T), within=kind)
+
+    def is_turned(self, axis: Array) -> bool:
+        """Whether all regions face the axis or away from it, as those of a turned part do."""
+        place, normal = self.regions.rows[:, :3], self.regions.rows[:, 3:6]
+        return bool((np.abs((np.cross(place, normal) * axis).sum(axis=1)) < SYMMETRY).all())
 
     def holds(self, rotation: Array) -> bool:
         """Whether the rotation carries surface and inertia into themselves."""

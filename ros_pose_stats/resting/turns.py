@@ -10,7 +10,7 @@ from ..kernels.principal_axes import is_kept
 from ..mesh.vectors import along, cross, length, lengths
 from ..records import Array, Index, Mask, Part
 from ..tolerances import SYMMETRY
-from . import convex_body, equilibria, rims, symmetry
+from . import convex_body, equilibria, symmetry
 
 UPRIGHT = 0.985  # cosine of an axis' angle to the vertical above which a turn about it is no roll
 LARGEST_STEP = np.radians(24.8)  # facets of a round surface turn by less
@@ -120,23 +120,25 @@ def yaw_symmetries(part: Part, found: equilibria.Equilibria, lowest: Index,
     n-fold; 1 for no symmetry, and in doubt; 0 for any angle, where all that is turned is round.
     """
     number = np.ones(len(lowest), dtype=np.int64)
+    plain = convex_body.convex_body(part, 0)  # the surface has the file's own facets alone
     for pose, face in enumerate(lowest.tolist()):
-        down = found.downs[face]
+        facet = int(along(plain.arrays.normal, found.downs[face]).argmax())
+        down = plain.arrays.normal[facet]
         if not is_kept(part.inertia, _turn_matrix(down, np.pi), SYMMETRY):
             continue  # whose axis would be a principal one
         runs = [run for run in found.body.runs if run.full
                 and abs(float(along(down[None], run.axis)[0])) > 1.0 - SYMMETRY]
-        number[pose] = _order(part, found, face, runs, trial)
+        corners = int(plain.arrays.face_start[facet + 1] - plain.arrays.face_start[facet])
+        order = _order(part, down, {corners, *(run.corners for run in runs)}, trial)
+        is_round = runs and order * LARGEST_STEP > 2.0 * np.pi and trial().is_turned(down)
+        number[pose] = 0 if is_round else order
     return number
 
 
-def _order(part: Part, found: equilibria.Equilibria, face: int, runs: list[rims.Run],
+def _order(part: Part, down: Array, divisions: set[int],
            trial: Callable[[], symmetry.SurfaceTrial]) -> int:
-    """Order of the symmetry about a stable face's normal."""
-    arrays, number = found.body.arrays, int(found.faces[face])
-    down = found.downs[face]
-    corners = int(arrays.face_start[number + 1] - arrays.face_start[number])
-    orders = {order for sides in {corners, *(run.corners for run in runs)}
+    """Order of the symmetry about a direction, one that divides one of these numbers."""
+    orders = {order for sides in divisions
               for order in range(2, sides + 1) if sides % order == 0}
     for order in sorted(orders, reverse=True):
         turn = _turn_matrix(down, 2.0 * np.pi / order)
@@ -145,9 +147,7 @@ def _order(part: Part, found: equilibria.Equilibria, face: int, runs: list[rims.
         if trial().effort > symmetry.MOST_EFFORT:
             return 1
         if trial().holds(turn):
-            turned = 2.0 * np.pi / order < LARGEST_STEP and all(
-                run.kind == "round" for run in runs) and runs
-            return 0 if turned else order
+            return order
     return 1
 
 

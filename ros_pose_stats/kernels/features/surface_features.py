@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 
+from ...tolerances import SYMMETRY
 from ..array_types import Array, Fixed2, FixedIndex2, Index
 from ..body.coplanar import planar_regions
 from ..compilation import entry_kernel, inlined, kernel
@@ -23,13 +24,16 @@ SIZE = 6      # square root of the area; in a sum the area
 AREA = 6
 REGION = 7
 
+SMALLEST = SYMMETRY * SYMMETRY
+"""Area below which a region is none: of corners on one line rounding makes the normal."""
+
 
 @entry_kernel
 def regions_and_corners(points: Fixed2, triangles: FixedIndex2,
                         tolerance: float) -> tuple[Array, Index]:
     """Planar regions (G, 7), largest first, and the vertices where at least three of them meet.
 
-    Centroid, normal times size and size (square root of the area); none without area.
+    Centroid, normal times size and size (square root of the area); none below `SMALLEST`.
     """
     region = planar_regions(points, triangles, neighbours(triangles), tolerance)
     sums = _sums(points, triangles, region)
@@ -58,7 +62,7 @@ def _largest_first(sums: Array) -> Array:
     order = falling_order(sums[:, AREA].copy())
     count = 0
     for g in order:
-        if sums[g, AREA] == 0.0:
+        if sums[g, AREA] < SMALLEST:
             break
         count += 1
     regions = np.empty((count, REGION))
@@ -73,12 +77,12 @@ def _largest_first(sums: Array) -> Array:
 
 @kernel
 def _corners(triangles: Index, region: Index, sums: Array, points: int) -> Index:
-    """Vertices that touch at least three regions with an area."""
+    """Vertices that touch at least three regions of `SMALLEST` area or more."""
     touched = np.full((points, 2), -1, np.int64)
     corner, count = np.zeros(points, np.bool_), 0
     for t in range(triangles.shape[0]):
         g = region[t]
-        if sums[g, AREA] == 0.0:
+        if sums[g, AREA] < SMALLEST:
             continue
         for i in range(3):
             v = triangles[t, i]

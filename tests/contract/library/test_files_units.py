@@ -1,5 +1,7 @@
 """Units: their names, what a file declares, guesses, and doubts about them."""
 
+from __future__ import annotations
+
 import zipfile
 
 import numpy as np

@@ -7,7 +7,7 @@ import pytest
 
 from ros_pose_stats import part_from_mesh, record_drop, resting_poses, simulate
 from study import shapes
-from tests.bodies import convex_parts, fanned, moved, random_polyhedron, starred, subdivided
+from tests.bodies import convex_parts, moved, random_polyhedron, starred, subdivided
 from tests.truth.drops.recorded import (
     EXACT,
     SURE,
@@ -22,7 +22,7 @@ BOX, HEXAGON = shapes.box(1.0, 2.0, 3.0), shapes.prism(6, 1.0, 0.8)
 FLAT_SIDED = {
     "cube": shapes.box(2.0, 2.0, 2.0), "plate": shapes.box(2.0, 2.0, 0.1),
     "hexagonal prism": HEXAGON, "cylinder": shapes.cylinder(24, 1.0, 1.5),
-    "subdivided box": subdivided(BOX), "fanned prism": fanned(HEXAGON, 2),
+    "subdivided box": subdivided(BOX),
 }
 
 
@@ -40,7 +40,7 @@ def test_coplanar_faces_come_to_rest(name):
             assert -last.up == pytest.approx(poses[found.pose].down, abs=1e-6)
 
 
-@pytest.mark.parametrize("split", [subdivided, lambda s: starred(s, 3), lambda s: fanned(s, 4)])
+@pytest.mark.parametrize("split", [subdivided, lambda s: starred(s, 3)])
 @pytest.mark.parametrize("surface", [BOX, HEXAGON], ids=["box", "hexagon"])
 def test_the_triangulation_does_not_matter(split, surface):
     """Coplanar triangles that are not merged leave unstable pieces of a face."""

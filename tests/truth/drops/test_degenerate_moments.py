@@ -1,5 +1,7 @@
 """Moments of a drop that broke implementations, each a test of its own."""
 
+from __future__ import annotations
+
 from itertools import pairwise
 
 import numpy as np

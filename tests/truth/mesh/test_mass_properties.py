@@ -40,15 +40,6 @@ def test_a_box(x, y, z):
     assert_tensor(part.inertia, part.mass * box_tensor(x, y, z), 1e-12)
 
 
-def test_a_tetrahedron():
-    part = of_water([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]],
-                    [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
-    assert part.mass == pytest.approx(WATER / 6, rel=1e-14)
-    assert part.center_of_mass == pytest.approx([0.25, 0.25, 0.25], rel=1e-14)
-    # Second moments about the centroid: 1/160 on and -1/480 off the diagonal.
-    assert_tensor(part.inertia, WATER * (np.full((3, 3), 1 / 480) + np.eye(3) / 96), 1e-14)
-
-
 @given(st.integers(0, 2**32 - 1))
 def test_solids_with_dents_against_trimesh_and_turned(seed):
     surface, turn = star(seed), rotation(seed)

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from ros_pose_stats import PoseStatsError, outline_at, part_from_mesh, resting_poses
 from ros_pose_stats.shapes import demo_parts
 from tests.bodies import random_polyhedron, rotation, shapes
+from tests.fine_parts import surface
 
 MM = 1e-3
 
@@ -86,8 +87,7 @@ def block_with_a_hole():
     block = Manifold.cube((40.0, 30.0, 10.0)).translate((-20.0, -15.0, 0.0))
     hole = Manifold.cylinder(12.0, 4.0, circular_segments=64).translate((5.0, 3.0, -1.0))
     groove = Manifold.cube((6.0, 30.0, 5.0)).translate((-15.0, -15.0, -1.0))
-    mesh = (block - hole - groove).to_mesh64()
-    return np.array(mesh.vert_properties)[:, :3], np.array(mesh.tri_verts).astype(np.int64)
+    return surface(block - hole - groove)
 
 
 @pytest.fixture(scope="module", params=[np.eye(3), rotation(4)], ids=["as drawn", "turned"])
