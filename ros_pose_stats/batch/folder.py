@@ -19,7 +19,7 @@ class WorkFolder:
 
     def __init__(self, directory: Path, claim: str, request: dict[str, Any],
                  has_work: Callable[[], bool], what: str) -> None:
-        self.directory = directory
+        self.directory, self._has_work, self._claimed = directory, has_work, directory / claim
         try:
             directory.mkdir(parents=True, exist_ok=True)
             lock = files.DirectoryLock.take(directory)
@@ -32,11 +32,9 @@ class WorkFolder:
                                     "wait for the other run or name another one with -o")
         self._lock = lock
         try:
-            self._claim(claim, request, has_work, what)
+            self._claim(request, what)
         except BaseException:
-            if not has_work():
-                self.leave()
-            lock.release()
+            self.release()
             raise
 
     def __enter__(self) -> "WorkFolder":
@@ -46,18 +44,16 @@ class WorkFolder:
         self.release()
 
     def release(self) -> None:
-        """Let others have it."""
+        """Let others have it; without any work in it, for whatever they do."""
+        if not self._has_work():
+            with suppress(OSError):  # leftovers do no harm
+                self._claimed.unlink(missing_ok=True)
+                files.remove_empty(self.directory)
         self._lock.release()
 
-    def leave(self) -> None:
-        """Delete the folder if nothing but the lock is in it."""
-        with suppress(OSError):  # leftovers do no harm
-            files.remove_empty(self.directory)
-
-    def _claim(self, claim: str, request: dict[str, Any], has_work: Callable[[], bool],
-               what: str) -> None:
+    def _claim(self, request: dict[str, Any], what: str) -> None:
         """Write what is asked for, or find the same there."""
-        path = self.directory / claim
+        path = self._claimed
         mine = {"written_by": f"ros_pose_stats {version.VERSION}", **request}
         try:
             theirs = json.loads(files.read_file(path))
@@ -65,8 +61,8 @@ class WorkFolder:
             theirs = None
         if theirs == mine:
             return
-        if has_work():
-            told = theirs if isinstance(theirs, dict) else {claim: "unreadable"}
+        if self._has_work():
+            told = theirs if isinstance(theirs, dict) else {path.name: "unreadable"}
             others = [f"{name} {value}" for name, value in told.items() if value != mine.get(name)]
             raise errors.BatchError(f"work on the same {what.removeprefix('a ')}",
                                     f"that on another one in {self.directory} "

@@ -26,6 +26,7 @@ REPORTS = "reports"
 ASSETS = Path(__file__).with_name("assets")
 EMBEDDED = 400  # parts up to which the page holds rows and pictures itself: about two megabytes
 ROWS_A_CHUNK = 2000
+LONGEST_STEM = 200  # bytes of a part's name in that of its report
 GROUPS = 8  # poses of a part that the page lists, those that symmetry makes alike as one
 Shown = tuple[rows.Row, str]  # a row and the file of its picture
 
@@ -76,7 +77,8 @@ def _shown(folder: Path, row: rows.Row, picture: str, embedded: bool) -> list[An
     """A row in the order in which the script takes it apart; lengths in millimetres."""
     if row["refusal"]:
         return [row["file"], row["refusal"]]
-    stem = Path(row["file"]).stem.encode(errors="ignore").decode()  # as links must be UTF-8
+    # Links must be UTF-8, and names have 255 bytes at most.
+    stem = Path(row["file"]).stem.encode(errors="ignore")[:LONGEST_STEM].decode(errors="ignore")
     report = f"{REPORTS}/{stem}_{row['part_digest'][:8]}.html"
     if embedded and picture:
         data = base64.b64encode(files.read_file(folder / picture)).decode()

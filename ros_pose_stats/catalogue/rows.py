@@ -25,8 +25,6 @@ TARGET_OUTSIDE = 0.02
 """Error to which parts are dropped that the estimate was not measured on, without another target:
 by such an estimate none is ranked."""
 
-UNKNOWN = feeding.Bounded(math.nan, math.nan, math.nan)
-
 
 class Described(NamedTuple):
     """What came of a part."""
@@ -99,9 +97,7 @@ def _row(part: Part, found: PoseStatistics, groups: Sequence[pose_groups.PoseGro
     size = np.ptp(part.surface_vertices, axis=0).tolist()
     best = groups[0]
     length, width = footprint(best.first.outline)
-    passes = UNKNOWN
-    if not math.isnan(best.probability):
-        passes = feeding.drop_afresh(pose_groups.pose_shares(found), best.indices).passes
+    passes = feeding.passes_of(best.probability, best.probability_low, best.probability_high)
     return {
         "part_digest": part.digest, "triangles": len(part.triangles), "size_x_m": size[0],
         "size_y_m": size[1], "size_z_m": size[2], "stable_poses": len(found.poses),

@@ -49,8 +49,11 @@ class RowStore:
         self._synced = time.monotonic()
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Let go of the file, and of one without any row."""
+        empty = self._rows.execute("SELECT 1 FROM parts LIMIT 1").fetchone() is None
         self._rows.close()
+        if empty:
+            self.path.unlink()
 
     def keep(self, part: PartFile, made: Described, picture: str) -> None:
         """Add or replace the row of a file; `picture` as in `Entry`."""

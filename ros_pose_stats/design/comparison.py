@@ -83,9 +83,7 @@ class FeederComparison(NamedTuple):
     @property
     def passes(self) -> tuple[feeding.Bounded, feeding.Bounded]:
         """Drops for each accepted part, where those that lie wrong are dropped again."""
-        first, second = (feeding.Bounded(*(1.0 / one if one else math.inf for one in (
-            share.value, share.high, share.low))) for share in self.share[:2])
-        return first, second
+        return feeding.passes_of(*self.share.first), feeding.passes_of(*self.share.second)
 
 
 @dataclass(frozen=True, eq=False)

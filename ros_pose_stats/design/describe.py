@@ -8,10 +8,10 @@ import numpy as np
 from ..records import Array, statistics
 from ..statistics import paired_counts
 from ..text import listed, name_poses, points, several
-from . import changes
+from . import changes, comparison
 
 if TYPE_CHECKING:
-    from . import comparison, sensitivity
+    from . import sensitivity
 
 JUDGED = ("judged by the outer shape (the convex hull) and the centre of mass alone, not by "
           "whether the part can be made or still does its work")
@@ -43,22 +43,26 @@ def name_moves(space: changes.DesignSpace, moves: Array) -> str:
 
 
 def describe_gain(found: "sensitivity.Sensitivity") -> str:
-    """What gains most; that nothing does where no gain is beyond its error."""
-    shown = [(one, check) for one, check in found.checked if check.low > 0.0]
-    if shown:
-        one, check = max(shown, key=lambda pair: pair[1].value)
-        return (f"gains most: {name_step(found.space, one.number, one.step)}: "
-                f"{points(check.value)} points by drops ({100.0 * check.low:.1f} to "
-                f"{100.0 * check.high:.1f})")
+    """What gains most by estimate, of steps whose drops show a gain beyond the chance of all.
+
+    The drops do not choose, so their interval is what it says.
+    """
+    best = [(one, "") for one in found.best]
     if found.checked:
-        return (f"nothing to gain: drops show no gain of the best "
+        chances = paired_counts.adjust_together([check.p_value for _, check in found.checked])
+        best = [(one, f", {points(check.value)} by drops ({points(check.low)} to "
+                      f"{points(check.high)})")
+                for (one, check), chance in zip(found.checked, chances, strict=True)
+                if check.value > 0.0 and chance <= comparison.LEVEL]
+    if best:
+        one, by_drops = best[0]
+        return (f"gains most by estimate: {name_step(found.space, one.number, one.step)}: "
+                f"{points(one.change)} points{by_drops}")
+    if found.checked:
+        return (f"no gain shown: {found.drops} drops show none of the best "
                 f"{several(len(found.checked), 'step')}")
     step = f"{1e3 * found.step:.3g} mm or {100.0 * found.step / found.space.body.radius:.3g} %"
-    if not found.best:
-        return f"nothing to gain: no step of {step} raises the share by more than its own error"
-    return (f"gains most by estimate: "
-            f"{name_step(found.space, found.best[0].number, found.best[0].step)}: "
-            f"{points(found.best[0].change)} points")
+    return f"nothing to gain: no step of {step} raises the share by more than its own error"
 
 
 def feature_as_dict(space: changes.DesignSpace, number: int) -> dict[str, Any]:
@@ -84,7 +88,7 @@ ON_PLATE = {True: "large enough to expect on a real plate",
             False: "shown in the model, too small to expect on a real plate"}
 
 
-def describe_verdict(found: "comparison.Comparison", one: "comparison.VariantComparison") -> str:
+def describe_verdict(found: comparison.Comparison, one: comparison.VariantComparison) -> str:
     """Which variant feeds better, and by how much; where no feeder is asked for, what differs."""
     other = letter(one.second)
     share = one.deciding
@@ -117,14 +121,14 @@ def _percent(share: float) -> str:
     return f"{100.0 * share:.1f} %"
 
 
-def _points(share: "comparison.ShareDifference", sign: float) -> str:
+def _points(share: comparison.ShareDifference, sign: float) -> str:
     """A signed difference, and its interval."""
     ends = sorted((sign * share.difference.low, sign * share.difference.high))
     return (f"{points(sign * share.difference.value)} points, "
             f"{' to '.join(f'{round(100.0 * end, 1) + 0.0:.1f}' for end in ends)}")
 
 
-def describe_matching(one: "comparison.VariantComparison") -> list[str]:
+def describe_matching(one: comparison.VariantComparison) -> list[str]:
     """What is to be known about which poses correspond; nothing where all do, in one frame."""
     match, other = one.correspondence, letter(one.second)
     lines = []
@@ -143,7 +147,7 @@ def describe_matching(one: "comparison.VariantComparison") -> list[str]:
     return lines
 
 
-def name_remarks(found: "comparison.Comparison", kind: str) -> list[tuple[str, str]]:
+def name_remarks(found: comparison.Comparison, kind: str) -> list[tuple[str, str]]:
     """`warnings` or `notes` of all variants, each once, behind the variants that it is said of."""
     whose: dict[str, list[str]] = {}
     for place, one in enumerate(found.found):

@@ -4,7 +4,9 @@ import csv
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
+from numbers import Integral
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -12,6 +14,8 @@ from ..errors import RequestError
 from ..files import read_file
 from ..records import Index, Part, scene as scenes
 from ..resting.poses import RestingPoses, resting_poses
+
+MOST = 2.0**48  # parts that nobody counts
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,19 +53,17 @@ def count_part(part: Part, counts: Mapping[int, int], *,
     """
     poses = len(resting_poses(part, cluster_tolerance, round_sides).poses)
     count = np.zeros(poses, dtype=np.int64)
-    for index, number in counts.items():
-        if not 0 <= index < poses:
-            raise RequestError(f"poses 0 to {poses - 1} of {part.part_id}", f"{index}",
+    for index, number in dict[Any, Any](counts).items():
+        if isinstance(index, bool) or not isinstance(index, Integral) or (
+                not 0 <= int(index) < poses):
+            raise RequestError(f"poses 0 to {poses - 1} of {part.part_id}", f"{index!r}",
                                "count with the numbers that estimate shows, at the same cluster "
                                "tolerance and round sides")
-        if number < 0:
-            raise RequestError("counts of at least 0", f"{number} of {part.part_id} in pose "
+        if not isinstance(number, Integral) or not 0 <= int(number) <= MOST:
+            raise RequestError("whole counts from 0 on", f"{number} of {part.part_id} in pose "
                                f"{index}", "give the parts seen in each pose")
         count[index] = number
     return CountedPart(part, count, cluster_tolerance, round_sides)
-
-
-MOST = 2.0**48  # parts that nobody counts
 
 
 def read_count_rows(file: Path) -> dict[Path, Counter[int]]:

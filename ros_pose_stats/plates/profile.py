@@ -115,17 +115,13 @@ def write_profile(file: Path, profile: PlateProfile) -> None:
     file = file.resolve()  # a link to the file stays a link
     files.make_directories(file.parent)
     with files.locked_directory(file.parent):
-        plates: dict[Any, Any] = {}
-        if file.exists():
-            plates = {name: value for name, value in _read(file).items() if name != profile.name}
+        plates = _read(file) if file.exists() else {}
+        plates.pop(profile.name, None)  # so that it comes last
         plates[profile.name] = profile.as_dict()
-        text = yaml.safe_dump({HEAD: plates}, sort_keys=False, allow_unicode=True,
-                              default_flow_style=None)
-        if len(text.encode()) > MOST_BYTES:
-            raise errors.RequestError(f"a file of plates of at most {MOST_BYTES} bytes",
-                                      f"{len(text.encode())} with {profile.name} in {file}",
-                                      "write the plate into another one")
-        files.replace_file(file, text.encode())
+        data = yaml.safe_dump({HEAD: plates}, sort_keys=False, allow_unicode=True,
+                              default_flow_style=None).encode()
+        _read(file, data)  # whatever is written can be read
+        files.replace_file(file, data)
 
 
 def refuse_foreign(file: Path) -> None:
@@ -134,10 +130,11 @@ def refuse_foreign(file: Path) -> None:
         _read(file)
 
 
-def _read(file: Path) -> dict[str, Any]:
-    """Plates of a file by name, as YAML has them."""
+def _read(file: Path, data: bytes | None = None) -> dict[str, Any]:
+    """Plates of a file by name, as YAML has them; `data`: what it is to hold, if that is new."""
     try:
-        data = files.read_file(file, MOST_BYTES)
+        if data is None:
+            data = files.read_file(file, MOST_BYTES)
         if len(data) > MOST_BYTES:
             raise OSError(errno.EFBIG, f"of more than {MOST_BYTES} bytes")
         found = yaml.load(data.decode("utf-8"), _BoundedLoader)

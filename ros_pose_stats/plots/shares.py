@@ -140,10 +140,10 @@ def kick_figure(part_id: str, rate: float, cycle_time: float, without: feeding.B
     height = np.array([1e3 * kick for kick, _ in kicks])
     value, low, high = np.array([per_minute for _, per_minute in kicks]).T
     known = np.isfinite(low) & np.isfinite(high)
+    ends = np.stack((value - low, high - value))[:, known].tolist()
     axes.plot(height, value, color=BLUE, linewidth=1.4, zorder=3)
-    axes.errorbar(height[known], value[known], [(value - low)[known], (high - value)[known]],
-                  fmt="o", color=BLUE, markersize=4.0, elinewidth=1.1, capsize=2.2, zorder=4,
-                  label="kicked")
+    axes.errorbar(height[known], value[known], ends, fmt="o", color=BLUE, markersize=4.0,
+                  elinewidth=1.1, capsize=2.2, zorder=4, label="kicked")
     axes.plot(height[~known], value[~known], "x", color=BLUE, markersize=5.0, zorder=4,
               clip_on=False)
     best = int(value.argmax())

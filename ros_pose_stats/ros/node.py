@@ -212,8 +212,7 @@ class Life:
             wait(self._node.intake.restored, RESTORE_SECONDS)
             self._executor.add_node(self._node)
             self._executor.create_task(self._node.get_logger().info, "ready")
-            while not self._stop.asked:
-                self._spin()
+            self._spin()
         except BaseException as error:
             if not self._stop.asked:  # else the executor has just been taken apart
                 self._failure = error
@@ -221,12 +220,15 @@ class Life:
             self._stop.ask()
 
     def _spin(self) -> None:
-        """Answer until the end, or until rclpy lets an exception of a callback through."""
-        try:
-            self._executor.spin()
-        except Exception as error:  # of what a client sent to rclpy itself, for instance
-            self._node.get_logger().error(
-                f"a callback failed, and the node goes on: {type(error).__name__}: {error}")
+        """Answer until the executor is shut down, also where it lets an exception through."""
+        while True:
+            try:
+                self._executor.spin()
+                return
+            except Exception as error:  # of what a client sent to rclpy itself, for instance
+                if not self._stop.asked:  # else the executor has just been taken apart
+                    self._node.get_logger().error("a callback failed, and the node goes on: "
+                                                  f"{type(error).__name__}: {error}")
 
     def _end(self) -> None:
         """End what goes on, and leave ROS once nothing is called back any more."""

@@ -23,7 +23,7 @@ ROUNDING = 1e-9
 class ChiSquare:
     """Outcome of a test."""
 
-    statistic: float  # naN where there are too few counts for two bins
+    statistic: float  # NaN where there are too few counts for two bins
     # bins less one; nothing is fitted to the counts. 0 where there are too few
     degrees_of_freedom: int
     # chance of a statistic this large if the counts do follow the prediction; NaN where there are

@@ -68,8 +68,9 @@ def learn_flips(kicks: Sequence[FlipStatistics], counts: ArrayLike,
     known = strength * models[best] + seen
     within = rows[best] / (rows[best] @ member @ member.T)
     flips = np.asarray(known.sum(axis=1) / size @ member.T)  # out of each pose, shared among twins
-    moves = member @ (known / known.sum(axis=1)[:, None]) @ member.T * within
-    errors = np.sqrt(moves * (1.0 - moves) / (known.sum(axis=1) @ member.T + 1.0)[:, None])
+    between = known / known.sum(axis=1)[:, None]
+    errors = np.sqrt(between * (1.0 - between) / (known.sum(axis=1) + 1.0)[:, None])
+    moves, errors = (member @ each @ member.T * within for each in (between, errors))
     return replace(kicks[best], counts=flips[:, None] * moves, transition=moves,
                    unsettled=np.zeros_like(kicks[best].unsettled), standard_error=errors,
                    feeder_speed=feeder_speed, observed=int(counted.sum()))

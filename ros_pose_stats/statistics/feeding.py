@@ -54,9 +54,13 @@ def drop_afresh(dropped: PoseShares, wanted: Sequence[int], rate: float = math.n
         check_rate(rate)
     share = 1.0 if kept.all() else min(1.0, float(dropped.probability[kept].sum()))
     low, high = (1.0, 1.0) if kept.all() else _share_interval(share, dropped, kept)
-    passes = Bounded(*(_over(1.0, one) for one in (share, high, low)))
-    return Feeding(Bounded(share, low, high), passes, NO_FLIPS,
+    return Feeding(Bounded(share, low, high), passes_of(share, low, high), NO_FLIPS,
                    Bounded(rate * share, rate * low, rate * high))
+
+
+def passes_of(share: float, low: float, high: float) -> Bounded:
+    """Drops that an accepted part takes where the others are dropped again."""
+    return Bounded(*(1.0 / one if one else math.inf for one in (share, high, low)))
 
 
 def flip_wrong_ones(dropped: PoseShares, counts: ArrayLike, wanted: Sequence[int], rate: float,
@@ -137,7 +141,8 @@ def _share_interval(share: float, dropped: PoseShares, kept: Mask) -> tuple[floa
     if math.isnan(drops):
         return math.nan, math.nan
     if single > 0.0:
-        drops *= _over(single, dropped.scatter(kept.astype(np.float64)))
+        scatter = dropped.scatter(kept.astype(np.float64))
+        drops *= single / scatter if scatter else math.inf
     if drops > CERTAIN:
         return share, share
     low, high = jeffreys_interval(share * drops, drops)
@@ -167,7 +172,3 @@ def check_rate(rate: float, cycle_time: float = 0.0) -> None:
     if not 0.0 <= cycle_time < math.inf:
         raise RequestError("a cycle time of 0 s or more", f"{cycle_time}",
                            "it is the time from one kick to the next")
-
-
-def _over(above: float, below: float) -> float:
-    return above / below if below != 0.0 else math.inf

@@ -14,13 +14,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import RequestError
-from ..records import Array, FlipStatistics, Index, PoseStatistics, scene, statistics
+from ..records import Array, FlipStatistics, Index, PoseStatistics, StablePose, scene, statistics
 from . import counted_flips, feeding, pose_groups
 
 PICK, FLIP, LEAVE = "pick", "flip", "leave"
 MOST_KICKS = 100  # kicks between two empty plates; more of them are worth hardly more
 SIZES, MOST_PARTS = 60, 10_000  # numbers of parts that are looked at, and the largest of them
 MOST_SIDE = 100.0  # of a plate, metres
+FLIPS_ERROR = 0.15  # of rows of the model on a real plate, over groups (docs/measured/flips.md)
 PASSES = 2  # the first knows how dropped parts lie, the second how those on the plate do
 
 
@@ -129,8 +130,8 @@ def plan_feeding(dropped: PoseStatistics, wanted: Sequence[int], cell: FeederCel
     if not shares.probability @ picked > 0.0:
         raise RequestError("wanted poses that dropped parts come to rest in", "none of them",
                            "name others; `ros_pose_stats estimate` lists their probabilities")
-    outlines = [pose.outline for pose in sorted(dropped.poses, key=lambda pose: pose.index)]
-    plate = Plate(cell, picked, shares, outlines, 0.0 if dropped.observed else dropped.plate_error)
+    poses = sorted(dropped.poses, key=lambda pose: pose.index)
+    plate = Plate(cell, picked, shares, poses, 0.0 if dropped.observed else dropped.plate_error)
     kicks = [None, *sorted(flips, key=lambda kick: kick.kick_height)]
     options = [plate.plan(kick) for kick in kicks]
     place = max(range(len(options)), key=lambda at: options[at].per_minute.value)
@@ -203,12 +204,13 @@ class Plate:
     cell: FeederCell
     picked: Array  # (K,); 1 where the robot picks parts in a pose, else 0
     dropped: pose_groups.PoseShares
-    outlines: Sequence[Array]
+    poses: Sequence[StablePose]  # by their index
     plate_error: float  # of the shares on a real plate, beside that of the model; a fraction
 
     def fill(self, shares: Array) -> PlateFill:
         """Room among parts that lie in these shares."""
-        return plate_fill(self.outlines, shares, self.cell.plate, self.cell.clearance)
+        return plate_fill([pose.outline for pose in self.poses], shares, self.cell.plate,
+                          self.cell.clearance)
 
     def plan(self, kick: FlipStatistics | None, most: int = MOST_KICKS) -> KickPlan:
         """The best numbers of parts and of kicks, at most `most`, and what they give."""
@@ -234,7 +236,9 @@ class Plate:
             shares = pictures[:kicks + 1, at].mean(axis=0)
         chain = pictures[:kicks + 1, at]
         spread = feeding.spread_of(self._picks_error(chain, seen[at], kick))
-        around = np.outer((1.0, 1.0 / spread, spread), picks[at])
+        # No picture shows more than all parts in the pose that is blocked least.
+        around = np.minimum(np.outer((1.0, 1.0 / spread, spread), picks[at]),
+                            parts[at] * seen[at].max())
         rate = feeding.Bounded(*self._rates(parts[[at, at, at]], around)[:, kicks].tolist())
         return KickPlan(0.0 if kick is None else kick.kick_height, int(parts[at]), int(kicks),
                         float(picks[at, 0]), rate, "" if kick is None else kick.feeder_speed)
@@ -252,39 +256,33 @@ class Plate:
         """Relative standard error of the parts that a cycle picks.
 
         To first order in the shares of dropped parts and in the rows of the moves, each off by
-        its own counts and by the plate's error. `lying` (R + 1, K): how parts lie at each picture.
+        its own counts and by the error of the plate or of its flips. `lying` (R + 1, K): how parts
+        lie at each picture.
         """
         fresh, picks = self.dropped.probability, float((lying @ seen).sum())
-        counted = self._drops(self.dropped.shares, self.dropped.drops)
+        counted = self._drops(fresh, self.dropped.drops, self.plate_error)
         if kick is None:
-            return math.sqrt(self._fresh_variance(seen, counted)) / picks
+            return math.sqrt(mean_variance(self.dropped.shares, self.dropped.by_unit(seen),
+                                           counted)) / picks
         moves, left = kick.transition, 1.0 - seen
         worth = [seen]  # of a part that lies so at a picture: picks until the cycle's end
         for _ in lying[1:]:
             worth.append(seen + left * (moves @ worth[-1]) + seen * (fresh @ worth[-1]))
         after = np.array(worth[-2::-1]).reshape(-1, seen.size)
         gain = worth[-1] + (lying[:-1] @ seen) @ after
-        variance = self._fresh_variance(gain, counted)
+        variance = mean_variance(self.dropped.shares, self.dropped.by_unit(gain), counted)
         row_gain = (lying[:-1] * left).T @ after
         for row, values, flips in zip(moves, row_gain, kick.counts.sum(axis=1).tolist(),
                                       strict=True):
-            drops = flips if kick.observed else self._drops(
-                self.dropped._replace(probability=row).shares, flips)
+            drops = flips if kick.observed else self._drops(row, flips, FLIPS_ERROR)
             variance += mean_variance(row, values, drops)
         return math.sqrt(variance) / picks
 
-    def _fresh_variance(self, values: Array, drops: float) -> float:
-        """Variance of the mean of a value of the poses (K,) over drops that end in the units."""
-        unit = self.dropped.unit
-        each = np.bincount(unit, values) / np.bincount(unit)
-        return mean_variance(self.dropped.shares, each, drops)
-
-    def _drops(self, shares: Array, counted: float) -> float:
-        """Drops whose counts would be as uncertain as shares counted so and the plate's error."""
-        plate = pose_groups.equivalent_drops(shares, np.full(shares.size, self.plate_error))
-        if not counted:
-            return math.nan
-        inverse = 1.0 / counted + 1.0 / plate
+    def _drops(self, shares: Array, counted: float, error: float) -> float:
+        """Drops that leave shares (K,) as uncertain as if counted so, and off in each group."""
+        groups = np.bincount([pose.group for pose in self.poses], shares).astype(np.float64)
+        inverse = 1.0 / counted + 1.0 / pose_groups.equivalent_drops(
+            groups, np.full(groups.size, error))
         return 1.0 / inverse if inverse else math.inf
 
     def worth_flipping(self, parts: int, moves: Array) -> Index:

@@ -28,7 +28,7 @@ def pose_groups(found: PoseStatistics) -> tuple[PoseGroup, ...]:
     for pose in sorted(found.poses, key=lambda pose: pose.index):
         groups.setdefault(pose.group, []).append(pose)
     settled = sum(pose.count for pose in found.poses)
-    joined = [_joined(poses, settled if found.method == methods.SIMULATION else None)
+    joined = [_joined(poses, settled if found.method == methods.SIMULATION else None, len(groups))
               for poses in groups.values()]
     rank = tolerances.number_equal([0.0 if math.isnan(group.probability) else -group.probability
                                     for group in joined], tolerances.SAME_SHARE)
@@ -41,14 +41,14 @@ def listed_poses(found: PoseStatistics, each: bool) -> tuple[PoseGroup, ...]:
     return single_poses(found) if each else pose_groups(found)
 
 
-def _joined(poses: list[StablePose], settled: int | None) -> PoseGroup:
-    """Join poses, by rising index; `settled` is the number of counted drops, None without."""
+def _joined(poses: list[StablePose], settled: int | None, groups: int) -> PoseGroup:
+    """Join poses, by rising index; `settled`: counted drops, None without; one group is sure."""
     count = sum(pose.count for pose in poses)
     low = sum(pose.probability_low for pose in poses)
     high = sum(pose.probability_high for pose in poses)
     high = 1.0 if high > 1.0 else high  # NaN stays
     if settled is not None and len(poses) > 1:
-        low, high = map(float, jeffreys_interval(count, settled))
+        low, high = map(float, jeffreys_interval(count, settled)) if groups > 1 else (1.0, 1.0)
     return PoseGroup(tuple(poses), sum(pose.probability for pose in poses), low, high, count)
 
 
@@ -93,9 +93,13 @@ class PoseShares(NamedTuple):
         """Probability of each unit."""
         return np.bincount(self.unit, self.probability).astype(np.float64)
 
+    def by_unit(self, values: Array) -> Array:
+        """Mean of a value of the poses (K,) over those of each unit."""
+        return np.asarray(np.bincount(self.unit, values) / np.bincount(self.unit))
+
     def scatter(self, values: Array) -> float:
         """Variance of a value of the poses (K,) over drops that end in the units, not within."""
-        each = np.bincount(self.unit, values) / np.bincount(self.unit)
+        each = self.by_unit(values)
         mean = float(self.shares @ each)
         return max(0.0, float(self.shares @ (each - mean) ** 2))
 

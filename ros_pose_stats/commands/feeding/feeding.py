@@ -115,6 +115,8 @@ def run(options: argparse.Namespace) -> int:
 def _lines(dropped: "PoseStatistics", plan: "FeedingPlan", cell: "FeederCell", seed: int,
            warnings: list[str]) -> list[str]:
     """The plan for people."""
+    from ...statistics.feeding_plan import FLIPS_ERROR
+
     poses = {action: [index for index, each in enumerate(plan.actions) if each == action]
              for action in ("pick", "flip", "leave")}
     best = plan.best
@@ -134,4 +136,5 @@ def _lines(dropped: "PoseStatistics", plan: "FeedingPlan", cell: "FeederCell", s
             f"{millimetres(cell.plate[1])} mm; the first picture has {best.pickable:.3g} to pick",
             "", *columns(heads, rows),
             f"in brackets: 90 % intervals, with {100.0 * dropped.plate_error:.2g} points of error "
-            f"of the plate; flips of seed {seed}", *remarks(warnings, dropped.notes)]
+            f"of the plate and {100.0 * FLIPS_ERROR:g} of the model's flips; seed {seed}",
+            *remarks(warnings, dropped.notes)]

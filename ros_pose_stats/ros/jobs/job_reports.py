@@ -101,42 +101,38 @@ class JobReports(JobListener):
     def ended(self, job: Job, state: JobState) -> None:
         """Keep the end and its result, and latch the result."""
         known, event = self._part_of(job) or job.known(), job_event(job, int(state), job.message)
-        if job.snapshot is None or known is None:
-            recorded, change = self._report(event)
-            if not (recorded and job.recorded and self._is_kept(job, state, change)):
-                warnings = self._warnings(job) or (self._announcer.not_recorded(),)
-                job.message = " ".join(filter(None, (job.message, *warnings)))
-        else:
-            self._end_with(job, state, event, self._results.number_result(
-                known, job.snapshot, job.settings, job.job_id, True, self._warnings(job)), known)
+        answer, warnings = None, self._warnings(job)
+        if job.snapshot is not None and known is not None:
+            answer = self._results.number_result(known, job.snapshot, job.settings, job.job_id,
+                                                 True, warnings)
+        with self._recorder.step:
+            if answer is not None and known is not None:
+                answer = self._announcer.record(ANSWERS, known, answer)
+            recorded, change = self._report(event, answer)
+        if job.asked or state is JobState.DONE:  # of other ends no client hears
+            recorded = recorded and self._state.commit(change)
+        if answer is None and not (recorded and job.recorded):
+            warnings = warnings or (self._announcer.not_recorded(),)
+            job.message = " ".join(filter(None, (job.message, *warnings)))
+        elif answer is not None and not recorded:
+            answer = self._announcer.warn_unrecorded(answer)
+            self._state.put(job_change(event, serialize_message(answer)))
+        current = self._part_of(job)
+        if answer is not None and current is not None and answer.drops > answer.unsettled:
+            self._results.offer_result(current, job.request.scene, answer)
+            if job.request.hybrid:
+                self._results.keep_refinement(current, answer, job.request.scene)
         self._log(f"{job.job_id}: {state.name} after {job.drops_done} of "
                   f"{job.request.drops} drops of '{job.part_id}'"
                   + (f": {job.message}" if job.message else ""))
-
-    def _end_with(self, job: Job, state: JobState, event: JobEvent, message: PoseStatistics,
-                  known: known_part.KnownPart) -> None:
-        with self._recorder.step:
-            message = self._announcer.record(ANSWERS, known, message)
-            recorded, change = self._report(event, serialize_message(message))
-        if not (recorded and self._is_kept(job, state, change)):
-            message = self._announcer.warn_unrecorded(message)
-            self._state.put(job_change(event, serialize_message(message)))
-        current = self._part_of(job)
-        if current is not None and message.drops > message.unsettled:
-            self._results.offer_result(current, job.request.scene, message)
-            if job.request.hybrid:
-                self._results.keep_refinement(current, message, job.request.scene)
-
-    def _is_kept(self, job: Job, state: JobState, change: int) -> bool:
-        """Whether what a client hears of the end is on the disk; of others nobody hears."""
-        return not (job.asked or state is JobState.DONE) or self._state.commit(change)
 
     def forgotten(self, job_id: str) -> None:
         """Keep nothing of a job any more."""
         self._state.put(Change("jobs", job_id, None))
 
-    def _report(self, event: JobEvent, answer: bytes = b"") -> tuple[bool, int]:
+    def _report(self, event: JobEvent, result: PoseStatistics | None = None) -> tuple[bool, int]:
         """Record and keep what happened; whether it is recorded, and the state's change."""
+        answer = b"" if result is None else serialize_message(result)
         with self._recorder.step:
             recorded = self._recorder.record(JOB_EVENTS, serialize_message(event))
             change = self._state.put(job_change(event, answer))

@@ -156,7 +156,10 @@ class CountStore:
         if self._state.get("counted", identity) is not None:
             return False
         if known.counts.add(counts):
-            flipped = [] if counts.from_pose < 0 else [_flips_row(known, known.counts)]
+            flipped = [] if counts.from_pose < 0 else [Change("flips", known.part_id, (
+                known.part_id, known.counts.series, json.dumps(
+                    {speed: [(*moved, count) for moved, count in flips.items()]
+                     for speed, flips in known.counts.flips.items()})))]
             known.counts.change = self._state.put(
                 self._counts_row(known, known.counts), *flipped,
                 Change("counted", identity, (identity,)))
@@ -257,9 +260,3 @@ class CountStore:
                     statistics_messages.statistics_of_message(shown.model), total)
             if evidence is not None:
                 yield evidence
-
-
-def _flips_row(known: known_part.KnownPart, counts: CellCounts) -> Change:
-    return Change("flips", known.part_id, (known.part_id, counts.series, json.dumps(
-        {speed: [(*moved, count) for moved, count in flips.items()]
-         for speed, flips in counts.flips.items()})))

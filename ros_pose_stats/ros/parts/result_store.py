@@ -119,10 +119,8 @@ class ResultStore:
     def remembers(self, known: KnownPart, method: str, scene: records.DropScene) -> bool:
         """Whether an answer without a target is at hand; raises as `estimate`."""
         name = method or self._settings().default_method
-        if name == AUTO:
-            return self.checked(known, scene) is not None
-        name = part_requests.estimator_name(name, scene.restitution)
-        return self._results.get(self._key(name, known, scene)) is not None
+        role = CHECKED if name == AUTO else part_requests.estimator_name(name, scene.restitution)
+        return self._results.get(self._key(role, known, scene)) is not None
 
     def checked(self, known: KnownPart, scene: records.DropScene) -> PoseStatistics | None:
         """The checked estimate, if it was made before."""

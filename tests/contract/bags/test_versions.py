@@ -1,7 +1,5 @@
 """Messages of older and newer versions, and poses that are numbered in several ways."""
 
-from __future__ import annotations
-
 import math
 import re
 

@@ -61,13 +61,6 @@ def test_the_unit_is_for_files_that_declare_none(tmp_path):
     assert "UNIT_OVERRIDDEN" not in text
 
 
-def test_another_unit_is_refused(boxes, tmp_path):
-    vertices, triangles = shapes.box(20.0, 30.0, 16.0)
-    small = write_stl(tmp_path / "small.stl", (vertices / 25.4, triangles))
-    line = refusal("compare", boxes[0], small, *ASKED)
-    assert "at most 9 times apart, got A with a radius of 19.72 mm and B with 0.7765 mm" in line
-
-
 def test_wanted_poses_of_which_symmetry_has_more_are_pointed_out(boxes):
     asked = "compare", *boxes, *ASKED, "--drops", 300, "--wanted"
     warnings = ["WANTED_ALIKE: pose 3 looks the same as pose 2 (symmetry)",
@@ -108,13 +101,7 @@ def test_equal_names_are_told_apart_by_their_paths(tmp_path, monkeypatch, files,
     (("--com", 0, 0, 0, "--com", 0, 0, 0, "--com", 0, 0, 0), "--com once, or once for"),
     (("--wanted", 9), "wanted poses out of 0 to 5"),
     (("--com", 0, 0, "90mm"), "inside the part's convex hull"),
-    (("--plate-error", 2), "a plate error from 0 to 1"),
     (("-o", "page.txt"), "ends in .html"),
-    (("--restitution", 1), "a coefficient of restitution"),
 ])
 def test_refused_in_one_line(boxes, options, words):
     assert words in refusal("compare", *boxes, *ASKED, *options)
-
-
-def test_one_variant_is_none(boxes):
-    assert "2 to 26 variants" in refusal("compare", boxes[0], *ASKED)

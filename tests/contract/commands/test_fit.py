@@ -55,8 +55,11 @@ def test_a_plate_that_nobody_counted_on_is_refused(bag, tmp_path):
     assert "got those of glass and other" in line and not list(tmp_path.iterdir())
 
 
-def test_a_file_of_something_else_is_refused_and_kept(bag, tmp_path):
+@pytest.mark.parametrize(("text", "words"), [
+    ("other: 1\n", "--plates"),
+    (yaml.safe_dump({"plates": {f"p{k}": {} for k in range(256)}}), "256 plates, got 257")])
+def test_a_file_of_something_else_or_a_full_one_is_refused_and_kept(bag, tmp_path, text, words):
     file = tmp_path / "plates.yaml"
-    file.write_text("other: 1\n")
-    assert "--plates" in refusal("fit", bag, "--plate", "glass", "--plates", file)
-    assert file.read_text() == "other: 1\n"
+    file.write_text(text)
+    assert words in refusal("fit", bag, "--plate", "glass", "--plates", file)
+    assert file.read_text() == text

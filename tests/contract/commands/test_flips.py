@@ -6,7 +6,7 @@ import pytest
 from ros_pose_stats import learn_flips, load_part, simulate_flips
 from tests.running import answer, answer_json, refusal
 
-KICKED = "--kick", 0.05, "--flips", 200, "--drops", 500, "--seed", 5, "--wanted", "0,1"
+KICKED = "--kick", 0.05, "--flips", 200, "--drops", 500, "--seed", 5, "--wanted", 0
 
 
 def test_the_object_is_the_librarys(box):
@@ -28,6 +28,7 @@ def test_kicks_are_set_beside_dropping_again(box):
     lines = answer("flips", *box, *KICKED).splitlines()
     assert lines[0] == "box: kicked by 50 mm on a frictionless plate, restitution 0.5"
     assert any(line.strip().startswith("kicked") for line in lines)
+    assert any(line.startswith("WANTED_ALIKE: pose 1 looks the same as pose 0") for line in lines)
 
 
 @pytest.mark.long
@@ -48,14 +49,6 @@ def test_intervals_are_kept(box):
 def test_a_kick_that_frees_no_part_has_no_bound(box):
     feeding = answer_json("flips", *box, *KICKED[2:], "--kick", 0.0)["feeding"]["kicked"]
     assert feeding["flips"] == {"value": None, "low": None, "high": None}
-
-
-def test_wanted_poses_of_which_symmetry_has_more_are_pointed_out(box):
-    asked = ("flips", *box, "--kick", 0.05, "--flips", 20, "--drops", 100, "--seed", 5,
-             "--wanted", 0)
-    warning = "WANTED_ALIKE: pose 1 looks the same as pose 0"
-    assert warning in answer(*asked)
-    assert warning in answer_json(*asked)["warnings"][-1]
 
 
 def test_counted_flips_make_the_matrix_of_a_speed(box, tmp_path):
@@ -86,10 +79,5 @@ def test_counted_flips_that_are_none_are_refused(box, tmp_path, row, words):
     assert words in refusal("flips", *box, "--counts", file)
 
 
-@pytest.mark.parametrize(("options", "words"), [
-    (("--kick", -1), "kick height of 0 m or more"),
-    (("--kick", 0.01, "--wanted", 9), "wanted poses out of 0 to 5"),
-    (("--kick", 0.01, "--wanted", "0", "--rate", 0), "a rate above 0"),
-])
-def test_refused_in_one_line(box, options, words):
-    assert words in refusal("flips", *box, "--flips", 20, "--drops", 20, *options)
+def test_refused_in_one_line(box):
+    assert "kick height of 0 m or more" in refusal("flips", *box, "--kick", -1)

@@ -6,7 +6,7 @@ import pytest
 from ros_pose_stats import load_part, sensitivity
 from tests.running import answer, answer_json, refusal
 
-ASKED = "--wanted", "2,3", "--drops", 200, "--seed", 5
+ASKED = "--wanted", "2,3", "--drops", 2000, "--seed", 5
 
 
 @pytest.fixture(scope="module")
@@ -25,7 +25,7 @@ def table(box):
 
 def test_effects_are_the_librarys(box, suggested):
     values, _ = suggested
-    expected = sensitivity(load_part(box[0], unit="mm"), [2, 3], drops=200, seed=5)
+    expected = sensitivity(load_part(box[0], unit="mm"), [2, 3], seed=5)
     assert [effect["slope"] for effect in values["effects"]] == [
         effect.slope for effect in expected.effects]
     assert {(effect["unit"], effect["slope_unit"]) for effect in values["effects"]} == {
@@ -60,7 +60,7 @@ class TestTable:
     def test_it_says_first_what_gains_most_and_lists_what_is_beyond_its_error(
             self, table, suggested):
         first, *lines = table.splitlines()
-        assert first.startswith("gains most: ") and " points by drops (" in first
+        assert first.startswith("gains most by estimate: ") and " by drops (" in first
         clear = [one for one in suggested[0]["effects"]
                  if one["change"] > one["error"] * abs(one["step"])]
         assert sum("  points per " in line for line in lines) == len(clear) < 9
@@ -85,12 +85,9 @@ class TestTable:
 
 
 @pytest.mark.parametrize(("options", "words"), [
-    (("--wanted", 9), "wanted poses out of 0 to 5"),
     (("--wanted", 0, "--suggest"), "--within with --suggest"),
     (("--wanted", 0, "--within", "1mm"), "--suggest with --within"),
-    (("--wanted", 0, "--suggest", "--within", 0), "a bound above 0"),
     (("--wanted", 0, "--suggest", "--within", "1mm", "--stl", "hull.obj"), "ends in .stl"),
-    (("--wanted", 0, "--step", "100mm"), "half the part's radius"),
     (("--wanted", 0, "--png", "none/"), "ends in .png"),
 ])
 def test_refused_in_one_line(box, options, words):

@@ -75,13 +75,6 @@ def test_it_ends_early_where_the_verdict_is_settled():
     assert found.drops < 5000 and found.variants[0].in_model == "difference shown"
 
 
-def test_several_variants_stand_beside_the_first():
-    found = compare([clamp(), clamp(1.0, 1.0, 1.4), clamp()], drops=1000, seed=2)
-    assert [beside.second for beside in found.variants] == [1, 2]
-    assert [beside.on_plate for beside in found.variants] == ["difference shown", "none shown"]
-    assert len(found.found) == 3
-
-
 def test_a_wanted_pose_without_a_partner_is_never_accepted(pair):
     stone = part_from_mesh(*moved(random_polyhedron(8, 2), scale=0.02))
     feeder = compare([pair[0], stone], wanted=[1], drops=200, seed=1).variants[0].feeder
@@ -92,7 +85,7 @@ def test_a_wanted_pose_without_a_partner_is_never_accepted(pair):
 
 @pytest.mark.parametrize("factor", [0.001, 1.0 / 25.4, 0.1, 10.0, 60.0])
 def test_another_scale_is_refused(factor):
-    with pytest.raises(PoseStatsError, match="in one unit"):
+    with pytest.raises(PoseStatsError, match=r"9 times apart, got A .*; export them in one"):
         compare([clamp(), clamp(), clamp(factor, factor, factor)], drops=10, seed=1)
 
 

@@ -1,7 +1,5 @@
 """Units: their names, what a file declares, guesses, and doubts about them."""
 
-from __future__ import annotations
-
 import zipfile
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The page of a catalogue: what it holds, and how it sorts and filters in a real browser."""
 
-from __future__ import annotations
-
 import json
 import re
 

@@ -3,8 +3,6 @@
 The tests print what they measure: `pytest -s -m long tests/truth/design/test_model_error.py`.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

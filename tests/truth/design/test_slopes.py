@@ -1,15 +1,20 @@
 """Slopes where symmetry says what they are, their checks by drops, and suggestions."""
 
 import math
+import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from ros_pose_stats import part_from_mesh, resting_poses, sensitivity, suggest
+from ros_pose_stats.design.describe import describe_gain
 from ros_pose_stats.shapes.demo_parts import DEMO_PARTS
+from ros_pose_stats.statistics.paired_counts import paired_difference
 from study import shapes
 
 CUBE = part_from_mesh(*shapes.box(20e-3, 20e-3, 20e-3))
+CLAMP = part_from_mesh(*DEMO_PARTS["clamp"](), unit="mm")
 PRISM = part_from_mesh(*shapes.prism(6, 10e-3, 24e-3))
 WITHIN = 1e-3
 
@@ -72,6 +77,22 @@ def test_drops_agree_with_the_slopes_that_they_check():
     assert not best.contradicted
 
 
+@pytest.mark.parametrize(("gain", "right"), [(0.0, 0.95), (0.03, 0.9)])
+def test_the_first_line_is_as_sure_as_it_says(gain, right):
+    """Of steps that gain alike, checked 600 times: without a gain one is said to gain in 5 %, of 3
+    points the interval holds in 90 %."""
+    found, random, kept = sensitivity(CLAMP, [0], checks=0), np.random.default_rng(1), []
+    for _ in range(600):
+        ends = [random.choice(3, 2000, p=(0.86 - gain, 0.07, 0.07 + gain)) for _ in found.effects]
+        line = describe_gain(replace(found, effects=tuple(
+            replace(one, check=paired_difference(end == 1, end == 2))
+            for one, end in zip(found.effects, ends, strict=True))))
+        told = re.search(r"by drops \((\S+) to (\S+)\)", line)
+        kept.append(told is None if gain == 0.0 else
+                    told is not None and float(told[1]) <= 100.0 * gain <= float(told[2]))
+    assert right - 0.03 <= np.mean(kept) <= right + 0.04
+
+
 @pytest.fixture(scope="module")
 def suggested():
     """For a prism that is to stand on its ends."""
@@ -103,5 +124,4 @@ class TestSuggestion:
         assert 11e-3 * (1.0 - 1e-9) <= half <= 13e-3 * (1.0 + 1e-9)
 
     def test_a_centre_of_mass_that_moves_with_the_outline_keeps_it_too(self):
-        clamp = part_from_mesh(*DEMO_PARTS["clamp"](), unit="mm")
-        assert suggest(clamp, [0], WITHIN, drops=10, seed=1).center_shift <= WITHIN * (1.0 + 1e-5)
+        assert suggest(CLAMP, [0], WITHIN, drops=10, seed=1).center_shift <= WITHIN * (1.0 + 1e-5)

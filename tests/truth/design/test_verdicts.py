@@ -78,15 +78,11 @@ def count_false_alarms(trials, drops):
     return wrong
 
 
-def test_two_exports_are_seldom_called_different():
-    """Of 5 % each; more than 4 of 24 would be one chance in 200."""
-    assert count_false_alarms(24, 400) <= 4
-
-
-@pytest.mark.long
-def test_two_exports_are_called_different_in_one_of_twenty_at_most():
-    """Of 60: 3 are expected at most, and more than 8 are one chance in 300."""
-    assert count_false_alarms(60, 2500) <= 8
+@pytest.mark.parametrize(("trials", "drops", "most"), [
+    (24, 400, 4), pytest.param(60, 2500, 8, marks=pytest.mark.long)])
+def test_two_exports_are_seldom_called_different(trials, drops, most):
+    """Of 5 % each; more than so many would be one chance in 200 or less."""
+    assert count_false_alarms(trials, drops) <= most
 
 
 def test_round_parts_are_not_told_apart_by_their_facets():

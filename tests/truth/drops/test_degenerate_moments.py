@@ -1,7 +1,5 @@
 """Moments of a drop that broke implementations, each a test of its own."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Kicks out of the poses: their energy and points, another solver, symmetry, drops as a limit."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.stats import chi2_contingency

@@ -1,7 +1,5 @@
 """The paper's random polyhedra against a second reading of the recipe, and against trimesh."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import trimesh

@@ -1,7 +1,5 @@
 """Counted flips beside the model's: closed forms, redrawn rows, poses that look alike."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -80,6 +78,10 @@ def test_poses_that_look_alike_share_their_counts():
     np.testing.assert_allclose(first.transition, second.transition, rtol=1e-9)
     between = first.transition.reshape(3, 2, 3, 2).sum(axis=3)
     np.testing.assert_allclose(between[:, 0], between[:, 1], rtol=1e-9)
+    # Poses of a group share its error, as they share what is known of it.
+    share, known = between[0, 0, 1], 2.0 * first.counts[0].sum()
+    assert first.standard_error[0, 2:4].sum() == pytest.approx(
+        math.sqrt(share * (1.0 - share) / (known + 1.0)), rel=1e-6)
     # 600 flips of both poses together, and at most 300 of the model out of each.
     assert between[0, 0, 1] == pytest.approx(1.0 / 3.0, abs=0.15)
     assert 2.0 * first.counts[:2].sum(axis=1) == pytest.approx(first.counts[:2].sum())

@@ -1,19 +1,27 @@
 """Tests of counts: chi-square and paired differences, against scipy, by hand, and on draws."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 import pytest
 from scipy import stats
 
+from ros_pose_stats import PoseStatsError, part_from_mesh
+from ros_pose_stats.plates import count_part
 from ros_pose_stats.statistics.chi_square import goodness_of_fit, homogeneity
 from ros_pose_stats.statistics.paired_counts import (
     adjust_together,
     chance_of_split,
     paired_difference,
 )
+from tests.bodies import shapes
+
+
+@pytest.mark.parametrize("counts", [{0: 1.5}, {0: math.nan}, {0: 2**70}, {0: -1}, {0.5: 3},
+                                    {True: 4}, {6: 1}])
+def test_counts_that_are_none(counts):
+    with pytest.raises(PoseStatsError, match=r"whole counts from 0 on|poses 0 to 5"):
+        count_part(part_from_mesh(*shapes.box(1.0, 2.0, 3.0)), counts)
 
 
 class TestGoodnessOfFit:

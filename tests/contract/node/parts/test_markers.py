@@ -1,7 +1,5 @@
 """~/markers: parts rest on the plate, side by side, and there are not too many triangles."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np
