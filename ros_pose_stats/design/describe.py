@@ -59,7 +59,7 @@ def describe_gain(found: "sensitivity.Sensitivity") -> str:
         return (f"gains most by estimate: {name_step(found.space, one.number, one.step)}: "
                 f"{points(one.change)} points{by_drops}")
     if found.checked:
-        return (f"no gain shown: {found.drops} drops show none of the best "
+        return (f"nothing to gain: {found.drops} drops show no gain of the best "
                 f"{several(len(found.checked), 'step')}")
     step = f"{1e3 * found.step:.3g} mm or {100.0 * found.step / found.space.body.radius:.3g} %"
     return f"nothing to gain: no step of {step} raises the share by more than its own error"
