@@ -7,12 +7,13 @@ import numpy as np
 from .. import errors, tolerances
 from ..mesh import arrays, vectors
 from ..records import Array, Part, StablePose
+from . import convex_body
 
 if TYPE_CHECKING:
     from manifold3d import CrossSection, Manifold
 
 Polygon = tuple[Array, ...]
-ROUNDINGS = 8.0  # roundings of the coordinates within which what should be level may not be
+UNITS = 1e4  # of length in a radius: polygons are kept to 1e-8 of one, and needles are thin
 
 
 def outline_at(part: Part, pose: StablePose, height: float | None = None) -> tuple[Polygon, ...]:
@@ -51,20 +52,22 @@ def outline_at(part: Part, pose: StablePose, height: float | None = None) -> tup
     if level is not None and not np.isfinite(level):
         raise errors.RequestError("a height above the plate in metres", f"{height!r}",
                                   "leave it out for the silhouette")
-    points = part.surface_vertices - part.center_of_mass
-    scale = float(vectors.lengths(points).max())
+    body = convex_body.convex_body(part, 0)
+    unit = body.radius / UNITS
     rotation = vectors.rotation_matrices(pose.orientation[None])[0]
-    standing = vectors.turn_vectors(points / scale, rotation.T)
-    standing[:, 2] += pose.height / scale
+    standing = vectors.turn_vectors((part.surface_vertices - part.center_of_mass) / unit,
+                                    rotation.T)
+    standing[:, 2] += pose.height / unit
+    flat = UNITS * (body.tolerance or tolerances.COPLANAR)
     if level is None:
         seen = _solid(part, standing).project()
     else:
-        level /= scale
-        flat = max(tolerances.COPLANAR, ROUNDINGS * part.rounding / scale)
+        level /= unit
         standing[np.abs(standing[:, 2] - level) <= flat, 2] = level
         seen = _solid(part, standing).slice(level)
-    found = sorted(_without_spurs(seen).decompose(), key=lambda one: -one.area())
-    return tuple(_rings(one, scale) for one in found if not one.is_empty())
+    step = min(flat, UNITS * tolerances.COPLANAR)
+    found = sorted(_without_spurs(seen, step).decompose(), key=lambda one: -one.area())
+    return tuple(_rings(one, unit) for one in found if not one.is_empty())
 
 
 def _solid(part: Part, points: Array) -> "Manifold":
@@ -78,18 +81,16 @@ def _solid(part: Part, points: Array) -> "Manifold":
     return solid
 
 
-def _without_spurs(seen: "CrossSection") -> "CrossSection":
+def _without_spurs(seen: "CrossSection", step: float) -> "CrossSection":
     """The same without what has no width: walls that stand upright but for rounding leave that."""
     from manifold3d import JoinType
 
-    for step in (-tolerances.COPLANAR, tolerances.COPLANAR):
-        seen = seen.offset(step, JoinType.Miter, 2.0)
-    return seen.simplify(tolerances.COPLANAR)
+    return seen.offset(-step, JoinType.Miter, 2.0).offset(step, JoinType.Miter, 2.0).simplify(step)
 
 
-def _rings(polygon: "CrossSection", scale: float) -> Polygon:
+def _rings(polygon: "CrossSection", unit: float) -> Polygon:
     """Rings of one polygon in metres, its boundary first: holes have areas below 0."""
     rings = [np.asarray(ring) for ring in polygon.to_polygons()]
     twice = [float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum())
              for x, y in (ring.T for ring in rings)]
-    return tuple(rings[k] * scale for k in sorted(range(len(rings)), key=lambda k: -twice[k]))
+    return tuple(rings[k] * unit for k in sorted(range(len(rings)), key=lambda k: -twice[k]))

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from ros_pose_stats import PoseStatsError, outline_at, part_from_mesh, resting_poses
 from ros_pose_stats.shapes import demo_parts
-from tests.bodies import random_polyhedron, rotation, shapes
+from tests.bodies import moved, random_polyhedron, rotation, shapes
 from tests.fine_parts import surface
 
 MM = 1e-3
@@ -72,9 +72,10 @@ def test_silhouette_and_sections_are_where_a_line_from_above_meets_the_part(name
         assert (holds(outline_at(part, pose, level), points) == (above % 2 == 1)).all()
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_a_convex_part_has_the_outline_of_its_hull(seed):
-    part = part_from_mesh(*random_polyhedron(25, seed))
+@pytest.mark.parametrize("body", [*(random_polyhedron(25, seed) for seed in range(3)),
+                                  moved(shapes.box(1.0, 1e-6, 2e-6), rotation(3))])
+def test_a_convex_part_has_the_outline_of_its_hull(body):
+    part = part_from_mesh(*body)
     for pose in resting_poses(part).poses:
         ((boundary,),) = outline_at(part, pose)
         assert area_of(boundary) == pytest.approx(area_of(pose.outline), rel=1e-6)
