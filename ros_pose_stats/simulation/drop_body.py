@@ -58,8 +58,8 @@ def _prepare(part: Part, resting: poses.RestingPoses) -> PreparedBody:
     points, corner = points[order], used[order]
     x, y, z = np.ascontiguousarray(points.T)
     rims = rolling_rims(resting, moment, axes, corner)
-    arrays = layout.DropBody(x, y, z, vectors.lengths(points), moment, ball, ball_range,
-                             *_neighbours(points), *_sides(resting, corner),
+    arrays = layout.DropBody(x, y, z, moment, ball, ball_range, *_neighbours(points),
+                             *_sides(resting, corner),
                              resting.equilibria.heights[resting.clusters.lowest],
                              resting.clusters.way_out, rims.pose, rims.level, rims.climb, rims.rim,
                              min(evolve.TURN, 2.0 * math.sqrt(CROWD / corner.shape[0])))
@@ -113,7 +113,7 @@ ROUNDING = 1e-12
 def ball_tree(points: Array) -> tuple[Index, Array, Index]:
     """Binary tree of balls, in the order in which it is walked."""
     order: list[Index] = []  # (C,); points as the leaves hold them
-    balls: list[tuple[float, ...]] = []  # (B, 5); centre, radius, the centre's distance from 0
+    balls: list[tuple[float, ...]] = []  # (B, 4); centre and radius
     ranges: list[list[int]] = []  # (B, 3); begin and end in `order`, node that follows the subtree
     # Nodes are numbered as they are first seen, a left child right after its parent.
     waiting: list[Index] = [np.arange(points.shape[0])]
@@ -124,27 +124,21 @@ def ball_tree(points: Array) -> tuple[Index, Array, Index]:
         node = len(balls)
         center = 0.5 * (points[inside].min(axis=0) + points[inside].max(axis=0))
         radius = float(vectors.lengths(points[inside] - center).max()) + ROUNDING
-        balls.append((*center.tolist(), radius, vectors.length(center)))
+        balls.append((*center.tolist(), radius))
         ranges.append([placed, placed + inside.shape[0], node + 1])
         ancestors.append((node, placed + inside.shape[0]))
         if inside.shape[0] <= LEAF:
             order.append(inside)
             placed += inside.shape[0]
         else:
-            near, far = _halves(points, inside)
-            waiting += [far, near]
+            axis, middle = int(np.argmax(np.ptp(points[inside], axis=0))), inside.shape[0] // 2
+            # Stable, since a partition would order its halves differently on other processors.
+            ranked = inside[np.argsort(points[inside, axis], kind="stable")]
+            waiting += [ranked[middle:], ranked[:middle]]
         while ancestors and ancestors[-1][1] == placed:
             done, _ = ancestors.pop()
             ranges[done][layout.BALL_NEXT] = len(balls)
     return np.concatenate(order), np.array(balls), np.array(ranges, dtype=np.int64)
-
-
-def _halves(points: Array, inside: Index) -> tuple[Index, Index]:
-    axis = int(np.argmax(np.ptp(points[inside], axis=0)))
-    middle = inside.shape[0] // 2
-    # A stable sort, since a partition would order its halves differently on other processors.
-    ranked = inside[np.argsort(points[inside, axis], kind="stable")]
-    return ranked[:middle], ranked[middle:]
 
 
 class RollingRims(NamedTuple):

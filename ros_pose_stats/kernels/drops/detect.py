@@ -1,9 +1,10 @@
 """The first event on a step: a vertex reaches the plate, or a contact lets go.
 
 Few corners can touch during a step; the others cost next to nothing. Over a step the height of a
-point r is z + p . r with z and p given by their series. With B the sum of the sizes of the higher
-coefficients it lies above a parabola that opens downwards, so above the lower of its ends. Taken
-at the centre of a ball, less its radius, the same bound clears all corners in the ball at once.
+point r is z + p . r with z and p given by their series. With B the sum of the sizes of the
+coefficients of z and p from the fourth on, and that of the point's third where it is negative, it
+lies above the parabola of the first ones less B x², which has no zero before a certain fraction.
+Taken at the centre of a ball, less its radius, the same bound clears all corners in it at once.
 
 A corner that touches is the lowest one then, so the vertical direction is in its normal
 cone. Where the direction moves little compared with the cones, the corners whose cones it may
@@ -16,17 +17,13 @@ from typing import NamedTuple
 from ...tolerances import AT_REST, JUST_TOUCHING, PULL, SINKING
 from ..array_types import Array, Index
 from ..compilation import inlined
-from ..vectors import Vec3, dot, dot_from, length, minus, read_row
+from ..vectors import Vec3, dot, dot_from, length, minus, read_row, write_row
 from . import layout as at
-from .roots import first_zero, lowest_bound
+from .roots import first_zero
 
 # what an event is, if no contact that lets go
 NOTHING = -2
 LANDING = -1
-
-FEW = 2
-"""Up to this many corners are looked at in any order."""
-
 
 class Event(NamedTuple):
     """What happens first on a step."""
@@ -44,17 +41,13 @@ def detect(body: at.DropBody, rules: at.DropRules, work: at.Work, last: int) -> 
     corner, close = -1, 0
     if work.tally[at.MODE] != at.FLIGHT:
         first, what = first_release(work, last)
-    if not _stays_clear(work.state, work.clock[at.STEP]):
+    z, step = work.state[at.Z], work.clock[at.STEP]
+    # Out of reach while the centre of mass stays a radius above the plate, in flight.
+    if min(z, z + step * (work.state[at.V] - 0.5 * step)) <= 1.0:
         landing, corner, close = first_landing(body, rules, work, last, first)
         if landing < first:
             first, what = landing, LANDING
     return Event(what, min(first, 1.0), corner, close)
-
-
-@inlined
-def _stays_clear(state: Array, step: float) -> bool:
-    """In flight: the centre of mass stays a radius above the plate, out of reach."""
-    return bool(state[at.Z] > 1.0 and state[at.Z] + step * (state[at.V] - 0.5 * step) > 1.0)
 
 
 @inlined
@@ -101,19 +94,16 @@ def first_landing(body: at.DropBody, rules: at.DropRules, work: at.Work, last: i
     first, corner = math.inf, -1
     flying = work.tally[at.MODE] == at.FLIGHT
     live = candidates(body, rules, work, last)
-    if live > FEW:
-        lowest_first(work.found, work.outlook, live)
     for i in range(live):
-        if stays_above(work.outlook, i, min(first, before, 1.0), 0.0):
-            continue
+        soonest_first(work.found, work.soonest, i, live)
+        if work.soonest[i] > min(first, before, 1.0):
+            break
         j = work.found[i]
         if not flying and (j == work.active[0] or j == work.active[1]):
             continue
         r = at.corner_of(body, j)
         for k in range(last + 1):
             work.poly[k] = dot_from(work.series[k, at.ZS], read_row(work.series, k, at.PS), r)
-        if lowest_bound(work.poly, last) > 0.0:
-            continue
         known = _known_zeros(work, j)
         if known == 0 and work.poly[0] <= 0.0:
             known = _zeros_on_plate(work)
@@ -165,48 +155,51 @@ NARROW = 2.0
 That is a fraction of one corner if they are spread evenly; for more the balls are faster.
 """
 
+CUBIC = 3
+"""Last coefficient of a height that is taken as it is rather than by its size."""
+
 
 @inlined
 def candidates(body: at.DropBody, rules: at.DropRules, work: at.Work, last: int) -> int:
     """List in `found` the corners that may touch during the step; return their number.
 
-    Those that come within what counts as touching are among them. `outlook` is set to
-    height, slope over the step, and B of each.
+    Those that come within what counts as touching are among them. `soonest` tells the fraction
+    before which each does not touch.
     """
     series = work.series
-    swing = 0.0
+    if last < CUBIC:
+        write_row(series, CUBIC, at.PS, Vec3(0.0, 0.0, 0.0))
+        series[CUBIC, at.ZS] = 0.0
+    swing = bend = 0.0
     for k in range(1, last + 1):
-        swing += length(read_row(series, k, at.PS))
-    bend_p = swing - length(read_row(series, 1, at.PS))
-    bend_z = 0.0
-    for k in range(2, last + 1):
-        bend_z += abs(series[k, at.ZS])
+        size = length(read_row(series, k, at.PS))
+        swing += size
+        if k > CUBIC:
+            bend += size + abs(series[k, at.ZS])
     if body.beside.shape[0] > 0 and swing * swing * body.x.shape[0] < NARROW:
-        return spread(body, work, swing, bend_p, bend_z, rules.touching)
-    return gather(body, work, bend_p, bend_z, rules.touching)
+        return spread(body, work, swing, bend, rules.touching)
+    return gather(body, work, bend, rules.touching)
 
 
 @inlined
-def gather(body: at.DropBody, work: at.Work, bend_p: float, bend_z: float, margin: float) -> int:
+def gather(body: at.DropBody, work: at.Work, bend: float, margin: float) -> int:
     """Candidates by way of the balls."""
     ball, ball_range = body.ball, body.ball_range
     count = node = 0
     while node < ball.shape[0]:
-        height, slope = _height_and_slope(work.series, read_row(ball, node, at.BALL_CENTRE))
-        bend = bend_z + bend_p * ball[node, at.BALL_REACH]
-        if min(height, height + slope - bend) - ball[node, at.BALL_RADIUS] > margin:
+        path = _path_below(work.series, read_row(ball, node, at.BALL_CENTRE), bend)
+        if _least(path) - ball[node, at.BALL_RADIUS] > margin:
             node = ball_range[node, at.BALL_NEXT]
             continue
         if ball_range[node, at.BALL_NEXT] == node + 1:
             for j in range(ball_range[node, at.BALL_BEGIN], ball_range[node, at.BALL_END]):
-                count = _list(body, work, j, bend_p, bend_z, margin, count)
+                count = _list(body, work, j, bend, margin, count)
         node += 1
     return count
 
 
 @inlined
-def spread(body: at.DropBody, work: at.Work, swing: float, bend_p: float, bend_z: float,
-           margin: float) -> int:
+def spread(body: at.DropBody, work: at.Work, swing: float, bend: float, margin: float) -> int:
     """Candidates by way of the neighbours: every cone within `swing` of the direction."""
     work.tally[at.SEARCH] += 1
     search = work.tally[at.SEARCH]
@@ -218,7 +211,7 @@ def spread(body: at.DropBody, work: at.Work, swing: float, bend_p: float, bend_z
     while begin < end:
         j = work.queue[begin]
         begin += 1
-        count = _list(body, work, j, bend_p, bend_z, margin, count)
+        count = _list(body, work, j, bend, margin, count)
         for k in range(body.beside_start[j], body.beside_start[j + 1]):
             i = body.beside[k]
             if work.seen[i] == search:
@@ -255,44 +248,63 @@ def _lowest(body: at.DropBody, work: at.Work) -> int:
     return int(low)
 
 
-@inlined
-def _height_and_slope(series: Array, r: Vec3) -> tuple[float, float]:
-    return (dot_from(series[0, at.ZS], read_row(series, 0, at.PS), r),
-            dot_from(series[1, at.ZS], read_row(series, 1, at.PS), r))
+class Path(NamedTuple):
+    """A parabola in time: height + slope x + curve x²."""
+
+    height: float
+    slope: float
+    curve: float
 
 
 @inlined
-def _list(body: at.DropBody, work: at.Work, j: int, bend_p: float, bend_z: float, margin: float,
-          count: int) -> int:
+def _path_below(series: Array, r: Vec3, bend: float) -> Path:
+    """Parabola that the height of a point does not go below during the step."""
+    cubic = dot_from(series[CUBIC, at.ZS], read_row(series, CUBIC, at.PS), r)
+    return Path(dot_from(series[0, at.ZS], read_row(series, 0, at.PS), r),
+                dot_from(series[1, at.ZS], read_row(series, 1, at.PS), r),
+                dot_from(series[2, at.ZS] - bend + min(cubic, 0.0), read_row(series, 2, at.PS), r))
+
+
+@inlined
+def _least(path: Path) -> float:
+    """Lowest value for 0 <= x <= 1."""
+    if 0.0 < -path.slope < 2.0 * path.curve:
+        return path.height - path.slope * path.slope / (4.0 * path.curve)
+    return min(path.height, path.height + path.slope + path.curve)
+
+
+@inlined
+def time_to_plate(path: Path) -> float:
+    """First x >= 0 at which the height is at most 0 and falls; infinity where it never does."""
+    height, slope, curve = path
+    square = slope * slope - 4.0 * height * curve
+    if slope > 0.0:
+        if curve >= 0.0:
+            return math.inf
+        return (slope + math.sqrt(max(square, 0.0))) / (-2.0 * curve)
+    if height <= 0.0:
+        return 0.0
+    sinking = math.sqrt(square) - slope if square >= 0.0 else 0.0
+    return 2.0 * height / sinking if sinking > 0.0 else math.inf
+
+
+@inlined
+def _list(body: at.DropBody, work: at.Work, j: int, bend: float, margin: float, count: int) -> int:
     """Add a corner to the list unless its parabola stays above; return the new length."""
-    height, slope = _height_and_slope(work.series, at.corner_of(body, j))
-    bend = bend_z + bend_p * body.reach[j]
-    if min(height, height + slope - bend) > margin:
+    path = _path_below(work.series, at.corner_of(body, j), bend)
+    if _least(path) > margin:
         return count
     work.found[count] = j
-    outlook = work.outlook
-    outlook[count, at.HEIGHT], outlook[count, at.SLOPE] = height, slope
-    outlook[count, at.BEND] = bend
+    work.soonest[count] = time_to_plate(path)
     return count + 1
 
 
 @inlined
-def stays_above(outlook: Array, i: int, fraction: float, margin: float) -> bool:
-    """Whether a listed corner cannot come as close as `margin` within a fraction of the step."""
-    height = outlook[i, at.HEIGHT]
-    end = height + fraction * (outlook[i, at.SLOPE] - fraction * outlook[i, at.BEND])
-    return bool(min(height, end) > margin)
-
-
-@inlined
-def lowest_first(found: Index, outlook: Array, count: int) -> None:
-    """Put the corner that seems to come lowest in front: its landing rules out most others."""
-    best = 0
-    for i in range(1, count):
-        if (outlook[i, at.HEIGHT] + outlook[i, at.SLOPE]
-                < outlook[best, at.HEIGHT] + outlook[best, at.SLOPE]):
+def soonest_first(found: Index, soonest: Array, begin: int, end: int) -> None:
+    """Put the corner that may land soonest in front: its landing rules out most others."""
+    best = begin
+    for i in range(begin + 1, end):
+        if soonest[i] < soonest[best]:
             best = i
-    if best > 0:
-        found[0], found[best] = found[best], found[0]
-        for k in range(at.OUTLOOK):
-            outlook[0, k], outlook[best, k] = outlook[best, k], outlook[0, k]
+    found[begin], found[best] = found[best], found[begin]
+    soonest[begin], soonest[best] = soonest[best], soonest[begin]

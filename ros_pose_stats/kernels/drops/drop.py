@@ -46,7 +46,7 @@ def _release(body: at.DropBody, rules: at.DropRules, begin: Array, top: float, w
     tally[at.LIMIT], work.clock[at.SPARE] = rules.most_steps, math.inf
     work.active[0] = work.active[1] = -1
     work.clock[at.TIME], work.clock[at.REACH] = 0.0, LONGEST
-    work.clock[at.EXPECTED_BOUNCE] = math.inf
+    work.clock[at.EXPECTED_LANDING] = math.inf
     outcome[at.TOUCHED] = 0
     if state[at.Z] <= max(1.0, top) + rules.touching:
         tally[at.LOWEST] = at.lowest_corner(state, body)

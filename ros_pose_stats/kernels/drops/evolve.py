@@ -29,8 +29,8 @@ LONGEST = 2.0
 """Longest sliding step, in sqrt(radius / g)."""
 
 GROWTH = 4.0
-"""A sliding step is at most this many times as long as the last one, or as the last event took
-to come."""
+"""A sliding step of which nothing is expected is at most this many times as long as the last one,
+or as the last event took to come."""
 
 SHORTEST = 1e-3
 """But no shorter than this."""
@@ -52,40 +52,36 @@ def prepare_step(body: at.DropBody, rules: at.DropRules, work: at.Work) -> int:
     state, clock = work.state, work.clock
     turning = vectors.length(at.spin_of(state))
     if work.tally[at.MODE] == at.FLIGHT:
-        clear = _time_clear(state)
+        clear = 0.0  # time for which the centre of mass stays a radius above the plate
+        if state[at.Z] > 1.0:
+            clear = state[at.V] + math.sqrt(state[at.V] * state[at.V] + 2.0 * (state[at.Z] - 1.0))
         if turning * clear > FAR and rotate_freely(state, body.moment, clear):
             state[at.Z] += clear * (state[at.V] - 0.5 * clear)
             state[at.V] -= clear
             clock[at.TIME] += clear
-            clock[at.EXPECTED_BOUNCE] = math.inf
+            clock[at.EXPECTED_LANDING] = math.inf
             work.tally[at.NEAR] = 0
             return 0
         fall = 1.0001 * (state[at.V] + math.sqrt(state[at.V] * state[at.V] + 2.0 * state[at.Z]))
-        step, turn = min(fall, clock[at.EXPECTED_BOUNCE]), body.turn
+        step, turn = min(fall, clock[at.EXPECTED_LANDING]), body.turn
         if clear > SHORTEST_CLEAR:
             step, turn = clear, TURN
         if turning * step > turn:
             step = turn / turning
-        clock[at.EXPECTED_BOUNCE] = math.inf
         last = free_series(state, body.moment, step, rules.truncation, work.series)
     else:
         step = min(LONGEST, GROWTH * clock[at.REACH])
+        if clock[at.EXPECTED_LANDING] < math.inf:
+            step = min(LONGEST, clock[at.EXPECTED_LANDING])
         if turning * step > body.turn:
             step = body.turn / turning
         on_edge = work.tally[at.MODE] == at.EDGE
         last = sliding_series(state, body.moment, work.contact, on_edge, step, rules.truncation,
                               work.series)
+    clock[at.EXPECTED_LANDING] = math.inf
     step *= shorten(work.series, last, rules.truncation)
     clock[at.STEP] = clock[at.REACH] = step
     return last
-
-
-@inlined
-def _time_clear(state: Array) -> float:
-    """Time for which the centre of mass stays a radius above the plate; 0 if it is not."""
-    if state[at.Z] <= 1.0:
-        return 0.0
-    return float(state[at.V] + math.sqrt(state[at.V] * state[at.V] + 2.0 * (state[at.Z] - 1.0)))
 
 
 @inlined

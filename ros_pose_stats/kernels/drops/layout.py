@@ -63,7 +63,7 @@ TALLY = 7
 # clock (5,)
 TIME = 0
 STEP = 1      # the step that the series is for
-EXPECTED_BOUNCE = 2  # time in which the next impact is expected
+EXPECTED_LANDING = 2  # time in which the next one is expected
 REACH = 3     # length of the last sliding step
 SPARE = 4     # energy above the pose below, when steps were last granted
 CLOCK = 5
@@ -78,10 +78,9 @@ RISE = 0      # of the centre of mass
 SPIN = 1      # 1, 2, 3: angular velocity
 FRAME = 4
 
-# columns of the balls (B, 5) and their ranges (B, 3)
+# columns of the balls (B, 4) and their ranges (B, 3)
 BALL_CENTRE = 0  # 0, 1, 2
 BALL_RADIUS = 3
-BALL_REACH = 4   # distance of the centre from the origin
 BALL_BEGIN = 0   # first corner
 BALL_END = 1     # last corner + 1
 BALL_NEXT = 2    # node that follows the subtree
@@ -103,12 +102,6 @@ EVENT_COUNT = 3
 TOUCHED = 4   # 1 where it was released touching the plate
 DURATION = 0
 ENERGY = 1
-
-# columns of the outlook (C, 3): a lower bound of the height of a corner over the step
-HEIGHT = 0
-SLOPE = 1
-BEND = 2
-OUTLOOK = 3
 
 # what a row of the tape says has just happened
 RELEASE = 0
@@ -134,9 +127,8 @@ class DropBody(NamedTuple):
     x: Array1            # (C,) corners in principal axes about the centre of mass, in radii
     y: Array1
     z: Array1
-    reach: Array1        # (C,) distance from the centre of mass
     moment: Array1       # (3,) principal moments of inertia of unit mass, rising
-    ball: Array2         # (B, 5)
+    ball: Array2         # (B, 4)
     ball_range: Index2   # (B, 3)
     beside_start: Index1  # (C + 1,) neighbours of each corner along edges
     beside: Index1       # (E,) corner; both are empty for bodies of one ball
@@ -185,7 +177,7 @@ class Work(NamedTuple):
     speed: Array    # (C,) their vertical velocities
     load: Array     # (C, 4)
     found: Index    # (C,) corners that may land during a step
-    outlook: Array  # (C, 3)
+    soonest: Array  # (C,) fraction of the step before which each of them does not
     queue: Index    # (C,)
     seen: Index     # (C,) last search that came by a corner
 
@@ -199,7 +191,7 @@ def new_work(corners: int) -> Work:
         clock=np.zeros(CLOCK), tally=np.zeros(TALLY, np.int64), active=np.full(2, -1),
         near=np.zeros(corners, np.int64), rested=np.zeros(corners, np.int64),
         speed=np.zeros(corners), load=np.zeros((corners, LOAD)),
-        found=np.zeros(corners, np.int64), outlook=np.zeros((corners, OUTLOOK)),
+        found=np.zeros(corners, np.int64), soonest=np.zeros(corners),
         queue=np.zeros(corners, np.int64), seen=np.zeros(corners, np.int64))
 
 

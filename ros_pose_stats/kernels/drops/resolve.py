@@ -7,11 +7,11 @@ from .. import vectors as vec
 from ..array_types import Array
 from ..compilation import inlined
 from . import layout as at
-from .detect import LANDING, NOTHING, Event
+from .detect import LANDING, NOTHING, Event, Path, time_to_plate
 from .impacts import stop_slow, strike, vertex_velocity
 
 PATIENT = 1.25
-"""Steps in flight end this much after the time at which the next bounce is expected."""
+"""Steps in flight end this much after the time at which the next landing is expected."""
 
 
 @inlined
@@ -71,7 +71,7 @@ def resolve(body: at.DropBody, rules: at.DropRules, work: at.Work, tape: Array) 
         tally[at.IMPACTS] += 1
         tally[at.EVENTS] += 1
         at.note(work, tape, at.IMPACT, j)
-    _look_ahead(body, work)
+    _look_ahead(body, rules, work)
     at.note_contact(work, tape)
     return done
 
@@ -111,39 +111,58 @@ def _fastest(body: at.DropBody, work: at.Work) -> tuple[int, float]:
 
 
 @inlined
-def _look_ahead(body: at.DropBody, work: at.Work) -> None:
-    """Note a lowest corner, and when the first bounce ends if nothing else happens."""
+def _look_ahead(body: at.DropBody, rules: at.DropRules, work: at.Work) -> None:
+    """Note a lowest corner, and when the next landing is expected.
+
+    That is of a corner that has just been struck, or of a neighbour that the body rolls on to.
+    """
     state, tally = work.state, work.tally
-    work.clock[at.EXPECTED_BOUNCE] = math.inf
-    if tally[at.MODE] == at.FLIGHT:
-        weigh(body, work)
-    lowest = math.inf
+    lowest = expected = math.inf
     for i in range(tally[at.NEAR]):
         j = work.near[i]
         height = at.corner_height(state, body, j)
         if height < lowest:
             lowest = height
             tally[at.LOWEST] = j
-        if tally[at.MODE] == at.FLIGHT and work.rested[i] == 0 and work.load[i, at.FALL] > 0.0:
-            bounce = 2.0 * PATIENT * work.speed[i] / work.load[i, at.FALL]
-            work.clock[at.EXPECTED_BOUNCE] = min(work.clock[at.EXPECTED_BOUNCE], bounce)
+        path = _path_ahead(body, work, j)
+        if work.rested[i] == 0 and path.slope > AT_REST:
+            expected = min(expected, time_to_plate(path))
+        if body.beside.shape[0] == 0:
+            continue
+        for k in range(body.beside_start[j], body.beside_start[j + 1]):
+            path = _path_ahead(body, work, body.beside[k])
+            if path.height > rules.touching:
+                expected = min(expected, time_to_plate(path))
+    work.clock[at.EXPECTED_LANDING] = PATIENT * expected
+
+
+@inlined
+def _path_ahead(body: at.DropBody, work: at.Work, j: int) -> Path:
+    """Height of a vertex in time by its velocity and, in flight, its acceleration."""
+    r = at.corner_of(body, j)
+    fall = _fall_of(body, work.state, r) if work.tally[at.MODE] == at.FLIGHT else 0.0
+    return Path(at.corner_height(work.state, body, j), vertex_velocity(work.state, r), -0.5 * fall)
+
+
+@inlined
+def _fall_of(body: at.DropBody, state: Array, r: vec.Vec3) -> float:
+    """Downward acceleration of a vertex in free motion.
+
+    It is 1 - ((p x w) x w) . r - a . I^-1 (I w) x w with a = r x p.
+    """
+    g, p, w = at.coupling_of(body.moment), at.up_of(state), at.spin_of(state)
+    a = vec.cross(r, p)
+    return (1.0 - vec.dot(p, w) * vec.dot(w, r) + vec.dot(w, w) * vec.dot(p, r)
+            - a.x * g.x * w.y * w.z - a.y * g.y * w.z * w.x - a.z * g.z * w.x * w.y)
 
 
 @inlined
 def weigh(body: at.DropBody, work: at.Work) -> None:
-    """Reach and downward acceleration in free motion of every touching vertex.
-
-    They are a = r x p and 1 - ((p x w) x w) . r - a . I^-1 (I w) x w.
-    """
-    g, p, w = at.coupling_of(body.moment), at.up_of(work.state), at.spin_of(work.state)
-    g = vec.Vec3(g.x * w.y * w.z, g.y * w.z * w.x, g.z * w.x * w.y)
-    pw, ww = vec.dot(p, w), vec.dot(w, w)
+    """Reach a = r x p and downward acceleration in free motion of every touching vertex."""
     for i in range(work.tally[at.NEAR]):
         r = at.corner_of(body, work.near[i])
-        a = vec.cross(r, p)
-        vec.write_row(work.load, i, at.ARM, a)
-        work.load[i, at.FALL] = (1.0 - pw * vec.dot(w, r) + ww * vec.dot(p, r)
-                              - a.x * g.x - a.y * g.y - a.z * g.z)
+        vec.write_row(work.load, i, at.ARM, vec.cross(r, at.up_of(work.state)))
+        work.load[i, at.FALL] = _fall_of(body, work.state, r)
 
 
 @inlined

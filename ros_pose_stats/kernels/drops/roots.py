@@ -120,12 +120,3 @@ def _guess(d: Array, n: int) -> float:
         return 1.0
     x = 2.0 * d[0] / (math.sqrt(square) - d[1])
     return float(x) if 0.0 < x < 1.0 else 1.0
-
-
-@inlined
-def lowest_bound(c: Array, last: int) -> float:
-    """A number that the polynomial does not go below for 0 <= x <= 1."""
-    low = c[0]
-    for k in range(1, last + 1):
-        low += min(c[k], 0.0)
-    return float(low)

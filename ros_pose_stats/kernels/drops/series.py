@@ -55,7 +55,6 @@ def free_series(state: Array, moment: Array, step: float, truncation: float,
             last = k + 1
             break
         before = size
-    last = max(last, 2)
     series[1, at.ZS] = step * state[at.V]
     series[2, at.ZS] = -0.5 * step * step
     return last
@@ -122,8 +121,11 @@ def sliding_series(state: Array, moment: Array, contact: Array, edge: bool, step
         spins, tilt = turning_products(series, k)
         write_row(series, k, G, times(coupling, spins))
         _set_products(series, k, edge)
-        if k == 0:
-            scale = _scale(series, edge)
+        if k == 0:  # the inverse of the determinant of the responses
+            scale = series[0, M11]
+            if edge:
+                scale = series[0, M11] * series[0, M22] - series[0, M12] * series[0, M12]
+            scale = 1.0 / scale
         _set_forces(series, k, r, e, edge, step, scale)
         share = 1.0 / (k + 1)
         spin, up = scaled(_acceleration(series, k), share), scaled(tilt, share)
@@ -170,14 +172,6 @@ def _set_products(series: Array, k: int, edge: bool) -> None:
             m12 += dot(read_row(series, i, A), c)
             m22 += dot(read_row(series, i, C), c)
         series[k, M12], series[k, M22] = m12, m22
-
-
-@inlined
-def _scale(series: Array, edge: bool) -> float:
-    """Inverse of the determinant of the responses at the start of the step."""
-    if not edge:
-        return 1.0 / series[0, M11]
-    return 1.0 / (series[0, M11] * series[0, M22] - series[0, M12] * series[0, M12])
 
 
 @inlined
