@@ -23,11 +23,12 @@ def bodies():
         "needle": part_from_mesh(*shapes.box(1.0, 0.001, 0.002)),
         "clamp hull": part_from_mesh(*clamp_hull(), unit="mm"),
         "many corners": part_from_mesh(*random_polyhedron(5000, 6)),
+        "fine disc": part_from_mesh(*shapes.cylinder(192, 1.0, 0.4)),
     }
 
 
 EVERY_BODY = pytest.mark.parametrize("name", ["random", "tetrahedron", "shifted", "needle",
-                                              "clamp hull", "many corners"])
+                                              "clamp hull", "many corners", "fine disc"])
 
 
 @cache
