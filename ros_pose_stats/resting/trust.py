@@ -94,12 +94,12 @@ def curve_angle(resting: poses.RestingPoses) -> float:
 
 
 def _clustered(resting: poses.RestingPoses) -> str:
-    merged = sum(len(pose.members) > 1 for pose in resting.poses)
+    merged = [pose for pose in resting.poses if len(pose.members) > 1]
     if not merged:
         return ""
-    return (f"CLUSTERED: {merged} of {len(resting.poses)} poses gather several stable faces, "
-            f"parted by low barriers only, as on a curve or a slender bar; their probabilities "
-            f"are added.")
+    return (f"CLUSTERED: {len(merged)} of {len(resting.poses)} poses "
+            f"{_verb(merged, 'gathers', 'gather')} several stable faces, parted by low barriers "
+            f"only, as on a curve or a slender bar; their probabilities are added.")
 
 
 def _marginal(poses: Sequence[StablePose]) -> str:
