@@ -121,7 +121,7 @@ def _given_inertia(inertia: ArrayLike, mass: float | None) -> Array | None:
     if not tensor.any():
         return None
     _check_physical(tensor)
-    return 0.5 * (tensor + tensor.T)
+    return 0.5 * tensor + 0.5 * tensor.T
 
 
 def _numbers(values: ArrayLike, shape: tuple[int, ...], expected: str, remedy: str) -> Array:
@@ -138,12 +138,13 @@ def _numbers(values: ArrayLike, shape: tuple[int, ...], expected: str, remedy: s
 def _check_physical(tensor: Array) -> None:
     """Refuse a tensor that is not symmetric, not positive, or of no mass distribution."""
     size = np.abs(tensor).max()
-    lopsided = np.abs(tensor - tensor.T).max() / size
+    scaled = tensor / size
+    lopsided = np.abs(scaled - scaled.T).max()
     if lopsided > TRIANGLE_INEQUALITY:
         raise MassPropertiesError("a symmetric inertia tensor",
                                   f"opposite entries that differ by {lopsided:.2g} of the largest",
                                   "products of inertia appear twice with the same sign")
-    moments, _ = principal_axes((tensor + tensor.T) / (2.0 * size))
+    moments, _ = principal_axes(0.5 * (scaled + scaled.T))
     # A needle of 1 : 1e-7 has moments of 1 : 1e-14; eigenvalues are good to 1e-16.
     if moments[0] <= 1e-15 * moments[2]:
         raise MassPropertiesError("positive principal moments of inertia",
