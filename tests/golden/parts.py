@@ -5,8 +5,6 @@
 They are kept and not made by each machine, for sines and solid modellers round differently.
 """
 
-from __future__ import annotations
-
 import tempfile
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Jobs as the node lists them, and what its bag has of a part."""
 
-from __future__ import annotations
-
 import re
 from typing import NamedTuple
 
