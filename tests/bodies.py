@@ -3,8 +3,6 @@
 A surface is a pair of vertices (V, 3) and outward triangles (T, 3).
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 from pathlib import Path
 

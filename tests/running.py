@@ -1,7 +1,5 @@
 """The command: in this process, as `cli.main` runs it, or in one of its own."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import json

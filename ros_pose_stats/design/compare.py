@@ -98,14 +98,9 @@ def compare(parts: Sequence[Part], wanted: Sequence[int] = (), drops: int = MOST
         If the hull of a part does not enclose its centre of mass.
     """
     begin = time.perf_counter()
-    if not 0.0 <= plate_error <= 1.0:
-        raise errors.RequestError("a plate error from 0 to 1, as a fraction", f"{plate_error}",
-                                  "0.05 is a plate that nobody has counted on")
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
     asked = request.drop_request(drops, seed, 0.0, workers)
-    resting = _prepared(parts, scene)
-    if wanted:
-        feeding.check_wanted(wanted, len(resting[0].poses))
+    resting = _prepared(parts, scene, wanted, plate_error)
     accepted = tuple(sorted(set(map(int, wanted))))
     matches = [correspondence.find_correspondence(resting[0], other) for other in resting[1:]]
     tests = [test for place, match in enumerate(matches, start=1)
@@ -156,8 +151,12 @@ def _judge(pairs: paired_drops.PairedDrops, tests: "Sequence[_Test]", plate_erro
     return chances
 
 
-def _prepared(parts: Sequence[Part], scene: DropScene) -> list[stable.RestingPoses]:
-    """The variants at rest; raises RequestError where they are not of one scale, or too few."""
+def _prepared(parts: Sequence[Part], scene: DropScene, wanted: Sequence[int],
+              plate_error: float) -> list[stable.RestingPoses]:
+    """The variants at rest; raises RequestError where they cannot be compared as is asked."""
+    if not 0.0 <= plate_error <= 1.0:
+        raise errors.RequestError("a plate error from 0 to 1, as a fraction", f"{plate_error}",
+                                  "0.05 is a plate that nobody has counted on")
     if not 2 <= len(parts) <= MOST_VARIANTS:
         raise errors.RequestError(f"2 to {MOST_VARIANTS} variants to compare", f"{len(parts)}",
                                   "give the files of the variants, the one to compare with first")
@@ -170,6 +169,8 @@ def _prepared(parts: Sequence[Part], scene: DropScene) -> list[stable.RestingPos
                 f"variants of one scale, radii at most {LARGEST_RATIO:g} times apart",
                 f"A with a radius of {1e3 * first:.4g} mm and {describe.letter(place)} with "
                 f"{1e3 * radius:.4g} mm", "export them in one unit")
+    if wanted:
+        feeding.check_wanted(wanted, len(resting[0].poses))
     return resting
 
 

@@ -1,7 +1,5 @@
 """Writes docs/commands.md from the parsers: `python -m tests.house.commands_page`."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 import textwrap

@@ -1,7 +1,5 @@
 """Writes the table of parameters in docs/node.md: `python -m tests.house.parameters_table`."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

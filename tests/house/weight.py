@@ -5,8 +5,6 @@
 `PROCESS_STARTS` of the tests are counted while they run, by the hook in `tests/conftest.py`.
 """
 
-from __future__ import annotations
-
 import ast
 from collections import Counter
 from pathlib import Path

@@ -74,7 +74,6 @@ class TestEstimateAgainstSimulation:
         assert scenes[0].estimates[0].prediction.probability[0] == 0.5
 
 
-
 class TestCameraCounts:
     def test_against_estimate_and_simulation(self, analysed):
         (part,) = analysed(result(1.0), simulation(2.0), counts(3.0, COUNTED)).parts

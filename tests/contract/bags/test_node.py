@@ -1,7 +1,5 @@
 """The bag of a run: what was published, answered, counted and dropped, read whole by others."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 from pathlib import Path
 from typing import NamedTuple

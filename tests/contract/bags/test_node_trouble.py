@@ -1,7 +1,5 @@
 """Kill, full disk and missing folder: what was acknowledged stays, and the node serves on."""
 
-from __future__ import annotations
-
 import re
 import resource
 import shutil

@@ -1,8 +1,6 @@
 """`catalogue`: a row for every part, the same however often the run is stopped, killed or out of
 room, in tables, object and words."""
 
-from __future__ import annotations
-
 import csv
 import math
 import os

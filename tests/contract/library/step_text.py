@@ -3,8 +3,6 @@
 All edges but seams are full circles, so that planes and cylinders are the only surfaces.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 

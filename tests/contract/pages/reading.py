@@ -1,7 +1,5 @@
 """What a page of HTML holds: its texts, its addresses, its pictures and what they show."""
 
-from __future__ import annotations
-
 import base64
 import io
 import re

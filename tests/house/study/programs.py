@@ -1,7 +1,5 @@
 """The study's and the lab's programs as their users start them, and the files of datasets."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import json

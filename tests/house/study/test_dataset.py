@@ -101,7 +101,6 @@ class TestTheFile:
         assert f"70 random polyhedra with {stated['poses']} stable poses, shift 1" in text
 
 
-
 class TestCutOff:
     def test_ctrl_c_keeps_what_is_done_and_the_same_command_goes_on(self, whole, file):
         done = interrupted(file)

@@ -3,8 +3,6 @@
 All that the tests of motions know about arrays of the kernels stands here.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -8,8 +8,6 @@ Rounding orders nothing here: values closer than `tie` are equal, all others mus
 than `apart`, and levels and heights are compared by their ranks.
 """
 
-from __future__ import annotations
-
 import heapq
 from collections import defaultdict
 from dataclasses import dataclass

@@ -8,8 +8,6 @@ of the height of the centre of mass keeps its digits. Equations: sections 3.B-D 
 appendices A and B of the paper.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import partial
 from itertools import combinations

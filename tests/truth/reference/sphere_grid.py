@@ -11,8 +11,6 @@ straddles a crease is wrong by its spacing; therefore each grid edge whose ends 
 planes or vertices gets a node where the two are equal. What is left is of second order.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 
