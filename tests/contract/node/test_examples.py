@@ -1,7 +1,5 @@
 """The installed examples as a user runs them: processes beside a node, and their decisions."""
 
-import contextlib
-import io
 import re
 import signal
 import sys
@@ -45,11 +43,12 @@ def test_the_node_learns_the_plate_while_the_planner_looks(domain, tmp_path, par
         with client.late_joiner() as joiner:
             learned = joiner.wait("bracket", lambda result: result.observed >= PARTS)
         assert learned.method == "observed"
+        look = planner.says("]: pick", "stderr")
         assert camera.end(signal.SIGINT) == (0, [])
         status, looks = planner.end(signal.SIGTERM)
-        assert status == 0 and looks and all(
-            re.search(r"example_planner\]: pick \d+, (kick|empty the plate), drop \d+$", look)
-            for look in looks)
+        assert status == 0 and all(
+            re.search(r"example_planner\]: pick \d+, (kick|empty the plate), drop \d+$", line)
+            for line in (look, *looks))
         node.assert_sound()
 
 
@@ -79,15 +78,13 @@ def test_the_camera_hands_on_what_was_detected():
     ("planner", {"file": "[["}, "parse"),
     pytest.param("camera", {}, "expected the package vision_msgs, got none", marks=NO_VISION),
 ])
-def test_bad_arguments_are_told_in_one_line(domain, part, monkeypatch, name, values, said):
+def test_bad_arguments_are_told_in_one_line(domain, part, monkeypatch, capsys, name, values, said):
     values = {key: str(value).format(part=part) for key, value in values.items()}
     monkeypatch.setattr(sys, "argv", [name, "--ros-args", *parameters(**values)])
-    stderr = io.StringIO()
     try:
-        with contextlib.redirect_stderr(stderr):
-            status = EXECUTABLES[f"example_{name}"].load()()
+        status = EXECUTABLES[f"example_{name}"].load()()
     finally:
         rclpy.try_shutdown()
-    [line] = complaints(stderr.getvalue())
+    [line] = complaints(capsys.readouterr().err)
     assert status == 2
     assert line.startswith(f"example_{name}: ") and said in line

@@ -28,9 +28,10 @@ class Running:
         self.process = subprocess.Popen(
             list(map(str, command)), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
-    def says(self, text):
-        """The next line on its standard output that holds `text`."""
-        return next(line for line in iter(self.process.stdout.readline, "") if text in line)
+    def says(self, text, stream="stdout"):
+        """The next line on this stream that holds `text`."""
+        said = getattr(self.process, stream)
+        return next(line for line in iter(said.readline, "") if text in line)
 
     def end(self, number=signal.SIGINT):
         """Its exit status and its complaints."""
