@@ -15,9 +15,9 @@ from rclpy.logging import LoggingSeverity, set_logger_level
 from ros_pose_stats import estimate, simulate
 from tests.contract.node.harness import parts
 from tests.contract.node.harness.cell import (  # noqa: F401 - for the trials
+    Client,
     Health,
     MeshPublisher,
-    QuickClient,
     cell_of,
     latched,
 )

@@ -59,10 +59,12 @@ def home(domain, tmp_path_factory):
 @pytest.fixture(scope="module")
 def published(home):
     """What the README's second terminal says of its part."""
-    said = [subprocess.run([sys.executable, "-m", "ros_pose_stats", *line_of(command)], cwd=home,
-                           capture_output=True, text=True) for command in ("publish", "show")]
-    assert [done.returncode for done in said] == [0, 0], said
-    return [done.stdout for done in said]
+    def said(command):
+        return subprocess.run([sys.executable, "-m", "ros_pose_stats", *line_of(command)],
+                              cwd=home, capture_output=True, text=True).stdout
+
+    # Shown until drops have checked it; where the node does not answer in time, that says nothing.
+    return said("publish"), until(lambda: "hybrid" in (row := said("show")) and row)
 
 
 @pytest.fixture(scope="module")
@@ -80,8 +82,7 @@ def test_the_readme_shows_what_the_second_terminal_says(published):
 
 def test_the_readme_s_bag_shows_the_published_part(client, home, monkeypatch):
     monkeypatch.chdir(home)
-    until(lambda: "clamp" in answer(*line_of("bag")), "the part in the bag")
-    assert "split" in answer(*line_of("bag"))
+    until(lambda: re.search("clamp.*split", answer(*line_of("bag")), re.DOTALL), "both in the bag")
 
 
 @pytest.mark.parametrize("code", CODE)

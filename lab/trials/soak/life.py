@@ -20,7 +20,7 @@ from tests.contract.node.harness.client import CANCELLED, DONE, FAILED, SERVICES
 from tests.contract.node.harness.node import NodeProcess
 from tests.contract.node.harness.witness import events, unfinished
 
-from ..cell import QuickClient, domain, status
+from ..cell import Client, domain, status
 
 PREFIX = "/soak/pose_stats"
 PATIENCE = 120.0
@@ -73,7 +73,7 @@ class Life:
         self._left = bags_of(node.log_directory)
         before = [(topic, data) for bag in self._left for topic, data in raw(bag)
                   if topic == on_topic("job_events")]
-        self.client = QuickClient(domain(), PREFIX)
+        self.client = Client(domain(), PREFIX)
         self.action = ActionClient(self.client.node, SimulateDrops, f"{PREFIX}/simulate_drops")
         self._publishers = {name: self.client.node.create_publisher(*at, 10)
                             for name, at in TOPICS.items()}

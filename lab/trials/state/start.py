@@ -9,7 +9,7 @@ from tests.contract.node.harness import parts
 from tests.contract.node.harness.bags import size_of
 from tests.contract.node.harness.parts import fine_box, flat, library_part
 
-from ..cell import MEGABYTE, QuickClient, domain, forget_peak, status
+from ..cell import MEGABYTE, Client, domain, forget_peak, status
 from ..frame import Outcome, Setting, judged
 from ..soak.life import UDP_ONLY, NodeProcess
 
@@ -30,7 +30,7 @@ def a_start_with_all_parts(setting: Setting) -> Outcome:
                            state_file=state / "many.sqlite3", max_part_bytes=2**33,
                            environment={**UDP_ONLY, "ROS_DOMAIN_ID": str(domain())})
 
-    with QuickClient(domain(), "/many/pose_stats") as client:
+    with Client(domain(), "/many/pose_stats") as client:
         with begin() as node:
             node.ready()
             for k, one in enumerate(surfaces):

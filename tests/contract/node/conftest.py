@@ -83,6 +83,12 @@ def tuned(tuned_cell):
     node.assert_sound()
 
 
+@pytest.fixture
+def node(tuned_cell):
+    """The second node."""
+    return tuned_cell[0]
+
+
 @pytest.fixture(scope="session")
 def other_domain(domain):
     """A domain without the shared nodes."""

@@ -22,7 +22,7 @@ def processor_seconds(pid):
 
 def test_five_lines_once_a_second_and_an_idle_node_hardly_computes(cell, shared_node):
     """A loop that waits for nothing would take a second a second, here it is a fiftieth."""
-    heard, health = [], Health(cell)
+    began, heard, health = time.time(), [], Health(cell)
     known_part(cell)
 
     def take(message):
@@ -38,7 +38,7 @@ def test_five_lines_once_a_second_and_an_idle_node_hardly_computes(cell, shared_
         assert {line.hardware_id for line in message.status} == {platform.node()}
         assert [line.name for line in message.status] == [
             f"pose_stats: {about}" for about in ("parts", "counts", "jobs", "flips", "recording")]
-    assert stamps == sorted(stamps) and abs(stamps[-1] - time.time()) < 60.0
+    assert began < stamps[-1] < time.time() and stamps == sorted(stamps)
     assert heard[-1][1] - heard[0][1] < 0.6 * (len(heard) - 1)
     line, values = health.latest("jobs")
     assert (line.message, values["queued"], values["refinements queued"]) == ("idle", "0", "0")
@@ -69,8 +69,7 @@ def test_queue_running_job_and_flips(cell):
     goals.close()
 
 
-def test_what_is_refused_or_comes_in_floods_is_a_warning(tuned, tuned_cell):
-    node, _ = tuned_cell
+def test_what_is_refused_or_comes_in_floods_is_a_warning(tuned, node):
     publisher, health, part_id = MeshPublisher(tuned).matched(), Health(tuned), new_id()
     before = int(health.line("parts")[1]["refused"])
     publisher.publish(flat((0.0 * WEDGE[0], WEDGE[1]), "crushed"))
@@ -81,5 +80,6 @@ def test_what_is_refused_or_comes_in_floods_is_a_warning(tuned, tuned_cell):
     line, values = health.eventually("parts", lambda _, values: part_id in values["floods"])
     assert line.level == DiagnosticStatus.WARN and "crushed" in line.message
     assert int(values["refused"]) == before + 1  # though two subscriptions had it
-    assert node.log.count(f"a flood: more than 60 of meshes of part '{part_id}'") == 1
+    flood = f"a flood: more than 60 of meshes of part '{part_id}'"
+    assert node.says(flood).log.count(flood) == 1
     assert {"parts", "meshes waiting", "overrun"} <= values.keys()

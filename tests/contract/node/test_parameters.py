@@ -171,14 +171,17 @@ class TestPlates:
 class TestBoundsOfWork:
     def test_numbers_of_jobs(self, tuned):
         part_id = known_part(tuned)
-        tuned.set(drops=123, max_drops=1000, max_job_seconds=0.5, max_queued_jobs=0)
+        tuned.set(drops=123, max_drops=1000, max_queued_jobs=0)
         assert finished(tuned, start(tuned, part_id, 0)).drops_total == 123
         assert "1000" in tuned.refused("start_drop_simulation", part_id=part_id, drops=1001)
         tuned.set(max_drops=LONG)
         job_id = start(tuned, part_id, LONG)
         assert "max_queued_jobs" in tuned.refused("start_drop_simulation", part_id=part_id,
                                                   drops=10)
-        assert any("0.5 s" in line for line in finished(tuned, job_id).statistics.warnings)
+        cancelled(tuned, job_id)
+        tuned.set(max_job_seconds=0.5)
+        ended = finished(tuned, start(tuned, part_id, LONG))
+        assert any("0.5 s" in line for line in ended.statistics.warnings)
 
     def test_max_mesh_bytes(self, tuned):
         tuned.set(max_mesh_bytes=100)

@@ -105,6 +105,8 @@ class TestFlips:
         """Flips that take all the time that there is for them; a question is worked on once."""
         assert tuned.set(drops=10**7, max_job_seconds=4.0) == {}
         part_id = known_part(tuned)
+        for name in ("get_statistics", "feeding"):
+            tuned.service(name)  # whose first answer may take a while
         late = [tuned.send("feeding", part_id=part_id, kick_height=KICK, **ASKED)
                 for _ in range(3)]
         tuned.good("get_statistics", part_id=part_id)
@@ -122,15 +124,15 @@ class TestFlips:
         tuned.set(flip_height=0.0)
         assert tuned.good("feeding", kick_height=-1.0, **asked).flips == 0.0
 
-    def test_a_full_queue_is_refused(self, tuned, tuned_cell):
+    def test_a_full_queue_is_refused(self, tuned, node):
         assert tuned.set(drops=10**7, max_job_seconds=0.6, max_queued_jobs=1) == {}
         part_id = known_part(tuned)
         tuned.service("feeding")
-        with standing(tuned_cell[0].process.pid):  # all are there at once
+        with standing(node.process.pid):  # all are there at once
             sent = [tuned.send("feeding", part_id=part_id, kick_height=n * KICK, **ASKED)
-                    for n in range(1, 5)]
-        first, *_, last = [wait_for(one) for one in sent]
-        assert first.success and not last.success and "max_queued_jobs" in last.message
+                    for n in range(1, 7)]
+        first, *others = [wait_for(one) for one in sent]
+        assert first.success and any("max_queued_jobs" in one.message for one in others)
         tuned.set(max_queued_jobs=0)  # a question that was accepted needs no further place
         tuned.good("feeding", part_id=part_id, plate_length=0.3, plate_width=0.2,
                    kick_heights=[0.5 * KICK, 0.4 * KICK, 0.3 * KICK], **ASKED)

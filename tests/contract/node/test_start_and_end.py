@@ -244,8 +244,8 @@ def ended(domain, tmp_path_factory):
         model = client.good("get_statistics", part_id=part_id).statistics[0]
         counting(client).publish(
             *(counted(model, [number]) for number in range(300))).acknowledged()
-        slow = client.send("estimate", part=flat(ellipsoid(120_000), "long"))
         client.service("feeding")
+        slow = client.send("estimate", part=flat(ellipsoid(120_000), "long"))
         with standing(builder_at_work(node.process.pid)) as builder:
             told["many"] = [client.send("estimate", part_id=part_id, restitution=0.3 + 1e-4 * k)
                             for k in range(200)]

@@ -22,9 +22,9 @@ from tests.contract.node.harness.jobs import cancel_all
 from ...cell import (
     MEGABYTE,
     WEDGE,
+    Client,
     Health,
     MeshPublisher,
-    QuickClient,
     assert_line,
     assert_serves,
     domain,
@@ -92,7 +92,7 @@ def bytes_on_topics(setting: Setting) -> Outcome:
 def requests_and_goals(setting: Setting) -> Outcome:
     """Four thousand requests and goals changed at random, and bytes that are none at all."""
     became: Counter[str] = Counter()
-    with tried_node(setting.folder, **SMALL) as (node, client), QuickClient(
+    with tried_node(setting.folder, **SMALL) as (node, client), Client(
             domain(), client.prefix) as goals_client:
         publish_in_turn(client, WEDGE, [f"part_{number}" for number in range(8)], 0.0)
         threads = status(node, "Threads")

@@ -11,13 +11,11 @@ from ros_pose_stats_msgs.msg import PartMesh
 from .client import Client, until
 from .node import PATIENCE, NodeProcess
 
-QuickClient = Client
-
 
 @contextmanager
 def cell_of(domain, log_directory, namespace, *arguments, **values):
     """A node that is ready, and a client of it."""
-    with (QuickClient(domain, f"/{namespace}/pose_stats") as client,
+    with (Client(domain, f"/{namespace}/pose_stats") as client,
           NodeProcess(log_directory, "-r", f"__ns:=/{namespace}", *arguments, **values) as node):
         node.ready()
         yield node, client

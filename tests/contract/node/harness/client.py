@@ -52,6 +52,17 @@ def wait_for(future, what="an answer"):
     return future.result()
 
 
+def ask_until_answered(client, request):
+    """The answer of a service whose first ones are lost where it has not found the client yet."""
+    def ask():
+        future, heard = client.call_async(request), threading.Event()
+        future.add_done_callback(lambda _: heard.set())
+        return heard.wait(5.0) and future.result()
+
+    until(client.service_is_ready, f"service {client.srv_name}")
+    return until(ask, f"an answer of {client.srv_name}")
+
+
 class Client:
     """A ROS node of its own with its executor in a thread; `prefix` is of the node's names."""
 
@@ -101,20 +112,12 @@ class Client:
     def service(self, name):
         """The client of a service, as soon as that answers; it may ask many things at once.
 
-        By itself rclpy loses all answers but ten. The first ones are lost where the node has not
-        found the client yet, so it asks for nothing until there is an answer.
+        By itself rclpy loses all answers but ten.
         """
         if name not in self._clients:
             found = self.node.create_client(SERVICES[name], f"{self.prefix}/{name}",
                                             qos_profile=QoSProfile(depth=1000))
-            heard = threading.Event()
-
-            def answers():
-                found.call_async(found.srv_type.Request()).add_done_callback(lambda _: heard.set())
-                return heard.wait(5.0)
-
-            until(found.service_is_ready, f"service {name}")
-            until(answers, f"an answer of {name}")
+            ask_until_answered(found, found.srv_type.Request())  # for nothing
             self._clients[name] = found
         return self._clients[name]
 

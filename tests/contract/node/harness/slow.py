@@ -46,6 +46,12 @@ def _read(path):
         return ""
 
 
+def memory(pid, what):
+    """A line of a process's status, in bytes."""
+    status = Path(f"/proc/{pid}/status").read_text()
+    return 1024 * int(status.partition(f"{what}:")[2].split()[0])
+
+
 def builders(pid):
     """Processes of a node that build its parts: it has no other children."""
     tasks = Path(f"/proc/{pid}/task").glob("*/children")

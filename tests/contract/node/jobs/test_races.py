@@ -51,7 +51,7 @@ def test_a_cancel_at_once_after_the_acceptance(cell, shared_node, length):
     assert len(assert_each_ended_once(cell, shared_node, part_id)) == 15
 
 
-def test_random_requests_goals_and_cancels_from_several_clients(tuned, tuned_cell):
+def test_random_requests_goals_and_cancels_from_several_clients(tuned, node):
     tuned.set(max_queued_jobs=6)
     part_id, goals, failures, sent = known_part(tuned), Goals(tuned), [], []
 
@@ -94,7 +94,7 @@ def test_random_requests_goals_and_cancels_from_several_clients(tuned, tuned_cel
         GoalStatus.STATUS_CANCELED, GoalStatus.STATUS_SUCCEEDED, GoalStatus.STATUS_ABORTED}
     goals.close()
     until(lambda: all(row.state not in UNFINISHED for row in rows(tuned)))
-    assert len(assert_each_ended_once(tuned, tuned_cell[0], part_id)) > 20
+    assert len(assert_each_ended_once(tuned, node, part_id)) > 20
 
 
 def test_flips_end_with_the_node(node_of, client_of):

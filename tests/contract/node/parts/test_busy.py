@@ -1,7 +1,6 @@
 """However large or many the meshes are, others are served, and none is lost without a word."""
 
 import threading
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,7 +12,7 @@ from ..harness.bags import recorded
 from ..harness.cell import Health, MeshPublisher, latched
 from ..harness.client import Client, until, wait_for
 from ..harness.parts import WEDGE, flat, library_part, new_id, probabilities
-from ..harness.slow import builder_at_work, ellipsoid, is_gone, kill, slivers, standing
+from ..harness.slow import builder_at_work, ellipsoid, is_gone, kill, memory, slivers, standing
 
 SLOW, SLOWISH, MEDIUM = map(ellipsoid, (120_000, 60_000, 12_000))
 MOST_GROWTH = 400 * 2**20
@@ -31,9 +30,8 @@ def publisher(tuned):
 
 
 @pytest.fixture
-def pid(tuned_cell):
-    """Of the node."""
-    return tuned_cell[0].process.pid
+def pid(node):
+    return node.process.pid
 
 
 def test_small_meshes_known_parts_and_lists_do_not_wait(tuned, publisher, pid):
@@ -151,16 +149,10 @@ def test_parts_come_and_go_while_others_ask(busy, cell):
         other.join()
 
 
-def memory(pid, what):
-    """A line of a process's status, in bytes."""
-    status = Path(f"/proc/{pid}/status").read_text()
-    return 1024 * int(status.partition(f"{what}:")[2].split()[0])
-
-
 @pytest.mark.long
-def test_a_thousand_meshes_as_fast_as_can_be(tuned, tuned_cell):
+def test_a_thousand_meshes_as_fast_as_can_be(tuned, node):
     """Each is taken or counted as overrun; memory stays bounded, and a request does not wait."""
-    node, health, publisher = tuned_cell[0], Health(tuned), MeshPublisher(tuned).matched()
+    health, publisher = Health(tuned), MeshPublisher(tuned).matched()
     ball = np.random.default_rng(3).standard_normal((1200, 3))
     ball /= np.linalg.norm(ball, axis=1)[:, None]
     vertices, triangles = shapes.hull_mesh(ball * (0.02, 0.03, 0.04))

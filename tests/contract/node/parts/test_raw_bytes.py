@@ -97,8 +97,8 @@ def odd_bytes(message):
 @pytest.mark.parametrize(("topic", "kind", "good"), [
     ("~/part_mesh", PartMesh, flat(WEDGE, "cad")), ("/tuned/cad", Mesh, mesh(WEDGE))])
 def test_bytes_that_are_no_mesh_are_refused_and_the_next_mesh_is_taken(
-        tuned, tuned_cell, topic, kind, good):
-    node, health = tuned_cell[0], Health(tuned)
+        tuned, node, topic, kind, good):
+    health = Health(tuned)
     before = int(health.line("parts")[1]["refused"])
     publisher = MeshPublisher(tuned, topic.replace("~", tuned.prefix), kind).matched()
     bad = list(odd_bytes(good))
@@ -113,8 +113,8 @@ def test_bytes_that_are_no_mesh_are_refused_and_the_next_mesh_is_taken(
     assert latched(tuned, "cad").part_digest == library_part(WEDGE).digest
 
 
-def test_large_messages_of_another_machine_are_refused_for_their_size(tuned, tuned_cell):
+def test_large_messages_of_another_machine_are_refused_for_their_size(tuned, node):
     """The way through the deserialiser would take seconds and much memory."""
     data = struct.pack(">II", 0, 200_000) + bytes(24 * 200_000)
     MeshPublisher(tuned, "/tuned/cad", Mesh).matched().publish(b"\0\0\0\0" + data)
-    tuned_cell[0].says(f"got {len(data) + 4} bytes")
+    node.says(f"got {len(data) + 4} bytes")

@@ -123,23 +123,25 @@ class TestTopic:
         expected = before + len(BAD) + 1
         line, values = health.line("parts", lambda _, values: int(values["refused"]) >= expected)
         assert line.level == line.WARN and int(values["refused"]) == expected
+        reasons = ["got none", *[said for _, said in sent]]
         listed = [value for key, value in values.items() if key.startswith("refused ")]
-        for said in ["got none", *[said for _, said in sent[10:]]]:  # the latest ones
-            assert any("~/part_mesh" in reason and said in reason for reason in listed), said
-        logged = [line for line in shared_node.lines if "mesh refused: " in line]
-        for _, said in sent:
-            assert any("~/part_mesh" in line and said in line for line in logged), said
+        assert len(listed) == 20 and all("~/part_mesh" in line and any(
+            said in line for said in reasons) for line in listed)  # the latest ones
+        for said in reasons:
+            until(lambda said=said: any("~/part_mesh" in line and "mesh refused: " in line
+                                        and said in line for line in shared_node.lines), said)
         part_id = new_id()
         publisher.publish(flat(WEDGE, part_id))
         assert latched(cell, part_id).part_digest == library_part(WEDGE).digest
 
-    def test_a_flood_of_the_same_bad_mesh_is_logged_once(self, cell, shared_node, publisher):
+    def test_a_flood_of_the_same_bad_mesh_is_not_logged_each_time(self, cell, shared_node,
+                                                                  publisher):
         publisher.publish(*[flat(WEDGE, new_id(), unit=-7.5)] * 50)
         shared_node.says("-7.5")
         part_id = new_id()
         publisher.publish(flat(WEDGE, part_id))
         latched(cell, part_id)
-        assert shared_node.log.count("got -7.5") == 1
+        assert shared_node.log.count("got -7.5") < 20  # once in two seconds
 
 
 class TestLargeOnes:

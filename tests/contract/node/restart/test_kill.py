@@ -5,8 +5,7 @@ import random
 import pytest
 
 from ..harness.bags import assert_readable_by_others, bags_of, on_topic, raw
-from ..harness.cell import QuickClient
-from ..harness.client import DONE, until
+from ..harness.client import DONE, Client, until
 from ..harness.node import NodeProcess
 from ..harness.witness import Told, Witness, events, unfinished
 
@@ -36,7 +35,7 @@ class Killings:
                 lines = self.chance.randrange(4)
                 until(lambda: len(node.lines) >= lines or "]: ready" in node.log, "its start")
                 return
-            client = QuickClient(self.domain, "/killed/pose_stats")
+            client = Client(self.domain, "/killed/pose_stats")
             node.ready()
             for bag in left:
                 assert_readable_by_others(bag)

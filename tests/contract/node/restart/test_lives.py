@@ -10,7 +10,7 @@ from shape_msgs.msg import Mesh
 from ..harness.bags import assert_readable_by_others, bags_of, recorded
 from ..harness.camera import counted, counting, learnt
 from ..harness.cell import Health, MeshPublisher, cell_of, latched
-from ..harness.client import CANCELLED, until, wait_for
+from ..harness.client import CANCELLED, Client, until, wait_for
 from ..harness.jobs import LONG, finished, get, running_with_results, start
 from ..harness.node import NodeProcess
 from ..harness.parts import WEDGE, counts, flat, library_part, mesh, probabilities, scaled, whole
@@ -38,7 +38,7 @@ def first_life(client):
         client.good("forget_part", part_id=part_id)
     client.good("estimate", part=flat(WEDGE, "remembered"))
     MeshPublisher(client, "/lives/cad", Mesh).matched().publish(mesh(scaled(1.4)))
-    latched(client, "cad")
+    until(lambda: latched(client, "cad").drops, "its check")
     seen = client.good("estimate", part=flat(scaled(1.5), "seen")).statistics
     counting(client).publish(counted(seen, [9, 1], from_pose=seen.poses[1].index,
                                      feeder_speed="slow"),
@@ -213,8 +213,10 @@ def test_large_parts_that_are_still_to_be_built_hold_up_nobody(domain, tmp_path)
     with cell_of(domain, tmp_path, "large") as (_, client):
         for part_id in ("unwanted", "asked for", "first"):
             client.good("estimate", part=flat(ellipsoid(12_000), part_id))
-    with cell_of(domain, tmp_path, "large") as (node, client):
+    with (Client(domain, "/large/pose_stats") as client,
+          NodeProcess(tmp_path, "-r", "__ns:=/large") as node):
         with standing(builder_at_work(node.process.pid)):
+            node.ready()
             outlines = [client.send("get_statistics", part_id="asked for", heights=[-1.0])
                         for _ in range(5)]
             client.good("forget_part", part_id="unwanted")
