@@ -10,7 +10,7 @@ from ..design import describe, sensitivity
 from ..mesh.decimation import visible_triangles
 from ..records import Array, Index
 from ..resting.convex_body import ConvexBody
-from ..text import name_poses
+from ..text import name_poses, shortened
 from . import figures, rendering
 
 ADD, TAKE = np.array([0.0, 0.45, 0.70]), np.array([0.84, 0.37, 0.0])
@@ -49,7 +49,7 @@ def changes_figure(found: sensitivity.Sensitivity) -> Figure:
         axes.set_title(title, fontsize=10, color=figures.REFERENCE)
         _draw_arrow(axes, view, _gradient(found) * turned, body.radius)
     figure.suptitle(
-        f"{space.part.part_id}: wanted {name_poses(found.wanted)}, "
+        f"{shortened(space.part.part_id, 30)}: wanted {shortened(name_poses(found.wanted), 30)}, "
         f"{100.0 * found.accepted.value:.1f} % by {found.method}", fontsize=12, color=figures.INK,
         parse_math=False)
     figure.legend(handles=[Patch(color=tuple(ADD), label="add here"),

@@ -48,8 +48,9 @@ def poses_figure(part: Part, found: PoseStatistics) -> Figure:
     how = f"{found.drops} drops" if found.drops else f"estimated ({found.method})"
     rest = sum(group.size for group in groups[MOST:])
     more = f"; {rest} less probable poses not shown" if rest else ""
-    figure.suptitle(f"{found.part_id}: {found.scene}\nresting probabilities, {how}{more}",
-                    fontsize=12, color=INK, y=1.0 - 0.1 / up, parse_math=False)
+    figure.suptitle(f"{shortened(found.part_id, int(4.5 * across))}: resting probabilities, {how}"
+                    f"{more}\n{found.scene}", fontsize=12, color=INK, y=1.0 - 0.1 / up,
+                    parse_math=False)
     return figure
 
 

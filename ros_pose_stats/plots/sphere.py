@@ -23,8 +23,8 @@ CONTOURS = 12
 COLORS = "cividis"
 """Colour map from dark to light as in the paper, readable for the colour-blind and in grey."""
 
-MOST_BORDERS = 40
-"""Most basins with borders; the many facets of a curve would be nothing but borders."""
+MOST_BORDERS = 60
+"""Most poses whose basins have borders; the facets of a curve would be nothing but borders."""
 
 
 def sphere_figure(sphere: pose_sphere.PoseSphere, function: Function = "R",
@@ -37,13 +37,15 @@ def sphere_figure(sphere: pose_sphere.PoseSphere, function: Function = "R",
     values = 1e3 * (sphere.r if function == "r" else sphere.R)
     low, high = float(np.nanmin(values)), float(np.nanmax(values))
     span = max(high - low, 1e-12)
+    bordered = 1 < len(sphere.downs) <= MOST_BORDERS
     figure, discs = two_discs(1, 0.0, 1.1)
     for hemisphere, axes in enumerate(discs[0]):
         # Drawn as an image, since the outlines of the bands would have thousands of corners.
         bands = np.clip(np.floor(CONTOURS * (values[hemisphere] - low) / span), 0, CONTOURS - 1)
         axes.imshow(bands, origin="lower", extent=(-1, 1, -1, 1), vmin=0,
                     vmax=CONTOURS - 1, cmap=COLORS, interpolation="nearest")
-        _draw_borders(axes, sphere.pose[hemisphere])
+        if bordered:
+            _draw_borders(axes, sphere.pose[hemisphere])
     mark(discs[0], sphere, root)
     high_page = figure.get_figheight()
     bar = figure.colorbar(ScalarMappable(Normalize(low, high), ListedColormap(
@@ -53,18 +55,21 @@ def sphere_figure(sphere: pose_sphere.PoseSphere, function: Function = "R",
             else "height of the centre of mass with u down")
     bar.set_label(f"{function}(u), {what}, mm", fontsize=9)
     bar.ax.tick_params(labelsize=8.5)
-    figure.legend(handles=_legend(root is not None), loc="lower center", ncols=2, frameon=False,
+    keys = [Line2D([], [], linestyle="none", marker="o", markersize=8, markerfacecolor="white",
+                   markeredgecolor="black", label="stable pose (number)")]
+    if bordered:
+        keys.append(Line2D([], [], color="black", linewidth=0.9, label="border of a basin"))
+    drawn = {name: mark for axes in discs[0]
+             for mark, name in zip(*axes.get_legend_handles_labels(), strict=True)}
+    figure.legend(handles=[*keys, *drawn.values()], loc="lower center", ncols=2, frameon=False,
                   fontsize=8.5, labelcolor=INK, handlelength=1.6)
     return figure
 
 
 def _draw_borders(axes: Axes, pose: Index) -> None:
     """Lines between basins, seen on dark and light alike."""
-    there = np.unique(pose[pose >= 0])
-    if len(there) > MOST_BORDERS:
-        return
     across = across_disc(len(pose))
-    for index in there[1:]:
+    for index in np.unique(pose[pose >= 0])[1:]:
         # Only the rows and columns of the basin, which saves most of the time.
         rows, columns = (_around(np.flatnonzero((pose == index).any(axis=axis)))
                          for axis in (1, 0))
@@ -79,18 +84,6 @@ def _around(places: Index) -> slice:
     return slice(max(int(places[0]) - 1, 0), int(places[-1]) + 2)
 
 
-def _legend(saddles: bool) -> list[Line2D]:
-    found = [Line2D([], [], linestyle="none", marker="o", markersize=8, markerfacecolor="white",
-                    markeredgecolor="black", label="stable pose (number)"),
-             Line2D([], [], color="black", linewidth=0.9, label="border of a basin")]
-    if saddles:
-        found += [Line2D([], [], linestyle="none", marker="x", color="#d7301f",
-                         markeredgewidth=1.5, label="saddle of the splitting graph"),
-                  Line2D([], [], linestyle="none", marker="^", color="black", markersize=5,
-                         label="maximum (balanced)")]
-    return found
-
-
 DISC = 2.3  # distance of the discs, inches
 SIDES = ("around the part's -z", "around the part's +z")
 MOST_MARKS = 40  # most saddles or peaks that are marked; more would cover the map
@@ -99,8 +92,8 @@ MOST_LABELS = 60  # most poses that are numbered, the lowest ones
 FEW, NAMED = 20, 3
 """A label names up to three poses; where a part has more poses than this, it names the first."""
 
-NEAR, FAR = 0.13, 0.3
-"""Distance, in radii of the disc, within which poses share a label: of few poses, and of many."""
+NEAR, FAR = (0.26, 0.19), (0.38, 0.19)
+"""Size of a label, in radii of the disc, of few poses and of many: poses within it share one."""
 
 
 def two_discs(rows: int, above: float, below: float) -> tuple[Figure, list[list[Axes]]]:
@@ -159,13 +152,16 @@ def _scatter(row: Sequence[Axes], directions: Array, kind: str) -> None:
     hemisphere, place = pose_sphere.on_map(directions)
     for number, axes in enumerate(row):
         there = place[hemisphere == number]
+        if not len(there):
+            continue
         if kind == "x":
             axes.plot(*there.T, linestyle="none", marker="x", markersize=6.0, color="#ffffff",
                       markeredgewidth=3.0, zorder=4)
         axes.plot(*there.T, linestyle="none", marker=kind, markersize=6.0 if kind == "x" else 4.5,
                   color="#d7301f" if kind == "x" else "#000000", markeredgecolor=None
                   if kind == "x" else "#ffffff", markeredgewidth=1.5 if kind == "x" else 0.5,
-                  zorder=4)
+                  zorder=4, label="saddle of the splitting graph" if kind == "x" else
+                  "maximum (balanced)")
 
 
 def _labels(downs: Array) -> Iterator[tuple[int, tuple[float, float], list[int]]]:
@@ -176,7 +172,7 @@ def _labels(downs: Array) -> Iterator[tuple[int, tuple[float, float], list[int]]
     while left:
         first = left[0]
         near = [one for one in left if hemisphere[one] == hemisphere[first]
-                and float(np.linalg.norm(place[one] - place[first])) < reach]
+                and (np.abs(place[one] - place[first]) < reach).all()]
         yield int(hemisphere[first]), (float(place[first, 0]), float(place[first, 1])), near
         left = [one for one in left if one not in near]
 

@@ -13,7 +13,7 @@ from ..records import StablePose
 from ..resting.splitting_graph import SAME_LEVEL, SplittingNode
 from .figures import INK, REFERENCE, apart, in_digits, new_figure
 
-NAMES = 4  # most poses of a component that are listed
+LONGEST = 8  # characters that name the poses of a component; a box of more would cover the next
 
 UNDER = 0.45
 """Distance from the middle of its box, in places of ends, below which a line begins under it."""
@@ -77,7 +77,8 @@ def _share(share: float) -> str:
 
 def _draw_node(axes: Axes, branch: "Branch", heights: dict[int, float]) -> None:
     names = branch.node.poses
-    text = " ".join(map(str, names)) if len(names) <= NAMES else f"{len(names)} poses"
+    named = " ".join(map(str, names))
+    text = named if len(named) <= LONGEST else f"{len(names)} poses"
     if branch.parts:
         axes.annotate(text, (branch.x, branch.y), ha="center", va="center", fontsize=8.5,
                       color=INK, zorder=3, bbox={"facecolor": "#eef3f8", "edgecolor": LINE,

@@ -13,6 +13,7 @@ from ..mesh import decimation, vectors
 from ..records import Array, Part, Trajectory
 from ..resting.splitting_graph import SplittingNode, levels_above, poses_within
 from ..simulation.frames import DropFrames
+from ..text import shortened
 from .figures import INK, REFERENCE, Picture, apart, new_figure, open_axes
 from .rendering import View, rendered
 
@@ -22,7 +23,7 @@ SPLIT = ("split", "v", "#222222")
 """Row of the splits of the reachable set, at which the energy passes a level."""
 
 ROW = 0.3  # height of the row of a kind of event, inches
-NAMES = 4
+LONGEST = 8  # characters that name the poses of a component; there is no room for more
 MOST_LEVELS = 8  # most levels that are drawn; there is no room for more beside the curve
 
 SETTLED = 2e-3
@@ -48,8 +49,8 @@ def trajectory_figure(trajectory: Trajectory, root: SplittingNode) -> Figure:
     _draw_events(events, rows, end)
     events.set_xlabel("time since release, s", fontsize=10)
     where = f"comes to rest in pose {trajectory.pose}" if trajectory.pose >= 0 else "not settled"
-    figure.suptitle(f"{trajectory.part_id}: {trajectory.impacts} impacts, {where}", fontsize=11,
-                    color=INK, parse_math=False)
+    figure.suptitle(f"{shortened(trajectory.part_id, 30)}: {trajectory.impacts} impacts, {where}",
+                    fontsize=11, color=INK, parse_math=False)
     return figure
 
 
@@ -104,7 +105,8 @@ def component_name(poses: Sequence[int]) -> str:
     """The poses of a component in few words."""
     if len(poses) == 1:
         return f"pose {poses[0]} only"
-    return "poses " + " ".join(map(str, poses)) if len(poses) <= NAMES else f"{len(poses)} poses"
+    named = " ".join(map(str, poses))
+    return f"poses {named}" if len(named) <= LONGEST else f"{len(poses)} poses"
 
 
 def _rows(trajectory: Trajectory, root: SplittingNode, end: float
@@ -199,8 +201,8 @@ def _stage(trajectory: Trajectory, frames: DropFrames, root: SplittingNode
     words = axes.annotate("", (0.0, 1.05), xycoords="axes fraction", fontsize=10.5, color=INK,
                           animated=True)
     where = f"pose {trajectory.pose}" if trajectory.pose >= 0 else "no pose"
-    figure.text(0.02, 0.945, f"{trajectory.part_id}: {trajectory.scene}", fontsize=9.5, color=INK,
-                parse_math=False)
+    figure.text(0.02, 0.945, f"{shortened(trajectory.part_id, 22)}: {trajectory.scene}",
+                fontsize=9.5, color=INK, parse_math=False)
     figure.text(0.02, 0.88, f"into {where}, {_pace(frames.slower)}", fontsize=9.5, color=REFERENCE)
     clock = figure.text(0.985, 0.945, "", fontsize=10.5, color=REFERENCE, ha="right",
                         animated=True)

@@ -3,10 +3,6 @@
 import numpy as np
 
 
-def test_it_is_one_file_that_asks_for_nothing(comparison):
-    assert comparison[0].needs_nothing()
-
-
 def test_it_says_what_the_object_says(comparison):
     page, _, values = comparison
     assert "B feeds better: " in page.text or "A feeds better: " in page.text
@@ -23,13 +19,9 @@ def test_turned_and_foreign_variants_are_pointed_out(comparison):
     assert "D has no such pose" in text and "A has no such pose" in text
 
 
-def test_names_cannot_write_html(comparison):
+def test_names_cannot_write_html_and_the_command_that_gives_it_again_is_there(comparison):
     page, _, _ = comparison
     assert "<i>stone" not in page.source and "<i>stone & 'co'" in page.text
-
-
-def test_the_command_that_gives_it_again_is_there(comparison):
-    page, _, _ = comparison
     assert "ros_pose_stats compare " in page.text and "--drops 300 --seed 1" in page.text
 
 

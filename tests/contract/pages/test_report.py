@@ -10,7 +10,7 @@ import pytest
 from tests.bodies import METHODS, shapes, subdivided, write_stl
 from tests.running import answer
 
-from .reading import Page
+from .reading import Page, Picture
 
 AREAS = (12.0, 8.0, 6.0)
 """Of the faces of the box, in hundreds of square millimetres."""
@@ -27,8 +27,8 @@ def percent(share):
     return f"{100.0 * share:.1f} %"
 
 
-def test_it_is_one_file_that_asks_for_nothing(report, clamp):
-    for page, file in (report, clamp):
+def test_it_is_one_file_that_asks_for_nothing(report, clamp, comparison):
+    for page, file in (report, clamp, comparison[:2]):
         assert page.needs_nothing()
         assert file.stat().st_size < 3e6
 
@@ -134,12 +134,15 @@ def test_large_lengths_have_no_exponent_and_stay_with_their_units(tmp_path):
     assert not re.findall(r"<(?:p|dd)\b[^>]*>[^<]*\d (?:mm\b|%)", unescape(page.source))
 
 
-def test_names_of_parts_cannot_write_html(tmp_path):
-    write_stl(tmp_path / "<b>&'.stl", shapes.box(20.0, 30.0, 40.0))
-    answer("report", tmp_path / "<b>&'.stl", "--unit", "mm", "--drops", 20, "-o",
-           tmp_path / "a.html")
+def test_names_of_parts_cannot_write_html_and_are_cut_to_the_width_of_the_figure(parts, tmp_path):
+    name = "<b>&'" + 40 * "W$_"
+    (tmp_path / f"{name}.stl").write_bytes((parts / "clamp.stl").read_bytes())
+    answer("report", tmp_path / f"{name}.stl", "--unit", "mm", "--drops", 20, "-o",
+           tmp_path / "a.html", "--png", tmp_path / "a.png")
     page = Page(tmp_path / "a.html")
-    assert "<b>&" not in page.source and "<b>&': how it comes to rest" in page.text
+    assert "<b>&" not in page.source and f"{name}: how it comes to rest" in page.text
+    pixels = Picture("key figure", (tmp_path / "a.png").read_bytes()).pixels
+    assert (pixels[:, :5] == 255).all() and (pixels[:, -5:] == 255).all()
 
 
 def test_the_page_of_a_fine_part_stays_small(parts, tmp_path):
