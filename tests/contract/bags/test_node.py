@@ -72,7 +72,7 @@ def send_parts(client):
     MeshPublisher(client).matched().publish(*meshes, *meshes)
     MeshPublisher(client, "/recorded/cad", Mesh).matched().publish(mesh(WEDGE))
     for part_id in FACTORS:
-        latched(client, part_id)
+        until(lambda part_id=part_id: latched(client, part_id).drops, "its check")
 
 
 def ask(client):

@@ -3,7 +3,6 @@
 import re
 import resource
 import shutil
-from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -20,12 +19,14 @@ from tests.contract.node.harness.bags import (
     on_topic,
     raw,
     recorded,
+    size_of,
 )
 from tests.contract.node.harness.cell import Health, cell_of, latched
 from tests.contract.node.harness.client import until
 from tests.contract.node.harness.goals import Goals
 from tests.contract.node.harness.jobs import finished, start
 from tests.contract.node.harness.parts import WEDGE, flat, new_id, whole
+from tests.contract.node.harness.slow import standing
 
 FILE = 65_536
 """Bytes after which a file of the bag is followed by another; no fewer can be asked for."""
@@ -142,24 +143,15 @@ def recorded_in(bag):
     return [message_of(topic, data) for topic, data in raw(bag) if topic == on_topic("answers")]
 
 
-def bag_bytes(folder):
-    """Of all files; what is deleted meanwhile counts nothing."""
-    total = 0
-    for file in folder.rglob("*.mcap"):
-        with suppress(FileNotFoundError):
-            total += file.stat().st_size
-    return total
-
-
 def test_the_oldest_files_go_once_all_bags_are_too_large(killed, place, tmp_path):
     """Old runs first, then old files of this run; the newest answers stay."""
     old = [file for number in range(3)
            for file in files_of(earlier_copy(killed.bag, tmp_path, number))]
-    bound = int(1.5 * bag_bytes(killed.bag))
+    bound = int(1.5 * size_of(killed.bag, "*.mcap"))
     with cell_of(place[0], tmp_path, "bounded", environment=place[1], max_bag_bytes=FILE,
                  max_log_bytes=bound) as (node, client):
         (first,) = ask(client, 1)
-        until(lambda: bag_bytes(tmp_path) <= bound, "the bound")
+        until(lambda: size_of(tmp_path, "*.mcap") <= bound, "the bound")
         left = [file for file in old if file.exists()]
         assert 0 < len(left) < len(old) and left == old[len(old) - len(left):]
         answers = []
@@ -167,7 +159,7 @@ def test_the_oldest_files_go_once_all_bags_are_too_large(killed, place, tmp_path
             answers.append(client.good("estimate", part_id=first.part_id,
                                        restitution=1e-4 * len(answers)).statistics)
             assert len(answers) < 5000
-        until(lambda: bag_bytes(tmp_path) <= bound, "the bound")
+        until(lambda: size_of(tmp_path, "*.mcap") <= bound, "the bound")
         node.stop()
     (bag,) = bags_of(tmp_path)
     assert_readable_by_others(bag)
@@ -225,7 +217,8 @@ def test_a_full_disk_and_a_missing_folder_come_and_go(place, tmp_path):
         again = assert_records(client, folder, health)
         node.says("recording works again")
         assert {whole(first), whole(again)} <= set(map(whole, recorded(folder, "answers")))
-        shutil.rmtree(folder)
+        with standing(node.process.pid):  # nothing is made in it while it goes
+            shutil.rmtree(folder)
         until(lambda: not unrecorded(ask(client, 1)[0]) and bags_of(folder), "another bag")
         last = assert_records(client, folder, health)
         (bag,) = bags_of(folder)

@@ -80,10 +80,10 @@ def ends(log_directory):
     return found
 
 
-def size_of(log_directory):
+def size_of(folder, pattern="*"):
     """Bytes of all files in a folder; what is deleted meanwhile counts nothing."""
     total = 0
-    for path in log_directory.rglob("*"):
+    for path in folder.rglob(pattern):
         with suppress(FileNotFoundError):
             total += path.stat().st_size if path.is_file() else 0
     return total
