@@ -35,7 +35,8 @@ def register(commands: given.Commands) -> None:
     command.add_argument("--target-error", type=float, default=0.0, metavar="E",
                          help="after the estimates, drop those parts whose estimate is not within "
                          "this root mean square error over the poses with 90 %% confidence; 0.01 "
-                         "is one percentage point (default: no drops)")
+                         "is one percentage point (default: 0.02 for parts unlike those that the "
+                         "estimate was measured on, none for others)")
     given.add(command, "--unit", help=given.SHARED_UNIT)
     given.add(command, "--density", *given.POSES_OF, *given.SCENE)
     command.add_argument("--parquet", action="store_true",

@@ -99,7 +99,7 @@ def between(low: float, high: float) -> str:
     """A 90 % interval in percent."""
     if math.isnan(low) or math.isnan(high):
         return "\N{EN DASH}"
-    digits = 1 if high >= 0.01 else 2
+    digits = 1 if high >= 0.01 and low <= 0.99 else 2
     return f"{100.0 * low:.{digits}f} to {100.0 * high:.{digits}f}{SPACE}%"
 
 

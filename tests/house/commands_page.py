@@ -85,7 +85,8 @@ def _section(name: str, command: CommandParser) -> Iterator[str]:
 
 def _synopsis(command: CommandParser, arguments: list[argparse.Action]) -> list[str]:
     """What may be typed: first what must be there."""
-    pieces = [_values(one) for one in arguments if not one.option_strings]
+    pieces = [f"[{_values(one)}]" if one.nargs == "?" else _values(one)
+              for one in arguments if not one.option_strings]
     pieces += [_option(one) for one in arguments if one.option_strings and one.required]
     groups = [group._group_actions for group in command._mutually_exclusive_groups]
     told = [one for group in groups for one in group]
