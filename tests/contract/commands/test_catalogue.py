@@ -128,6 +128,11 @@ def ended(home):
         [sys.executable, "-m", "ros_pose_stats", *map(str, ASKED), "-o", "stopped"],
         capture_output=True, text=True, env=os.environ | {"PYTHONPATH": str(ROOT)},
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (30_000, 30_000)))
+    begun = Run()
+    while not begun.children():
+        time.sleep(0.001)
+    os.killpg(begun.process.pid, signal.SIGINT)  # also to those that just start
+    assert "interrupted" in begun.end() and begun.process.returncode == 130
     first = Run()
     first.wait_for(0)
     workers = children(first.process.pid)
