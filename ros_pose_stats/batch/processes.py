@@ -57,9 +57,8 @@ def work_in_processes(workers: int, call: Callable[[WorkerProcess, Piece], Made]
                              lambda future, _: future.result(), pieces, should_stop,
                              lambda: 2 * threads)
     finally:
-        pool.shutdown(wait=False, cancel_futures=True)
         lanes.end()
-        pool.shutdown()
+        pool.shutdown(cancel_futures=True)
 
 
 class _Lanes(Generic[Piece, Made]):
@@ -81,7 +80,7 @@ class _Lanes(Generic[Piece, Made]):
             except ProcessDiedError as error:
                 died = error
                 self._processes.pop(threading.get_ident()).kill()
-                if self._ended or isinstance(error, TookLongError):
+                if isinstance(error, TookLongError):
                     break
         return self._stand_in(piece, died)
 

@@ -104,16 +104,16 @@ def test_answer_in_the_readme_is_what_the_command_prints(in_demo_folder):
 
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("line", [
-    pytest.param(line, marks=pytest.mark.long if ".gif" in line or "dropped" in line else ())
+    pytest.param(line, marks=pytest.mark.long if re.search(".gif|dropped|--png", line) else ())
     for line in LINES])
 def test_lines_of_the_pages_run(line, in_demo_folder):
     run_line(line)
 
 
 def test_the_parsers_take_every_example():
-    """Those too that need a cell or what was counted there."""
+    """Those too that need a cell or what was counted there, or a while."""
     assert {line.split()[1] for line in EXAMPLES} >= {"bag", "fit", "node", "publish"}
-    for line in EXAMPLES:
+    for line in (*LINES, *EXAMPLES):
         ours, _, _ = line.partition("--ros-args")
         assert parser().parse_args(shlex.split(ours)[1:]).command == line.split()[1]
 

@@ -240,8 +240,7 @@ def test_an_estimate_of_an_stl_file_does_not_load(loaded_by_an_estimate, library
 
 
 @pytest.mark.parametrize("tree", ["study", "lab"])
-def test_what_programs_of_the_checkout_import_is_there(tree):
-    known = Sources(PACKAGE).files
+def test_what_programs_of_the_checkout_import_is_there(tree, sources):
     missing = [str(one) for one in Sources(PACKAGE.parent / tree).imports
-               if one.target.startswith(f"{PACKAGE.name}.") and one.target not in known]
+               if one.target.startswith(f"{PACKAGE.name}.") and one.target not in sources.files]
     assert missing == []

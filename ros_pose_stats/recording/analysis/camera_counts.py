@@ -1,10 +1,9 @@
 """What cameras counted, added up, each message once however often it was recorded."""
 
 import math
-from bisect import bisect_left, bisect_right, insort
+from bisect import bisect_left, insort
 from collections import Counter
 from dataclasses import dataclass, field
-from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -92,6 +91,12 @@ class CountCollector:
             known.of_pose[pose] += parts
 
 
+@dataclass(order=True)
+class _Seen:
+    time: int
+    sources: set[int] = field(compare=False)
+
+
 class Copies:
     """Tells copies apart from messages that merely say the same.
 
@@ -100,8 +105,7 @@ class Copies:
     """
 
     def __init__(self) -> None:
-        # by content: when it was seen and in which recordings, by time
-        self._seen: dict[bytes, list[tuple[int, set[int]]]] = {}
+        self._seen: dict[bytes, list[_Seen]] = {}
         self.found = 0
         self.unstamped = 0
 
@@ -110,11 +114,12 @@ class Copies:
         self.unstamped += not stamp
         time, window = (stamp, 0) if stamp else (log_time, WITHIN)
         known = self._seen.setdefault(content, [])
-        first = bisect_left(known, time - window, key=itemgetter(0))
-        for _, sources in known[first:bisect_right(known, time + window, key=itemgetter(0))]:
-            if source not in sources:
-                sources.add(source)
+        place = bisect_left(known, _Seen(time - window, set()))
+        while place < len(known) and known[place].time <= time + window:
+            if source not in known[place].sources:
+                known[place].sources.add(source)
                 self.found += 1
                 return True
-        insort(known, (time, {source}), key=itemgetter(0))
+            place += 1
+        insort(known, _Seen(time, {source}))
         return False

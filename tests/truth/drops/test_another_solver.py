@@ -124,7 +124,7 @@ def test_whole_drops(name, restitution):
     part = bodies()[name]
     points, inertia, radius = scaled(part)
     poses, rested = resting_poses(part, 0.0, 0).poses, 0
-    for drop in range(5):
+    for drop in range(3):
         found = record_drop(part, drop, restitution, 3, 3.0 * radius, interval=1e6, **EXACT)
         events = reference_drop(points, inertia, found.down, restitution, 3.0, 60)
         if len(events) < 60:

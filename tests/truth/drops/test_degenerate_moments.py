@@ -128,7 +128,7 @@ def test_long_sequences_of_simultaneous_impacts(restitution):
     longest = 0
     for factor in (0.3, 0.05):
         part = light(random_polyhedron(8, 0), factor)
-        for trajectory, corners in recordings(part, restitution, 60):
+        for trajectory, corners in recordings(part, restitution, 30):
             length = 0
             for before, event in pairwise(trajectory.events):
                 length = length + 1 if event.kind == "impact" else 0

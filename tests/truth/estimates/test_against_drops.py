@@ -1,6 +1,6 @@
 """Estimates of parts that no fit has seen, against drops: errors, and what is said of them.
 
-Shares are compared with 1500 drops a part, whose noise is taken off the mean squares.
+Shares are compared with 800 drops a part, whose noise is taken off the mean squares.
 """
 
 import math
@@ -11,7 +11,7 @@ import pytest
 from ros_pose_stats import estimate, hybrid, part_from_mesh, shift_center, simulate
 from tests.bodies import by_index, random_polyhedron, shapes
 
-PARTS, DROPS = 48, 1500
+PARTS, DROPS = 48, 800
 METHODS = ("split", "combined", "meae", "eae", "qse", "area")
 
 

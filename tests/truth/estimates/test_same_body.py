@@ -82,7 +82,7 @@ def everything_at_once(surface, seed):
 @pytest.mark.parametrize("way", [
     in_other_units, turned, far_from_its_origin, shuffled_and_wound_inward, with_finer_triangles,
     with_a_pocket_inside, everything_at_once], ids=lambda way: way.__name__)
-@settings(max_examples=50)
+@settings(max_examples=20)
 @given(polyhedra, seeds, tolerances)
 def test_the_same_body_has_the_same_answers(way, surface, seed, tolerance):
     other, expected = way(surface, seed)

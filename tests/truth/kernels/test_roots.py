@@ -32,13 +32,13 @@ def exact(polynomial, x):
 
 
 def remainder(a, b):
-    """Of the division of polynomials, lowest power first."""
-    a = list(a)
+    """Of the division of integer polynomials, lowest power first, times a positive number."""
+    size, sign = abs(b[-1]), 1 if b[-1] > 0 else -1
     while len(a) >= len(b):
-        factor = a[-1] / b[-1]
-        for k in range(len(b)):
-            a[len(a) - len(b) + k] -= factor * b[k]
-        a.pop()
+        factor, start = sign * a[-1], len(a) - len(b)
+        a = [size * c for c in a[:-1]]
+        for k, c in enumerate(b[:-1]):
+            a[start + k] -= factor * c
     while a and a[-1] == 0:
         a.pop()
     return a
@@ -46,10 +46,12 @@ def remainder(a, b):
 
 def roots_between(polynomial, low, high):
     """Number of distinct real roots in (low, high], neither end being a multiple one."""
-    chain = [polynomial, [k * c for k, c in enumerate(polynomial)][1:]]
+    whole = math.lcm(*(c.denominator for c in polynomial))
+    chain = [[int(whole * c) for c in polynomial],
+             [int(whole * k * c) for k, c in enumerate(polynomial)][1:]]
     while len(chain[-1]) > 1 and (rest := remainder(chain[-2], chain[-1])):
-        size = max(map(abs, rest))
-        chain.append([-c / size for c in rest])
+        common = math.gcd(*rest)
+        chain.append([-c // common for c in rest])
 
     def changes(x):
         signs = [value > 0 for p in chain if (value := exact(p, x)) != 0]

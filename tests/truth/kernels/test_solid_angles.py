@@ -138,6 +138,6 @@ def test_areas_against_a_grid_on_the_sphere():
     lowest = body.arrays.distance.min()
     levels = lowest + np.array((0.05, 0.2, 0.4, 0.6, 0.8, 0.95)) * (1.0 - lowest)
     for level, on_planes in zip(levels, areas_below(shape, "r", levels), strict=True):
-        assert below_r(body, level)[plane] == pytest.approx(on_planes, abs=1e-3)
+        assert below_r(body, level)[plane] == pytest.approx(on_planes, abs=2e-3)
     for level, at_vertices in zip(levels, areas_below(shape, "R", levels), strict=True):
-        assert below_R(body, level).sum() == pytest.approx(at_vertices.sum(), abs=2e-3)
+        assert below_R(body, level).sum() == pytest.approx(at_vertices.sum(), abs=4e-3)

@@ -8,7 +8,7 @@ from scipy.spatial import ConvexHull
 from ros_pose_stats import resting_poses
 from study.random_polyhedra import random_polyhedron
 
-SAMPLE = 250
+SAMPLE = 150
 every_recipe = pytest.mark.parametrize(("shift", "moment"), [
     (0.0, "inertia"), (1.0, "inertia"), (0.65, "second")])
 

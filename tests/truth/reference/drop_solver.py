@@ -55,33 +55,37 @@ class Body:
 
     def __init__(self, points, inertia):
         self.points = np.asarray(points, dtype=float)
+        self.across = np.array([skew(point) for point in self.points])
         self.inertia = np.asarray(inertia, dtype=float)
         self.inverse = np.linalg.inv(self.inertia)
 
     def arms(self, state):
         """r × up of every vertex, (V, 3)."""
-        return self.points @ skew(state[UP])
+        return self.across @ state[UP]
 
     def velocities(self, state):
         """Vertical, of every vertex, (V,)."""
         return state[V] + self.arms(state) @ state[W]
 
-    def free_fall(self, state):
-        """Angular acceleration (3,) and vertical accelerations of the vertices (V,)."""
+    def free_turn(self, w):
+        """Angular acceleration without contact, (3,)."""
+        return self.inverse @ (skew(self.inertia @ w) @ w)
+
+    def free_fall(self, state, which=slice(None)):
+        """Vertical accelerations without contact of the vertices `which` (k,), (k,)."""
         up, w = state[UP], state[W]
-        turning = self.inverse @ (skew(self.inertia @ w) @ w)
         centripetal = w * (up @ w) - up * (w @ w)
-        return turning, self.arms(state) @ turning + self.points @ centripetal - 1.0
+        return (self.across[which] @ up @ self.free_turn(w)
+                + self.points[which] @ centripetal - 1.0)
 
     def response(self, state, which):
         """What unit vertical forces at `which` (k,) do to their accelerations, (k, k)."""
-        arms = self.arms(state)[which]
+        arms = self.across[which] @ state[UP]
         return 1.0 + arms @ self.inverse @ arms.T
 
     def forces(self, state, contacts):
         """Contact forces that keep `contacts` (k,) from accelerating, (k,)."""
-        wanted = -self.free_fall(state)[1][contacts]
-        return np.linalg.solve(self.response(state, contacts), wanted)
+        return np.linalg.solve(self.response(state, contacts), -self.free_fall(state, contacts))
 
     def push(self, state, which, impulses):
         """Apply vertical impulses (k,) at the vertices `which` (k,), in place."""
@@ -90,12 +94,13 @@ class Body:
 
     def rates(self, contacts, _, state):
         """Time derivative of the state while it slides on `contacts` (k,)."""
-        forces = self.forces(state, contacts) if contacts else np.zeros(0)
-        turning = self.free_fall(state)[0]
-        turning = turning + self.inverse @ (self.arms(state)[contacts].T @ forces)
+        arms, turning, lift = self.arms(state), self.free_turn(state[W]), -1.0
+        if contacts:
+            forces = self.forces(state, contacts)
+            turning = turning + self.inverse @ (forces @ arms[contacts])
+            lift += forces.sum()
         attitude = (state[2:11].reshape(3, 3) @ skew(state[W])).ravel()
-        return np.concatenate(((state[V], forces.sum() - 1.0), attitude, turning,
-                               self.velocities(state)))
+        return np.concatenate(((state[V], lift), attitude, turning, state[V] + arms @ state[W]))
 
     def watch(self, contacts, state):
         """Force of each contact, height of each other vertex, (V,): an event below zero."""
@@ -115,7 +120,7 @@ class Body:
 
     def supports(self, state, still):
         """Those of the touching, still vertices that press on; None when a face rests."""
-        free = self.free_fall(state)[1]
+        free = self.free_fall(state)
         for contacts in (list(c) for k in range(3) for c in combinations(still, k)):
             forces = self.forces(state, contacts) if contacts else np.zeros(0)
             arms = self.arms(state)
@@ -125,13 +130,12 @@ class Body:
         return None
 
 
-def first_below_zero(watch, times):
+def first_below_zero(watch, times, values):
     """Earliest time at which an entry of watch(t), (V,), turns negative, and its index.
 
-    A dip between two samples counts: the minimum is looked for wherever three of them
-    leave room for one below zero.
+    `values` are those at the times. A dip between two samples counts: the minimum is looked for
+    wherever three of them leave room for one below zero.
     """
-    values = np.array([watch(t) for t in times])
     found = []
     for j, line in enumerate(values.T):
         for i in np.flatnonzero((line[:-1] >= 0.0) & (line[1:] < 0.0))[:1]:
@@ -177,7 +181,9 @@ def next_event(body, state, contacts):
         def watch(t, run=run, passed=passed):
             return body.watch(contacts, run.sol(t)) + NOISE * (passed + t)
 
-        event = first_below_zero(watch, sample_times(run.t))
+        times = sample_times(run.t)
+        values = np.array([body.watch(contacts, sample) for sample in run.sol(times).T])
+        event = first_below_zero(watch, times, values + NOISE * (passed + times)[:, None])
         if event is not None:
             # The interpolant is not as good as the steps: one more step, to the root.
             i = np.searchsorted(run.t, event[0]) - 1

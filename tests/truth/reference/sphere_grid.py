@@ -1,6 +1,6 @@
 """EAE and MEAE by flooding a fine grid on the sphere of poses, written from the paper alone.
 
-r(u) and R(u) are evaluated at some 200 000 nearly evenly spread directions from
+r(u) and R(u) are evaluated at some 100 000 nearly evenly spread directions from
 the hull's planes and vertices (section 2.C). The grid is flooded from low to high with a
 union-find; where two components meet that both hold a stable face, the reachable set splits
 (section 4.D), and the areas of both at that level give the transition probabilities (Eq. 8).
@@ -19,7 +19,7 @@ from scipy.spatial import ConvexHull, cKDTree
 
 from tests.truth.reference.toppling import distinct
 
-POINTS = 200_003
+POINTS = 100_003
 SPACING = float(np.sqrt(4.0 * np.pi / POINTS))
 
 

@@ -1,6 +1,6 @@
 """What counted drops promise: intervals, bounds and targets, over many runs of known truth.
 
-Of a regular solid every share is known; of another part a long run tells it to 0.002.
+Of a regular solid every share is known; of another part a long run tells it to 0.003.
 """
 
 import math
@@ -12,7 +12,7 @@ from scipy.stats import beta, binom
 from ros_pose_stats import auto, part_from_mesh, simulate
 from tests.bodies import by_index, random_polyhedron, shapes
 
-LONG = 60_000
+LONG = 30_000
 
 
 def long_run(part, restitution):

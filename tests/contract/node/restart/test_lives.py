@@ -218,7 +218,7 @@ def test_large_parts_that_are_still_to_be_built_hold_up_nobody(domain, tmp_path)
         with standing(builder_at_work(node.process.pid)):
             node.ready()
             outlines = [client.send("get_statistics", part_id="asked for", heights=[-1.0])
-                        for _ in range(5)]
+                        for _ in range(2)]
             client.good("forget_part", part_id="unwanted")
             assert not any(answer.done() for answer in outlines)
         assert all(wait_for(answer).outlines for answer in outlines)
