@@ -8,13 +8,12 @@ import traceback
 from collections.abc import Sequence
 
 from . import errors, text, version
-from .commands import catalogue, compile, estimate, node, show
+from .commands import catalogue, compile, estimate, node, running, show
 from .commands.arguments import REFUSED, CommandParser, Commands
 from .commands.bags import bag
 from .commands.design import compare, sensitivity
 from .commands.feeding import feeding, fit, flips
 
-INTERRUPTED = 130
 FAILED = 1
 
 
@@ -43,6 +42,7 @@ def parser() -> argparse.ArgumentParser:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command: 0; 2 for a refused input; 130 after Ctrl-C; 1 for an internal failure."""
     sys.stdout = sys.stdout or io.StringIO()  # where it is closed
+    sys.stderr = sys.stderr or io.StringIO()
     for stream in (sys.stdout, sys.stderr):  # names of files need not be text
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
@@ -68,7 +68,7 @@ def run_parsed(parsed: argparse.Namespace) -> int:
         return REFUSED
     except KeyboardInterrupt:
         print("ros_pose_stats: interrupted", file=sys.stderr)
-        return INTERRUPTED
+        return running.INTERRUPTED
     except BrokenPipeError:
         # The reader (head, less) has gone; nothing may be written at exit any more.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

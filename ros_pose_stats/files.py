@@ -10,13 +10,14 @@ import os
 import shutil
 import stat
 import time
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import BinaryIO
+from typing import BinaryIO, NoReturn
 
-from .errors import RequestError
+from .errors import RequestError, reason
 
 PREFIX = ".unfinished-"
 HALF = ".half"  # suffix of a file that is being written and takes its name when it is whole
@@ -111,8 +112,37 @@ def refuse_unwritable(folder: Path) -> None:
             pass
     except OSError as error:
         raise RequestError("a folder that can be written to",
-                           f"{folder} ({error.strerror or error})",
-                           "name another one with -o") from error
+                           f"{folder} ({reason(error)})", "name another one") from error
+
+
+def folders_below(top: Path) -> Iterator[tuple[Path, list[str]]]:
+    """Folders with the names of their files, each once, whatever links lead to it; nothing hidden.
+
+    Links, which may go in circles, come last, so that what lies below the top by itself is named
+    by that path.
+    """
+    seen: set[tuple[int, int]] = set()
+    tops = deque([str(top)])
+    while tops:
+        for folder, below, names in os.walk(tops.popleft(), onerror=_refuse_folder):
+            try:
+                found = Path(folder).stat()
+            except OSError as error:  # removed just now
+                _refuse_folder(error)
+            identity = found.st_dev, found.st_ino
+            if identity in seen:
+                below.clear()
+                continue
+            seen.add(identity)
+            below[:] = sorted(name for name in below if not name.startswith("."))
+            paths = (Path(folder, name) for name in below)
+            tops.extend(str(path) for path in paths if path.is_symlink())
+            yield Path(folder), [name for name in names if not name.startswith(".")]
+
+
+def _refuse_folder(error: OSError) -> NoReturn:
+    raise RequestError("a folder that can be read", f"{error.filename} ({reason(error)})",
+                       "check its permissions") from error
 
 
 def sync_directory(directory: Path) -> None:

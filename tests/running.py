@@ -80,6 +80,26 @@ def command(*arguments):
                           capture_output=True, text=True, cwd=ROOT)
 
 
+def about(process, file):
+    """What Linux says about a process or one of its threads; nothing once it is gone."""
+    try:
+        return Path(f"/proc/{process}/{file}").read_text()
+    except (FileNotFoundError, ProcessLookupError):
+        return ""
+
+
+def children(process):
+    """Ids of the processes that one has started."""
+    return [int(child) for task in Path(f"/proc/{process}/task").glob("*")
+            for child in about(process, f"task/{task.name}/children").split()]
+
+
+def is_gone(process):
+    """Whether a process has ended, though its parent may not have heard of it."""
+    status = about(process, "stat")
+    return not status or ") Z" in status
+
+
 def complaints(error):
     """What standard error holds besides the word that kernels are being compiled."""
     return [line for line in error.splitlines() if "compiling kernels" not in line]

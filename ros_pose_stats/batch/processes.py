@@ -57,8 +57,9 @@ def work_in_processes(workers: int, call: Callable[[WorkerProcess, Piece], Made]
                              lambda future, _: future.result(), pieces, should_stop,
                              lambda: 2 * threads)
     finally:
+        pool.shutdown(wait=False, cancel_futures=True)
         lanes.end()
-        pool.shutdown(cancel_futures=True)
+        pool.shutdown()
 
 
 class _Lanes(Generic[Piece, Made]):
@@ -80,7 +81,7 @@ class _Lanes(Generic[Piece, Made]):
             except ProcessDiedError as error:
                 died = error
                 self._processes.pop(threading.get_ident()).kill()
-                if isinstance(error, TookLongError):
+                if self._ended or isinstance(error, TookLongError):
                     break
         return self._stand_in(piece, died)
 

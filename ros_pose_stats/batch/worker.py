@@ -18,7 +18,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, BinaryIO, TypeVar
 
-from ..errors import BatchError
+from ..errors import BatchError, reason
 
 Made = TypeVar("Made")
 
@@ -46,14 +46,19 @@ class WorkerProcess:
 
     def __init__(self, seconds: float = START_SECONDS) -> None:
         program = _PROGRAM.format(path=sys.path, module=__name__)
-        self._process = subprocess.Popen([sys.executable, "-c", program],
-                                         stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        # Ctrl-C reaches all processes of a terminal, and whoever started this one decides.
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
+            try:
+                self._process = subprocess.Popen([sys.executable, "-c", program],
+                                                 stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+            finally:
+                signal.pthread_sigmask(signal.SIG_SETMASK, before)
             with self._ended_after(seconds):
                 ready = self._read()
-        except ProcessDiedError as error:
-            raise BatchError("a process to work in", str(error),
-                             "see what it printed above") from error
+        except (OSError, ProcessDiedError) as error:
+            raise BatchError("a process to work in", reason(error), "see what it printed above, "
+                             "or end others that use up the memory") from error
         assert ready == READY
 
     def call(self, function: Callable[..., Made], *arguments: Any) -> Made:
@@ -183,7 +188,6 @@ class Worker:
 
 def main() -> None:
     """Say that it is there, and do what is asked for until there is nothing more to read."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # whoever started it decides
     with suppress(OSError):  # a system without it
         Path("/proc/self/oom_score_adj").write_text(FIRST_TO_GO)
     answers = os.fdopen(os.dup(1), "wb")

@@ -1,13 +1,12 @@
 """What a catalogue is asked for: files of parts, and how to look at them."""
 
 import os
-from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple, NoReturn
+from typing import Any, NamedTuple
 
-from .. import errors, text
+from .. import errors, files, text
 from ..mesh import files as meshes, mass_properties
 from ..records import DropScene
 from ..simulation.request import drop_request
@@ -66,40 +65,10 @@ def _files_of(path: Path) -> Iterator[Path]:
                                       "check the path")
         yield path
         return
-    for folder, files in _folders(path):
-        for name in files:
-            if not name.startswith(".") and name.lower().endswith(meshes.SUFFIXES):
+    for folder, below in files.folders_below(path):
+        for name in below:
+            if name.lower().endswith(meshes.SUFFIXES):
                 yield Path(folder, name)
-
-
-def _folders(top: Path) -> Iterator[tuple[str, list[str]]]:
-    """Folders with their files, each once, whatever links lead to it: in circles, say.
-
-    Links come last, so that what lies below the top by itself is named by that path.
-    """
-    seen: set[tuple[int, int]] = set()
-    tops = deque([str(top)])
-    while tops:
-        for folder, below, files in os.walk(tops.popleft(), onerror=_refuse_folder):
-            try:
-                found = Path(folder).stat()
-            except OSError as error:  # removed just now
-                _refuse_folder(error)
-            identity = found.st_dev, found.st_ino
-            if identity in seen:
-                below.clear()
-                continue
-            seen.add(identity)
-            below[:] = sorted(name for name in below if not name.startswith("."))
-            paths = (Path(folder, name) for name in below)
-            tops.extend(str(path) for path in paths if path.is_symlink())
-            yield folder, files
-
-
-def _refuse_folder(error: OSError) -> NoReturn:
-    raise errors.RequestError("a folder that can be read",
-                              f"{error.filename} ({errors.reason(error)})",
-                              "check its permissions") from error
 
 
 def _looked_at(name: str) -> PartFile:

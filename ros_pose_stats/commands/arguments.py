@@ -48,7 +48,8 @@ class CommandParser(argparse.ArgumentParser):
         Coordinates may be one word, as in --com "1mm 2mm 0".
         """
         words = list(sys.argv[1:] if args is None else args)
-        for place in reversed([k for k, word in enumerate(words[:-1], 1) if word == "--com"]):
+        for place in reversed([k for k, word in enumerate(words[:-1], 1)
+                               if word == "--com" and not LENGTH.match(words[k])]):
             words[place:place + 1] = words[place].replace(",", " ").split() or [""]
         parsed, unknown = super().parse_known_args(words, namespace)
         if unknown:
@@ -266,7 +267,7 @@ def scene_keywords(options: argparse.Namespace) -> dict[str, Any]:
 
 def add_drop_options(command: "CommandParser", drops: int | None) -> None:
     """Add the number of drops (None: no default), the target error, the seed and the threads."""
-    shown = "10000 for hybrid, no bound for auto" if drops is None else drops
+    shown = "10000 for hybrid, ten million for auto" if drops is None else drops
     add(command, "--drops", default=drops, help="number of drops, or the most where a target "
         f"error is given (default: {shown})")
     command.add_argument("--target-error", type=float, default=None if drops is None else 0.0,

@@ -46,12 +46,23 @@ def run(options: argparse.Namespace) -> int:
                            "--drops alone", "without a target `auto` drops a part 200 times at "
                            "most, to check its estimate")
     if options.method in BESIDE_DROPS:
-        return _estimate_with_drops(options)
+        part = running.load_part_and_kernels(options)
+        from ..planning import auto, hybrid
+
+        method, most = ((auto.auto, auto.MOST_DROPS) if options.method == AUTO
+                        else (hybrid.hybrid, DEFAULT_DROPS))
+        return running.run_and_report(
+            part, method, most if options.drops is None else options.drops, options)
+    for name in ("drops", "target_error", "seed", "workers"):
+        if getattr(options, name) is not None:
+            raise RequestError(f"--{name.replace('_', '-')} with a method that drops the part",
+                               f"the method {options.method}",
+                               f"give --method {' or '.join(BESIDE_DROPS)}, or `simulate` the "
+                               "part")
     with running.announce_slow_start():
         from ..estimators import ESTIMATORS
         from ..estimators.estimate import estimate_in
 
-        _check_drops(options)
         part, scene = given.load_named_part(options), given.scene_of(options)
         answers = [estimate_in(part, scene, method) for method in (
             ESTIMATORS if options.method == ALL else [options.method])]
@@ -66,26 +77,6 @@ def run(options: argparse.Namespace) -> int:
     else:
         running.print_report(answers[0], part, options.each)
     return 0
-
-
-def _estimate_with_drops(options: argparse.Namespace) -> int:
-    part = running.load_part_and_kernels(options)
-    from ..planning import auto, hybrid
-
-    method, most = ((auto.auto, auto.MOST_DROPS) if options.method == AUTO
-                    else (hybrid.hybrid, DEFAULT_DROPS))
-    return running.run_and_report(part, method, most if options.drops is None else options.drops,
-                                  options)
-
-
-def _check_drops(options: argparse.Namespace) -> None:
-    """Refuse options of drops to a method that makes none."""
-    for name in ("drops", "target_error", "seed", "workers"):
-        if getattr(options, name) is not None:
-            raise RequestError(f"--{name.replace('_', '-')} with a method that drops the part",
-                               f"the method {options.method}",
-                               f"give --method {' or '.join(BESIDE_DROPS)}, or `simulate` the "
-                               "part")
 
 
 def register_simulate(commands: given.Commands) -> None:

@@ -14,17 +14,13 @@ from . import arguments as given, running
 INTERFACES = "ros_pose_stats_msgs"
 
 
-class RosMissingError(PoseStatsError):
-    """ROS or the interface package cannot be imported."""
-
-
 def prepare_ros() -> None:
     """Check that ROS is there, and keep linear algebra off the cores that simulate."""
     if find_spec("rclpy") is None:
-        raise RosMissingError("ROS 2 Jazzy to be importable", "no module rclpy",
-                         "source /opt/ros/jazzy/setup.bash, or run `make setup` and use .venv")
+        raise RequestError("ROS 2 Jazzy to be importable", "no module rclpy",
+                           "source /opt/ros/jazzy/setup.bash, or run `make setup` and use .venv")
     if find_spec(INTERFACES) is None:
-        raise RosMissingError(
+        raise RequestError(
             f"the interface package {INTERFACES}", "none",
             "build it: `make setup`, or in a workspace `colcon build --base-paths . msg_defs`")
     if "numpy" not in sys.modules:
@@ -122,7 +118,7 @@ def run_publish(options: argparse.Namespace) -> int:
     if found is not None:
         warnings = dict.fromkeys((*part.warnings, *found.warnings))
         _print_result(replace(found, warnings=tuple(warnings)), part, options)
-    return 0
+    return running.INTERRUPTED if found is None else 0
 
 
 def register_show(commands: given.Commands) -> None:

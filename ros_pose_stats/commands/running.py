@@ -165,7 +165,7 @@ def announce_slow_start() -> Iterator[None]:
 
 def output_file(name: str, endings: Sequence[str]) -> Path:
     """Path of a file to be written, checked before anything is computed."""
-    path = Path(name).resolve() if Path(name).is_symlink() else Path(name)
+    path = Path(os.path.realpath(name)) if Path(name).is_symlink() else Path(name)
     is_other = path.exists() and not path.is_file()
     if path.suffix.lower() not in endings or is_other:
         raise errors.RequestError(f"a file name that ends in {' or '.join(endings)}",

@@ -1,6 +1,5 @@
 """A part coloured by what changes of it do: where to add, and where to take away."""
 
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure

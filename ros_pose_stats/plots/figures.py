@@ -94,7 +94,6 @@ COLORS = 36  # number of colours of a GIF, besides those kept
 KEPT = ((255, 255, 255), (213, 94, 0), (0, 114, 178), (34, 34, 34))
 """Colours of paper, markers and lines, which an average of pixels would turn grey."""
 
-
 NEAR = 8  # levels within which a colour is replaced by one of those kept
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from PIL import Image
 
+from .. import methods
 from ..mesh import decimation, vectors
 from ..records import Array, Part, PoseStatistics, StablePose
 from ..statistics.pose_groups import pose_groups
@@ -45,13 +46,19 @@ def poses_figure(part: Part, found: PoseStatistics) -> Figure:
         axes.annotate(f"centre of mass {in_digits(1e3 * group.first.height, 3)} mm up",
                       (0.5, 0.0), xycoords="axes fraction", ha="center", va="top", fontsize=9,
                       color=REFERENCE)
-    how = f"{found.drops} drops" if found.drops else f"estimated ({found.method})"
     rest = sum(group.size for group in groups[MOST:])
     more = f"; {rest} less probable poses not shown" if rest else ""
-    figure.suptitle(f"{shortened(found.part_id, int(4.5 * across))}: resting probabilities, {how}"
-                    f"{more}\n{found.scene}", fontsize=12, color=INK, y=1.0 - 0.1 / up,
-                    parse_math=False)
+    figure.suptitle(f"{shortened(found.part_id, int(4.5 * across))}: resting probabilities, "
+                    f"{name_source(found)}{more}\n{found.scene}", fontsize=12, color=INK,
+                    y=1.0 - 0.1 / up, parse_math=False)
     return figure
+
+
+def name_source(found: PoseStatistics) -> str:
+    """Where probabilities come from, in a few words."""
+    if found.method == methods.SIMULATION:
+        return f"{found.drops} drops"
+    return f"{found.method}, {found.drops} drops" if found.drops else f"estimate ({found.method})"
 
 
 def pose_pictures(part: Part, poses: Sequence[StablePose], radius: float,

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -17,6 +18,7 @@ from . import poses, splitting
 from .figures import BLUE, INK, RASTER, REFERENCE, Picture, in_digits, new_figure, open_axes
 
 MOST = 8  # most poses with a bar, the most probable ones
+ABOVE: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0)}  # clear of all data
 BAR = 0.36  # thickness of a bar, as a fraction of the distance of two poses
 ASIDE = 0.08  # room for the numbers beside the longest bar, as a fraction of the axes' width
 
@@ -42,13 +44,8 @@ def shares_figure(found: Sequence[PoseStatistics], size: tuple[float, float] = (
     axes.set_xlabel("probability, %; the lines are 90 % intervals", fontsize=9.5)
     axes.tick_params(axis="y", length=0)
     open_axes(axes, "#e5e5e5", 0.6, "x")
-    axes.legend(frameon=False, fontsize=9, labelcolor=INK, loc="lower right")
+    axes.legend(frameon=False, fontsize=9, labelcolor=INK, ncols=2, **ABOVE)
     return figure
-
-
-def name_method(found: PoseStatistics) -> str:
-    """Where probabilities come from, in two words."""
-    return f"{found.drops} drops" if found.drops else f"estimate ({found.method})"
 
 
 def _draw_bars(axes: Axes, found: PoseStatistics, shown: Sequence[tuple[int, ...]], aside: float,
@@ -58,7 +55,7 @@ def _draw_bars(axes: Axes, found: PoseStatistics, shown: Sequence[tuple[int, ...
     places = [place + aside for place in range(len(shown))]
     axes.barh(places, [100.0 * groups[indices].probability for indices in shown], height=0.9 * BAR,
               color=color, hatch=hatch, edgecolor="#4f7f9f" if hatch else color, linewidth=0.5,
-              label=name_method(found))
+              label=poses.name_source(found))
     for place, indices in zip(places, shown, strict=True):
         group = groups[indices]
         low, high = group.probability_low, group.probability_high
@@ -90,7 +87,7 @@ def key_picture(part: Part, found: Sequence[PoseStatistics], root: SplittingNode
     below = [_titled("Probability of each pose", bars)]
     if graph is not None:
         below.append(_titled("Splitting graph: the sets of poses as energy is lost, "
-                             f"{name_method(first)}", graph))
+                             f"{poses.name_source(first)}", graph))
     beside_each_other = _stacked([one.transpose(1, 0, 2) for one in below]).transpose(1, 0, 2)
     return _stacked([_pixels(above), beside_each_other])
 
@@ -121,6 +118,7 @@ def _stacked(pictures: Sequence[Picture]) -> Picture:
 
 
 BEST = "#D55E00"
+SIDES = ("left", "center", "right")  # of the numbers of the best kick, by the third where it lies
 TICKS = (1.0, 2.0, 5.0)
 ROOM = 1.1  # height of the axes over that of what is drawn, so that the best one's numbers fit in
 
@@ -151,17 +149,18 @@ def kick_figure(part_id: str, rate: float, cycle_time: float, without: feeding.B
               markeredgecolor=BEST, markeredgewidth=1.6, zorder=5)
     axes.annotate(f"{in_digits(height[best], 3)} mm: {value[best]:.3g} a minute",
                   (height[best], high[best] if known[best] else value[best]), xytext=(0.0, 8.0),
-                  textcoords="offset points", ha="center", va="bottom", fontsize=9, color=BEST)
+                  textcoords="offset points", ha=SIDES[3 * best // len(kicks)], va="bottom",
+                  fontsize=9, color=BEST)
     axes.set_xscale("log")
     axes.xaxis.set_major_locator(LogLocator(subs=TICKS))
     axes.xaxis.set_major_formatter(FuncFormatter(lambda at, _: in_digits(at, 3)))
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.set_ylim(0.0, ROOM * max(axes.get_ylim()[1], value[best]))
-    axes.set_title(f"{shortened(part_id, 50)}: {rate:g} parts dropped a minute, {cycle_time:g} s "
-                   "a kick", fontsize=9.5, color=INK, loc="left", parse_math=False)
+    axes.set_title(f"{shortened(part_id, 28)}: {rate:g} parts dropped a minute, {cycle_time:g} s "
+                   "a kick", fontsize=9.5, color=INK, loc="left", parse_math=False, pad=24.0)
     axes.set_xlabel("kick height, mm: how high it would throw the part without turning it",
                     fontsize=9.5)
     axes.set_ylabel("parts a minute", fontsize=9.5)
     open_axes(axes, "#e5e5e5", 0.6)
-    axes.legend(frameon=False, fontsize=9, labelcolor=INK, loc="lower right")
+    axes.legend(frameon=False, fontsize=9, labelcolor=INK, ncols=2, **ABOVE)
     return figure

@@ -71,17 +71,13 @@ def _draw_borders(axes: Axes, pose: Index) -> None:
     across = across_disc(len(pose))
     for index in np.unique(pose[pose >= 0])[1:]:
         # Only the rows and columns of the basin, which saves most of the time.
-        rows, columns = (_around(np.flatnonzero((pose == index).any(axis=axis)))
-                         for axis in (1, 0))
+        places = [np.flatnonzero((pose == index).any(axis=axis)) for axis in (1, 0)]
+        rows, columns = (slice(max(int(one[0]) - 1, 0), int(one[-1]) + 2) for one in places)
         near = pose[rows, columns]
         inside = np.where(near >= 0, (near == index).astype(float), np.nan)
         with rc_context({"path.effects": [withStroke(linewidth=2.2, foreground="#ffffff")]}):
             axes.contour(across[columns], across[rows], inside, [0.5], colors="#000000",
                          linewidths=0.9, zorder=2)
-
-
-def _around(places: Index) -> slice:
-    return slice(max(int(places[0]) - 1, 0), int(places[-1]) + 2)
 
 
 DISC = 2.3  # distance of the discs, inches

@@ -126,12 +126,12 @@ class RawMessage:
     definition: str  # definition of the type, as the bag has it
 
 
-OnDamage = Callable[[int, int, str], None]
+OnDamage = Callable[[int, int, int, str], None]
 """Told begin and end of bytes that were passed over, equal where only summary and footer are
-missing, and the reason in one clause."""
+missing, out of how many, unpacked, and the reason in one clause."""
 
 
-def raw_messages(bag: Path, on_damage: OnDamage = lambda start, end, reason: None,
+def raw_messages(bag: Path, on_damage: OnDamage = lambda start, end, size, reason: None,
                  on_read: Callable[[float], None] = lambda share: None,
                  begin: int = 0) -> Iterator[RawMessage]:
     """All whole messages of a bag, file by file, in the order in which they were recorded.
@@ -148,7 +148,7 @@ def _messages(file: BinaryIO, on_damage: OnDamage, on_read: Callable[[float], No
               begin: int) -> Iterator[RawMessage]:
     """The whole messages of one file, each with its topic and type."""
     def damaged(start: int, end: int) -> None:
-        on_damage(start, end, "no whole record" if end > start else "no footer")
+        on_damage(start, end, size, "no whole record" if end > start else "no footer")
 
     schemas: dict[int, recorded.Schema] = {}
     channels: dict[int, tuple[str, str, str]] = {}
@@ -162,7 +162,7 @@ def _messages(file: BinaryIO, on_damage: OnDamage, on_read: Callable[[float], No
             record = frame.record()
             records = _unpacked(record) if isinstance(record, recorded.Chunk) else [record]
         except UNREADABLE as error:
-            on_damage(frame.start, frame.end, str(error))
+            on_damage(frame.start, frame.end, size, str(error))
             continue
         for one in records:
             if isinstance(one, recorded.Schema):
@@ -173,17 +173,21 @@ def _messages(file: BinaryIO, on_damage: OnDamage, on_read: Callable[[float], No
                                     schema.data.decode(errors="replace") if schema else "")
             elif isinstance(one, recorded.Message):
                 if one.channel_id not in channels:
-                    on_damage(frame.start, frame.end, f"no channel {one.channel_id}")
+                    on_damage(frame.start, frame.end, size, f"no channel {one.channel_id}")
                     continue
                 topic, type_name, definition = channels[one.channel_id]
                 yield RawMessage(topic, type_name, one.data, one.log_time, definition)
 
 
-def files_of_bag(bag: Path) -> list[Path]:
-    """The MCAP files of a bag directory in the order of their numbers; a file is its own bag."""
+def files_of_bag(bag: Path, *endings: str) -> list[Path]:
+    """The MCAP files of a bag directory, or those of other endings, in the order of their numbers.
+
+    A file is its own bag.
+    """
     if not bag.is_dir():
         return [bag]
-    return sorted((path for path in bag.iterdir() if path.name.endswith((".mcap", ".mcap.zstd"))),
+    wanted = endings or (".mcap", ".mcap.zstd")
+    return sorted((path for path in bag.iterdir() if path.name.endswith(wanted)),
                   key=lambda path: [(int(part), "") if part.isdecimal() else (0, part)
                                     for part in re.split(r"(\d+)", path.name)])
 
@@ -197,8 +201,10 @@ def _opened(path: Path) -> BinaryIO:
         with open_file(path) as file, zstandard.ZstdDecompressor().stream_reader(
                 file, read_across_frames=True) as reader:
             shutil.copyfileobj(cast(Any, reader), unpacked)
-    except zstandard.ZstdError:
-        pass  # what came out before is as good as a file that was cut
+    except zstandard.ZstdError:  # what came out before is as good as a file that was cut
+        if not unpacked.tell():
+            unpacked.close()
+            return open_file(path)
     except OSError:
         unpacked.close()
         raise

@@ -89,14 +89,18 @@ def _is_finished(run: Path) -> bool:
 def _finished_contents(path: Path) -> layout.Contents | None:
     """What the summary of a file says; None where the file does not end with a sound one."""
     with disk.open_file(path) as file:
-        if os.fstat(file.fileno()).st_size < _LEAST:
+        size = os.fstat(file.fileno()).st_size
+        if size < _LEAST:
+            return None
+        file.seek(size - layout.FOOTER_LENGTH - len(layout.MAGIC))
+        begin = int.from_bytes(file.read(8), "little")
+        if not 0 < begin < size:
             return None
         try:
             summary = reader.SeekingReader(file).get_summary()
         except UNREADABLE:
             return None
-        file.seek(-layout.FOOTER_LENGTH - len(layout.MAGIC), os.SEEK_END)
-        file.seek(int.from_bytes(file.read(8), "little"))
+        file.seek(begin)
         end = file.read()
     check = int.from_bytes(end[-_CHECK_SIZE:-len(layout.MAGIC)], "little")
     if check not in (0, zlib.crc32(end[:-_CHECK_SIZE])):

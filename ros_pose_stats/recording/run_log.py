@@ -160,14 +160,14 @@ class _Bag:
 
     def drop_oldest(self) -> tuple[str, int] | None:
         """Delete the oldest file that is closed; its name and bytes, if there is one."""
-        for name, size in self._closed.items():
-            with suppress(OSError):
-                (self._path / name).unlink(missing_ok=True)
-                self._described = False
-                self._finished.pop(name, None)
-                del self._closed[name]
-                return name, size
-            break
+        if not self._closed:
+            return None
+        name = next(iter(self._closed))
+        with suppress(OSError):
+            (self._path / name).unlink(missing_ok=True)
+            self._described = False
+            self._finished.pop(name, None)
+            return name, self._closed.pop(name)
         return None
 
     def finish(self) -> None:
@@ -182,10 +182,7 @@ class _Bag:
     def abandon(self) -> None:
         """Let go of the bag as it is; a directory without a file in it goes."""
         if self.file is not None:
-            with suppress(OSError):  # where it was moved to it is whole
-                self.file.finish()
-            self.file.abandon()
-            self.file = None
+            self._give_up(self.file)
         with suppress(OSError):
             if not self.is_gone():
                 remove_empty(self._path)
@@ -195,9 +192,14 @@ class _Bag:
         """Leave a file that cannot be gone on with; return whether it was that."""
         if not (file.broken or file.is_gone()):
             return False
+        self._give_up(file)
+        return True
+
+    def _give_up(self, file: bag_file.BagFile) -> None:
+        with suppress(OSError):  # where it was moved to it is whole
+            file.finish()
         file.abandon()
         self._leave(file)
-        return True
 
     def _finish_file(self, file: bag_file.BagFile) -> None:
         file.finish()

@@ -25,7 +25,7 @@ def new_run_name(log_directory: Path) -> str:
     Names in order are runs in order: never earlier than a microsecond after the newest run.
     """
     now = datetime.now(timezone.utc)
-    with suppress(OSError, ValueError):  # an unreadable folder, or a day that is none
+    with suppress(OSError, ValueError, OverflowError):  # an unreadable folder, no day, the last
         newest = max((run.name for run in runs(log_directory)), default="")
         if newest >= now.strftime(_TIME):
             now = datetime.strptime(newest[:_TIMED], _TIME).replace(
@@ -34,9 +34,9 @@ def new_run_name(log_directory: Path) -> str:
 
 
 def runs(log_directory: Path) -> list[Path]:
-    """All runs' directories, oldest first; none where the log directory is missing."""
-    return [log_directory / name for name in _names(log_directory)
-            if _RUN.fullmatch(name) and (log_directory / name).is_dir()]
+    """All runs' directories, oldest first, without links: what those lead to lies elsewhere."""
+    named = (log_directory / name for name in _names(log_directory) if _RUN.fullmatch(name))
+    return [run for run in named if run.is_dir() and not run.is_symlink()]
 
 
 def bag_file(directory: Path, number: int) -> Path:

@@ -108,7 +108,7 @@ def real_number(name: str, value: Any) -> float:
     """Read a number of a request as a float."""
     try:
         if not isinstance(value, bool) and isinstance(value, Real):
-            return float(value)
+            return float(value) + 0.0  # -0 is 0
     except OverflowError:
         pass
     raise RequestError(f"a number for {name}", f"{value!r}", "give a float")

@@ -32,7 +32,11 @@ Tell = Callable[[str], object]
 def ros_node(name: str, arguments: Sequence[str]) -> Iterator[tuple[nodes.Node, StopSignals]]:
     """A node of one's own, and whether SIGINT or SIGTERM has asked for the end."""
     stop = StopSignals()
-    rclpy.init(args=list(arguments), signal_handler_options=signals.SignalHandlerOptions.NO)
+    try:
+        rclpy.init(args=list(arguments), signal_handler_options=signals.SignalHandlerOptions.NO)
+    except Exception as error:  # what rcl raises for arguments it cannot parse has no base
+        raise RequestError("ROS arguments that rcl can read", str(error),
+                           "for instance --ros-args -r __ns:=/cell") from error
     try:
         node = rclpy.create_node(name)
         yield node, stop

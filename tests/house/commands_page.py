@@ -43,8 +43,8 @@ are written as `null`.
 error that says what was expected, what came and what to do; 130 after Ctrl-C; 1 for an internal
 failure or an output that cannot be written.
 
-**Ctrl-C.** A command that drops parts stops within a moment and reports what it has done; in the
-JSON stands `"interrupted": true`. A second Ctrl-C ends it at once.
+**Ctrl-C.** What drops parts, but `report`, `animate` and `fit`, stops within a moment and reports
+what has been done, in JSON with `"interrupted": true`. A second Ctrl-C ends it at once.
 """
 
 

@@ -5,11 +5,10 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import pytest
 
-from tests.running import ROOT
+from tests.running import ROOT, is_gone
 
 PATIENCE = 60.0
 STARTS_ONE = """
@@ -23,14 +22,6 @@ with process("http.server", "0") as child:
 """
 
 
-def is_there(pid):
-    try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return False
-    return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
-
-
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])
 def test_however_the_demo_ends_so_do_its_processes(number):
     def heed_ctrl_c():  # as from a terminal, even if these tests run in the background
@@ -41,14 +32,14 @@ def test_however_the_demo_ends_so_do_its_processes(number):
                             preexec_fn=heed_ctrl_c)
     child = int(demo.stdout.readline())
     try:
-        assert is_there(child)
+        assert not is_gone(child)
         demo.send_signal(number)
         demo.wait(PATIENCE)
         end = time.monotonic() + PATIENCE
-        while is_there(child) and time.monotonic() < end:
+        while not is_gone(child) and time.monotonic() < end:
             time.sleep(0.05)
-        assert not is_there(child)
+        assert is_gone(child)
     finally:
         demo.stdout.close()
-        if is_there(child):
+        if not is_gone(child):
             os.kill(child, signal.SIGKILL)

@@ -7,7 +7,7 @@ from datetime import datetime, timezone
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ... import errors, files, text
+from ... import files, text
 from ...records.scene import Numbering
 from .. import arguments as given, running
 
@@ -35,9 +35,8 @@ def run(options: argparse.Namespace) -> int:
     from ...recording.analysis.comparisons import analyse_bags
 
     folder = None if options.csv is None else given.folder(options.csv)
-    if folder is not None and folder.exists() and not folder.is_dir():
-        raise errors.BagError("a directory for the CSV files", f"{folder}, which is a file",
-                              "name a directory; it is created if it is missing")
+    if folder is not None:
+        files.refuse_unwritable(folder)
     with running.ProgressBar(sys.stderr) as bar:
         found = analyse_bags(options.bags, bar.show_bytes)
     written = [] if folder is None else write_csv(found, folder)
@@ -85,15 +84,14 @@ COLUMNS = {
 
 
 def write_csv(found: "BagAnalysis", folder: Path) -> list[Path]:
-    """Write all files, each at once under its name; return their paths."""
-    folder.mkdir(parents=True, exist_ok=True)
-    written = []
-    for name, values in VALUES.items():
-        path, heads = folder / f"{name}.csv", [COLUMNS.get(one, one) for one in values.split()]
-        files.replace_file(path, "".join(text.csv_lines(heads, ROWS[name](found))).encode(
-            errors="replace"))
-        written.append(path)
-    return written
+    """Write all files or none; return their paths."""
+    def write(aside: Path) -> None:
+        for name, values in VALUES.items():
+            heads = [COLUMNS.get(one, one) for one in values.split()]
+            with (aside / f"{name}.csv").open("w", encoding="utf-8", errors="replace") as file:
+                file.writelines(text.csv_lines(heads, ROWS[name](found)))
+
+    return files.write_whole(folder, write)
 
 
 def _utc(nanoseconds: int) -> str:
@@ -124,7 +122,7 @@ def _histories(found: "BagAnalysis") -> "Iterator[tuple[ResultHistory, tuple[Any
 
 
 def _files(found: "BagAnalysis") -> Rows:
-    return (_values(file, VALUES["files"]) for file in found.contents.files)
+    return (list(map(str, _values(file, VALUES["files"]))) for file in found.contents.files)
 
 
 def _poses(found: "BagAnalysis") -> Rows:

@@ -73,7 +73,7 @@ def run(options: argparse.Namespace) -> int:
             from ...report.page import comparison_page
 
             write_file(page, comparison_page(found, (command_to_reproduce(options, found),)
-                                             ).encode())
+                                             ).encode(errors="replace"))
     if options.json:
         running.print_json(found.as_dict(), interrupted=stopped)
     else:

@@ -59,14 +59,13 @@ def run(options: argparse.Namespace) -> int:
                            "give how far the outline may move, for instance --within 1mm")
     picture, hull = (None if name is None else running.output_file(name, (kind,))
                      for kind, name in ((".png", options.png), (".stl", options.stl)))
-    with running.announce_slow_start(), running.end_on_interrupt():
-        from ...design import changes, sensitivity, suggest
-        from ...resting.poses import resting_poses
+    from ...design import changes, sensitivity, suggest
+    from ...resting.poses import resting_poses
 
-        part = running.load_part_and_kernels(options)
-        if options.suggest:
-            changes.check_reach("bound", options.within, resting_poses(
-                part, options.cluster_tolerance, options.round_sides).body.radius)
+    part = running.load_part_and_kernels(options)
+    if options.suggest:
+        changes.check_reach("bound", options.within, resting_poses(
+            part, options.cluster_tolerance, options.round_sides).body.radius)
     keywords = {**given.scene_keywords(options), "workers": options.workers}
     if options.drops is not None:
         keywords["drops"] = options.drops

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from ...errors import BagError
-from ...files import open_file
+from ...files import folders_below, open_file
 from ...records import Part, scene as scenes, statistics
 from ..reader import RawMessage, files_of_bag, raw_messages
 from . import camera_counts, decoding
@@ -63,12 +63,10 @@ def _bags_under(path: Path) -> list[tuple[Path, list[Path]]]:
         if path.is_file():
             return [(path, [_readable(path)])]
         # A hidden directory is a run on its way in or out.
-        folders = sorted({_readable(file).parent for file in path.rglob("*")
-                          if file.name.endswith(ENDINGS) and not any(
-                              part.startswith(".") for part in file.relative_to(path).parts)})
-        bags = [(folder, [file for file in (*files_of_bag(folder),
-                                            *sorted(folder.glob(f"*{SQLITE}"))) if file.is_file()])
-                for folder in folders]
+        folders = sorted({_readable(folder / name).parent for folder, names in folders_below(path)
+                          for name in names if name.endswith(ENDINGS)})
+        bags = [(folder, [file for file in (*files_of_bag(folder), *files_of_bag(folder, SQLITE))
+                          if file.is_file()]) for folder in folders]
     except OSError as error:
         raise BagError("a readable directory", f"{path}: {error.strerror or error}",
                        "check its permissions") from error
@@ -118,8 +116,7 @@ class FileMessages:
             self.state = "damaged"
             self.note = "is damaged in several places: what is whole was read"
 
-    def _damaged(self, start: int, end: int, reason: str) -> None:
-        size = self._file.stat().st_size
+    def _damaged(self, start: int, end: int, size: int, reason: str) -> None:
         if start == end:
             self._set(*(("open", "was never closed: its recorder is still running or was stopped "
                          "hard; all its records are whole") if size else ("cut", "is empty")))

@@ -1,9 +1,10 @@
 """What cameras counted, added up, each message once however often it was recorded."""
 
 import math
-from bisect import bisect_left, insort
+from bisect import bisect_left, bisect_right, insort
 from collections import Counter
 from dataclasses import dataclass, field
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -91,12 +92,6 @@ class CountCollector:
             known.of_pose[pose] += parts
 
 
-@dataclass(order=True)
-class _Seen:
-    time: int
-    sources: set[int] = field(compare=False)
-
-
 class Copies:
     """Tells copies apart from messages that merely say the same.
 
@@ -105,7 +100,8 @@ class Copies:
     """
 
     def __init__(self) -> None:
-        self._seen: dict[bytes, list[_Seen]] = {}
+        # by content: when it was seen and in which recordings, by time
+        self._seen: dict[bytes, list[tuple[int, set[int]]]] = {}
         self.found = 0
         self.unstamped = 0
 
@@ -114,12 +110,11 @@ class Copies:
         self.unstamped += not stamp
         time, window = (stamp, 0) if stamp else (log_time, WITHIN)
         known = self._seen.setdefault(content, [])
-        place = bisect_left(known, _Seen(time - window, set()))
-        while place < len(known) and known[place].time <= time + window:
-            if source not in known[place].sources:
-                known[place].sources.add(source)
+        first = bisect_left(known, time - window, key=itemgetter(0))
+        for _, sources in known[first:bisect_right(known, time + window, key=itemgetter(0))]:
+            if source not in sources:
+                sources.add(source)
                 self.found += 1
                 return True
-            place += 1
-        insort(known, _Seen(time, {source}))
+        insort(known, (time, {source}), key=itemgetter(0))
         return False

@@ -54,11 +54,11 @@ class Jobs:
         with self._accepting:  # acceptance goes on record one at a time
             with self._changed:
                 twin = next(filter(partial(_is_twin, request), self._known.values()), None)
-                most = settings.max_queued_jobs
+                most, running = settings.max_queued_jobs, self.running
                 if twin is None and self._closing:
                     raise ending()
                 if twin is None and not (request.refinement or is_accepted) and (
-                        self.counts()[0] >= most + (self.running is None)):
+                        self.counts()[0] >= most + (running is None or running.state.ended)):
                     raise RequestError(
                         f"at most {most} simulations waiting (parameter max_queued_jobs)",
                         "a full queue", "wait, or cancel one")

@@ -5,6 +5,7 @@ import json
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -99,12 +100,14 @@ def tables(log, folder):
 
 
 class TestCsv:
-    def test_no_name_is_a_formula(self, tmp_path):
+    def test_no_name_is_a_formula(self, tmp_path, monkeypatch):
         """Spreadsheets would compute it."""
-        write_run(tmp_path / "log", [
+        monkeypatch.chdir(tmp_path)
+        write_run(Path("=log"), [
             ("pose_statistics", result(1.0, part_id="=1+1")),
             ("pose_counts", counts(2.0, (2, 1, 0, 0, 0), part_id="=1+1"))])
-        rows = tables(tmp_path / "log", tmp_path / "csv")
+        rows = tables(Path("=log"), tmp_path / "csv")
+        assert rows["files"][0]["bag"].startswith("'=")
         assert {row["part_id"] for name in ("poses", "answers", "counts")
                 for row in rows[name]} == {"'=1+1"}
 

@@ -98,6 +98,8 @@ DAMAGE = {
     "noise behind it": lambda content: content + np.random.default_rng(3).bytes(900),
     "flipped": lambda content: content[:-3000] + bytes((content[-3000] ^ 4,)) + content[-2999:],
     "nothing of the last file": lambda content: b"",
+    "a footer that leads nowhere": lambda content: (
+        content + b"\x02" + (20).to_bytes(8, "little") + b"\xff" * 20 + b"\x89MCAP0\r\n"),
 }
 """An unfinished file as a power cut or a bad disk may leave it."""
 
@@ -144,8 +146,10 @@ def recorded_in(bag):
 
 
 def test_the_oldest_files_go_once_all_bags_are_too_large(killed, place, tmp_path):
-    """Old runs first, then old files of this run; the newest answers stay."""
-    old = [file for number in range(3)
+    """Old runs first, but none that a link leads to, then old files of this run."""
+    archive = earlier_copy(killed.bag, tmp_path.with_name("archive"), 0)
+    (tmp_path / archive.name).symlink_to(archive)
+    old = [file for number in range(1, 4)
            for file in files_of(earlier_copy(killed.bag, tmp_path, number))]
     bound = int(1.5 * size_of(killed.bag, "*.mcap"))
     with cell_of(place[0], tmp_path, "bounded", environment=place[1], max_bag_bytes=FILE,
@@ -161,7 +165,8 @@ def test_the_oldest_files_go_once_all_bags_are_too_large(killed, place, tmp_path
             assert len(answers) < 5000
         until(lambda: size_of(tmp_path, "*.mcap") <= bound, "the bound")
         node.stop()
-    (bag,) = bags_of(tmp_path)
+    assert size_of(archive, "*.mcap") == size_of(killed.bag, "*.mcap")
+    *_, bag = bags_of(tmp_path)
     assert_readable_by_others(bag)
     assert set(map(whole, answers[-10:])) <= {whole(message) for message in recorded_in(bag)}
 
@@ -225,10 +230,11 @@ def test_a_full_disk_and_a_missing_folder_come_and_go(place, tmp_path):
         shutil.copytree(bag, folder / "copy")
         bag = bag.rename(folder / "monday")
         newest = client.good("estimate", part_id=last.part_id).statistics
+        other = bags_of(folder)[0].rename(folder / "tuesday")
         node.stop()
     assert_readable_by_others(bag)
     assert whole(last) in {whole(message) for message in recorded_in(bag)}
-    (bag,) = bags_of(folder)
+    bag = other
     assert_readable_by_others(bag)
     topics = [topic for topic, data in raw(bag) if message_of(topic, data).part_id == last.part_id]
     assert topics[:2] == [on_topic("part_mesh"), on_topic("answers")]

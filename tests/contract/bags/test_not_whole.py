@@ -4,6 +4,7 @@ import sqlite3
 
 import numpy as np
 import pytest
+import zstandard
 from mcap.reader import make_reader
 from mcap.writer import CompressionType
 from rosbags.rosbag2.enums import CompressionMode
@@ -39,18 +40,21 @@ def test_cut_anywhere_the_whole_messages_before_it_are_read(tmp_path):
 
 def test_only_the_last_file_of_a_bag_is_cut(tmp_path):
     """Files are in the order of their numbers, not of their names."""
-    run = run_of_a_node()
-    write_mcap(tmp_path / "bag_9.mcap", run[:8])
-    last = write_mcap(tmp_path / "bag_10.mcap", run[8:])
+    run, there, links = run_of_a_node(), tmp_path / "there", tmp_path / "links"
+    write_mcap(there / "bag_9.mcap", run[:8])
+    last = write_mcap(there / "bag_10.mcap", run[8:])
     last.write_bytes(last.read_bytes()[:last.stat().st_size * 2 // 3])
-    contents = analyse_bags(tmp_path).contents
+    links.mkdir()
+    (links / "there").symlink_to(there)
+    contents = analyse_bags(links).contents
     assert [(file.path.name, file.state) for file in contents.files] == [
         ("bag_9.mcap", "whole"), ("bag_10.mcap", "cut")]
     assert len(contents.bags) == 1 and contents.messages["PoseStatistics"] >= 4
 
 
 @pytest.mark.parametrize("compression", [CompressionType.NONE, CompressionType.ZSTD])
-def test_a_flipped_bit_costs_its_chunk_alone(tmp_path, compression):
+@pytest.mark.parametrize("pack", [bytes, zstandard.compress])
+def test_a_flipped_bit_costs_its_chunk_alone(tmp_path, compression, pack):
     run = [("pose_statistics", result(float(k))) for k in range(40)]
     write_run(tmp_path, run, use_chunking=True, chunk_size=4000, compression=compression)
     file = only_file(tmp_path)
@@ -59,7 +63,7 @@ def test_a_flipped_bit_costs_its_chunk_alone(tmp_path, compression):
         chunks = make_reader(stream).get_summary().chunk_indexes
     chunk = chunks[len(chunks) // 3]  # between chunks is what has no checksum
     content[chunk.chunk_start_offset + chunk.chunk_length // 2] ^= 1
-    file.write_bytes(content)
+    file.rename(f"{file}{'' if pack is bytes else '.zstd'}").write_bytes(pack(content))
     contents = analyse_bags(tmp_path).contents
     assert contents.files[0].state == "damaged" and "chunk" in contents.files[0].note
     times = contents.parts[0].histories[0].time
@@ -69,10 +73,13 @@ def test_a_flipped_bit_costs_its_chunk_alone(tmp_path, compression):
 @pytest.mark.parametrize("content", [b"", b"\0" * 5000, b"something else " * 40])
 def test_another_file_in_the_way_is_passed_over_and_named(tmp_path, content):
     write_run(tmp_path)
-    (tmp_path / "other.mcap").write_bytes(content)
+    state = "unreadable" if content else "cut"
+    others = ["other.mcap", "other.mcap.zstd"]
+    for name in others:
+        (tmp_path / name).write_bytes(content)
     contents = analyse_bags(tmp_path).contents
     assert sum(contents.messages.values()) == 14
-    assert [file.path.name for file in contents.files if file.state != "whole"] == ["other.mcap"]
+    assert [file.path.name for file in contents.files if file.state == state] == others
 
 
 class TestBrokenMessages:
@@ -141,11 +148,9 @@ class TestRefusals:
         line = refusal("bag", make(tmp_path))
         assert line.startswith("ros_pose_stats: expected ") and said in line
 
-    def test_no_bag_at_all(self):
+    def test_no_bag_at_all_and_a_wrong_path_beside_a_good_one(self, tmp_path):
         with pytest.raises(PoseStatsError, match="at least one bag"):
             analyse_bags([])
-
-    def test_a_wrong_path_beside_a_good_bag(self, tmp_path):
         write_run(tmp_path / "log")
         (tmp_path / "file").touch()
         assert "file" in refusal("bag", tmp_path / "log", "--csv", tmp_path / "file")

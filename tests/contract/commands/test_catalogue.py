@@ -20,7 +20,7 @@ from pyarrow import parquet
 
 from ros_pose_stats import estimate, load_part
 from tests.bodies import moved, random_polyhedron, shapes, write_stl
-from tests.running import ROOT, answer_json, call, complaints, refusal
+from tests.running import ROOT, answer_json, call, children, complaints, is_gone, refusal
 
 TABLES = "catalogue.csv", "poses.csv"
 REFUSED = {"letter.stl": b"Dear colleague,", "empty.step": b"",
@@ -75,14 +75,14 @@ def rows_of(folder, name="catalogue.csv"):
 
 
 class Run:
-    """The command in a process of its own, watched on a terminal."""
+    """The command in a process of its own, watched on a terminal, which has time for that."""
 
     def __init__(self, *options, **more):
         self.terminal, stderr = pty.openpty()
         self.process = subprocess.Popen(
             [sys.executable, "-m", "ros_pose_stats", *map(str, ASKED), "-o", "stopped", *options],
             stdout=subprocess.PIPE, stderr=stderr, text=True, start_new_session=True,
-            env=os.environ | {"PYTHONPATH": str(ROOT)}, **more)
+            env=os.environ | {"PYTHONPATH": str(ROOT)}, preexec_fn=lambda: os.nice(5), **more)
         os.close(stderr)
 
     def wait_for(self, more):
@@ -93,11 +93,6 @@ class Run:
             if counts and counts[-1] > more:
                 return counts[-1]
 
-    def children(self):
-        """Ids of the processes that it has started."""
-        tasks = Path(f"/proc/{self.process.pid}/task").glob("*/children")
-        return {int(pid) for task in tasks for pid in task.read_text().split()}
-
     def end(self):
         """Standard output, once it has ended."""
         out, _ = self.process.communicate(timeout=PATIENCE)
@@ -107,7 +102,7 @@ class Run:
 
 def are_gone(processes):
     until = time.monotonic() + PATIENCE
-    while any(Path(f"/proc/{pid}").exists() for pid in processes):
+    while not all(map(is_gone, processes)):
         if time.monotonic() > until:
             return False
         time.sleep(0.01)
@@ -133,17 +128,24 @@ def ended(home):
         [sys.executable, "-m", "ros_pose_stats", *map(str, ASKED), "-o", "stopped"],
         capture_output=True, text=True, env=os.environ | {"PYTHONPATH": str(ROOT)},
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (30_000, 30_000)))
+    begun = Run()
+    while not begun.children():
+        time.sleep(0.001)
+    os.killpg(begun.process.pid, signal.SIGINT)  # also to those that just start
+    assert "interrupted" in begun.end() and begun.process.returncode == 130
     first = Run()
     first.wait_for(0)
-    workers = first.children()
+    workers = children(first.process.pid)
     first.process.kill()
     first.end()
     killed = bool(workers) and are_gone(workers)
     set_parts(home / "parts", late=True)
     second = Run()
     count = second.wait_for(0)
-    os.kill(min(second.children()), signal.SIGKILL)
+    os.kill(second.process.pid, signal.SIGSTOP)
+    os.kill(min(children(second.process.pid)), signal.SIGKILL)
     in_use = refusal(*ASKED, "-o", "stopped")
+    os.kill(second.process.pid, signal.SIGCONT)
     second.wait_for(max(count, len(REFUSED) + 1))  # refused ones are looked at again
     os.killpg(second.process.pid, signal.SIGINT)  # as a terminal sends it
     stopped = second.end(), second.process.returncode

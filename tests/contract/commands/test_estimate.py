@@ -143,7 +143,8 @@ class TestOptions:
         assert values["radius"] == pytest.approx(np.linalg.norm((10, 15, 20)) * metres, rel=1e-6)
 
     @pytest.mark.parametrize("center", [
-        ("1mm", "-2.5mm", "-0.3cm"), ("1e-3", "-.0025", "-3 mm"), ("1mm, -2.5mm -0.003m",)])
+        ("1mm", "-2.5mm", "-0.3cm"), ("1e-3", "-.0025", "-3 mm"), ("1mm, -2.5mm -0.003m",),
+        ("1 mm", "-2.5mm", "-3mm")])
     def test_centre_of_mass_takes_a_suffix_or_is_in_metres(self, box, center):
         values = answer_json("estimate", *box, "--com", *center)
         assert values["radius"] == pytest.approx(np.linalg.norm((11, 17.5, 23)) * 1e-3, rel=1e-6)

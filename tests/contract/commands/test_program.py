@@ -97,23 +97,9 @@ def test_a_reader_that_leaves_early_is_no_failure_to_report(parts):
     assert running.wait() == 0
 
 
-class NoRoom(io.StringIO):
-    """Standard output on a full disk."""
-
-    def write(self, text):
-        raise OSError(28, "No space left on device")
-
-    def fileno(self):
-        return self.spare.fileno()
-
-
-def test_what_cannot_be_written_is_a_failure_in_one_line(box, monkeypatch, capsys, tmp_path):
-    from ros_pose_stats import cli
-
-    out = NoRoom()
-    with (tmp_path / "spare").open("w") as out.spare:
-        monkeypatch.setattr(sys, "stdout", out)
-        assert cli.main([str(word) for word in ("estimate", *box)]) == 1
+def test_what_cannot_be_written_is_a_failure_in_one_line(box, capsys):
+    with Path("/dev/full").open("w") as full, contextlib.redirect_stdout(full):
+        assert main([str(word) for word in ("estimate", *box)]) == 1
     (line,) = complaints(capsys.readouterr().err)
     assert "cannot write: No space left on device" in line
 
@@ -122,9 +108,11 @@ def test_what_cannot_be_written_is_a_failure_in_one_line(box, monkeypatch, capsy
 def test_a_part_of_any_name_is_printed_and_drawn(box, tmp_path, name):
     """Not UTF-8, an escape sequence, and what a picture would take for a formula."""
     part, page = shutil.copy(box[0], tmp_path / f"{name}.stl"), tmp_path / "a.png"
+    page.symlink_to(page)
     head, *_ = answer("feeding", part, *box[1:], "--wanted", 0, "--rate", 60, "--plate", 0.3, 0.2,
                       "--kicks", 0.005, 0.01, "--flips", 9, "--png", page).splitlines()
     assert head.isprintable() and page.stat().st_size > 0
+    answer("compare", part, *box, "--drops", 200, "-o", tmp_path / "a.html")
 
 
 def test_a_terminal_that_knows_few_letters_is_no_failure(box, tmp_path):
@@ -134,8 +122,9 @@ def test_a_terminal_that_knows_few_letters_is_no_failure(box, tmp_path):
     assert rb"Geh\xe4use" in out.buffer.getvalue()
 
 
-def test_a_closed_output_is_no_failure(box):
-    with contextlib.redirect_stdout(None):
+@pytest.mark.parametrize("closed", [contextlib.redirect_stdout, contextlib.redirect_stderr])
+def test_a_closed_output_is_no_failure(box, closed):
+    with closed(None):
         assert main([str(word) for word in ("estimate", *box)]) == 0
 
 
@@ -158,14 +147,11 @@ def test_a_name_that_no_file_can_have_is_refused(words):
 
 
 class TestNumbers:
-    @pytest.mark.parametrize(("text", "number"), [("100", 100), ("1e2", 100), ("1.5E+2", 150),
-                                                  ("120.0", 120)])
-    def test_a_count_may_be_in_scientific_notation(self, box, text, number):
-        assert answer_json("simulate", *box, "--drops", text)["drops"] == number
-
-    def test_a_seed_is_kept_to_its_last_digit(self, box):
-        seed = 2 ** 64 - 1
-        assert answer_json("simulate", *box, "--drops", 10, "--seed", seed)["seed"] == seed
+    @pytest.mark.parametrize(("text", "number"), [
+        ("100", 100), ("1e2", 100), ("1.5E+2", 150), ("120.0", 120), (2 ** 64 - 1, 2 ** 64 - 1)])
+    def test_a_count_may_be_in_scientific_notation_and_is_kept_to_its_last_digit(
+            self, box, text, number):
+        assert answer_json("simulate", *box, "--drops", 10, "--seed", text)["seed"] == number
 
     @pytest.mark.parametrize("text", ["1.5", "nan", "-inf", "many", "", "0x10", "1,000", "1e5e5"])
     def test_others_are_refused_with_what_was_expected_and_what_came(self, text):

@@ -17,7 +17,7 @@ from ros_pose_stats_msgs.msg import JobEvent
 from rosgraph_msgs.msg import Clock
 from shape_msgs.msg import Mesh
 
-from tests.running import refusal
+from tests.running import is_gone, refusal
 
 from .harness.bags import assert_readable_by_others, bags_of, ends, recorded
 from .harness.camera import counted, counting
@@ -26,7 +26,7 @@ from .harness.client import CANCELLED, RUNNING, until, wait_for
 from .harness.goals import Goals
 from .harness.jobs import LONG, finished, known_part, running_with_results, start
 from .harness.parts import WEDGE, flat, mesh, new_id
-from .harness.slow import builder_at_work, ellipsoid, is_gone, standing
+from .harness.slow import builder_at_work, ellipsoid, standing
 
 
 @pytest.fixture

@@ -2,6 +2,7 @@
 
 import os
 import threading
+import time
 import weakref
 from functools import partial
 from types import SimpleNamespace
@@ -203,6 +204,21 @@ def test_a_part_that_the_end_of_the_node_keeps_from_being_shown_again_is_not_for
     with pytest.raises(RequestError, match="running node"):
         intake.restored[0].result(60.0)
     parts.forget.assert_not_called()
+
+
+def test_whoever_hears_that_a_job_has_ended_finds_its_place_free():
+    def submit(seed):
+        return jobs.submit(JobRequest("clamp", b"", DropScene(), 1, seed, 0.0, 600.0),
+                           done_with(Mock()), Mock(max_queued_jobs=0))
+
+    jobs = Jobs("run", JobListener(), print, lambda *_: Mock(drops=1, warnings=()))
+    first, heard = submit(1), []
+    first.finished.add_done_callback(lambda _: heard.append(submit(2)))
+    jobs.start()
+    while not first.finished.done() or jobs.running is first:
+        time.sleep(0.01)
+    assert heard and heard[0].finished.result(60.0) is None
+    jobs.close("")
 
 
 def test_a_refinement_that_gave_way_begins_again_though_the_client_cancels():

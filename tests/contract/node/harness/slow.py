@@ -3,10 +3,11 @@
 import os
 import signal
 from contextlib import contextmanager
-from pathlib import Path
 
 import numpy as np
 import trimesh
+
+from tests.running import about, children
 
 from .client import until
 
@@ -38,38 +39,23 @@ def slivers(triangles, length=0.04, seed=0):
     return corners.reshape(-1, 3), (rows + starts).reshape(-1, 3).astype(np.uint32)
 
 
-def _read(path):
-    """Text of a file of /proc; empty where its process or thread has just ended."""
-    try:
-        return path.read_text()
-    except (FileNotFoundError, ProcessLookupError):
-        return ""
-
-
 def memory(pid, what):
     """A line of a process's status, in bytes."""
-    status = Path(f"/proc/{pid}/status").read_text()
-    return 1024 * int(status.partition(f"{what}:")[2].split()[0])
-
-
-def builders(pid):
-    """Processes of a node that build its parts: it has no other children."""
-    tasks = Path(f"/proc/{pid}/task").glob("*/children")
-    return [int(child) for task in tasks for child in _read(task).split()]
+    return 1024 * int(about(pid, "status").partition(f"{what}:")[2].split()[0])
 
 
 def _ticks(pid):
     """Time that a process has computed, in hundredths of a second."""
-    numbers = _read(Path(f"/proc/{pid}/stat")).rpartition(")")[2].split()
+    numbers = about(pid, "stat").rpartition(")")[2].split()
     return int(numbers[11]) + int(numbers[12]) if numbers else 0
 
 
 def builder_at_work(pid):
-    """The process that builds, once it does: one may be left that rests after earlier work."""
+    """The child of a node that builds, once it does: one may rest after earlier work."""
     at_first = {}
 
     def found():
-        return next((child for child in builders(pid)
+        return next((child for child in children(pid)
                      if _ticks(child) > at_first.setdefault(child, _ticks(child))), None)
 
     return until(found, "a process that builds")
@@ -83,14 +69,6 @@ def standing(pid):
         yield pid
     finally:
         os.kill(pid, signal.SIGCONT)
-
-
-def is_gone(pid):
-    """Whether a process has ended, though its parent may not have heard of it."""
-    try:
-        return ") Z" in Path(f"/proc/{pid}/stat").read_text()
-    except (FileNotFoundError, ProcessLookupError):
-        return True
 
 
 def kill(pid):

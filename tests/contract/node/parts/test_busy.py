@@ -8,12 +8,13 @@ from rclpy.time import Time
 
 from ros_pose_stats import estimate
 from study import shapes
+from tests.running import is_gone
 
 from ..harness.bags import recorded
 from ..harness.cell import Health, MeshPublisher, latched
 from ..harness.client import Client, until, wait_for
 from ..harness.parts import WEDGE, flat, library_part, new_id, probabilities
-from ..harness.slow import builder_at_work, ellipsoid, is_gone, kill, memory, slivers, standing
+from ..harness.slow import builder_at_work, ellipsoid, kill, memory, slivers, standing
 
 SLOW, SLOWISH, MEDIUM = map(ellipsoid, (120_000, 60_000, 12_000))
 MOST_GROWTH = 400 * 2**20

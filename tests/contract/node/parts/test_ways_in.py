@@ -205,6 +205,7 @@ class TestTheCommand:
         (["--com", 1000.0, 0.0, 0.0], "centre of mass"), (["--mass", 0], "finite mass above 0 kg"),
         (["--seconds", -1], "seconds"), (["--part-id", "x" * 300], "at most 200"),
         (["--part-id", "a\nb"], "printable"), (["--topic", "two words"], "ROS topic"),
+        (["--ros-args", "-r", "x"], "ROS arguments that rcl can read"),
         *[(["--restitution", value], "restitution from 0") for value in (1.0, -0.5, "nan")],
         *[(["--drop-height", value], "drop height above 0") for value in (0, -1.0)],
     ])
