@@ -19,12 +19,12 @@ def exported(surface, seed):
 
 @pytest.fixture(scope="module")
 def dice():
-    return [part_from_mesh(*shapes.box(SIDE, SIDE, height)) for height in (SIDE, 0.97 * SIDE)]
+    return [part_from_mesh(*shapes.box(SIDE, SIDE, share * SIDE)) for share in (1.0, 0.97, 0.85)]
 
 
 @pytest.fixture(scope="module")
 def near_cube(dice):
-    return compare(dice, wanted=[0], seed=1)
+    return compare(dice[:2], wanted=[0], seed=1)
 
 
 def test_a_die_with_a_short_axis_is_shown_to_differ(near_cube):
@@ -40,8 +40,7 @@ def test_a_die_with_a_short_axis_is_shown_to_differ(near_cube):
 
 
 def test_a_bad_plate_hides_what_the_model_shows(dice):
-    dice = [dice[0], part_from_mesh(*shapes.box(SIDE, SIDE, 0.85 * SIDE))]
-    (beside,) = compare(dice, drops=3000, seed=1, plate_error=0.5).variants
+    (beside,) = compare(dice[::2], drops=3000, seed=1, plate_error=0.5).variants
     assert (beside.in_model, beside.on_plate) == (SHOWN, NONE_SHOWN)
 
 
