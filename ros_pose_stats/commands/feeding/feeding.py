@@ -136,5 +136,5 @@ def _lines(dropped: "PoseStatistics", plan: "FeedingPlan", cell: "FeederCell", s
             f"{millimetres(cell.plate[1])} mm; the first picture has {best.pickable:.3g} to pick",
             "", *columns(heads, rows),
             f"in brackets: 90 % intervals, with {100.0 * dropped.plate_error:.2g} points of error "
-            f"of the plate and {100.0 * FLIPS_ERROR:g} of the model's flips; seed {seed}",
+            f"of the plate and {100.0 * FLIPS_ERROR:g} of flips that nobody counted; seed {seed}",
             *remarks(warnings, dropped.notes)]

@@ -133,7 +133,7 @@ def _table(part: "Part", found: "FlipStatistics", ways: "dict[str, Feeding]") ->
              f"{int(found.counts.sum())} flips, {int(found.unsettled.sum())} unsettled, seed "
              f"{found.seed}"] if not found.feeder_speed else [
         f"{part.part_id}: {several(found.observed, 'flip')} counted at speed "
-        f"{found.feeder_speed}; of the model explains them best:", about]
+        f"{found.feeder_speed}; the model's kick that explains them best:", about]
     lines += ["",
              "into pose, %; the error is the largest standard error of a row",
              *columns(heads, rows)]
@@ -143,7 +143,7 @@ def _table(part: "Part", found: "FlipStatistics", ways: "dict[str, Feeding]") ->
         lines += ["", *columns(heads, [
             [name.replace("_", " "), show_bounded(way.per_minute), show_bounded(way.passes),
              show_bounded(way.flips)] for name, way in ways.items()]),
-            "in brackets: 90 % intervals, of the model alone"]
+            "in brackets: 90 % intervals, without the error of the plate"]
     return [*lines, *remarks(found.warnings, found.notes)]
 
 
