@@ -9,13 +9,12 @@ from tests.bodies import shapes, write_stl
 from tests.clusters import scheduler, worker
 from tests.running import answer, answer_json
 
-pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
-
 TABLES = "catalogue.csv", "poses.csv"
 
 
 @pytest.mark.long
 def test_the_tables_are_those_of_one_machine_although_a_worker_is_killed(tmp_path):
+    pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
     parts, out = tmp_path / "parts", tmp_path / "cluster"
     parts.mkdir()
     for k in range(120):

@@ -14,7 +14,7 @@ KNOWN_RMS = {"csae": 0.147, "qse": 0.147, "adre": 0.081, "nqse": 0.099, "eae": 0
 """Distance of estimators from Budden's dice, by another implementation, to three digits."""
 KNOWN_DROPPED_RMS = {0.2: 0.072, 0.5: 0.051, 0.8: 0.037}
 """That of its drops, 2 000 of each die, by restitution."""
-DROPS = 1000
+DROPS = 500
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,7 @@ TOUCHING = 1e-9
 def test_flat_on_a_facet(restitution):
     """Ties between the corners of a facet, decided by rounding, gave wrong faces: 40 of 2000."""
     wrong = 0
-    for seed in range(84):
+    for seed in range(42):
         turn = rotation(seed)
         part = part_from_mesh(*moved(CUBE, turn, (0.3, -0.2, 0.1)))
         axes = np.vstack((turn.T, -turn.T))

@@ -16,11 +16,11 @@ from tests.bodies import METHODS, REGULAR_SOLIDS, moved, rotation, shapes
 from tests.matching import downs
 
 BODIES = {  # and how often each is turned
-    "cube": (shapes.box(2.0, 2.0, 2.0), 25),
-    "box": (shapes.box(1.0, 2.0, 3.0), 25),
-    "hexagonal prism": (shapes.prism(6, 1.0, 1.3), 25),
-    "tetrahedron": (REGULAR_SOLIDS["tetrahedron"], 25),
-    "octahedron": (REGULAR_SOLIDS["octahedron"], 25),
+    "cube": (shapes.box(2.0, 2.0, 2.0), 12),
+    "box": (shapes.box(1.0, 2.0, 3.0), 12),
+    "hexagonal prism": (shapes.prism(6, 1.0, 1.3), 12),
+    "tetrahedron": (REGULAR_SOLIDS["tetrahedron"], 12),
+    "octahedron": (REGULAR_SOLIDS["octahedron"], 12),
     "cylinder": (shapes.cylinder(48, 1.0, 0.7), 10),
     "ellipsoid": (shapes.hull_mesh(shapes.ellipsoid_points(150, 1, (3.0, 2.0, 1.5))), 10),
     "clamp": (demo_parts.DEMO_PARTS["clamp"](), 6),

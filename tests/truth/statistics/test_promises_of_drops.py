@@ -85,7 +85,7 @@ def test_stopping_at_a_target_hardly_biases(part, truth):
     And 4.5 of its standard errors. A look at the error favours prefixes that happen to look
     even; few looks, far apart, keep that small.
     """
-    runs = 250
+    runs = 150
     found = [simulate(part, 225, 0.3, 5000 + seed, target_error=0.0429, workers=1)
              for seed in range(runs)]
     assert 0.1 < np.mean([run.drops < 225 for run in found]) < 0.9
