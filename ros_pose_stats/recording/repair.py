@@ -96,6 +96,7 @@ def _finished_contents(path: Path) -> layout.Contents | None:
         begin = int.from_bytes(file.read(8), "little")
         if not 0 < begin < size:
             return None
+        file.seek(0)
         try:
             summary = reader.SeekingReader(file).get_summary()
         except UNREADABLE:

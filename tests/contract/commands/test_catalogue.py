@@ -129,7 +129,7 @@ def ended(home):
         capture_output=True, text=True, env=os.environ | {"PYTHONPATH": str(ROOT)},
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (30_000, 30_000)))
     begun = Run()
-    while not begun.children():
+    while not children(begun.process.pid):
         time.sleep(0.001)
     os.killpg(begun.process.pid, signal.SIGINT)  # also to those that just start
     assert "interrupted" in begun.end() and begun.process.returncode == 130
