@@ -22,7 +22,8 @@ settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "fixed"))
 
 MOST_STARTS = 80
 LONG_SECONDS = 900
-"""Time limit of a long test; that of the others is in `setup.cfg`."""
+NODE_SECONDS = 300
+"""Time limits of long tests and of those over DDS; that of the others is in `setup.cfg`."""
 
 STARTS = "process_starts"
 
@@ -60,8 +61,9 @@ COUNT_KEY = pytest.StashKey()
 
 def pytest_collection_modifyitems(items):
     for item in items:
-        if item.get_closest_marker("long") and not item.get_closest_marker("timeout"):
-            item.add_marker(pytest.mark.timeout(LONG_SECONDS))
+        marks = {mark.name for mark in item.iter_markers()}
+        if "timeout" not in marks and ("long" in marks or "domain" in item.fixturenames):
+            item.add_marker(pytest.mark.timeout(LONG_SECONDS if "long" in marks else NODE_SECONDS))
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -19,7 +19,6 @@ from .harness.cell import cell_of
 from .harness.node import Running, parameters
 
 EXECUTABLES = {script.name: script for script in entry_points(group="console_scripts")}
-PARTS = 400
 NO_VISION = pytest.mark.skipif(find_spec("vision_msgs") is not None, reason="it is installed")
 
 
@@ -41,7 +40,7 @@ def test_the_node_learns_the_plate_while_the_planner_looks(domain, tmp_path, par
             cell_of(domain, tmp_path, "shown") as (node, client):
         planner.says("bracket: pick [0, 2]")
         with client.late_joiner() as joiner:
-            learned = joiner.wait("bracket", lambda result: result.observed >= PARTS)
+            learned = joiner.wait("bracket", lambda result: result.observed >= 400)
         assert learned.method == "observed"
         look = planner.says("]: pick", "stderr")
         assert camera.end(signal.SIGINT) == (0, [])
