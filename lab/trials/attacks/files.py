@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import time
 import zipfile
 
@@ -12,11 +13,14 @@ from rosgraph_msgs.msg import Clock
 from ros_pose_stats import PoseStatsError, load_part
 from tests.contract.node.harness.client import until
 
-from ..cell import MEGABYTE, WEDGE, flat, new_id, status, tried_node
+from ..cell import MEGABYTE, WEDGE, cell_of, domain, flat, new_id, status, tried_node
 from ..frame import Outcome, Setting, judged
 
 SECONDS = 20.0
 """Longest that a refusal may take; machines differ and are shared."""
+
+REFUSED_TIME = "the node goes on: ValueError: Seconds value must not be negative"
+"""What the node logs where rclpy's own callback cannot take a time."""
 
 
 def pipes_and_bombs_as_plates(setting: Setting) -> Outcome:
@@ -77,7 +81,7 @@ def bombs_of_3mf(setting: Setting) -> Outcome:
 
 def a_clock_before_its_time(setting: Setting) -> Outcome:
     """A node with `use_sim_time`, and times on /clock that rclpy cannot hold."""
-    with tried_node(setting.folder, use_sim_time=True) as (_, client):
+    with cell_of(domain(), setting.folder, "tried", use_sim_time=True) as (node, client):
         clock = client.node.create_publisher(Clock, "/clock", 1)
         until(lambda: clock.get_subscription_count() > 0, "the node")
         number = setting.of(50, 10)
@@ -90,5 +94,8 @@ def a_clock_before_its_time(setting: Setting) -> Outcome:
             return client.good("estimate", part=flat(WEDGE, new_id())).statistics.header.stamp.sec
 
         until(lambda: stamp() == 1234, "the clock")
+        node.send(signal.SIGTERM)
+        status_at_end = node.ended()
+        other = [line for line in node.lines if "[ERROR]" in line and REFUSED_TIME not in line]
     return judged(number, "answered at each, and with the next time that was one",
-                  the_node_goes_on=True)
+                  ended_well=status_at_end == 0, nothing_else_failed=not other)
