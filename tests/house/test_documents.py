@@ -104,7 +104,7 @@ def test_answer_in_the_readme_is_what_the_command_prints(in_demo_folder):
 
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("line", [
-    pytest.param(line, marks=pytest.mark.long if re.search(".gif|dropped|--png", line) else ())
+    pytest.param(line, marks=pytest.mark.long if re.search(r"\.gif|dropped|--png", line) else ())
     for line in LINES])
 def test_lines_of_the_pages_run(line, in_demo_folder):
     run_line(line)

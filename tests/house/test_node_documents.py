@@ -17,6 +17,7 @@ import yaml
 
 import tests.contract.node.conftest  # noqa: F401  discovery and checks, before ROS is imported
 from tests.contract.node.contract import ACTION, DEFAULTS, FIXED, PUBLICATIONS, SUBSCRIPTIONS
+from tests.contract.node.harness.cell import latched
 from tests.contract.node.harness.client import Client, until
 from tests.contract.node.harness.node import PATIENCE
 from tests.running import ROOT, answer
@@ -57,21 +58,22 @@ def home(domain, tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def published(home):
+def client(home, domain):
+    """A client of the README's node."""
+    with Client(domain) as client:
+        yield client
+
+
+@pytest.fixture(scope="module")
+def published(home, client):
     """What the README's second terminal says of its part."""
     def said(command):
         return subprocess.run([sys.executable, "-m", "ros_pose_stats", *line_of(command)],
                               cwd=home, capture_output=True, text=True).stdout
 
-    # Shown until drops have checked it; where the node does not answer in time, that says nothing.
-    return said("publish"), until(lambda: "hybrid" in (row := said("show")) and row)
-
-
-@pytest.fixture(scope="module")
-def client(published, domain):
-    """A client of the README's node, which has its part."""
-    with Client(domain) as client:
-        yield client
+    table = said("publish")
+    until(lambda: latched(client, "clamp").drops, "its check")
+    return table, until(lambda: said("show"), "an answer in time")
 
 
 def test_the_readme_shows_what_the_second_terminal_says(published):
@@ -80,13 +82,13 @@ def test_the_readme_shows_what_the_second_terminal_says(published):
     assert "stable poses, 968 triangles" in table and table.count("clamp: ") == 2
 
 
-def test_the_readme_s_bag_shows_the_published_part(client, home, monkeypatch):
+def test_the_readme_s_bag_shows_the_published_part(published, home, monkeypatch):
     monkeypatch.chdir(home)
     until(lambda: re.search("clamp.*split", answer(*line_of("bag")), re.DOTALL), "both in the bag")
 
 
 @pytest.mark.parametrize("code", CODE)
-def test_the_page_s_planner_runs(client, code):
+def test_the_page_s_planner_runs(published, code):
     said = io.StringIO()
     with contextlib.redirect_stdout(said):
         exec(code, {"__name__": "__main__"})

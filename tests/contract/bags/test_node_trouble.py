@@ -228,13 +228,12 @@ def test_a_full_disk_and_a_missing_folder_come_and_go(place, tmp_path):
         last = assert_records(client, folder, health)
         (bag,) = bags_of(folder)
         shutil.copytree(bag, folder / "copy")
-        bag = bag.rename(folder / "monday")
+        monday = bag.rename(folder / "monday")
         newest = client.good("estimate", part_id=last.part_id).statistics
-        other = bags_of(folder)[0].rename(folder / "tuesday")
+        bag = bags_of(folder)[0].rename(folder / "tuesday")
         node.stop()
-    assert_readable_by_others(bag)
-    assert whole(last) in {whole(message) for message in recorded_in(bag)}
-    bag = other
+    assert_readable_by_others(monday)
+    assert whole(last) in {whole(message) for message in recorded_in(monday)}
     assert_readable_by_others(bag)
     topics = [topic for topic, data in raw(bag) if message_of(topic, data).part_id == last.part_id]
     assert topics[:2] == [on_topic("part_mesh"), on_topic("answers")]

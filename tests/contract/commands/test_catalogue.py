@@ -130,7 +130,7 @@ def ended(home):
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (30_000, 30_000)))
     begun = Run()
     while not children(begun.process.pid):
-        time.sleep(0.001)
+        assert begun.process.poll() is None
     os.killpg(begun.process.pid, signal.SIGINT)  # also to those that just start
     assert "interrupted" in begun.end() and begun.process.returncode == 130
     first = Run()

@@ -151,7 +151,8 @@ class TestNumbers:
         ("100", 100), ("1e2", 100), ("1.5E+2", 150), ("120.0", 120), (2 ** 64 - 1, 2 ** 64 - 1)])
     def test_a_count_may_be_in_scientific_notation_and_is_kept_to_its_last_digit(
             self, box, text, number):
-        assert answer_json("simulate", *box, "--drops", 10, "--seed", text)["seed"] == number
+        values = answer_json("simulate", *box, "--drops", "1.2e1", "--seed", text)
+        assert (values["drops"], values["seed"]) == (12, number)
 
     @pytest.mark.parametrize("text", ["1.5", "nan", "-inf", "many", "", "0x10", "1,000", "1e5e5"])
     def test_others_are_refused_with_what_was_expected_and_what_came(self, text):

@@ -85,5 +85,4 @@ def test_bad_arguments_are_told_in_one_line(domain, part, monkeypatch, capsys, n
     finally:
         rclpy.try_shutdown()
     [line] = complaints(capsys.readouterr().err)
-    assert status == 2
-    assert line.startswith(f"example_{name}: ") and said in line
+    assert status == 2 and line.startswith(f"example_{name}: ") and said in line

@@ -15,9 +15,9 @@ BODIES = {
     "random, shifted centre": (random_polyhedron(12, 3), (-0.2, 0.1, 0.25)),
 }
 
-# Errors of the grid, of second order in its spacing, seen on these bodies and thirty more: a
-# level 1e-5 of the radius, an area 1.6e-3 sr, a probability 4e-4. Where a component has only a few
-# cells it is measured more roughly: there the first figures hold, elsewhere the second.
+# Errors of the grid are of second order in its spacing. With twice as many directions, on these
+# bodies and thirty more: a level 5e-6 of the radius, an area 8e-4 sr, a probability 2e-4. In a
+# component of a few cells they are larger: there the first figures hold, elsewhere the second.
 LEVEL = (1e-3, 4e-5)  # of the radius
 AREA = (1e-2, 2e-3)   # steradians
 PROBABILITY = (4e-3, 6e-4)
