@@ -11,7 +11,7 @@ import trimesh
 from scipy.spatial import cKDTree
 
 from ros_pose_stats import PoseStatsError, load_part
-from tests.running import answer_json, refusal
+from tests.running import refusal
 
 KINDS = {"binary STL": ("a.stl", {}), "STL in capitals": ("a.STL", {}),
          "ASCII STL": ("a.stl", {"file_type": "stl_ascii"}), "OBJ": ("a.obj", {}),
@@ -40,7 +40,6 @@ def test_every_format_gives_the_mesh_back(tmp_path, block, kind):
     assert len(part.triangles) == len(np.unique(partner)) == 12 and gap.max() < 1e-8
     assert len(part.surface_vertices) == 8
     assert (part.part_id, part.warnings) == ("a", ())
-    assert answer_json("estimate", path, "--unit", "mm", "--method", "area")["part_id"] == "a"
 
 
 @pytest.mark.parametrize("suffix", [
@@ -57,6 +56,7 @@ def test_the_objects_of_a_scene_are_put_in_place(tmp_path, block, suffix):
     assert part.center_of_mass == pytest.approx([0.05, 0, 0], abs=1e-9)
 
 
+@pytest.mark.long
 def test_a_mirrored_object_is_turned_back(tmp_path, block):
     scene = trimesh.Scene()
     scene.add_geometry(block, transform=np.diag([-1.0, 1.0, 1.0, 1.0]))
