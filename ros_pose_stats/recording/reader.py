@@ -52,12 +52,10 @@ class Frame:
         return None if read is None else read(data_stream.ReadDataStream(BytesIO(self.body)))
 
 
-def frames(file: BinaryIO, on_damage: Callable[[int, int], None],
-           begin: int = 0) -> Iterator[Frame]:
+def frames(file: BinaryIO, on_damage: Callable[[int, int], None]) -> Iterator[Frame]:
     """All whole records of a seekable file in order, up to the footer.
 
-    Damage is passed over where a checksum record behind it shows where to go on. `begin`: messages
-    before this place are passed over, in a file of the node, which describes its topics first.
+    Damage is passed over where a checksum record behind it shows where to go on.
     """
     size = file.seek(0, os.SEEK_END)
     file.seek(0)
@@ -70,8 +68,6 @@ def frames(file: BinaryIO, on_damage: Callable[[int, int], None],
             place = onward
         elif frame.opcode == opcode.Opcode.FOOTER:
             return
-        elif frame.opcode == opcode.Opcode.MESSAGE and place < begin:
-            place = _next_checked(file, begin, size)
         else:
             yield frame
             place = frame.end
@@ -132,8 +128,7 @@ missing, out of how many, unpacked, and the reason in one clause."""
 
 
 def raw_messages(bag: Path, on_damage: OnDamage = lambda start, end, size, reason: None,
-                 on_read: Callable[[float], None] = lambda share: None,
-                 begin: int = 0) -> Iterator[RawMessage]:
+                 on_read: Callable[[float], None] = lambda share: None) -> Iterator[RawMessage]:
     """All whole messages of a bag, file by file, in the order in which they were recorded.
 
     `bag`: a directory or a single file, chunked, finished, or compressed as a whole, or not;
@@ -141,11 +136,11 @@ def raw_messages(bag: Path, on_damage: OnDamage = lambda start, end, size, reaso
     """
     for path in files_of_bag(bag):
         with _opened(path) as file:
-            yield from _messages(file, on_damage, on_read, begin)
+            yield from _messages(file, on_damage, on_read)
 
 
-def _messages(file: BinaryIO, on_damage: OnDamage, on_read: Callable[[float], None],
-              begin: int) -> Iterator[RawMessage]:
+def _messages(file: BinaryIO, on_damage: OnDamage,
+              on_read: Callable[[float], None]) -> Iterator[RawMessage]:
     """The whole messages of one file, each with its topic and type."""
     def damaged(start: int, end: int) -> None:
         on_damage(start, end, size, "no whole record" if end > start else "no footer")
@@ -154,7 +149,7 @@ def _messages(file: BinaryIO, on_damage: OnDamage, on_read: Callable[[float], No
     channels: dict[int, tuple[str, str, str]] = {}
     size = os.fstat(file.fileno()).st_size
     next_told = 0
-    for frame in frames(file, damaged, begin):
+    for frame in frames(file, damaged):
         if frame.end > next_told:
             on_read(min(1.0, frame.end / size))
             next_told = frame.end + _STEP

@@ -84,13 +84,6 @@ class RunLog:
                 self.directory = self.directory.with_name(runs.new_run_name(self.directory.parent))
 
     @property
-    def place(self) -> tuple[Path, int, int] | None:
-        """The file that is being written, its bytes and its last time; None before a record."""
-        with self._lock:
-            file = self._bag.file if self._bag else None
-            return None if file is None else (file.path, file.size, self._last_time)
-
-    @property
     def bytes_written(self) -> int:
         """Bytes of the bag's files."""
         with self._lock:

@@ -113,6 +113,7 @@ class Cameras:
     def __init__(self, base: Base, stores: result_store.Stores) -> None:
         self._settings, self._refusals = base.settings, base.refusals
         self._log, self._recorder = base.node.get_logger(), base.recorder
+        self._state = base.state
         self._parts, self._counts, _, self._announcer = stores
         self._subscriptions = [
             BatchSubscription(base, ObservedParts, OBSERVED_TOPIC, "messages", partial(
@@ -128,7 +129,7 @@ class Cameras:
 
     def _take(self, topic: str, noun: str, read: Callable[[bytes], PoseCounts | None],
               received: list[bytes]) -> None:
-        """Put what was counted on record together, and learn from it."""
+        """Learn from what was counted, have that on the disk, and put it on record."""
         sound = []
         for data in received:
             try:
@@ -138,24 +139,24 @@ class Cameras:
                 continue
             if counts is not None:
                 sound.append(counts)
-        with self._recorder.step:
-            for counts in sound:
-                part = self._parts.current(counts.part_id)
-                if part is not None:
-                    self._announcer.introduce(part)
-                # ROS reads a text that lacks its closing zero byte; other readers of bags do not.
-                self._recorder.record(POSE_COUNTS, serialization.serialize_message(counts))
-            for counts in sound:
-                self.learn_counts(counts)
+        for counts in sound:
+            self._learn(counts)
+        self._state.commit()
+        for counts in sound:
+            part = self._parts.current(counts.part_id)
+            if part is not None:
+                self._announcer.introduce(part)
+            # ROS reads a text that lacks its closing zero byte; other readers of bags do not.
+            self._recorder.record(POSE_COUNTS, serialization.serialize_message(counts))
 
-    def learn_counts(self, counts: PoseCounts, *, again: bool = False) -> None:
-        """Learn from counts that are on record, maybe `again`, or say why not."""
+    def _learn(self, counts: PoseCounts) -> None:
+        """Learn from counts, or say why not."""
         part, kind = self._parts.current(counts.part_id), "counts of nothing"
         with nullcontext() if part is None else part.revisions.lock:  # nothing comes in between
             part = self._parts.current(counts.part_id)
             problem = count_problem(counts, part)
             if not problem and part is not None and part.shown is not None:
-                if self._counts.add_counts(part, part.shown, counts) or again:
+                if self._counts.add_counts(part, part.shown, counts):
                     return
                 stamp, kind = counts.header.stamp, "counts that came before"
                 problem = "it came before, and counts once" + (

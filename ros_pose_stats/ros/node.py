@@ -46,12 +46,10 @@ class PoseStatsNode(AnsweringNode):
         follow_clock(self.get_clock())
         self.table = Parameters(self, self._on_change)
         settings, log, name = self._settings, self.get_logger(), self.get_fully_qualified_name()
-        # What the node keeps, its bag, and what the last run left.
+        # What the node keeps, and its bag.
         self.state = state = State(settings().state_path(name), restore.definitions(),
                                    restore.as_of_today, log.warning)
         self.recorder = recorder = Recorder(settings(), name, state, log.warning)
-        tail = restore.tail_of(state, log.warning)
-        ended, cancelled = restore.restore_jobs(state, tail, settings())
         # What all others work with.
         self.lanes = lanes = Lanes(lambda: settings().max_mesh_bytes)
         refusals = Refusals(log.warning)
@@ -67,7 +65,6 @@ class PoseStatsNode(AnsweringNode):
         reports, flips = job_reports.JobReports(base, stores), run.FlipReports()
         prefix = recorder.log.directory.name.removeprefix("pose_stats_")
         self.jobs = jobs = Jobs(prefix, reports, log.error)
-        jobs.add_ended(ended)
         self.flip_jobs = (Jobs(f"{prefix}_flips", flips, log.error, run.run_flips),
                           Jobs(f"{prefix}_feeding", flips, log.error, run.run_flips))
         refiner = refinement.Refinement(base, stores, jobs)
@@ -79,14 +76,10 @@ class PoseStatsNode(AnsweringNode):
             parts.restore()
             for known in parts.all():
                 results.restore(known)
-            for message in tail.counts:
-                self.cameras.learn_counts(message, again=True)
         else:
             state.put(*(Change(table, row[0], None) for table in OF_PARTS
                         for row in state.rows(table)))
-        recorder.note_place()
-        state.commit()
-        restore.record_cancelled(cancelled, recorder, state, log.warning)
+        reports.restore()
         self._mending = threading.Thread(target=recorder.mend_bags, name="mend bags", daemon=True)
         # Services and actions, what a feeder is to do, and plates.
         self.outlines = part_builder.Outlines(base)

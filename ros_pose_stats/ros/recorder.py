@@ -1,6 +1,5 @@
 """Messages to the bag; a bag that cannot be written never stops the node."""
 
-import json
 import os
 import shutil
 import sys
@@ -14,7 +13,7 @@ from ..recording import repair, run_log
 from ..recording.writer.message_types import MessageType, message_type
 from .refusals import Health
 from .settings import Settings
-from .state import Change, State
+from .state import State
 
 PACKAGE = "ros_pose_stats_msgs"
 PART_MESH = "/pose_stats/part_mesh"
@@ -24,7 +23,6 @@ JOB_EVENTS = "/pose_stats/job_events"
 POSE_COUNTS = "/pose_stats/pose_counts"
 DROP_RECORDS = "/pose_stats/drop_records"
 
-PLACE = "place"  # name of the fact up to where in which bag the state has all that counts
 TYPES = {PART_MESH: "PartMesh", POSE_STATISTICS: "PoseStatistics", ANSWERS: "PoseStatistics",
          JOB_EVENTS: "JobEvent", POSE_COUNTS: "PoseCounts", DROP_RECORDS: "DropRecords"}
 
@@ -48,7 +46,7 @@ def bag_types() -> dict[str, MessageType]:
 class Recorder:
     """The run's bag: a log of what came, was answered, latched, counted and dropped.
 
-    `step` is held while something goes on record and then into the state.
+    What the state is to have goes there first, so a kill in between costs a line of the log.
     """
 
     def __init__(self, settings: Settings, node: str, state: State,
@@ -57,9 +55,6 @@ class Recorder:
         self.log = run_log.RunLog(settings.directory(), bag_types(),
                                   max_bag_bytes=settings.max_bag_bytes,
                                   max_log_bytes=settings.max_log_bytes, node=node)
-        self.step = threading.RLock()
-        self._placing = threading.Lock()
-        self._place: tuple[Path, int, int] | None = None
         self._directory = self.log.directory
         self.lost = 0  # messages that were not recorded
         self._lock = threading.Lock()
@@ -83,24 +78,8 @@ class Recorder:
         return self.log.directory
 
     def sync(self) -> None:
-        """Have what was recorded survive a power cut, and note how far the state has it."""
+        """Have what was recorded survive a power cut."""
         self._attempt(self.log.sync)
-        self.note_place()
-
-    def note_place(self) -> None:
-        """Note that the state has all of the bag so far; a next start takes in what follows."""
-        with self.step:
-            self._put_place(self.log.place or (self.log.directory, 0, 0))
-
-    def _put_place(self, place: tuple[Path, int, int]) -> None:
-        with self._placing:  # not `step`: who records may hold what the holder of `step` waits for
-            if place != self._place:
-                self._place = place
-                inode = 0
-                with suppress(OSError):  # it is deleted, or the next record says what is wrong
-                    inode = place[0].stat().st_ino
-                fact = json.dumps([str(place[0]), *place[1:], inode])
-                self._state.put(Change("facts", PLACE, (PLACE, fact)))
 
     def close(self) -> None:
         """Finish the bag."""
@@ -126,7 +105,6 @@ class Recorder:
         if changed:
             self._warn(f"NOT_RECORDED: {problem}" if problem else "recording works again")
         if is_new:
-            self._put_place((bag, 0, 0))
             self._warn(f"the bag was deleted; recording goes on in {bag}")
 
     def mend_bags(self) -> None:

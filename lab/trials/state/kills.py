@@ -25,7 +25,7 @@ def _node(ledger, **values):
                    max_bag_bytes=2**22, **values)
 
 
-def _one_life(ledger, chance, lanes, exact=True, meanwhile=None):
+def _one_life(ledger, chance, lanes, look_back=True, meanwhile=None):
     """A start, which is looked at, and mixed traffic until a kill at a random moment."""
     node = _node(ledger, log_drops=chance.choice(("true", "false")))
     try:
@@ -33,9 +33,9 @@ def _one_life(ledger, chance, lanes, exact=True, meanwhile=None):
             time.sleep(START_SECONDS * chance.random())
             ledger.events["kills in a start"] += 1
             return
-        life = Life(node, ledger, chance.random(), look_back=exact)
+        life = Life(node, ledger, chance.random(), look_back)
         try:
-            ledger.look_at(life.client, exact)
+            ledger.look_at(life.client)
             life.start(lanes)
             until = time.monotonic() + LIFE_SECONDS * chance.random() ** 2
             if meanwhile is not None:
@@ -54,11 +54,11 @@ def sound(node):
     return [line for line in node.lines if any(sign in line for sign in signs)]
 
 
-def _last_start(ledger, exact=True):
+def _last_start(ledger, look_back=True):
     """A start after all kills, looked at in full, and a good end."""
-    life = Life(_node(ledger), ledger, 0, look_back=exact)
+    life = Life(_node(ledger), ledger, 0, look_back)
     try:
-        ledger.look_at(life.client, exact, every_job=True)
+        ledger.look_at(life.client, every_job=True)
     finally:
         life.end(kill=False)
 
@@ -105,8 +105,8 @@ def bags_that_go(setting: Setting) -> Outcome:
             time.sleep(0.3 * chance.random())
 
     for _ in range(number):
-        _one_life(ledger, chance, traffic.WITHOUT_PLATES, exact=False, meanwhile=disturb)
-    _last_start(ledger, exact=False)
+        _one_life(ledger, chance, traffic.WITHOUT_PLATES, look_back=False, meanwhile=disturb)
+    _last_start(ledger, look_back=False)
     return _outcome(ledger, number)
 
 
@@ -128,8 +128,8 @@ def a_disk_that_is_full(setting: Setting) -> Outcome:
     with small_disk(setting.folder / "disk", DISK) as problem:
         if problem:
             return Outcome(0, [f"not tried, since nothing can be mounted here: {problem}"])
-        ledger, chance, number = Ledger(setting.folder / "disk" / "log"), (
-            random.Random(setting.seed)), setting.of(20, 2)
+        ledger = Ledger(setting.folder / "disk" / "log", always_written=False)
+        chance, number = random.Random(setting.seed), setting.of(20, 2)
         ballast = setting.folder / "disk" / "ballast"
 
         def fill(until):
@@ -144,9 +144,9 @@ def a_disk_that_is_full(setting: Setting) -> Outcome:
                     ballast.unlink()
 
         for _ in range(number):
-            _one_life(ledger, chance, traffic.WITHOUT_PLATES, exact=False, meanwhile=fill)
+            _one_life(ledger, chance, traffic.WITHOUT_PLATES, look_back=False, meanwhile=fill)
             for bag in bags_of(ledger.folder)[:-2]:
                 shutil.rmtree(bag)
         ballast.unlink(missing_ok=True)
-        _last_start(ledger, exact=False)
+        _last_start(ledger, look_back=False)
         return _outcome(ledger, number)

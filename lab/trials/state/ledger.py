@@ -37,12 +37,13 @@ class Ledger(Told):
     `allowed`: digests that a part may have by its name, None where it may be gone: one entry once
     that was acknowledged. `lives` of a part begin where it is taken after it was gone. `sent`:
     counts by the second of their stamp, with name, life and numbers by pose. `fitted`: scenes that
-    the plate may have, None where it may have any.
+    the plate may have, None where it may have any. `always_written`: the state's file could be
+    written all the time.
     """
 
-    def __init__(self, folder):
+    def __init__(self, folder, always_written=True):
         super().__init__()
-        self.folder = folder
+        self.folder, self._always_written = folder, always_written
         self.plates = folder.with_name(f"{folder.name}_plates.yaml")
         self.plates.write_text(yaml.safe_dump({"plates": {PLATE: PROFILE}}), "utf-8")
         self.fitted = {_scene(PROFILE)}
@@ -103,13 +104,10 @@ class Ledger(Told):
             totals[name, life].update(numbers)
         return totals
 
-    def look_at(self, client, exact=True, every_job=False):
-        """All that was acknowledged is there, and nothing that nobody sent or counted.
-
-        `exact`: the bags have all counts; else some of them may have gone unrecorded.
-        """
+    def look_at(self, client, every_job=False):
+        """All that was acknowledged is there, and nothing that nobody sent or counted."""
         self._look_at_parts(client)
-        self._look_at_counts(client, exact)
+        self._look_at_counts(client)
         self._look_at_jobs(client, every_job)
         self._look_at_plate(client)
 
@@ -129,16 +127,16 @@ class Ledger(Told):
             self.allowed[name] = {has, self._carried.get(name, has)}
         self.events["parts looked for"] += len(certain)
 
-    def _look_at_counts(self, client, exact):
-        recorded = self.recorded_counts()
+    def _look_at_counts(self, client):
+        """The state has what the bags have, unless it could not be written."""
+        recorded = self.recorded_counts() if self._always_written else defaultdict(Counter)
         for name, life in self.lives.items():
             if not any(sent[:2] == (name, life) for sent in self.sent.values()) or (
                     self.allowed[name] == {None}):
                 continue
             least = recorded[name, life]
-            most = least if exact else sum((Counter(numbers) for who, when, numbers in
-                                            self.sent.values() if (who, when) == (name, life)),
-                                           Counter())
+            most = sum((Counter(numbers) for who, when, numbers in self.sent.values()
+                        if (who, when) == (name, life)), Counter())
             end = time.monotonic() + SETTLED
             while True:
                 (told,) = client.good("get_statistics", part_id=name).statistics

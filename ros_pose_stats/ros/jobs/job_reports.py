@@ -1,8 +1,9 @@
 """What happens to drop simulations is kept, goes on record, to late joiners and to goals."""
 
 import math
+import threading
 import time
-from collections import deque
+from contextlib import suppress
 
 from rclpy.serialization import deserialize_message, serialize_message
 from ros_pose_stats_msgs.msg import DropRecords, JobEvent, PoseStatistics
@@ -16,16 +17,19 @@ from ..recorder import ANSWERS, DROP_RECORDS, JOB_EVENTS
 from ..state import Change
 from .run import Job, JobListener, State as JobState
 
+KEPT = 1000  # finished jobs that can still be asked for
 MOST_ANSWER_BYTES = 256 * 2**20  # of the results of ended jobs; older ones are in the bag only
 SECONDS_BETWEEN = 1.0  # a running job is kept as far as it is this often
+INTERRUPTED = "the node ended before the simulation did"
 
 
-def job_event(job: Job, event: int, message: str = "") -> JobEvent:
-    """The record of something that happened to a job; a pure function but for the time."""
+def job_event(job: Job, event: int | None = None) -> JobEvent:
+    """The record of something that happens to a job; without an event of how it is now."""
     request, scene, known = job.request, job.request.scene, job.known()
     height = scene.drop_height if job.snapshot is None else job.snapshot.drop_height
     report = JobEvent(
-        event=event, job_id=job.job_id, part_id=job.part_id, message=message,
+        event=int(job.state if event is None else event), job_id=job.job_id,
+        part_id=job.part_id, message=job.message,
         refinement=request.refinement, max_seconds=request.max_seconds, drops=request.drops,
         drops_done=job.drops_done, seed=job.seed, target_error=request.target_error,
         restitution=float(scene.restitution), cluster_tolerance=float(scene.cluster_tolerance),
@@ -59,25 +63,44 @@ class JobReports(JobListener):
     def __init__(self, base: Base, stores: result_store.Stores) -> None:
         self._parts, _, self._results, self._announcer = stores
         self._recorder, self._state = base.recorder, base.state
-        self._log = base.node.get_logger().info
+        self._log = base.node.get_logger()
         self._interims: dict[str, tuple[Statistics, PoseStatistics]] = {}
         self._kept_at = 0.0
-        self._answered = deque((row[0], len(row[3])) for row in base.state.rows("jobs") if row[3])
-        self._answer_bytes = sum(size for _, size in self._answered)
+        self.ends: dict[str, JobEvent] = {}  # of the newest jobs that have ended, oldest first
+        self._answers: dict[str, int] = {}  # bytes of their results, as far as these are kept
+        self._lock = threading.Lock()
 
-    def queued(self, job: Job, is_joined: bool = False) -> bool:
-        """Keep the acceptance, on the disk before a client is told of it."""
-        if is_joined:
-            return self._state.commit()
+    def restore(self) -> None:
+        """Know the jobs of earlier runs again; what had not ended is cancelled."""
+        rows: dict[str, tuple[JobEvent, bytes]] = {}
+        for job_id, _, event, answer in self._state.rows("jobs"):
+            with suppress(Exception):  # of the bindings; the checksum was right: it is an old one
+                rows[job_id] = deserialize_message(event, JobEvent), answer
+        cancelled = []
+        for job_id in sorted(rows, key=lambda name: (name.rpartition("_")[0], len(name), name)):
+            event, answer = rows[job_id]
+            if event.event < JobEvent.DONE:
+                event.event, event.message = JobEvent.CANCELLED, INTERRUPTED
+                self._state.put(job_change(event, answer))
+                cancelled.append(event)
+            self._note_end(event, len(answer))
+        self._state.commit()
+        for event in cancelled:
+            self._recorder.record(JOB_EVENTS, serialize_message(event))
+            self._log.warning(f"{event.job_id}: CANCELLED: {INTERRUPTED}")
+
+    def queued(self, job: Job) -> bool:
+        """Keep the acceptance, on the disk before anybody is told of it, and put it on record."""
+        event = job_event(job, JobEvent.QUEUED)
+        kept = self._state.commit(self._state.put(job_change(event)))
         known = self._part_of(job)
         if known is not None:
             self._announcer.introduce(known)
-        recorded, change = self._report(job_event(job, JobEvent.QUEUED))
-        return (not job.asked or self._state.commit(change)) and recorded
+        return self._recorder.record(JOB_EVENTS, serialize_message(event)) and kept
 
     def started(self, job: Job) -> None:
         """Put the start on record."""
-        self._report(job_event(job, JobEvent.RUNNING))
+        self._recorder.record(JOB_EVENTS, serialize_message(job_event(job, JobEvent.RUNNING)))
 
     def progressed(self, job: Job) -> None:
         """Show late joiners how far it is, and keep that, now and then."""
@@ -99,53 +122,53 @@ class JobReports(JobListener):
         self._recorder.record(DROP_RECORDS, serialize_message(message))
 
     def ended(self, job: Job, state: JobState) -> None:
-        """Keep the end and its result, and latch the result."""
-        known, event = self._part_of(job) or job.known(), job_event(job, int(state), job.message)
-        answer, warnings = None, self._warnings(job)
+        """Keep the end and its result, put both on record, and latch the result."""
+        known, event = self._part_of(job) or job.known(), job_event(job, state)
+        answer, warnings, data = None, self._warnings(job), b""
         if job.snapshot is not None and known is not None:
             answer = self._results.number_result(known, job.snapshot, job.settings, job.job_id,
                                                  True, warnings)
-        with self._recorder.step:
-            if answer is not None and known is not None:
-                answer = self._announcer.record(ANSWERS, known, answer)
-            recorded, change = self._report(event, answer)
-        if job.asked or state is JobState.DONE:  # of other ends no client hears
-            recorded = recorded and self._state.commit(change)
+            data = serialize_message(answer)
+        change = job_change(event, data)
+        recorded = self._state.commit(self._state.put(change))
+        if answer is not None and known is not None:
+            answer = self._announcer.record(ANSWERS, known, answer)
+        recorded = self._recorder.record(JOB_EVENTS, serialize_message(event)) and recorded
         if answer is None and not (recorded and job.recorded):
             warnings = warnings or (self._announcer.not_recorded(),)
-            job.message = " ".join(filter(None, (job.message, *warnings)))
-        elif answer is not None and not recorded:
-            answer = self._announcer.warn_unrecorded(answer)
-            self._state.put(job_change(event, serialize_message(answer)))
+            job.message = event.message = " ".join(filter(None, (job.message, *warnings)))
+        elif answer is not None:
+            answer = answer if recorded else self._announcer.warn_unrecorded(answer)
+            data = serialize_message(answer)
+        if job_change(event, data) != change:  # warnings have come since
+            self._state.put(job_change(event, data))
+        self._note_end(event, len(data))
         current = self._part_of(job)
         if answer is not None and current is not None and answer.drops > answer.unsettled:
             self._results.offer_result(current, job.request.scene, answer)
             if job.request.hybrid:
                 self._results.keep_refinement(current, answer, job.request.scene)
-        self._log(f"{job.job_id}: {state.name} after {job.drops_done} of "
+        self._log.info(f"{job.job_id}: {state.name} after {job.drops_done} of "
                   f"{job.request.drops} drops of '{job.part_id}'"
                   + (f": {job.message}" if job.message else ""))
 
-    def forgotten(self, job_id: str) -> None:
-        """Keep nothing of a job any more."""
-        self._state.put(Change("jobs", job_id, None))
-
-    def _report(self, event: JobEvent, result: PoseStatistics | None = None) -> tuple[bool, int]:
-        """Record and keep what happened; whether it is recorded, and the state's change."""
-        answer = b"" if result is None else serialize_message(result)
-        with self._recorder.step:
-            recorded = self._recorder.record(JOB_EVENTS, serialize_message(event))
-            change = self._state.put(job_change(event, answer))
-            if answer:
-                self._answered.append((event.job_id, len(answer)))
-                self._answer_bytes += len(answer)
-            while self._answer_bytes > MOST_ANSWER_BYTES and len(self._answered) > 1:
-                oldest, size = self._answered.popleft()
-                self._answer_bytes -= size
+    def _note_end(self, event: JobEvent, size: int) -> None:
+        """Let the job be asked for that has ended, and forget the oldest beyond the bounds."""
+        with self._lock:
+            self.ends[event.job_id] = event
+            if size:
+                self._answers[event.job_id] = size
+            if len(self.ends) > KEPT:
+                oldest = next(iter(self.ends))
+                del self.ends[oldest]
+                self._answers.pop(oldest, None)
+                self._state.put(Change("jobs", oldest, None))
+            while sum(self._answers.values()) > MOST_ANSWER_BYTES and len(self._answers) > 1:
+                oldest = next(iter(self._answers))
+                del self._answers[oldest]
                 row = self._state.get("jobs", oldest)
                 if row is not None:
                     self._state.put(Change("jobs", oldest, (*row[:3], b"")))
-            return recorded, change
 
     def interim(self, job: Job, snapshot: Statistics) -> PoseStatistics:
         """The message of a running job's statistics so far, made once a snapshot."""
@@ -163,10 +186,13 @@ class JobReports(JobListener):
         """What a job has to show at this time; empty before the first drops."""
         snapshot = job.snapshot
         if job.state.ended:
-            row = self._state.get("jobs", job.job_id)
-            return deserialize_message(row[3], PoseStatistics) if row and row[3] else (
-                PoseStatistics())
+            return self.end_result(job.job_id)
         return PoseStatistics() if snapshot is None else self.interim(job, snapshot)
+
+    def end_result(self, job_id: str) -> PoseStatistics:
+        """The result of a job that has ended; empty where it had none."""
+        row = self._state.get("jobs", job_id)
+        return deserialize_message(row[3], PoseStatistics) if row and row[3] else PoseStatistics()
 
     def _part_of(self, job: Job) -> known_part.KnownPart | None:
         """The known part, as long as it is the part that the job drops."""

@@ -4,7 +4,7 @@ import itertools
 import secrets
 import threading
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from concurrent.futures import Future, wait
 from dataclasses import replace
 from functools import partial
@@ -20,8 +20,6 @@ from .run import GAVE_WAY, Job, JobListener, JobRequest, State, Stop, run_drops
 Run = Callable[[Job, Part, JobListener, Stop], PoseStatistics | FlipStatistics]
 """Computes what a job asks for, as `run_drops` does."""
 
-KEPT = 1000  # finished jobs that can still be asked for
-
 CUT_SHORT = ("TIME_LIMIT", "TARGET_MISSED")  # warnings that are the message of an end
 POLL_SECONDS = 0.02
 LAST_SECONDS = 0.6  # for what runs when the queue is closed; some parts are prepared for minutes
@@ -35,8 +33,7 @@ class Jobs:
         self._run_name, self._listener = run_name, listener
         self._on_failure, self._compute = on_failure, run
         self._numbers = itertools.count(1)
-        self._known: dict[str, Job] = {}
-        self._ended: deque[str] = deque()
+        self._known: dict[str, Job] = {}  # that have not ended
         self._waiting: deque[Job] = deque()
         self.running: Job | None = None
         self._accepting = threading.Lock()
@@ -63,13 +60,9 @@ class Jobs:
                         f"at most {most} simulations waiting (parameter max_queued_jobs)",
                         "a full queue", "wait, or cancel one")
             if twin is not None:
-                if not request.refinement and not twin.asked:  # a client is told of it now
-                    twin.asked = True
-                    twin.recorded = self._listener.queued(twin, True) and twin.recorded
                 return twin
             seed = request.seed or secrets.randbits(32) or 1
-            job = Job(f"{self._run_name}_{next(self._numbers):04d}", request, part, seed, settings,
-                      asked=not request.refinement)
+            job = Job(f"{self._run_name}_{next(self._numbers):04d}", request, part, seed, settings)
             job.recorded = self._listener.queued(job)
             with self._changed:
                 self._known[job.job_id] = job
@@ -81,7 +74,7 @@ class Jobs:
         """Ask a job to end; one that has ended stays as it is."""
         with self._changed:
             job = self._known.get(job_id)
-            if job is None or job.state.ended:
+            if job is None:
                 return
             job.cancel_reason = job.cancel_reason or reason  # the first one stays
             if job not in self._waiting:
@@ -96,21 +89,14 @@ class Jobs:
                 self.cancel(job.job_id, reason)
 
     def get(self, job_id: str) -> Job | None:
-        """A job by its id."""
+        """A job by its id, as long as it has not ended."""
         with self._changed:
             return self._known.get(job_id)
 
     def all(self) -> list[Job]:
-        """All jobs that are known, oldest first."""
+        """All jobs that have not ended, oldest first."""
         with self._changed:
             return list(self._known.values())
-
-    def add_ended(self, jobs: Iterable[Job]) -> None:
-        """Make jobs of an earlier run known."""
-        with self._changed:
-            for job in jobs:
-                self._known[job.job_id] = job
-                self._note_end(job)
 
     def counts(self) -> tuple[int, int]:
         """Jobs waiting for clients, and refinements waiting."""
@@ -186,23 +172,15 @@ class Jobs:
             self._on_failure(f"{job.job_id}: {words_of(error)}")
         with self._changed:
             job.state = state
-            self._note_end(job)
+            del self._known[job.job_id]
         job.release()
         job.finished.set_result(None)
 
-    def _note_end(self, job: Job) -> None:
-        """Forget the job that ended longest ago, if there are too many."""
-        self._ended.append(job.job_id)
-        while len(self._ended) > KEPT:
-            oldest = self._ended.popleft()
-            self._known.pop(oldest, None)
-            self._listener.forgotten(oldest)
-
 
 def _is_twin(request: JobRequest, job: Job) -> bool:
-    """Whether a job that has not ended is what is asked for; what a client asked gives no way."""
+    """Whether a job is what is asked for; what a client asked gives no way."""
     gives_way = job.request.refinement and not (request.refinement or request.hybrid)
-    return not (job.state.ended or job.cancel_reason or gives_way) and (
+    return not (job.cancel_reason or gives_way) and (
         replace(job.request, refinement=request.refinement) == request)
 
 

@@ -83,18 +83,16 @@ class Job:
     flips: FlipStatistics | None = None  # the end result of flips, until it has been told
     message: str = ""  # how it ended
     recorded: bool = True  # whether the acceptance is in the bag and in the state
-    asked: bool = False  # whether a client has been told of it, who may rely on that
     finished: Future[None] = field(default_factory=Future)  # done once its end can be seen
     cancel_reason: str = ""
     ending: bool = False  # whether its end is being told; that happens once
-    name: str = ""  # of a part that has been let go of
     _next_snapshot: float = 0.0
 
     @property
     def part_id(self) -> str:
         """Name of the part; of a nameless one, the name it got, once it is there."""
         known = self.known()
-        return self.request.part_id or (self.name if known is None else known.part_id)
+        return self.request.part_id or ("" if known is None else known.part_id)
 
     def known(self) -> KnownPart | None:
         """The part, if it is there; never waits, also while the job lets go of it."""
@@ -115,8 +113,7 @@ class Job:
             self.drops_per_second, self.snapshot = progress.rate, snapshot
 
     def release(self) -> None:
-        """Let go of the part and of what refers to it: a thousand ended jobs are kept."""
-        self.name = self.part_id
+        """Let go of the part and of what refers to it: goals may hold on to the job."""
         self.part = Future()
         self.snapshot = self.flips = None
 
@@ -135,11 +132,8 @@ class JobListener:
     # shows goals how far a job is: as it begins to run, and some twenty times a second
     follow: Callable[[Job], object] = staticmethod(lambda job: None)
 
-    def queued(self, job: Job, is_joined: bool = False) -> bool:
-        """Accepted; returns when that is kept and on record, false where it cannot be.
-
-        `is_joined`: a client asked for what the node had begun by itself.
-        """
+    def queued(self, job: Job) -> bool:
+        """Accepted; returns when that is kept and on record, false where it cannot be."""
         return True
 
     def started(self, job: Job) -> None:
@@ -152,10 +146,7 @@ class JobListener:
         """Single drops, in order."""
 
     def ended(self, job: Job, state: State) -> None:
-        """Has ended with `state`, which is seen by others once this has returned."""
-
-    def forgotten(self, job_id: str) -> None:
-        """Nobody can ask for it any more."""
+        """Has ended with `state`; who asks for it from now on asks the listener."""
 
 
 Outcome = TypeVar("Outcome", PoseStatistics, FlipStatistics)

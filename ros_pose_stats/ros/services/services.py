@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from ros_pose_stats_msgs import srv
-from ros_pose_stats_msgs.msg import JobStatus, PoseStatistics
+from ros_pose_stats_msgs.msg import JobEvent, JobStatus, PoseStatistics
 
 from ... import errors, methods
 from ...mesh import mass_properties, parts as meshes
@@ -198,38 +198,41 @@ class Services:
 
     def get(self, request: Any, response: Any) -> None:
         """How far a job is."""
-        job = self._job(request.job_id)
-        response.state = int(job.state)
-        response.message = job.message
-        response.drops_done, response.drops_total = job.drops_done, job.request.drops
-        response.statistics = self._reports.current_answer(job)
+        job, event = self._jobs.get(request.job_id), self._event(request.job_id)
+        response.state, response.message = event.event, event.message
+        response.drops_done, response.drops_total = event.drops_done, event.drops
+        response.statistics = (self._reports.end_result(request.job_id) if job is None
+                               else self._reports.current_answer(job))
 
     def list(self, request: Any, response: Any) -> None:
         """All jobs."""
+        present = {job.job_id: job_reports.job_event(job) for job in self._jobs.all()}
         response.jobs = [JobStatus(
-            job_id=job.job_id, part_id=job.part_id, state=int(job.state),
-            drops_done=job.drops_done, drops_total=job.request.drops) for job in self._jobs.all()]
+            job_id=event.job_id, part_id=event.part_id, state=event.event,
+            drops_done=event.drops_done, drops_total=event.drops)
+            for event in (self._reports.ends | present).values()]
         for name in ("job_id", "part_id", "state", "drops_done", "drops_total"):
             setattr(response, name, [getattr(status, name) for status in response.jobs])
 
     def cancel(self, request: Any, response: Any) -> None:
         """Cancel a job; what was done is kept."""
-        job = self._job(request.job_id)
-        ended = job.state.ended
-        self._jobs.cancel(request.job_id, "cancelled by a client")
-        if ended:
+        job, event = self._jobs.get(request.job_id), self._event(request.job_id)
+        if job is None:
             response.success = False
-            response.message = f"{job.job_id} had ended before: {State(job.state).name}"
+            response.message = f"{event.job_id} had ended before: {State(event.event).name}"
         else:
+            self._jobs.cancel(job.job_id, "cancelled by a client")
             wait([job.finished], CANCEL_PATIENCE)
 
-    def _job(self, job_id: str) -> Job:
+    def _event(self, job_id: str) -> JobEvent:
+        """What has happened last to a job, also of an earlier run."""
         job = self._jobs.get(job_id)
-        if job is None:
+        event = self._reports.ends.get(job_id) if job is None else job_reports.job_event(job)
+        if event is None:
             raise errors.RequestError("the job_id of a drop simulation",
                                       part_requests.shown(job_id),
                                       "list_drop_simulations lists those that the node knows")
-        return job
+        return event
 
 
 def check_target(value: float) -> None:

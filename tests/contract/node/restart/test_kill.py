@@ -72,10 +72,12 @@ def test_nothing_acknowledged_is_lost(domain, tmp_path, seed):
         killings.live(0 if number % 4 == 3 else killings.chance.randrange(1, 60))
         killings.told.assert_in(killings.recorded())
         number += 1
-    with NodeProcess(tmp_path, *NAMESPACE) as node:
+    with (NodeProcess(tmp_path, *NAMESPACE) as node,
+          Client(domain, "/killed/pose_stats") as client):
         node.ready()
-    recorded = killings.recorded()
+        recorded = killings.recorded()
+        lives = events(recorded)
+        for job_id in unfinished(lives):  # killed before the end of its job was on record
+            assert client.good("get_drop_simulation", job_id=job_id).state >= DONE
     killings.told.assert_in(recorded)
-    lives = events(recorded)
-    assert unfinished(lives) == set()
-    assert all(len([kind for kind in kinds if kind >= DONE]) == 1 for kinds in lives.values())
+    assert all(len([kind for kind in kinds if kind >= DONE]) <= 1 for kinds in lives.values())

@@ -112,6 +112,8 @@ def lives(begin, domain, folder):
             left.others = shown(guest), guest.call("list_drop_simulations").job_id, other.log
             guest.good("estimate", part=flat(WEDGE, "theirs"))
         left.bag = bags_of(folder)[1]
+        camera.publish(counted(left.first["seen"], [0, 1]))
+        until(lambda: len(recorded(folder, "pose_counts")) == 4, "the last count on record")
         node.kill()
     return left
 
@@ -165,7 +167,7 @@ def third(lives, begin, folder):
 
 
 def test_a_kill_loses_nothing_that_was_acknowledged(lives, third, folder):
-    assert third.shown["simulated"].drops == 20_000 and third.shown["seen"].observed == 101
+    assert third.shown["simulated"].drops == 20_000 and third.shown["seen"].observed == 102
     assert third.shown["own scene"].part_digest == lives.first["own scene"].part_digest
     assert third.job.state == CANCELLED and "the node ended" in third.job.message
     assert lives.bag.name in third.repair and f"{lives.bag.name} mended" in third.log
@@ -186,7 +188,7 @@ def test_bags_may_go_and_a_new_scene_is_estimated(lives, third, begin, folder):
         assert (now["simulated"].job_id, now["simulated"].restitution) == ("", 0.3)
         assert now["simulated"].revision > third.shown["simulated"].revision
         assert now["own scene"].restitution == 0.2
-        assert now["seen"].observed == 101
+        assert now["seen"].observed == 102
         client.good("forget_part", part_id="own scene")
         kept = set(now) - {"own scene"}
         node.kill()
@@ -197,7 +199,7 @@ def test_bags_may_go_and_a_new_scene_is_estimated(lives, third, begin, folder):
         shutil.rmtree(bag)
     with begin() as (_, client):
         until(lambda: shown(client).keys() == kept, "all results")
-        assert latched(client, "seen").observed == 101
+        assert latched(client, "seen").observed == 102
         assert get(client, lives.job_id).state == CANCELLED
     (file,) = folder.glob("lives.*.sqlite3")
     file.write_bytes(file.read_bytes()[:-5000])
