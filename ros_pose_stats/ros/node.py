@@ -74,8 +74,6 @@ class PoseStatsNode(AnsweringNode):
         self.cameras = camera_counts.Cameras(base, stores)
         if settings().restore:
             parts.restore()
-            for known in parts.all():
-                results.restore(known)
         else:
             state.put(*(Change(table, row[0], None) for table in OF_PARTS
                         for row in state.rows(table)))
@@ -104,7 +102,7 @@ class PoseStatsNode(AnsweringNode):
     def start(self) -> None:
         """Latch what an earlier run has latched, and begin to work; kernels are loaded by now."""
         log, parts = self.get_logger(), self.parts.all()
-        shown = {known.part_id: self.results.show_restored(known) for known in parts}
+        shown = {known.part_id: self.results.restore(known) for known in parts}
         if parts:
             log.info(f"{len(parts)} parts of an earlier run are known again")
         self._mending.start()

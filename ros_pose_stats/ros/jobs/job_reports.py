@@ -12,7 +12,7 @@ from ...records import PoseStatistics as Statistics
 from ...simulation.drops import DropChunk
 from ..base import Base
 from ..messages import part_messages, times
-from ..parts import announcer, known_part, result_store
+from ..parts import known_part, result_store
 from ..recorder import ANSWERS, DROP_RECORDS, JOB_EVENTS
 from ..state import Change
 from .run import Job, JobListener, State as JobState
@@ -51,6 +51,11 @@ def drop_records(job: Job, digest: str, chunk: DropChunk) -> DropRecords:
     return record
 
 
+def acceptance(job_id: str) -> tuple[str, int, str]:
+    """What orders jobs as they were accepted."""
+    return job_id.rpartition("_")[0], len(job_id), job_id
+
+
 def job_change(event: JobEvent, answer: bytes = b"") -> Change:
     """What the state keeps of a job: the last that happened to it, and what was done."""
     return Change("jobs", event.job_id, (
@@ -77,7 +82,7 @@ class JobReports(JobListener):
             with suppress(Exception):  # of the bindings; the checksum was right: it is an old one
                 rows[job_id] = deserialize_message(event, JobEvent), answer
         cancelled = []
-        for job_id in sorted(rows, key=lambda name: (name.rpartition("_")[0], len(name), name)):
+        for job_id in sorted(rows, key=acceptance):
             event, answer = rows[job_id]
             if event.event < JobEvent.DONE:
                 event.event, event.message = JobEvent.CANCELLED, INTERRUPTED
@@ -124,19 +129,17 @@ class JobReports(JobListener):
     def ended(self, job: Job, state: JobState) -> None:
         """Keep the end and its result, put both on record, and latch the result."""
         known, event = self._part_of(job) or job.known(), job_event(job, state)
-        answer, warnings, data = None, self._warnings(job), b""
+        answer, data = None, b""
         if job.snapshot is not None and known is not None:
-            answer = self._results.number_result(known, job.snapshot, job.settings, job.job_id,
-                                                 True, warnings)
+            answer = self._results.number_result(known, job.snapshot, job.settings, job.job_id)
             data = serialize_message(answer)
         change = job_change(event, data)
         recorded = self._state.commit(self._state.put(change))
         if answer is not None and known is not None:
             answer = self._announcer.record(ANSWERS, known, answer)
         recorded = self._recorder.record(JOB_EVENTS, serialize_message(event)) and recorded
-        if answer is None and not (recorded and job.recorded):
-            warnings = warnings or (self._announcer.not_recorded(),)
-            job.message = event.message = " ".join(filter(None, (job.message, *warnings)))
+        if answer is None and not recorded:
+            job.message = event.message = f"{job.message} {self._announcer.not_recorded()}".strip()
         elif answer is not None:
             answer = answer if recorded else self._announcer.warn_unrecorded(answer)
             data = serialize_message(answer)
@@ -199,7 +202,3 @@ class JobReports(JobListener):
         known = job.known()
         current = None if known is None else self._parts.current(known.part_id)
         return current if known and current and current.digest == known.digest else None
-
-    def _warnings(self, job: Job) -> tuple[str, ...]:
-        why = announcer.NOT_RECORDED.format("its acceptance could not be")
-        return () if job.recorded else (why,)

@@ -20,8 +20,8 @@ from .times import duration_message, now, time_message
 
 
 def statistics_message(statistics: records.PoseStatistics, frame: str,
-                       warnings: tuple[str, ...] = (), **labels: Any) -> msg.PoseStatistics:
-    """Make the message, with more warnings; `labels`: plate, revision, job_id and final in it."""
+                       **labels: Any) -> msg.PoseStatistics:
+    """Make the message; `labels`: plate, revision, job_id and final in it."""
     message = msg.PoseStatistics()
     message.header.stamp, message.header.frame_id = time_message(now()), frame
     for name in STATISTICS_FIELDS:
@@ -31,8 +31,7 @@ def statistics_message(statistics: records.PoseStatistics, frame: str,
     message.scene = statistics.scene
     message.compute_time = duration_message(statistics.seconds)
     message.poses = [_pose(statistics.part_id, pose) for pose in statistics.poses]
-    message.warnings = [*statistics.warnings, *warnings]
-    message.notes = list(statistics.notes)
+    message.warnings, message.notes = list(statistics.warnings), list(statistics.notes)
     return message
 
 

@@ -5,7 +5,6 @@ import math
 import time
 from collections.abc import Callable
 from concurrent.futures import CancelledError
-from contextlib import suppress
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -47,33 +46,27 @@ class ResultStore:
         self._results: Memory[Key, PoseStatistics] = Memory(
             REMEMBERED_POSES, lambda message: len(message.poses))
 
-    def restore(self, known: KnownPart) -> None:
-        """Give a part what the state has of it: its last result, and what was counted."""
-        row = self._state.get("results", known.part_id)
-        if row is not None:
-            _, latched, model, known.revisions.newest = row
-            known.revisions.shown = known.revisions.newest
-            with suppress(Exception):  # of the bindings: then it is estimated anew
-                last = deserialize_message(latched, PoseStatistics)
-                last.final = True  # nothing is going to refine it any more
-                known.shown = Shown(
-                    last, deserialize_message(model, PoseStatistics) if model else last,
-                    self._settings().scene(known.scene_override))
-        self._counts.restore(known)
-
-    def show_restored(self, known: KnownPart) -> bool:
+    def restore(self, known: KnownPart) -> bool:
         """Latch what an earlier run has latched; whether it holds in the present scene."""
-        shown, settings = known.shown, self._settings()
-        scene = settings.scene(known.scene_override)
-        if shown is None or shown.latched.part_digest != known.digest or not (
-                messages.still_true(shown.model, scene)):
-            known.shown = None
+        self._counts.restore(known)
+        row, revisions = self._state.get("results", known.part_id), known.revisions
+        if row is None:
             return False
-        with known.revisions.lock:
-            model = _labelled(known, settings, shown.model)
-            last = model if shown.latched is shown.model else shown.latched
+        _, latched, behind, revisions.newest = row
+        revisions.shown, settings = revisions.newest, self._settings()
+        scene = settings.scene(known.scene_override)
+        try:
+            last = deserialize_message(latched, PoseStatistics)
+            model = deserialize_message(behind, PoseStatistics) if behind else last
+        except Exception:  # of the bindings: then it is estimated anew
+            return False
+        if last.part_digest != known.digest or not messages.still_true(model, scene):
+            return False
+        with revisions.lock:
+            last.final = True  # nothing is going to refine it any more
+            model = _labelled(known, settings, model)
+            last = last if behind else model
             known.shown = Shown(last, model, scene, time.monotonic())
-            revisions = known.revisions
             revisions.newest = revisions.shown = max(revisions.newest, last.revision)
             observed = last.method == OBSERVED
             if self._counts.counted_as(known, model) != last.observed * observed or (
@@ -182,13 +175,12 @@ class ResultStore:
                       key=messages.known_error)
 
     def number_result(self, known: KnownPart, statistics: records.PoseStatistics,
-                      settings: Settings, job_id: str = "", final: bool = True,
-                      warnings: tuple[str, ...] = ()) -> PoseStatistics:
+                      settings: Settings, job_id: str = "", final: bool = True) -> PoseStatistics:
         """Make the message of a new result of a part, with the error of the settings' plate."""
         if statistics.method != OBSERVED:
             statistics = replace(statistics, plate_error=settings.plate_error)
         return messages.statistics_message(
-            statistics, settings.plate_frame, warnings, plate=settings.plate,
+            statistics, settings.plate_frame, plate=settings.plate,
             revision=known.revisions.next(), job_id=job_id, final=final)
 
     def is_due(self, known: KnownPart, scene: records.DropScene) -> bool:

@@ -3,6 +3,7 @@
 import threading
 import time
 from abc import ABC, abstractmethod
+from contextlib import suppress
 from typing import Any
 
 from rclpy.action import ActionServer, CancelResponse, GoalResponse, server
@@ -29,17 +30,16 @@ RESULT_SECONDS = 900  # results can be asked for this long after the end
 
 
 class GoalServer(ABC):
-    """Ties goals to jobs; one thread waits for the end of the job that runs, none for others."""
+    """Ties goals to jobs; no thread waits for the end of one."""
 
     def __init__(self, node: AnsweringNode, kind: Any, name: str, jobs: Jobs,
                  listener: JobListener) -> None:
         listener.follow = self._follow
         self._node, self._name, self._jobs = node, name, jobs
-        self._goals: dict[str, list[server.ServerGoalHandle]] = {}  # by job
-        self._begun: set[str] = set()  # jobs whose first goal is shown as executing
+        # by job, until it has ended and they have been told
+        self._goals: dict[str, list[server.ServerGoalHandle]] = {}
         # requests that are being accepted, with their jobs or why they are refused
         self._asked: dict[int, tuple[Any, Job | str]] = {}
-        self._ending = 0
         self._lock = threading.Lock()
         self._next_feedback = 0.0
         self._server = ActionServer(
@@ -63,10 +63,10 @@ class GoalServer(ABC):
 
     def wait_for_clients(self) -> None:
         """Give the clients of jobs that have just ended the time to hear of it."""
-        until, ending = time.monotonic() + LAST_SECONDS, self._ending
-        while self._ending and time.monotonic() < until:
+        until, told = time.monotonic() + LAST_SECONDS, bool(self._goals)
+        while self._goals and time.monotonic() < until:
             time.sleep(0.01)
-        if ending:  # the results are on their way
+        if told:  # the results are on their way
             time.sleep(0.1)
 
     def _ask(self, request: Any) -> GoalResponse:
@@ -94,15 +94,16 @@ class GoalServer(ABC):
             goal.execute(lambda handle: self._refuse(handle, answer))
             return
         if answer.state == State.RUNNING:
-            self._begin(answer)
-        answer.finished.add_done_callback(lambda _: self._complete(answer))
+            self._show_executing(goal)
+        answer.finished.add_done_callback(lambda _: self._complete(goal, answer))
 
     def _follow(self, job: Job) -> None:
         """Show goals of a job that runs how far it is."""
-        self._begin(job)
         now = time.monotonic()
         with self._lock:
             goals = list(self._goals.get(job.job_id, ()))
+        for goal in goals:
+            self._show_executing(goal)
         if job.drops_done and goals and now >= self._next_feedback:
             self._next_feedback = now + FEEDBACK_SECONDS
             feedback = self.feedback(job)
@@ -128,37 +129,19 @@ class GoalServer(ABC):
         threading.Thread(target=cancel, daemon=True).start()
         return CancelResponse.ACCEPT
 
-    def _begin(self, job: Job) -> None:
-        """Show the first goal of a job that runs as executing."""
-        with self._lock:
-            goals = self._goals.get(job.job_id)
-            if not goals or job.job_id in self._begun:
-                return
-            self._begun.add(job.job_id)
-            first = goals[0]
-        self._execute(first, job)
+    @staticmethod
+    def _show_executing(goal: server.ServerGoalHandle) -> None:
+        """Do what `goal.execute` does, but for a thread that it takes until the end."""
+        if goal.status == server.GoalStatus.STATUS_ACCEPTED:
+            with suppress(RuntimeError):  # of rcl: cancelled, or shown by another thread, just now
+                goal._update_state(server.GoalEvent.EXECUTE)
 
-    def _complete(self, job: Job) -> None:
-        """End the goals of a job that has ended."""
-        with self._lock:
-            goals = self._goals.pop(job.job_id, [])
-            if job.job_id in self._begun:
-                self._begun.remove(job.job_id)
-                del goals[0]
-        for goal in goals:
-            self._execute(goal, job)
-
-    def _execute(self, goal: server.ServerGoalHandle, job: Job) -> None:
-        """Have the executor wait for the job's end and tell the goal of it."""
-        with self._lock:
-            self._ending += 1
-        try:
-            goal.execute(lambda handle: self._end(handle, job))
-        except RuntimeError:  # of rcl: cancelled just before it was to be shown as executing
-            goal.execute(lambda handle: self._end(handle, job))
+    def _complete(self, goal: server.ServerGoalHandle, job: Job) -> None:
+        """End a goal whose job has ended."""
+        self._show_executing(goal)
+        self._server.notify_execute(goal, lambda handle: self._end(handle, job))
 
     def _end(self, goal: server.ServerGoalHandle, job: Job) -> Any:
-        job.finished.result()
         result = self.result(job, job.state == State.DONE, job.message)
         if result.success:
             goal.succeed()
@@ -167,7 +150,9 @@ class GoalServer(ABC):
         else:
             goal.abort()
         with self._lock:
-            self._ending -= 1
+            self._goals[job.job_id].remove(goal)
+            if not self._goals[job.job_id]:
+                del self._goals[job.job_id]
         return result
 
     def _refuse(self, goal: server.ServerGoalHandle, refusal: str) -> Any:

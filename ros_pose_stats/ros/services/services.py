@@ -207,10 +207,11 @@ class Services:
     def list(self, request: Any, response: Any) -> None:
         """All jobs."""
         present = {job.job_id: job_reports.job_event(job) for job in self._jobs.all()}
+        events = self._reports.ends | present
         response.jobs = [JobStatus(
-            job_id=event.job_id, part_id=event.part_id, state=event.event,
-            drops_done=event.drops_done, drops_total=event.drops)
-            for event in (self._reports.ends | present).values()]
+            job_id=job_id, part_id=events[job_id].part_id, state=events[job_id].event,
+            drops_done=events[job_id].drops_done, drops_total=events[job_id].drops)
+            for job_id in sorted(events, key=job_reports.acceptance)]
         for name in ("job_id", "part_id", "state", "drops_done", "drops_total"):
             setattr(response, name, [getattr(status, name) for status in response.jobs])
 
