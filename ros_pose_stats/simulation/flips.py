@@ -3,7 +3,6 @@
 import math
 import time
 from collections.abc import Callable, Iterable
-from typing import NamedTuple
 
 import numpy as np
 
@@ -132,7 +131,7 @@ def _count(body: drop_body.PreparedBody, scene: DropScene, kick: float, request:
     """Flips (K, 1 + K) out of each pose: given up, and into each pose."""
     poses = len(body.resting.poses)
     rules = drops.drop_rules(scene, body.radius)
-    kicks = kicks_of(body, kick / body.radius)
+    kicks = Kicks(body, kick / body.radius)
 
     def flip(first: int, count: int) -> drops.DropOutcomes:
         return drops.compute_motions(body, rules, kicks.states(request.seed, first, count))
@@ -151,19 +150,28 @@ def _count(body: drop_body.PreparedBody, scene: DropScene, kick: float, request:
     return found.reshape(poses, 1 + poses)
 
 
-class Kicks(NamedTuple):
-    """A plate that kicks the part, lying in any of its poses, at points of the contact polygon."""
+class Kicks:
+    """A plate that kicks the part, lying in any of its poses, at points of the contact polygon.
 
-    body: drop_body.PreparedBody
-    height: float  # energy of a kick over the weight, radii
-    # (T, 3); a triangle of a contact polygon, in principal axes: a corner and the sides that leave
-    # it
-    corner: Array
-    first: Array
-    second: Array
-    # (T,); share of the polygon's area that it and those before it have, plus the pose's index
-    end: Array
-    begin: Array  # (T,); the same without the triangle itself
+    `height`: energy of a kick over the weight, radii.
+    """
+
+    def __init__(self, body: drop_body.PreparedBody, height: float) -> None:
+        self.body, self.height, resting = body, height, body.resting
+        faces = resting.equilibria.faces[resting.clusters.lowest]
+        rows: list[tuple[Array, ...]] = []
+        for pose, face in enumerate(faces.tolist()):
+            polygon = turn_vectors(resting.body.polygon(face), body.axes)
+            first, second = polygon[1:-1] - polygon[0], polygon[2:] - polygon[0]
+            grown = np.cumsum(lengths(np.cross(first, second)))
+            share = np.concatenate(([0.0], grown / grown[-1]))
+            rows.append((np.broadcast_to(polygon[0], first.shape), first, second,
+                         pose + share[1:], pose + share[:-1]))
+        # (T, 3); a triangle of a contact polygon, in principal axes: a corner and the sides that
+        # leave it; (T,): share of the polygon's area that it and those before it have, plus the
+        # pose's index, and the same without itself. Where corners lie on one line both are equal.
+        self.corner, self.first, self.second, self.end, self.begin = map(
+            np.concatenate, zip(*rows, strict=True))
 
     def states(self, seed: int, first: int, count: int) -> Array:
         """States (count, 8) just after kicks from `first` on, all poses in turn.
@@ -195,24 +203,3 @@ class Kicks(NamedTuple):
         out, along = np.sqrt(share)[:, None], draws[:, 1:]
         return np.asarray(self.corner[at] + out * (
             (1.0 - along) * self.first[at] + along * self.second[at]))
-
-
-def kicks_of(body: drop_body.PreparedBody, height: float) -> Kicks:
-    """Prepare the contact polygons of a body."""
-    resting = body.resting
-    faces = resting.equilibria.faces[resting.clusters.lowest]
-    rows: list[Array] = []
-    ends: list[Array] = []
-    for pose, face in enumerate(faces.tolist()):
-        polygon = turn_vectors(resting.body.polygon(face), body.axes)
-        first, second = polygon[1:-1] - polygon[0], polygon[2:] - polygon[0]
-        rows.append(np.stack((np.broadcast_to(polygon[0], first.shape), first, second), axis=1))
-        grown = np.cumsum(lengths(np.cross(first, second)))
-        grown = grown / grown[-1]
-        kept = np.diff(grown, prepend=0.0) > 0.0  # corners on one line span no area
-        rows[-1], grown = rows[-1][kept], grown[kept]
-        grown[-1] = 1.0
-        ends.append(np.stack((pose + np.concatenate(([0.0], grown[:-1])), pose + grown), axis=1))
-    corner, first, second = np.moveaxis(np.concatenate(rows), 1, 0)
-    begin, end = np.concatenate(ends).T
-    return Kicks(body, height, corner, first, second, end, begin)

@@ -5,8 +5,8 @@ import pytest
 from scipy.stats import chi2_contingency
 
 from ros_pose_stats import DropScene, part_from_mesh, simulate, simulate_flips
+from ros_pose_stats.simulation import flips
 from ros_pose_stats.simulation.drop_body import drop_body
-from ros_pose_stats.simulation.flips import kicks_of
 from tests.bodies import random_polyhedron, shapes
 from tests.truth.drops.recorded import EXACT, SURE
 from tests.truth.reference.drop_solver import reference_flip
@@ -22,7 +22,7 @@ class Kicks:
 
     def __init__(self, part, height, seed, count):
         body = drop_body(part, DropScene(cluster_tolerance=0.0, round_sides=0))
-        states = kicks_of(body, height).states(seed, 0, count)
+        states = flips.Kicks(body, height).states(seed, 0, count)
         self.poses = np.arange(count) % len(body.resting.poses)
         self.radius, self.resting = body.resting.body.radius, body.resting
         self.points = (part.surface_vertices - part.center_of_mass) / self.radius
