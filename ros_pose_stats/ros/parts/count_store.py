@@ -9,12 +9,12 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from ros_pose_stats_msgs.msg import PoseCounts, PoseStatistics
 
 from ... import errors, methods, records, text
 from ...planning.confidence import learnt_plate_error, observe_counts, plate_evidence
 from ...recording.analysis.decoding import numbering_of
+from ...records import Array, Index
 from ...records.scene import Numbering
 from ...resting.poses import resting_poses
 from ...statistics.chi_square import homogeneity
@@ -23,9 +23,6 @@ from ..messages import part_requests, statistics_messages
 from ..refusals import Health
 from ..state import Change
 from . import known_part, part_store
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 RECENT = 400  # parts that are compared with all those before
 
@@ -91,21 +88,18 @@ class CellCounts:
         """How the last parts differ from those before beyond chance; empty if they do not."""
         total = self.total
         if total is not self._drift[0]:
-            recent = sum(list(self._recent), 0 * total)
-            self._drift = total, _describe_drift(recent, total - recent)
+            said, recent = "", sum(list(self._recent), 0 * total)
+            before = total - recent
+            enough = min(recent.sum(), before.sum()) >= RECENT
+            # Below 0 it is while a camera counts.
+            if enough and before.min() >= 0 and homogeneity(before, recent).p_value < CHANCE:
+                now, then = recent / recent.sum(), before / before.sum()
+                most = int(np.abs(now - then).argmax())
+                said = (f"of the last {recent.sum()} parts {text.percent(now[most])} % lie in "
+                        f"pose {most}, of the {before.sum()} before {text.percent(then[most])} % "
+                        "did")
+            self._drift = total, said
         return self._drift[1]
-
-
-def _describe_drift(recent: Index, before: Index) -> str:
-    if min(recent.sum(), before.sum()) < RECENT or before.min() < 0:  # a camera counts meanwhile
-        return ""
-    test = homogeneity(before, recent)
-    if not test.p_value < CHANCE:
-        return ""
-    now, then = recent / recent.sum(), before / before.sum()
-    most = int(np.abs(now - then).argmax())
-    return (f"of the last {recent.sum()} parts {text.percent(now[most])} % lie in pose {most}, "
-            f"of the {before.sum()} before {text.percent(then[most])} % did")
 
 
 class CountStore:
