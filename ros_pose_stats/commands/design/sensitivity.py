@@ -45,7 +45,7 @@ def register(commands: given.Commands) -> None:
                          help="with --suggest: write the changed hull as FILE.stl, in millimetres")
     given.add(command, "--png", help="draw where to add to the part and where to take away, as "
               "FILE.png")
-    given.add(command, "--drops", help="drops of each part (default: 2000)")
+    given.add(command, "--drops", default=2000, help="drops of each part (default: %(default)s)")
     given.add(command, *given.SCENE, "--seed", "--workers", "--json")
     command.set_defaults(run=run)
 
@@ -60,15 +60,15 @@ def run(options: argparse.Namespace) -> int:
     picture, hull = (None if name is None else running.output_file(name, (kind,))
                      for kind, name in ((".png", options.png), (".stl", options.stl)))
     from ...design import changes, sensitivity, suggest
+    from ...files import write_file
     from ...resting.poses import resting_poses
 
     part = running.load_part_and_kernels(options)
     if options.suggest:
         changes.check_reach("bound", options.within, resting_poses(
             part, options.cluster_tolerance, options.round_sides).body.radius)
-    keywords = {**given.scene_keywords(options), "workers": options.workers}
-    if options.drops is not None:
-        keywords["drops"] = options.drops
+    keywords = {**given.scene_keywords(options), "workers": options.workers,
+                "drops": options.drops}
     proposed = None
     with running.stop_on_interrupt() as interrupted, running.ProgressBar(sys.stderr) as bar:
         found = sensitivity.sensitivity(
@@ -81,8 +81,19 @@ def run(options: argparse.Namespace) -> int:
                 on_progress=lambda share: bar.draw(share, f"{100.0 * share:.0f} %, suggestion"),
                 should_stop=interrupted, **keywords)
         stopped = interrupted()
+    files: dict[Path, bytes] = {}
     with running.end_on_interrupt():
-        written = _write_files(picture, hull, found, proposed)
+        if picture is not None:
+            from ...plots import changes as drawing, figures
+
+            files[picture] = figures.figure_png(drawing.changes_figure(found))
+        if hull is not None and proposed is not None:
+            from ...mesh.files import stl_bytes
+
+            hulled = proposed.changed.part
+            files[hull] = stl_bytes(1e3 * hulled.vertices, hulled.triangles)
+        for file, content in files.items():
+            write_file(file, content)
     if options.json:
         extra = {} if proposed is None else {"suggestion": proposed.as_dict()}
         running.print_json({**found.as_dict(), **extra}, interrupted=stopped)
@@ -90,29 +101,9 @@ def run(options: argparse.Namespace) -> int:
         lines = sensitivity_table(found)
         if proposed is not None:
             lines[1:1] = suggestion_table(proposed)
-        print("\n".join([*lines, *(f"wrote {file}" for file in written),
+        print("\n".join([*lines, *(f"wrote {file}" for file in files),
                          *(["interrupted"] if stopped else [])]))
     return running.INTERRUPTED if stopped else 0
-
-
-def _write_files(picture: Path | None, hull: Path | None, found: "Sensitivity",
-                 proposed: "Suggestion | None") -> list[Path]:
-    """Write what was asked for and is there; returns the files written."""
-    from ...files import write_file
-
-    written = []
-    if picture is not None:
-        from ...plots import changes, figures
-
-        write_file(picture, figures.figure_png(changes.changes_figure(found)))
-        written.append(picture)
-    if hull is not None and proposed is not None:
-        from ...mesh.files import stl_bytes
-
-        part = proposed.changed.part
-        write_file(hull, stl_bytes(1e3 * part.vertices, part.triangles))
-        written.append(hull)
-    return written
 
 
 MOST_ROWS = 30
