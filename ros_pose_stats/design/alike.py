@@ -3,7 +3,6 @@
 from functools import lru_cache, partial
 
 import numpy as np
-from scipy.sparse import coo_array, csgraph
 from scipy.spatial.distance import cdist
 
 from ..records import Array, Index, Mask
@@ -36,11 +35,7 @@ def first_alike(space: changes.DesignSpace, kept: Mask) -> Index:
     downs = space.resting.downs
     near = (downs @ rotations.transpose(0, 2, 1)) @ downs.T
     keeps = ((near.max(axis=2) > SAME_DOWN) & (kept[near.argmax(axis=2)] == kept)).all(axis=1)
-    images, count = images[keeps], images.shape[1]
-    graph = coo_array((np.ones(images.size), (np.tile(np.arange(count), len(images)),
-                                              images.ravel())), shape=(count, count))
-    _, orbit = csgraph.connected_components(graph, directed=False)
-    return np.asarray(np.unique(orbit, return_index=True)[1][orbit], dtype=np.int64)
+    return np.asarray(images[keeps].min(axis=0))  # they are a group, so these are whole orbits
 
 
 def symmetric_steps(space: changes.DesignSpace, within: float) -> Array:
@@ -73,19 +68,19 @@ def symmetric_steps(space: changes.DesignSpace, within: float) -> Array:
 
 def proper_rotations(space: changes.DesignSpace) -> Array:
     """Rotation group (k, 3, 3) of a part, the identity first; in doubt the identity alone."""
-    identity, found = np.eye(3)[None], space.resting.equilibria
+    identity, found = np.eye(3), space.resting.equilibria
     if found.order.shape[0] > symmetry.MOST_FACES:
-        return identity
+        return identity[None]
     kind = symmetry.kinds_of(found)
     frames = lru_cache(maxsize=None)(partial(symmetry.frame_of, found))
     trial = symmetry.SurfaceTrial(space.part, found.body)
     # Each rotation takes a stable face to one of its kind, so those of the rarest tell them all.
     rarest = np.flatnonzero(kind == np.bincount(kind).argmin()).tolist()
-    held = []
+    held = [identity]
     for other in rarest:
         for rotation in symmetry.candidates(frames, rarest[0], other):
             if trial.effort > symmetry.MOST_EFFORT:
-                return identity
+                return identity[None]
             if trial.holds(rotation):
                 held.append(rotation)
-    return np.concatenate((identity, np.array(held).reshape(-1, 3, 3)))
+    return np.array(held)

@@ -11,7 +11,6 @@ import math
 import time
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -19,7 +18,7 @@ from .. import errors, methods
 from ..records import DropScene, Part, PoseStatistics, scene as scenes, statistics
 from ..resting import poses as stable, trust
 from ..simulation import request, simulate
-from ..statistics import feeding, paired_counts, pose_groups, prefix
+from ..statistics import feeding, pose_groups, prefix
 from . import comparison, correspondence, describe, paired_drops, shares as wanted_shares
 
 FIRST_LOOK = 1250
@@ -103,33 +102,47 @@ def compare(parts: Sequence[Part], wanted: Sequence[int] = (), drops: int = MOST
     resting = _prepared(parts, scene, wanted, plate_error)
     accepted = tuple(sorted(set(map(int, wanted))))
     matches = [correspondence.find_correspondence(resting[0], other) for other in resting[1:]]
-    tests = [test for place, match in enumerate(matches, start=1)
-             for test in _tests(place, match, accepted)]
+    tests = [[*match.matches, *([match.follow(accepted)] if accepted else [])]
+             for match in matches]
 
     turns = [None, *(match.turn for match in matches)]
     judged, afresh = (paired_drops.PairedDrops(parts, scene, each % request.SEEDS, turns)
                       for each in (asked.seed + request.SEEDS // 2, asked.seed))
     most = 2 * asked.drops * len(parts)
-    chances = _judge(judged, tests, plate_error, asked.drops, lambda size: judged.drop_until(
-        size, asked.workers, lambda done: on_progress(done, most), should_stop))
+    verdicts = _judge(judged, tests, bool(accepted), plate_error, asked.drops, (
+        lambda size: judged.drop_until(size, asked.workers, lambda done: on_progress(done, most),
+                                       should_stop)))
     afresh.drop_until(judged.drops, asked.workers, lambda done: on_progress(
         judged.outcome.size + done, most), should_stop)
 
     pairs = afresh if afresh.drops else judged
-    shares = [share._replace(chance=chance, chance_on_plate=on_plate)
-              for share, (chance, on_plate) in zip(
-                  _differences(pairs, tests, plate_error), chances, strict=True)]
-    variants = tuple(_compared(place, match, accepted, list(zip(tests, shares, strict=True)))
-                     for place, match in enumerate(matches, start=1))
-    own = [accepted, *(match.partners(accepted) for match in matches)]
+    variants: list[comparison.VariantComparison] = []
+    for match, listed, shares, judgements in zip(
+            matches, tests, _differences(pairs, tests, plate_error), verdicts, strict=True):
+        told = [share._replace(chance=one.chance, chance_on_plate=one.chance_on_plate)
+                for share, one in zip(shares, judgements, strict=True)]
+        poses = list(map(comparison.PoseComparison, match.matches, told))
+        poses.sort(key=lambda one: (not one.poses.is_pair, -max(one.share.first.value,
+                                                                one.share.second.value)))
+        variants.append(comparison.VariantComparison(
+            len(variants) + 1, match, tuple(poses), comparison.FeederComparison(
+                listed[-1], told[-1], tuple(one for one in accepted if match.partner[one] < 0))
+            if accepted else None))
+    own = [accepted, *(match.follow(accepted).second for match in matches)]
     found = tuple(_statistics(part, pairs, place, own[place]) for place, part in enumerate(parts))
-    return comparison.Comparison(tuple(parts), found, variants, pairs.scene, asked.seed, accepted,
-                                 plate_error, time.perf_counter() - begin)
+    return comparison.Comparison(tuple(parts), found, tuple(variants), pairs.scene, asked.seed,
+                                 accepted, plate_error, time.perf_counter() - begin)
 
 
-def _judge(pairs: paired_drops.PairedDrops, tests: "Sequence[_Test]", plate_error: float,
-           most: int, drop_until: Callable[[int], object]) -> list[tuple[float, float]]:
-    """Drop until the verdicts stand; the chances of each test in the model and on a plate.
+Tests = Sequence[Sequence[correspondence.MatchedPoses]]
+"""Shares that are tested of each variant but the first; that of accepted parts is the last."""
+
+Tested = list[list[comparison.ShareDifference]]
+
+
+def _judge(pairs: paired_drops.PairedDrops, tests: Tests, has_feeder: bool, plate_error: float,
+           most: int, drop_until: Callable[[int], object]) -> Tested:
+    """Drop until the verdicts stand; the differences with their chances.
 
     A look has a share of the 5 % in proportion to its drops: all looks together are wrong in no
     more than 5 %, since the sum of the chances bounds that of any of them.
@@ -137,18 +150,16 @@ def _judge(pairs: paired_drops.PairedDrops, tests: "Sequence[_Test]", plate_erro
     looks = [most]
     while looks[0] >= 2 * FIRST_LOOK:
         looks.insert(0, looks[0] // 2)
-    is_feeder = any(test.is_accepted for test in tests)
-    chances: list[tuple[float, float]] = []
     for size in looks:
         drop_until(size)
-        shares = _differences(pairs, tests, plate_error)
-        chances = _chances(tests, shares, size / sum(looks))
-        differ = {test.second for test, (_, on_plate) in zip(tests, chances, strict=True)
-                  if on_plate <= comparison.LEVEL and test.is_accepted == is_feeder}
-        if pairs.drops < size or len(differ) == len(pairs.parts) - 1 or all(
-                one.difference.high - one.difference.low <= 2.0 * ONE_POINT for one in shares):
+        found = _adjusted(tests, _differences(pairs, tests, plate_error), size / sum(looks))
+        if pairs.drops < size or all(
+                any(one.on_plate == comparison.SHOWN for one in (
+                    some[-1:] if has_feeder else some)) for some in found) or all(
+                one.difference.high - one.difference.low <= 2.0 * ONE_POINT
+                for some in found for one in some):
             break
-    return chances
+    return found
 
 
 def _prepared(parts: Sequence[Part], scene: DropScene, wanted: Sequence[int],
@@ -174,61 +185,23 @@ def _prepared(parts: Sequence[Part], scene: DropScene, wanted: Sequence[int],
     return resting
 
 
-def _compared(second: int, match: correspondence.Correspondence, accepted: tuple[int, ...],
-              results: "list[tuple[_Test, comparison.ShareDifference]]"
-              ) -> comparison.VariantComparison:
-    """What was found of a variant beside the first, pairs of poses and frequent ones first."""
-    mine = [(test, share) for test, share in results if test.second == second]
-    poses = [comparison.PoseComparison(test.poses, share) for test, share in mine
-             if not test.is_accepted]
-    poses.sort(key=lambda one: (not one.poses.is_pair, -max(one.share.first.value,
-                                                            one.share.second.value)))
-    lost = tuple(one for one in accepted if match.partner[one] < 0)
-    feeder = next((comparison.FeederComparison(test.poses, share, lost)
-                   for test, share in mine if test.is_accepted), None)
-    return comparison.VariantComparison(second, match, tuple(poses), feeder)
-
-
-class _Test(NamedTuple):
-    """A share that is tested."""
-
-    second: int  # the variant beside the first
-    poses: correspondence.MatchedPoses
-    is_accepted: bool  # whether it is that of the parts that a feeder accepts
-    key: Hashable  # equal where the same drops decide
-
-
-def _tests(second: int, match: correspondence.Correspondence, accepted: tuple[int, ...]
-           ) -> list[_Test]:
-    """What is tested of a variant: each pose, and what a feeder accepts if one is asked for."""
-    def inside(poses: correspondence.MatchedPoses) -> frozenset[tuple[int, int]]:
-        return frozenset((side, index) for side, those in enumerate(poses) for index in those)
-
-    every = frozenset().union(*map(inside, match.matches))
-    listed = list(match.matches)
-    if accepted:
-        listed.append(correspondence.MatchedPoses(accepted, match.partners(accepted)))
-    # Where some poses gain, all others together lose as much: that is one test, not two.
-    return [_Test(second, poses, place >= len(match.matches),
-                  (second, frozenset((inside(poses), every - inside(poses)))))
-            for place, poses in enumerate(listed)]
-
-
-def _differences(pairs: paired_drops.PairedDrops, tests: Sequence[_Test], plate_error: float
-                 ) -> list[comparison.ShareDifference]:
+def _differences(pairs: paired_drops.PairedDrops, tests: Tests, plate_error: float) -> Tested:
     """What is tested, by some drops."""
-    found = []
-    for test in tests:
-        both = (pairs.is_in(0, test.poses.first), pairs.is_in(test.second, test.poses.second))
-        # A variant that has no such pose never comes to rest in it.
-        first, second = (
-            wanted_shares.counted_share(inside) if poses else feeding.Bounded(0.0, 0.0, 0.0)
-            for inside, poses in zip(both, test.poses, strict=True))
-        difference = paired_counts.paired_difference(*both)
-        is_round = any(pairs.resting[place].body.runs for place in (0, test.second))
-        found.append(comparison.ShareDifference(
-            first, second, difference, EXPORTED if is_round else 0.0,
-            plate_part(0.0 if math.isnan(difference.value) else difference.value, plate_error)))
+    found: Tested = []
+    for variant, listed in enumerate(tests, start=1):
+        found.append([])
+        is_round = any(pairs.resting[place].body.runs for place in (0, variant))
+        for poses in listed:
+            both = (pairs.is_in(0, poses.first), pairs.is_in(variant, poses.second))
+            # A variant that has no such pose never comes to rest in it.
+            first, second = (
+                wanted_shares.counted_share(inside) if some else feeding.Bounded(0.0, 0.0, 0.0)
+                for inside, some in zip(both, poses, strict=True))
+            difference = paired_drops.paired_difference(*both)
+            found[-1].append(comparison.ShareDifference(
+                first, second, difference, EXPORTED if is_round else 0.0,
+                plate_part(0.0 if math.isnan(difference.value) else difference.value,
+                           plate_error)))
     return found
 
 
@@ -237,23 +210,32 @@ def plate_part(difference: float, plate_error: float) -> float:
     return min(math.sqrt(2.0) * plate_error, math.hypot(LEFT * plate_error, KEPT * difference))
 
 
-def _chances(tests: Sequence[_Test], shares: Sequence[comparison.ShareDifference], look: float
-             ) -> list[tuple[float, float]]:
-    """Chance of each difference in the model and on a plate, adjusted for all and for the looks.
+def _adjusted(tests: Tests, found: Tested, look: float) -> Tested:
+    """Differences with their chances in the model and on a plate, for all and for the looks.
 
     `look`: share of the 5 % of this look. What a plate adds is no matter of repeated looks.
     """
-    each = {test.key: share for test, share in zip(tests, shares, strict=True)}
-    alone, of_files = (paired_counts.adjust_together(some).tolist() for some in (
+    # Where some poses gain, all others together lose as much: that is one test, not two.
+    keys: list[list[Hashable]] = []
+    for variant, listed in enumerate(tests):
+        inside = [frozenset((side, index) for side, those in enumerate(poses) for index in those)
+                  for poses in listed]
+        every = frozenset().union(*inside)
+        keys.append([(variant, frozenset((some, every - some))) for some in inside])
+    each = {key: share for some, shares in zip(keys, found, strict=True)
+            for key, share in zip(some, shares, strict=True)}
+    alone, of_files = (paired_drops.adjust_together(some).tolist() for some in (
         [share.difference.p_value for share in each.values()],
         [_chance_beyond(share.difference, share.file_error) for share in each.values()]))
-    chances = {key: (min(1.0, chance / look), min(1.0, max(of_file / look, _chance_beyond(
-        share.difference, math.hypot(share.file_error, share.plate_error)))))
+    chances = {key: {"chance": min(1.0, chance / look), "chance_on_plate": min(1.0, max(
+        of_file / look, _chance_beyond(share.difference, math.hypot(
+            share.file_error, share.plate_error))))}
         for (key, share), chance, of_file in zip(each.items(), alone, of_files, strict=True)}
-    return [chances[test.key] for test in tests]
+    return [[share._replace(**chances[key]) for key, share in zip(some, shares, strict=True)]
+            for some, shares in zip(keys, found, strict=True)]
 
 
-def _chance_beyond(known: paired_counts.PairedDifference, error: float) -> float:
+def _chance_beyond(known: paired_drops.PairedDifference, error: float) -> float:
     """Chance of a difference this large from the drops and a normal error."""
     spread = math.hypot(known.standard_error, error)
     if known.trials == 0 or spread == 0.0:

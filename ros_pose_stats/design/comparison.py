@@ -8,11 +8,12 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from ..records import DropScene, Part, PoseStatistics, statistics
-from ..statistics import feeding, paired_counts
+from ..statistics import feeding
 from ..version import VERSION
+from . import paired_drops
 from .correspondence import Correspondence, MatchedPoses
 
-SHOWN = {True: "difference shown", False: "none shown"}
+SHOWN, NONE_SHOWN = "difference shown", "none shown"
 
 LEVEL = 0.05  # chance that a difference is shown between variants that do not differ
 
@@ -22,7 +23,7 @@ class ShareDifference(NamedTuple):
 
     first: feeding.Bounded  # the shares with their 90 % intervals
     second: feeding.Bounded
-    difference: paired_counts.PairedDifference  # second less first, by the joint counts
+    difference: paired_drops.PairedDifference  # second less first, by the joint counts
     file_error: float  # standard deviation of what the facets of the files add to the difference
     plate_error: float  # the same of the plate
     # that drops differ this much by chance alone, for all differences and looks together
@@ -32,28 +33,18 @@ class ShareDifference(NamedTuple):
     chance_on_plate: float = 1.0
 
     @property
-    def is_in_model(self) -> bool:
-        """Whether the drops show a difference in the model, beyond their chance."""
-        return self.chance <= LEVEL
-
-    @property
-    def is_on_plate(self) -> bool:
-        """Whether a plate is expected to show it, beyond the error of model and plate."""
-        return self.chance_on_plate <= LEVEL
-
-    @property
     def in_model(self) -> str:
-        """In words."""
-        return SHOWN[self.is_in_model]
+        """Whether the drops show a difference in the model, beyond their chance."""
+        return SHOWN if self.chance <= LEVEL else NONE_SHOWN
 
     @property
     def on_plate(self) -> str:
-        """In words."""
-        return SHOWN[self.is_on_plate]
+        """Whether a plate is expected to show it, beyond the error of model and plate."""
+        return SHOWN if self.chance_on_plate <= LEVEL else NONE_SHOWN
 
     def as_dict(self) -> dict[str, Any]:
-        """Plain values for JSON."""
-        found: dict[str, Any] = statistics.plain({
+        """What JSON says of it."""
+        return {
             "probability": [self.first.value, self.second.value],
             "probability_low": [self.first.low, self.second.low],
             "probability_high": [self.first.high, self.second.high],
@@ -62,8 +53,7 @@ class ShareDifference(NamedTuple):
             "standard_error": self.difference.standard_error,
             "model_error": math.hypot(self.file_error, self.plate_error),
             "p_value_in_model": self.chance, "p_value_on_plate": self.chance_on_plate,
-            "in_model": self.in_model, "on_plate": self.on_plate})
-        return found
+            "in_model": self.in_model, "on_plate": self.on_plate}
 
 
 class PoseComparison(NamedTuple):
@@ -107,18 +97,18 @@ class VariantComparison:
         """What the verdict is about: what is accepted, else the largest difference shown."""
         if self.feeder is not None:
             return self.feeder.share
-        return max(self.shares, key=lambda one: (one.is_on_plate, one.is_in_model,
-                                                 abs(one.difference.value)))
+        return max(self.shares, key=lambda one: (
+            one.on_plate == SHOWN, one.in_model == SHOWN, abs(one.difference.value)))
 
     @property
     def in_model(self) -> str:
         """Whether any share differs in the model, by more than the chance of the drops."""
-        return SHOWN[any(one.is_in_model for one in self.shares)]
+        return SHOWN if any(one.chance <= LEVEL for one in self.shares) else NONE_SHOWN
 
     @property
     def on_plate(self) -> str:
         """Whether any share is expected to differ on a plate."""
-        return SHOWN[any(one.is_on_plate for one in self.shares)]
+        return SHOWN if any(one.chance_on_plate <= LEVEL for one in self.shares) else NONE_SHOWN
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values for JSON."""

@@ -5,13 +5,13 @@ do not match at all, footprint and height alone decide, and that is said.
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from ..records import Array, Index, Mask
+from ..records import Array, Index
 from ..resting.poses import RestingPoses
 from ..simulation.drops import random_starts
 from ..statistics import feeding_plan
@@ -69,9 +69,10 @@ class Correspondence:
         return 0.0 if self.turn is None else math.acos(
             min(1.0, max(-1.0, 0.5 * (float(np.trace(self.turn)) - 1.0))))
 
-    def partners(self, poses: Sequence[int]) -> tuple[int, ...]:
-        """Poses of the second variant that some of the first are, rising."""
-        return tuple(sorted({int(one) for one in self.partner[list(poses)] if one >= 0}))
+    def follow(self, poses: tuple[int, ...]) -> MatchedPoses:
+        """Some poses of the first variant, and what they are in the second, rising."""
+        return MatchedPoses(poses, tuple(sorted(
+            {int(one) for one in self.partner[list(poses)] if one >= 0})))
 
 
 def find_correspondence(first: RestingPoses, second: RestingPoses) -> Correspondence:
@@ -113,26 +114,18 @@ def find_turn(first: RestingPoses, second: RestingPoses) -> tuple[Array | None, 
     if np.abs(away - shifted).max() <= SAME_BODY:
         return None, False
     footprint = _size_ratios(first, second, FOOTPRINT) <= SAME_SIZE
-    ways = [(float(np.abs(apart(turn)).max()), _count_alike(first, second, footprint, turn), turn)
-            for turn in _turns(first, second)]
-    if not ways:
-        return None, False
-    misfit, _, turn = min(ways, key=lambda way: way[0])
-    if misfit <= SAME_BODY:
-        one = first.body.radius ** 2 * (turn @ first.inertia @ turn.T)
-        other = second.body.radius ** 2 * second.inertia
-        if np.abs(one - other).max() <= SAME_INERTIA * np.abs(one).max():
-            return turn, True
-    _, alike, turn = max(ways, key=lambda way: (way[1], -way[0]))
-    enough = max(LEAST_ALIKE, MOSTLY * min(len(first.poses), len(second.poses)),
-                 2 * _count_alike(first, second, footprint, np.eye(3)))
-    return (turn, False) if alike >= enough else (None, False)
-
-
-def _count_alike(first: RestingPoses, second: RestingPoses, footprint: Mask, turn: Array) -> int:
-    """Poses of the first variant that, turned, are nearly one of the second."""
-    near = (first.downs @ turn.T) @ second.downs.T >= NEARLY
-    return int((near & footprint).any(axis=1).sum())
+    ways = []
+    for turn in (np.eye(3), *_turns(first, second)):
+        near = (first.downs @ turn.T) @ second.downs.T >= NEARLY
+        ways.append((int((near & footprint).any(axis=1).sum()),
+                     float(np.abs(apart(turn)).max()), turn))
+    alike, misfit, turn = max(ways, key=lambda way: (way[0], -way[1]))
+    one = first.body.radius ** 2 * (turn @ first.inertia @ turn.T)
+    other = second.body.radius ** 2 * second.inertia
+    same_body = misfit <= SAME_BODY and (
+        np.abs(one - other).max() <= SAME_INERTIA * np.abs(one).max())
+    enough = max(LEAST_ALIKE, MOSTLY * min(len(first.poses), len(second.poses)), 2 * ways[0][0])
+    return (turn, bool(same_body)) if same_body or alike >= enough else (None, False)
 
 
 def _turns(first: RestingPoses, second: RestingPoses) -> Iterator[Array]:
@@ -159,18 +152,14 @@ def _frame(first: Array, second: Array) -> Array:
 
 
 def _size_ratios(first: RestingPoses, second: RestingPoses, which: slice = slice(None)) -> Array:
-    """Largest logarithm (P, Q) of the ratio of two poses' sizes."""
-    one, other = (np.log(_sizes(resting)[:, which]) for resting in (first, second))
-    return np.asarray(np.abs(one[:, None] - other[None]).max(axis=2))
+    """Largest logarithm (P, Q) of the ratio of two poses' sizes, all of them lengths.
 
-
-def _sizes(resting: RestingPoses) -> Array:
-    """Area and girth of the outline and highest point, and the height, all as lengths, (P, 4)."""
-    rows = []
-    for pose in resting.poses:
-        area, girth = feeding_plan.area_and_length(pose.outline)
-        rows.append((math.sqrt(area), girth, pose.top, pose.height))
-    return np.array(rows)
+    They are those of the outline's area, its girth, the highest point and the height.
+    """
+    one, other = (np.log([(math.sqrt(area), girth, pose.top, pose.height) for pose in resting.poses
+                          for area, girth in [feeding_plan.area_and_length(pose.outline)]])
+                  for resting in (first, second))
+    return np.asarray(np.abs(one[:, None, which] - other[None, :, which]).max(axis=2))
 
 
 def _join_alike(first: RestingPoses, second: RestingPoses, partner: Index

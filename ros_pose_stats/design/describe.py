@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..records import Array, statistics
-from ..statistics import paired_counts
 from ..text import listed, name_poses, points, several
-from . import changes, comparison
+from . import changes, comparison, paired_drops
 
 if TYPE_CHECKING:
     from . import sensitivity
@@ -49,7 +48,7 @@ def describe_gain(found: "sensitivity.Sensitivity") -> str:
     """
     best = [(one, "") for one in found.best]
     if found.checked:
-        chances = paired_counts.adjust_together([check.p_value for _, check in found.checked])
+        chances = paired_drops.adjust_together([check.p_value for _, check in found.checked])
         best = [(one, f", {points(check.value)} by drops ({points(check.low)} to "
                       f"{points(check.high)})")
                 for (one, check), chance in zip(found.checked, chances, strict=True)
@@ -75,7 +74,7 @@ def feature_as_dict(space: changes.DesignSpace, number: int) -> dict[str, Any]:
             "size": feature.size * radius ** 2, "unit": "m" if feature.is_length else "1"}
 
 
-def difference_as_dict(found: paired_counts.PairedDifference) -> dict[str, Any]:
+def difference_as_dict(found: paired_drops.PairedDifference) -> dict[str, Any]:
     """What JSON says of a difference."""
     return {"change": found.value, "standard_error": found.standard_error, "low": found.low,
             "high": found.high, "drops": found.trials, "p_value": found.p_value}
@@ -84,8 +83,8 @@ def difference_as_dict(found: paired_counts.PairedDifference) -> dict[str, Any]:
 letter = "ABCDEFGHIJKLMNOPQRSTUVWXYZ".__getitem__
 """Name of a variant by its place, from A on."""
 
-ON_PLATE = {True: "large enough to expect on a real plate",
-            False: "shown in the model, too small to expect on a real plate"}
+ON_PLATE = {comparison.SHOWN: "large enough to expect on a real plate",
+            comparison.NONE_SHOWN: "shown in the model, too small to expect on a real plate"}
 
 
 def describe_verdict(found: comparison.Comparison, one: comparison.VariantComparison) -> str:
@@ -94,9 +93,8 @@ def describe_verdict(found: comparison.Comparison, one: comparison.VariantCompar
     share = one.deciding
     if not found.drops:
         return f"A and {other}: not dropped yet"
-    if not share.is_in_model:
+    if share.in_model == comparison.NONE_SHOWN:
         if one.feeder is not None:
-            share = one.feeder.share
             return (f"{found.drops} drops of each show no difference in feeding: "
                     f"{_percent(share.second.value)} of {other} accepted, "
                     f"{_percent(share.first.value)} of A ({_points(share, 1.0)})")
@@ -109,12 +107,12 @@ def describe_verdict(found: comparison.Comparison, one: comparison.VariantCompar
                  else f"{name} has no such pose" for name, side, some in zip(
                      (other, "A"), (share.second, share.first), poses[::-1], strict=True)]
         return (f"{other} differs from A, most here: {', '.join(sides)} "
-                f"({_points(share, 1.0)}); {ON_PLATE[share.is_on_plate]}")
+                f"({_points(share, 1.0)}); {ON_PLATE[share.on_plate]}")
     values = (share.second.value, share.first.value)
     better, sign = (other, 1.0) if share.difference.value >= 0.0 else ("A", -1.0)
     rest = "A" if sign > 0.0 else other
     return (f"{better} feeds better: {_percent(max(values))} accepted, {rest} "
-            f"{_percent(min(values))} ({_points(share, sign)}); {ON_PLATE[share.is_on_plate]}")
+            f"{_percent(min(values))} ({_points(share, sign)}); {ON_PLATE[share.on_plate]}")
 
 
 def _percent(share: float) -> str:

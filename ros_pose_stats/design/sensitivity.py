@@ -17,8 +17,8 @@ from .. import errors, methods, tolerances, version
 from ..estimators import estimate_in
 from ..records import DropScene, Part, scene as scenes, statistics
 from ..simulation.request import drop_request
-from ..statistics import feeding, paired_counts, pose_groups
-from . import alike, changes, describe, shares
+from ..statistics import feeding, pose_groups
+from . import alike, changes, describe, paired_drops, shares
 
 STEP = 0.05
 """Of the radius, and of stretching as a fraction: a change that a designer would make. What less
@@ -52,7 +52,7 @@ class Effect:
     change: float  # estimated change of the share by that step
     lost: tuple[int, ...] = ()  # wanted poses that are gone after that step
     # the same change by drops; None where it was not checked
-    check: paired_counts.PairedDifference | None = None
+    check: paired_drops.PairedDifference | None = None
 
     @property
     def helps(self) -> bool:
@@ -95,7 +95,7 @@ class Sensitivity:
         return [one for one in self.effects if one.helps]  # they are in that order
 
     @property
-    def checked(self) -> list[tuple[Effect, paired_counts.PairedDifference]]:
+    def checked(self) -> list[tuple[Effect, paired_drops.PairedDifference]]:
         """Effects with their checks, in the same order."""
         return [(one, one.check) for one in self.best if one.check is not None]
 
@@ -179,29 +179,28 @@ def sensitivity(part: Part, wanted: Sequence[int], *, step: float | None = None,
     estimated = estimate_in(part, model.scene, methods.AUTO)
     effects = _effects(space, model, reach, asked.workers,
                        lambda share: on_progress(0.5 * share), should_stop)
-    found = Sensitivity(space, model.wanted, model.scene, estimated.method, feeding.drop_afresh(
-        pose_groups.pose_shares(estimated), model.wanted).accepted, reach, effects, asked.drops,
-        asked.seed, 0.0, (*estimated.warnings,
-                          *pose_groups.warn_of_alike(estimated, model.wanted)))
-    best, known = found.best[:checks], {}
-    for place, one in enumerate(best):
+    best = [place for place, one in enumerate(effects) if one.helps][:checks]
+    for number, place in enumerate(best):
         if should_stop():
             break
 
-        def tell(done: int, before: int = 2 * place * asked.drops) -> None:
+        def tell(done: int, before: int = 2 * number * asked.drops) -> None:
             on_progress(0.5 + 0.25 * (before + done) / (asked.drops * len(best)))
 
+        one = effects[place]
         before, after = model.drop(
             [space.change_one(one.number, step) for step in (0.0, one.step)], asked.drops,
-            asked.seed, asked.workers, tell, should_stop, place * asked.drops)
-        known[one.number] = replace(one, check=paired_counts.paired_difference(before, after))
-    return replace(found, effects=tuple(known.get(one.number, one) for one in effects),
-                   seconds=time.perf_counter() - begin)
+            asked.seed, asked.workers, tell, should_stop, number * asked.drops)
+        effects[place] = replace(one, check=paired_drops.paired_difference(before, after))
+    return Sensitivity(space, model.wanted, model.scene, estimated.method, feeding.drop_afresh(
+        pose_groups.pose_shares(estimated), model.wanted).accepted, reach, tuple(effects),
+        asked.drops, asked.seed, time.perf_counter() - begin, (
+            *estimated.warnings, *pose_groups.warn_of_alike(estimated, model.wanted)))
 
 
 def _effects(space: changes.DesignSpace, model: shares.WantedShare, reach: float, workers: int,
              on_progress: Callable[[float], object], should_stop: Callable[[], bool]
-             ) -> tuple[Effect, ...]:
+             ) -> list[Effect]:
     """Effects of all features; those of which no body remains after the step are left out."""
     first = alike.first_alike(space, model.kept)
     numbers, base = np.unique(first).tolist(), model.estimate(space.change_one(0, 0.0))
@@ -229,5 +228,4 @@ def _effects(space: changes.DesignSpace, model: shares.WantedShare, reach: float
     with ThreadPoolExecutor(workers) as pool:
         found = [effect for some in pool.map(effect_of, numbers) for effect in some]
     rank = tolerances.number_equal([-abs(effect.change) for effect in found], SAME_CHANGE)
-    return tuple(found[k] for k in sorted(range(len(found)),
-                                          key=lambda k: (rank[k], found[k].number)))
+    return [found[k] for k in sorted(range(len(found)), key=rank.__getitem__)]

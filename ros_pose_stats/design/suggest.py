@@ -15,8 +15,8 @@ from .. import errors, tolerances
 from ..records import Array, DropScene, Part, scene as scenes, statistics
 from ..resting.convex_body import convex_body
 from ..simulation.request import drop_request
-from ..statistics import feeding, paired_counts
-from . import alike, changes, describe, sensitivity, shares
+from ..statistics import feeding
+from . import alike, changes, describe, paired_drops, sensitivity, shares
 
 GAIN_DROPS = 2000  # drops that tell the gains, of the part as it is and after each step
 MOST_STEPS = 3
@@ -32,7 +32,7 @@ class Step(NamedTuple):
 
     moves: Array  # (n,); of each feature, metres or a fraction; those that symmetry ties together
     estimated: float  # gain over the steps before
-    gain: paired_counts.PairedDifference  # the same by drops
+    gain: paired_drops.PairedDifference  # the same by drops
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +49,7 @@ class Suggestion:
     after: float
     lost: tuple[int, ...]  # wanted poses that are gone
     # by drops, from the same starts, none of which chose the change
-    gain: paired_counts.PairedDifference
+    gain: paired_drops.PairedDifference
     dropped_before: feeding.Bounded  # shares by these drops
     dropped_after: feeding.Bounded
     drops: int
@@ -126,12 +126,12 @@ def suggest(part: Part, wanted: Sequence[int], within: float, *, drops: int = GA
     dropped = model.drop(parts, asked.drops, asked.seed, asked.workers, lambda done: on_progress(
         0.5 + 0.5 * done / (asked.drops * len(parts))), should_stop)
     steps = tuple(Step(move, estimates[k + 1] - estimates[k],
-                       paired_counts.paired_difference(dropped[k], dropped[k + 1]))
+                       paired_drops.paired_difference(dropped[k], dropped[k + 1]))
                   for k, move in enumerate(moves))
     return Suggestion(
         space, within, steps, parts[-1], outline_move(space, parts[-1]),
         center_move(space, parts[-1]), estimates[0], estimates[-1], model.lost(parts[-1]),
-        paired_counts.paired_difference(dropped[0], dropped[-1]),
+        paired_drops.paired_difference(dropped[0], dropped[-1]),
         shares.counted_share(dropped[0]), shares.counted_share(dropped[-1]), dropped.shape[1],
         asked.seed, time.perf_counter() - begin)
 

@@ -189,7 +189,7 @@ def _first(found: PoseStatistics, poses: tuple[int, ...]) -> StablePose | None:
 
 def _verdict(pose: comparison.PoseComparison) -> str:
     """What is to be read of a pose at a glance."""
-    if pose.share.is_in_model and not pose.share.is_on_plate:
+    if (pose.share.in_model, pose.share.on_plate) == (comparison.SHOWN, comparison.NONE_SHOWN):
         return "shown in the model only"
     return pose.share.in_model
 

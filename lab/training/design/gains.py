@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ros_pose_stats.design.paired_drops import paired_difference
 from ros_pose_stats.design.suggest import suggest
-from ros_pose_stats.statistics.paired_counts import paired_difference
 
 from .bodies import Case
 

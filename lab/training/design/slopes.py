@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ros_pose_stats.design.changes import ChangedPart
+from ros_pose_stats.design.paired_drops import paired_difference
 from ros_pose_stats.design.sensitivity import STEP, effect_error
 from ros_pose_stats.errors import MeshError
-from ros_pose_stats.statistics.paired_counts import paired_difference
 
 from .bodies import Case
 
