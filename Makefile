@@ -12,15 +12,15 @@ $(READY): .ci/setup .ci/requirements.txt .ci/requirements-ros.txt .ci/constraint
 demo: $(READY)
 	bash .ci/demo
 
-# One worker more than cores: the tests of nodes wait for most of their time. A worker keeps to
-# whole files while it can, so that what a file has made once serves all of its tests.
-PYTEST := .venv/bin/python -m pytest -n $$(($$(nproc) + 1)) --dist worksteal
+# One worker more than cores: the tests of nodes wait for most of their time. Those of a quick
+# file share what it has made once, and those of nodes come first; long tests take minutes each.
+PYTEST := .venv/bin/python -m pytest -n $$(($$(nproc) + 1))
 
 test: lint
-	$(PYTEST) -m "not long"
+	$(PYTEST) --dist loadfile --no-loadscope-reorder -m "not long"
 
 test-all: test
-	$(PYTEST) -m long
+	$(PYTEST) --dist worksteal -m long
 	for name in fuzz attacks soak state; do .venv/bin/python -m lab.trials.$$name --short || exit 1; done
 
 lint: $(READY)

@@ -2,7 +2,7 @@
 
 `HYPOTHESIS_PROFILE=search pytest ...` tries many more examples, different in every run. At its
 end a run says how many processes its tests started, and lists them in the file `STARTS_LOG`;
-a whole quick run that starts more than `MOST_STARTS` fails.
+a whole quick run of up to three workers, who have a node each, fails at more than `MOST_STARTS`.
 """
 
 import os
@@ -79,11 +79,11 @@ def pytest_sessionfinish(session):
         return
     config.stash[COUNT_KEY] += COUNT.starts
     whole = config.option.markexpr == "not long" and config.args == config.getini("testpaths")
-    if whole and config.stash[COUNT_KEY] > MOST_STARTS:
+    if whole and (config.option.numprocesses or 1) <= 3 and config.stash[COUNT_KEY] > MOST_STARTS:
         session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
 
 def pytest_terminal_summary(terminalreporter, config):
     terminalreporter.write_line(
-        f"{config.stash[COUNT_KEY]} processes started by tests; a whole quick run may start "
-        f"{MOST_STARTS}")
+        f"{config.stash[COUNT_KEY]} processes started by tests; a whole quick run by three workers "
+        f"may start {MOST_STARTS}")

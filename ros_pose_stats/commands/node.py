@@ -15,7 +15,7 @@ INTERFACES = "ros_pose_stats_msgs"
 
 
 def prepare_ros() -> None:
-    """Check that ROS is there, and keep linear algebra off the cores that simulate."""
+    """Check that ROS is there; keep linear algebra off the cores, and DDS off what is printed."""
     if find_spec("rclpy") is None:
         raise RequestError("ROS 2 Jazzy to be importable", "no module rclpy",
                            "source /opt/ros/jazzy/setup.bash, or run `make setup` and use .venv")
@@ -25,6 +25,12 @@ def prepare_ros() -> None:
             "build it: `make setup`, or in a workspace `colcon build --base-paths . msg_defs`")
     if "numpy" not in sys.modules:
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    if sys.stdout is sys.__stdout__ and sys.__stderr__ is not None:
+        # The middleware writes its errors to descriptor 1, where a command prints its answer.
+        answers = os.dup(1)
+        os.dup2(2, 1)
+        sys.stdout = open(answers, "w", buffering=1 if sys.stdout.isatty() else -1,
+                          encoding=sys.stdout.encoding, errors="backslashreplace")
 
 
 def ros_arguments(program: str, rest: list[str]) -> list[str]:
