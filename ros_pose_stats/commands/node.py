@@ -5,6 +5,7 @@ import os
 import sys
 from dataclasses import replace
 from importlib.util import find_spec
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ INTERFACES = "ros_pose_stats_msgs"
 
 
 def prepare_ros() -> None:
-    """Check that ROS is there; keep linear algebra off the cores, and DDS off what is printed."""
+    """Check that ROS is there; linear algebra keeps off the cores, errors of DDS off answers."""
     if find_spec("rclpy") is None:
         raise RequestError("ROS 2 Jazzy to be importable", "no module rclpy",
                            "source /opt/ros/jazzy/setup.bash, or run `make setup` and use .venv")
@@ -26,18 +27,14 @@ def prepare_ros() -> None:
     if "numpy" not in sys.modules:
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     if sys.stdout is sys.__stdout__ and sys.__stderr__ is not None:
-        # The middleware writes its errors to descriptor 1, where a command prints its answer.
-        answers = os.dup(1)
+        sys.stdout = os.fdopen(os.dup(1), "w", 1, sys.stdout.encoding, "backslashreplace")
         os.dup2(2, 1)
-        sys.stdout = open(answers, "w", buffering=1 if sys.stdout.isatty() else -1,
-                          encoding=sys.stdout.encoding, errors="backslashreplace")
 
 
 def ros_arguments(program: str, rest: list[str]) -> list[str]:
     """Arguments for rclpy, of which there is nothing before `--ros-args`."""
-    files = [rest[k + 1] for k, word in enumerate(rest[:-1]) if word == "--params-file"]
-    for file in files:
-        if not Path(file).is_file():
+    for option, file in pairwise(rest):
+        if option == "--params-file" and not Path(file).is_file():
             raise RequestError("a file after --params-file", f"'{file}', which is none",
                                "check the path")
     if rest and rest[0] != "--ros-args":
@@ -88,8 +85,7 @@ def register_publish(commands: given.Commands) -> None:
     command = commands.add_parser(
         "publish", help="send a part to the node and print its answer",
         description="Publish a mesh file as PartMesh, latched, and print what the node answers. "
-        "After five seconds without an answer it says so and publishes on, so that a node "
-        "that starts later gets the part too.",
+        "After five seconds without an answer it publishes on, for a node that starts later.",
         examples=("ros_pose_stats publish demo/clamp.stl --unit mm",
                   "ros_pose_stats publish demo/clamp.stl --unit mm --mass 0.06 --restitution 0.3"))
     given.add_part(command)

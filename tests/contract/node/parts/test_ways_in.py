@@ -81,11 +81,10 @@ def test_standard_meshes_on_mesh_topics(workshop, topic, part_id, is_latched):
 def test_a_mesh_by_the_file_that_holds_it(cell, clamp):
     """With its unit, in a topic and in a request; refused where there is no such file."""
     part_id, resource = new_id(), clamp.as_uri()
-    MeshPublisher(cell).matched().publish(
-        PartMesh(part_id=part_id, unit=0.001, mesh_resource=resource))
+    sent = PartMesh(part_id=part_id, unit=0.001, mesh_resource=resource)
+    MeshPublisher(cell).matched().publish(sent)
     digest = load_part(clamp, "mm").digest
     assert latched(cell, part_id).part_digest == digest
-    sent = PartMesh(part_id=part_id, unit=0.001, mesh_resource=resource)
     assert cell.good("estimate", part=sent).statistics.part_digest == digest
     for name, said in (("file:///nowhere/part.stl", "No such file"), ("part.stl", "file:///FILE"),
                        ("package://no_such_package/part.stl", "a package that is installed")):
@@ -187,8 +186,7 @@ class TestTheCommand:
             first = json.loads(shown.says(""))
             cell.good("forget_part", part_id=part_id)
             last = json.loads(shown.says(""))
-            status, complained = shown.end()
-        assert status == 0 and all("XMLPARSER" in line for line in complained)
+            assert shown.end()[0] == 0
         assert first["poses"] and not last["poses"] and "FORGOTTEN" in last["warnings"][0]
 
     @pytest.mark.parametrize("content", [
