@@ -26,7 +26,7 @@ def prepare_ros() -> None:
             "build it: `make setup`, or in a workspace `colcon build --base-paths . msg_defs`")
     if "numpy" not in sys.modules:
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    if sys.stdout is sys.__stdout__ and sys.__stderr__ is not None:
+    if sys.__stdout__ is sys.stdout is not None and sys.__stderr__ is not None:
         sys.stdout = os.fdopen(os.dup(1), "w", 1, sys.stdout.encoding, "backslashreplace")
         os.dup2(2, 1)
 
