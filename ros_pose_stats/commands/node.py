@@ -112,15 +112,18 @@ def run_publish(options: argparse.Namespace) -> int:
     part_id = options.part_id or Path(options.part).stem
     part, message = read_part(options.part, options.unit, options.com, part_id, options.mass,
                               options.density)
-    found = publish_part(part, message, options.restitution, options.drop_height, options.topic,
-                         options.seconds, arguments,
-                         lambda line: print(line, file=sys.stderr if options.json else sys.stdout,
-                                            end="\n\n", flush=True),
-                         lambda line: print(line, file=sys.stderr))
-    if found is not None:
+    status = running.INTERRUPTED
+    for found in publish_part(
+            part, message, options.restitution, options.drop_height, options.topic,
+            options.seconds, arguments,
+            lambda line: print(line, file=sys.stderr if options.json else sys.stdout, end="\n\n",
+                               flush=True),
+            lambda line: print(line, file=sys.stderr)):
         warnings = dict.fromkeys((*part.warnings, *found.warnings))
         _print_result(replace(found, warnings=tuple(warnings)), part, options)
-    return running.INTERRUPTED if found is None else 0
+        sys.stdout.flush()
+        status = 0
+    return status
 
 
 def register_show(commands: given.Commands) -> None:

@@ -17,7 +17,7 @@ from ..records import DropScene, Part, PoseStatistics, scene as scenes
 from .messages import part_messages, part_requests, times
 from .messages.statistics_messages import statistics_of_message
 from .parts import part_builder
-from .stop_signals import StopSignals
+from .stop_signals import StopSignals, kill_after
 
 PATIENCE = 5.0  # seconds that a node is given to answer
 UNCHECKED = 1.5  # seconds after which no more comes than an estimate without drops
@@ -37,16 +37,19 @@ def ros_node(name: str, arguments: Sequence[str]) -> Iterator[tuple[nodes.Node, 
     except Exception as error:  # what rcl raises for arguments it cannot parse has no base
         raise RequestError("ROS arguments that rcl can read", str(error),
                            "for instance --ros-args -r __ns:=/cell") from error
+    node = None
     try:
         node = rclpy.create_node(name)
         yield node, stop
-        node.destroy_node()
     except RequestError:
         raise
     except (exceptions.NameValidationException, ValueError) as error:
         raise RequestError("the name of a ROS topic or node", str(error),
                            "for instance /pose_stats") from error
     finally:
+        kill_after(PATIENCE)
+        if node is not None:
+            node.destroy_node()
         rclpy.try_shutdown()
 
 
@@ -75,8 +78,8 @@ def read_part(file: str, unit: str | None, center_of_mass: Sequence[float] | Non
 
 def publish_part(part: Part, message: PartMesh, restitution: float | None,
                  drop_height: float | None, topic: str, seconds: float | None,
-                 arguments: Sequence[str], tell: Tell, warn: Tell) -> PoseStatistics | None:
-    """Publish a part, latched, until a node has answered; what it latched, None after Ctrl-C.
+                 arguments: Sequence[str], tell: Tell, warn: Tell) -> Iterator[PoseStatistics]:
+    """Publish a part, latched, until a node has answered; what it latched, nothing after Ctrl-C.
 
     `restitution, drop_height`: default: the node's; `seconds`: default: without end.
     """
@@ -121,7 +124,8 @@ def publish_part(part: Part, message: PartMesh, restitution: float | None,
             warn(f"{problem}. Publishing on until one answers, or Ctrl-C")
             if not spin_until(node, stop, is_complete, left - PATIENCE) and not stop.asked:
                 raise RequestError(f"a result within {seconds:g} s", "none", problem)
-    return statistics_of_message(newest[-1][1]) if newest else None
+        if newest:
+            yield statistics_of_message(newest[-1][1])
 
 
 def latched_results(name: str, part_id: str, watch: bool, arguments: Sequence[str]

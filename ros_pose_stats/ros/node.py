@@ -24,7 +24,7 @@ from .refusals import COUNTS, Refusals, publish_diagnostics
 from .services import cell, goals, services
 from .settings import Parameters, Settings
 from .state import OF_PARTS, Change, State
-from .stop_signals import StopSignals, within
+from .stop_signals import StopSignals, kill_after, within
 
 PARTING_SECONDS = 0.1  # nobody has been answered for so long when the node stops answering
 LAST_SECONDS = 0.6  # requests that wait for their turn when the node ends are refused in that time
@@ -35,6 +35,7 @@ THREADS = 8
 RESTORE_SECONDS = 1.5  # the first client is let wait so long for parts whose scene is a new one
 END_SECONDS = 1.4  # jobs, goals and clients that wait are seen off in that time
 SAVE_SECONDS = 0.4  # to commit the state and finish the bag, where the rest took too long
+KILL_SECONDS = 10.0  # after which DDS is taken to have locked the interpreter
 SWITCH_SECONDS = 0.001  # threads that wait for the interpreter get it this soon
 
 
@@ -185,6 +186,7 @@ class Life:
         """Live until the end is asked for, and end the process."""
         self._living.start()
         self._stop.wait()
+        kill_after(KILL_SECONDS)
         if not within(END_SECONDS, self._end):
             within(SAVE_SECONDS, self._node.save)
         if self._failure is not None:

@@ -51,3 +51,13 @@ def within(seconds: float, act: Callable[[], object]) -> bool:
     doing.start()
     doing.join(seconds)
     return done.is_set()
+
+
+def kill_after(seconds: float) -> None:
+    """Have the process killed by SIGALRM, which needs no interpreter.
+
+    The end of a DDS participant may spin for ever with the interpreter locked (Fast DDS issue
+    6513). Where the signal is somebody else's already, nothing is done.
+    """
+    if signal.getsignal(signal.SIGALRM) is signal.SIG_DFL:
+        signal.setitimer(signal.ITIMER_REAL, seconds)

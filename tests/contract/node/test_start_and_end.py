@@ -187,31 +187,39 @@ def test_many_signals_as_soon_as_it_is_ready(node_of):
 
 
 STUCK = """
-import sys, time
+import ctypes, sys, time
+from rclpy.node import Node
 from ros_pose_stats.ros.parts.part_store import PartStore
 
 def never_ends(*arguments):
     while True:
         time.sleep(0.0)
 
-PartStore.forget = never_ends
+def locks_the_interpreter(*arguments):
+    ctypes.PyDLL(None).sleep(1000)
+
+"""
+END = """
 from ros_pose_stats.commands.node import main
 sys.exit(main())
 """
 
 
-def test_a_callback_that_never_ends_keeps_nothing_from_ending(node_of, client_of, tmp_path):
+@pytest.mark.parametrize(("stuck", "status"), [
+    ("PartStore.forget = never_ends", 0),
+    ("Node.destroy_node = locks_the_interpreter", -signal.SIGALRM)])
+def test_what_never_ends_keeps_nothing_from_ending(node_of, client_of, tmp_path, stuck, status):
     """What was acknowledged is in the state, and the bag is whole."""
-    node = node_of(program=["-c", STUCK]).ready()
+    node = node_of(program=["-c", STUCK + stuck + END]).ready()
     client = client_of()
     client.good("estimate", part=flat(WEDGE, "kept"))
     job_id = start(client, "kept", LONG)
     running_with_results(client, job_id)
-    for _ in range(2):
+    for _ in range(2 if status == 0 else 0):
         client.send("forget_part", part_id="kept")
     client.good("estimate", part_id="kept")
     node.send(signal.SIGTERM)
-    assert node.ended() == 0
+    assert node.ended() == status
     with sqlite3.connect(tmp_path / "bags" / "pose_stats.sqlite3") as state:
         assert state.execute("SELECT part_id FROM parts").fetchall() == [("kept",)]
         assert state.execute("SELECT job_id, state FROM jobs").fetchall() == [(job_id, CANCELLED)]
