@@ -10,7 +10,7 @@ from ..kernels.body.convex_body import build_body
 from ..kernels.drops import evolve, layout
 from ..kernels.principal_axes import principal_axes
 from ..mesh import hull as hulls, vectors
-from ..records import Array, DropScene, Index, Mask, Part
+from ..records import Array, DropScene, Index, Part
 from ..resting import convex_body, poses, turns
 from ..resting.rims import Run
 
@@ -161,18 +161,22 @@ def rolling_rims(resting: poses.RestingPoses, moment: Array, axes: Array,
     place[corner] = np.arange(corner.shape[0])
     rims = RollingRims(np.full(corner.shape[0], -1), np.full(corner.shape[0], math.inf),
                        np.zeros(corner.shape[0]), np.zeros((len(resting.poses), layout.RIM)))
-    for run, faces in _rims(body):
-        pose, sides, off = int(pose_of_face[faces[0]]), *_sides_of(body, faces)
-        # How far inside the rim's edges a part stands on each facet, in radii.
+    for run, faces, edges in _rims(body):
+        pose = int(pose_of_face[faces[0]])
+        begin = body.points[body.arrays.corner[edges]]
+        end = body.points[body.arrays.corner[body.arrays.twin[edges]]]
+        low, high = np.sort((vectors.along(begin, run.axis), vectors.along(end, run.axis)), axis=0)
+        # How far from the rim's edges, along its axis, a part stands on each facet, in radii.
         inside: Array = np.full(body.faces, math.inf)
-        np.minimum.at(inside, body.arrays.face[sides[off]], body.arrays.inset[sides[off]])
+        np.minimum.at(inside, body.arrays.face[edges],
+                      np.where(body.arrays.inset[edges] > 0.0, np.maximum(low, -high), 0.0))
         inside = inside[faces]
         if rims.rim[pose].any() or (pose_of_face[faces] != pose).any() or not inside.min() > 0.0:
             continue
         distance = body.arrays.distance[faces]
         edge = np.sqrt(distance * distance + inside * inside)
         rise = float((edge - distance).min())
-        chord = (body.arrays.start + body.arrays.stop)[sides[off]]
+        chord = vectors.lengths(vectors.cross(end - begin, run.axis))
         axle, center = vectors.turn_vectors(np.stack((run.axis, run.center)), axes)
         about, bumps, single = _shares(chord, 0.5 * float(np.ptp(distance)) * rise, axle, moment,
                                        float((inside / distance).max()))
@@ -187,12 +191,12 @@ def rolling_rims(resting: poses.RestingPoses, moment: Array, axes: Array,
     return rims
 
 
-def _rims(body: convex_body.ConvexBody) -> Iterator[tuple[Run, Index]]:
-    """Runs of round surfaces, each with the facets (k,) along its axis, if they close a ring.
+def _rims(body: convex_body.ConvexBody) -> Iterator[tuple[Run, Index, Index]]:
+    """Runs of round surfaces whose facets along the axis close a ring, these and its edges.
 
     A flat or a slot in the rim leaves a longer facet there, which belongs to no run.
     """
-    normal = body.arrays.normal
+    normal, face = body.arrays.normal, body.arrays.face
     # A changed part may have lost all facets of a run.
     for number in np.unique(body.run_of_face[body.run_of_face >= 0]).tolist():
         first = np.flatnonzero(body.run_of_face == number)
@@ -204,32 +208,24 @@ def _rims(body: convex_body.ConvexBody) -> Iterator[tuple[Run, Index]]:
         # Of several with one direction, the axis about which the facets are equally far away.
         run = upright[int(np.argmin([np.ptp(distance - vectors.along(directions, run.center))
                                      for run in upright]))]
-        faces = np.flatnonzero(np.abs(vectors.along(normal, run.axis)) < turns.LEVEL)
-        sides, off = _sides_of(body, faces)
-        links = np.bincount(body.arrays.face[sides[~off]], minlength=body.faces)
-        if (links[faces] == 2).all():
-            yield run, faces
-
-
-def _sides_of(body: convex_body.ConvexBody, faces: Index) -> tuple[Index, Mask]:
-    """Sides of some faces, and whether they lead off them."""
-    arrays, chosen = body.arrays, np.zeros(body.faces, dtype=np.bool_)
-    chosen[faces] = True
-    sides = np.flatnonzero(chosen[arrays.face])
-    return sides, np.asarray(~chosen[arrays.face[arrays.twin[sides]]])
+        ring = np.abs(vectors.along(normal, run.axis)) < turns.LEVEL
+        here, beyond = ring[face], ring[face[body.arrays.twin]]
+        links = np.bincount(face[here & beyond], minlength=body.faces)
+        if (links[ring] == 2).all():
+            yield run, np.flatnonzero(ring), np.flatnonzero(here & ~beyond)
 
 
 def _shares(chord: Array, swing: float, axle: Array, moment: Array, slope: float
             ) -> tuple[float, float, float]:
     """Moment of inertia about a rim's axis, and the shares of a roll that the rim sets free.
 
-    On a facet c long the corner below moves at -w c / 2 to w c / 2, at a mean square of (w c)² /
-    12; twelve times that is kept back, for what bounces has more at times. A facet much longer
-    than the others gives a blow of w c / 2; four times its energy is kept back. A centre of mass
-    b beside the axis goes up and down at up to b w², as if the weight changed by as much: a part
-    that leans over from below, to an edge h higher, and back from above gains at most twice the
-    `swing` b h times w². Where the axis is not a principal one, the centrifugal moment tilts the
-    body, at most to the `slope` at which it tips.
+    On a facet c wide across the axis the corner below moves at -w c / 2 to w c / 2, at a mean
+    square of (w c)² / 12; twelve times that is kept back, for what bounces has more at times. A
+    facet much wider than the others gives a blow of w c / 2; four times its energy is kept back.
+    A centre of mass b beside the axis goes up and down at up to b w², as if the weight changed by
+    as much: a part that leans over from below, to an edge h higher, and back from above gains at
+    most twice the `swing` b h times w². Where the axis is not a principal one, the centrifugal
+    moment tilts the body, at most to the `slope` at which it tips.
     """
     x, y, z = axle.tolist()
     about = float((moment * axle * axle).sum())
