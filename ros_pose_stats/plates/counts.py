@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import RequestError
+from ..errors import RequestError, reason
 from ..files import read_file
 from ..records import Index, Part, scene as scenes
 from ..resting.poses import RestingPoses, resting_poses
@@ -85,18 +85,13 @@ def read_table(file: Path, columns: str, example: str) -> list[tuple[str, list[i
     Raises RequestError if the file cannot be read, or for a row of another kind, with its number.
     """
     try:
-        text = read_file(file).decode("utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        said = error.strerror if isinstance(error, OSError) else "not UTF-8"
-        raise RequestError(f"a CSV file with the columns {columns}", f"{file} ({said})",
-                           "check the path") from error
-    first = next((line for line in text.splitlines() if line.strip()), "")
-    try:
-        rows = list(csv.reader(text.splitlines(), delimiter=max(",;\t", key=first.count),
-                               strict=True))
-    except csv.Error as error:
-        raise RequestError(f"a CSV file with the columns {columns}",
-                           f"{file} ({error})", "quote names that hold a separator") from error
+        lines = read_file(file).decode("utf-8-sig").splitlines()
+        first = next((line for line in lines if line.strip()), "")
+        rows = list(csv.reader(lines, delimiter=max(",;\t", key=first.count), strict=True))
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise RequestError(
+            f"a CSV file in UTF-8 with the columns {columns}", f"{file} ({reason(error)})",
+            "check the path, and that names which hold a separator are quoted") from error
     filled = [(number, [cell.strip() for cell in row]) for number, row in enumerate(rows, 1)
               if any(cell.strip() for cell in row)]
     found, width = [], columns.count(",") + 1

@@ -138,8 +138,7 @@ def _read(file: Path, data: bytes | None = None) -> dict[str, Any]:
             raise OSError(errno.EFBIG, f"of more than {MOST_BYTES} bytes")
         found = yaml.load(data.decode("utf-8"), _PlainLoader)
     except (OSError, UnicodeDecodeError, RecursionError, ValueError, yaml.YAMLError) as error:
-        said = error.strerror if isinstance(error, OSError) else error
-        raise errors.RequestError("a YAML file of plates", f"{file} ({said})",
+        raise errors.RequestError("a YAML file of plates", f"{file} ({errors.reason(error)})",
                                   "name another one with --plates") from error
     plates = found.get(HEAD) if isinstance(found, Mapping) else None
     if found is None or (isinstance(found, Mapping) and HEAD in found and plates is None):

@@ -96,8 +96,8 @@ BESIDE_PIXELS = 320  # pixels across a picture
 
 
 def pictures_beside(parts: tuple[Part, Part], turn: Array | None,
-                    rows: Sequence[tuple[StablePose | None, StablePose | None]], radius: float
-                    ) -> list[tuple[Picture | None, Picture | None]]:
+                    rows: Sequence[Sequence[StablePose | None]], radius: float
+                    ) -> list[list[Picture | None]]:
     """Pictures of corresponding poses of two parts, on the plate and at one scale.
 
     `turn` (3, 3): from the frame of the first to that of the second, None where they are equal;
@@ -118,8 +118,7 @@ def pictures_beside(parts: tuple[Part, Part], turn: Array | None,
         laid.append((left, right))
     view = resting_view([one for pair in laid for one in pair if one is not None], radius,
                         BESIDE_PIXELS)
-    return [(None if left is None else rendered(left, view),
-             None if right is None else rendered(right, view)) for left, right in laid]
+    return [[None if one is None else rendered(one, view) for one in pair] for pair in laid]
 
 
 def _smallest_turn(source: Array, target: Array) -> Array:

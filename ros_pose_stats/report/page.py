@@ -11,7 +11,7 @@ import numpy as np
 from ..design import comparison, describe
 from ..mesh.decimation import visible_triangles
 from ..plots import changes, figures, poses, shares, sphere, splitting
-from ..records import Array, Part, PoseStatistics, StablePose
+from ..records import Array, Part, StablePose
 from ..statistics import feeding, pose_groups
 from ..text import name_poses, ranges
 from . import words
@@ -170,9 +170,10 @@ def comparison_page(found: comparison.Comparison, commands: tuple[str, ...] = ()
 def _section(found: comparison.Comparison, one: comparison.VariantComparison) -> dict[str, Any]:
     """What the page says of the first variant beside another one."""
     shown = one.poses[:MOST_SHOWN]
-    pairs = [(_first(found.found[0], pose.poses.first),
-              _first(found.found[one.second], pose.poses.second)) for pose in shown]
-    radius = max(found.found[0].radius, found.found[one.second].radius)
+    sides = found.found[0], found.found[one.second]
+    pairs = [[side.by_index[some[0]] if some else None
+              for side, some in zip(sides, pose.poses, strict=True)] for pose in shown]
+    radius = max(side.radius for side in sides)
     pictures = poses.pictures_beside((found.parts[0], found.parts[one.second]),
                                      one.correspondence.turn, pairs, radius)
     return {"other": describe.letter(one.second), "comparison": one,
@@ -181,10 +182,6 @@ def _section(found: comparison.Comparison, one: comparison.VariantComparison) ->
             "cards": [(pose, [None if each is None else
                              figures.address("png", figures.png_bytes(each)) for each in pair])
                       for pose, pair in zip(shown, pictures, strict=True)]}
-
-
-def _first(found: PoseStatistics, poses: tuple[int, ...]) -> StablePose | None:
-    return next((pose for pose in found.poses if poses and pose.index == poses[0]), None)
 
 
 def _verdict(pose: comparison.PoseComparison) -> str:
