@@ -56,14 +56,19 @@ def goodness_of_fit(counts: ArrayLike, probabilities: ArrayLike,
     bins, pooled = pooled_bins(expected[told])
     joined, foreseen = (np.bincount(bins, values[told]).astype(np.float64)
                         for values in (observed, expected))
-    if errors is None:
-        return _test(joined[None], foreseen[None], pooled)
-    apart = np.asarray(errors, dtype=np.float64)[told]
-    shared = (np.arange(observed.size) if unit is None else np.asarray(unit))[told]
-    if np.isnan(apart).any():
-        found = _test(joined[None], foreseen[None], pooled)
-        return replace(found, p_value=math.nan)
-    return _test_both(joined, foreseen, pooled, _join_errors(bins, pooled, apart, shared))
+    if _too_small(foreseen):
+        return _too_few(pooled)
+    apart = np.zeros(observed.size) if errors is None else np.asarray(errors, dtype=np.float64)
+    shared = np.arange(observed.size) if unit is None else np.asarray(unit)
+    owner, variance = _join_errors(bins, pooled, np.nan_to_num(apart[told]), shared[told])
+    total, whole = foreseen.sum(), np.bincount(owner, foreseen)
+    beyond = np.bincount(owner, joined) - whole
+    other = np.maximum(1.0 - whole / total, np.finfo(float).tiny)
+    scatter = np.where(other > ROUNDING, variance * total * total / other, 0.0)
+    inside = joined - foreseen - (beyond / whole)[owner] * foreseen
+    found = _outcome(float((beyond * beyond / (whole + scatter)).sum()
+                           + (inside * inside / foreseen).sum()), foreseen.size, pooled)
+    return replace(found, p_value=math.nan) if np.isnan(apart[told]).any() else found
 
 
 def _join_errors(bins: Index, pooled: int, errors: Array, shared: Index) -> tuple[Index, Array]:
@@ -80,23 +85,6 @@ def _join_errors(bins: Index, pooled: int, errors: Array, shared: Index) -> tupl
     return unit, variance
 
 
-def _test_both(observed: Array, expected: Array, pooled: int,
-               errors: tuple[Index, Array]) -> ChiSquare:
-    """Sum over units, with their own variance, and over the bins within them."""
-    if _too_small(expected):
-        return _too_few(pooled)
-    unit, variance = errors
-    total = expected.sum()
-    foreseen = np.bincount(unit, expected)
-    beyond = np.bincount(unit, observed) - foreseen
-    other = np.maximum(1.0 - foreseen / total, np.finfo(float).tiny)
-    scatter = np.where(other > ROUNDING, variance * total * total / other, 0.0)
-    inside = observed - expected - (beyond / foreseen)[unit] * expected
-    statistic = float((beyond * beyond / (foreseen + scatter)).sum()
-                      + (inside * inside / expected).sum())
-    return _outcome(statistic, expected.size, pooled)
-
-
 def homogeneity(first: ArrayLike, second: ArrayLike) -> ChiSquare:
     """Compare two sets of counts, both with their own chance; bins empty in both are left out."""
     rows = [_checked("counts", first), _checked("counts", second)]
@@ -110,7 +98,11 @@ def homogeneity(first: ArrayLike, second: ArrayLike) -> ChiSquare:
     shares = table.sum(axis=1) / table.sum()
     bins, pooled = pooled_bins(shares.min() * table.sum(axis=0))
     joined: Array = np.stack([np.bincount(bins, row) for row in table]).astype(np.float64)
-    return _test(joined, np.outer(shares, joined.sum(axis=0)), pooled)
+    expected = np.outer(shares, joined.sum(axis=0))
+    if _too_small(expected):
+        return _too_few(pooled)
+    return _outcome(float((np.square(joined - expected) / expected).sum()), joined.shape[1],
+                    pooled)
 
 
 def pooled_bins(expected: ArrayLike, least: float = LEAST_EXPECTED) -> tuple[Index, int]:
@@ -130,14 +122,6 @@ def pooled_bins(expected: ArrayLike, least: float = LEAST_EXPECTED) -> tuple[Ind
     bins[order[:small]] = 0
     bins[order[small:]] = np.arange(values.size - small) + min(small, 1)
     return bins, small if small > 1 else 0
-
-
-def _test(observed: Array, expected: Array, pooled: int) -> ChiSquare:
-    """Pearson's sum over a table (1 or 2, bins)."""
-    if _too_small(expected):
-        return _too_few(pooled)
-    statistic = float((np.square(observed - expected) / expected).sum())
-    return _outcome(statistic, observed.shape[1], pooled)
 
 
 def _too_small(expected: Array) -> bool:
