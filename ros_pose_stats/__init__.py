@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from .simulation.flips import simulate_flips
     from .simulation.record_drop import record_drop
     from .simulation.simulate import simulate
-    from .statistics.counted_flips import learn_flips
+    from .statistics.feeding import learn_flips
     from .statistics.feeding_plan import FeederCell, FeedingPlan, plan_feeding
 
 _HOMES = {name: home for home, names in (
@@ -65,7 +65,7 @@ _HOMES = {name: home for home, names in (
     ("simulation.flips", "simulate_flips"),
     ("simulation.record_drop", "record_drop"),
     ("simulation.simulate", "simulate"),
-    ("statistics.counted_flips", "learn_flips"),
+    ("statistics.feeding", "learn_flips"),
     ("statistics.feeding_plan", "FeederCell FeedingPlan plan_feeding"),
 ) for name in names.split()}
 

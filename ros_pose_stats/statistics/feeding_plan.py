@@ -15,7 +15,7 @@ import numpy as np
 
 from ..errors import RequestError
 from ..records import Array, FlipStatistics, Index, PoseStatistics, StablePose, scene, statistics
-from . import counted_flips, feeding, pose_groups
+from . import feeding, pose_groups
 
 PICK, FLIP, LEAVE = "pick", "flip", "leave"
 MOST_KICKS = 100  # kicks between two empty plates; more of them are worth hardly more
@@ -124,7 +124,7 @@ def plan_feeding(dropped: PoseStatistics, wanted: Sequence[int], cell: FeederCel
         wanted one, or flips out of a pose are missing.
     """
     cell.check()
-    counted_flips.check_alike([dropped, *flips])
+    feeding.check_alike([dropped, *flips])
     picked = feeding.check_wanted(wanted, len(dropped.poses)).astype(np.float64)
     shares = pose_groups.pose_shares(dropped)
     if not shares.probability @ picked > 0.0:

@@ -67,7 +67,7 @@ def run(options: argparse.Namespace) -> int:
     part = running.load_part_and_kernels(options)
     from ...planning.auto import estimate
     from ...simulation import flips as kicking, request as requests
-    from ...statistics import counted_flips, feeding_plan, pose_groups
+    from ...statistics import feeding, feeding_plan, pose_groups
 
     cell = feeding_plan.FeederCell(
         options.rate, tuple(options.plate), options.clearance, options.cycle_time,
@@ -88,7 +88,7 @@ def run(options: argparse.Namespace) -> int:
             lambda done, total: bar.draw(done / total, f"kick {done + 1} of {total}"))
     stopped = interrupted()
     if counted and flips and not stopped:
-        flips = [counted_flips.learn_flips(flips, each, speed) for speed, each in counted.items()]
+        flips = [feeding.learn_flips(flips, each, speed) for speed, each in counted.items()]
     plan = feeding_plan.plan_feeding(dropped, options.wanted, cell, flips) if flips else plan
     if picture is not None and flips:
         from ...files import write_file

@@ -74,7 +74,7 @@ def run(options: argparse.Namespace) -> int:
     part = running.load_part_and_kernels(options)
     from ...resting.poses import poses_in
     from ...simulation import flips, request as requests, simulate
-    from ...statistics import counted_flips, feeding, pose_groups
+    from ...statistics import feeding, pose_groups
 
     scene, fresh = given.scene_of(options), None
     resting = poses_in(part, scene)
@@ -90,7 +90,7 @@ def run(options: argparse.Namespace) -> int:
             kicks = flips.flips_by_kick(
                 part, scene, flips.usual_kicks(resting.body.radius), request, watch,
                 lambda done, total: bar.draw(done / total, f"kick {done + 1} of {total}"))
-            found = [] if interrupted() else [counted_flips.learn_flips(kicks, each, speed)
+            found = [] if interrupted() else [feeding.learn_flips(kicks, each, speed)
                                               for speed, each in counted.items()]
         else:
             found = [flips.count_flips(

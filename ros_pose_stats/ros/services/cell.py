@@ -15,7 +15,7 @@ from ros_pose_stats_msgs.srv import FeedingAnswer, FitPlate
 from ...errors import RequestError
 from ...records import FlipStatistics, Index
 from ...simulation.flips import check_kick, usual_kicks
-from ...statistics import counted_flips, feeding, pose_groups
+from ...statistics import feeding, pose_groups
 from ...statistics.feeding_plan import FeederCell, plan_feeding
 from ...text import several
 from ..answering_node import Steps
@@ -110,8 +110,8 @@ def _answer(request: Any, response: Any, latched: PoseStatistics, cell: FeederCe
         basis += f" and {sum(kick.flips for kick in flips)} flips"
     if counted is not None:
         poses = tuple(sorted(found.poses, key=lambda pose: pose.index))
-        flips = [counted_flips.learn_flips([replace(kick, poses=poses) for kick in flips], counted,
-                             request.feeder_speed)]
+        flips = [feeding.learn_flips([replace(kick, poses=poses) for kick in flips], counted,
+                                     request.feeder_speed)]
         basis += f" and {flips[0].observed} seen"
     chosen = flips[0] if flips else None
     if cell is not None:
