@@ -12,14 +12,14 @@ import rclpy
 from rclpy import exceptions, executors, signals
 
 from ..errors import PoseStatsError
-from . import camera_counts, restore
+from . import camera_counts
 from .answering_node import AnsweringNode
 from .base import Base
 from .jobs import Jobs, job_reports, queue, refinement, run
 from .lanes import Lanes
 from .messages.times import follow_clock, steady_timer
 from .parts import announcer, count_store, intake, part_builder, part_store, result_store
-from .recorder import Recorder
+from .recorder import Recorder, as_of_today, definitions
 from .refusals import COUNTS, Refusals, publish_diagnostics
 from .services import cell, goals, services
 from .settings import Parameters, Settings
@@ -48,8 +48,8 @@ class PoseStatsNode(AnsweringNode):
         self.table = Parameters(self, self._on_change)
         settings, log, name = self._settings, self.get_logger(), self.get_fully_qualified_name()
         # What the node keeps, and its bag.
-        self.state = state = State(settings().state_path(name), restore.definitions(),
-                                   restore.as_of_today, log.warning)
+        self.state = state = State(settings().state_path(name), definitions(), as_of_today,
+                                   log.warning)
         self.recorder = recorder = Recorder(settings(), name, state, log.warning)
         # What all others work with.
         self.lanes = lanes = Lanes(lambda: settings().max_mesh_bytes)
@@ -122,6 +122,7 @@ class PoseStatsNode(AnsweringNode):
         """Once a second: show what was counted, and have all on the disk."""
         self.results.show_waiting()
         self.parts.keep_uses()
+        self.state.commit()
         self.recorder.sync()
 
     def close(self) -> None:

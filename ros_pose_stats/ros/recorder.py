@@ -1,4 +1,7 @@
-"""Messages to the bag; a bag that cannot be written never stops the node."""
+"""Messages to the bag; a bag that cannot be written never stops the node.
+
+Bag and state have the messages with their definitions, so that a later version reads them.
+"""
 
 import os
 import shutil
@@ -6,14 +9,22 @@ import sys
 import threading
 from collections.abc import Callable
 from contextlib import suppress
-from functools import partial
+from functools import cache, partial
+from importlib import import_module
 from pathlib import Path
+from typing import Any
+
+from ament_index_python.packages import PackageNotFoundError, get_package_share_directory
+from rclpy.serialization import serialize_message
+from ros_pose_stats_msgs import msg
 
 from ..recording import repair, run_log
-from ..recording.writer.message_types import MessageType, message_type
+from ..recording.analysis.decoding import Decoders
+from ..recording.reader import RawMessage
+from ..recording.writer import message_types
 from .refusals import Health
 from .settings import Settings
-from .state import State
+from .state import MESSAGES, State
 
 PACKAGE = "ros_pose_stats_msgs"
 PART_MESH = "/pose_stats/part_mesh"
@@ -26,21 +37,53 @@ DROP_RECORDS = "/pose_stats/drop_records"
 TYPES = {PART_MESH: "PartMesh", POSE_STATISTICS: "PoseStatistics", ANSWERS: "PoseStatistics",
          JOB_EVENTS: "JobEvent", POSE_COUNTS: "PoseCounts", DROP_RECORDS: "DropRecords"}
 
+_decoders = Decoders()
+
 
 def share_directory(package: str) -> Path:
     """Share folder of an interface package, in a ROS installation or in a virtual environment."""
-    from ament_index_python.packages import PackageNotFoundError, get_package_share_directory
-
     try:
         return Path(get_package_share_directory(package))
     except (PackageNotFoundError, ValueError, OSError):
         return Path(sys.prefix) / "share" / package
 
 
-def bag_types() -> dict[str, MessageType]:
-    """The bag's topics and their types."""
-    return {topic: message_type(f"{PACKAGE}/msg/{name}", share_directory)
-            for topic, name in TYPES.items()}
+@cache
+def message_type(kind: str) -> message_types.MessageType:
+    """One of the package's messages as it is installed."""
+    return message_types.message_type(f"{PACKAGE}/msg/{kind}", share_directory)
+
+
+def definitions() -> dict[str, str]:
+    """Definitions of the messages in the state, by type, as they are installed."""
+    return {kind: message_type(kind).definition
+            for kinds in MESSAGES.values() for kind in kinds.values()}
+
+
+def as_of_today(kind: str, definition: str, data: bytes) -> bytes | None:
+    """A message of another definition, by the names of its fields; None where it is unreadable."""
+    if definition == message_type(kind).definition:
+        return data
+    decoded = _decoders.decode(RawMessage("", f"{PACKAGE}/msg/{kind}", data, 0, definition))
+    if decoded is None:
+        return None
+    return bytes(serialize_message(_filled(getattr(msg, kind)(), decoded)))
+
+
+def _filled(message: Any, decoded: Any) -> Any:
+    for name, kind in message.get_fields_and_field_types().items():
+        value, default = getattr(decoded, name, None), getattr(message, name)
+        if value is None:
+            continue
+        if hasattr(default, "get_fields_and_field_types"):
+            _filled(default, value)
+        elif "/" in kind:
+            package, _, type_name = kind.removeprefix("sequence<").rstrip(">").partition("/")
+            make = getattr(import_module(f"{package}.msg"), type_name)
+            setattr(message, name, [_filled(make(), item) for item in value])
+        else:
+            setattr(message, name, value)
+    return message
 
 
 class Recorder:
@@ -52,7 +95,8 @@ class Recorder:
     def __init__(self, settings: Settings, node: str, state: State,
                  warn: Callable[[str], object]) -> None:
         self._state, self._warn = state, warn
-        self.log = run_log.RunLog(settings.directory(), bag_types(),
+        types = {topic: message_type(kind) for topic, kind in TYPES.items()}
+        self.log = run_log.RunLog(settings.directory(), types,
                                   max_bag_bytes=settings.max_bag_bytes,
                                   max_log_bytes=settings.max_log_bytes, node=node)
         self._directory = self.log.directory

@@ -60,10 +60,7 @@ ALONE = Watch()
 def drop_request(drops: int | None, seed: int | None, target_error: float = 0.0,
                  workers: int | None = None, starts: ArrayLike | None = None) -> "DropRequest":
     """Fill in defaults and check the values."""
-    target = scenes.real_number("target_error", target_error)
-    if not 0.0 <= target < 1.0:
-        raise RequestError("a target error from 0 to below 1, as a fraction", f"{target_error}",
-                           "0.01 is one point; 0 asks for all drops")
+    target = check_target(target_error)
     threads = check_workers(workers)
     directions = None if starts is None else _directions(starts)
     bound = _bound(drops, directions)
@@ -73,6 +70,15 @@ def drop_request(drops: int | None, seed: int | None, target_error: float = 0.0,
     if target:
         target = max(target, LEAST_TARGET)
     return DropRequest(bound, drawn if directions is None else 0, target, threads, directions)
+
+
+def check_target(target_error: float) -> float:
+    """The error to be reached; 0: none."""
+    target = scenes.real_number("target_error", target_error)
+    if not 0.0 <= target < 1.0:
+        raise RequestError("a target error from 0 to below 1, as a fraction", f"{target_error}",
+                           "0.01 is one point; 0 asks for none")
+    return target
 
 
 def check_workers(workers: int | None) -> int:

@@ -14,7 +14,7 @@ from ros_pose_stats_msgs import srv
 from ros_pose_stats.recording.reader import RawMessage, raw_messages
 from ros_pose_stats.recording.run_log import RunLog
 from ros_pose_stats.recording.writer.mcap_layout import message_size
-from ros_pose_stats.ros.recorder import ANSWERS, bag_types
+from ros_pose_stats.ros.recorder import ANSWERS, TYPES, message_type
 from ros_pose_stats.ros.state import Change, State
 
 from ..bodies import Body
@@ -93,7 +93,8 @@ def disk(folder: Path, pace: Pace) -> Section:
     folder.mkdir()
     numbers = itertools.count(1)
     with _appender(folder / "appended") as append:
-        log = RunLog(folder / "bags", bag_types(), max_bag_bytes=2**29)
+        log = RunLog(folder / "bags", {topic: message_type(kind) for topic, kind in TYPES.items()},
+                     max_bag_bytes=2**29)
         state = State(folder / "state.sqlite3")
 
         def record(data: bytes, *, wait: bool) -> None:

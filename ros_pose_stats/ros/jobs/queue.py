@@ -3,7 +3,6 @@
 import itertools
 import secrets
 import threading
-from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future, wait
 from dataclasses import replace
@@ -33,8 +32,7 @@ class Jobs:
         self._run_name, self._listener = run_name, listener
         self._on_failure, self._compute = on_failure, run
         self._numbers = itertools.count(1)
-        self._known: dict[str, Job] = {}  # that have not ended
-        self._waiting: deque[Job] = deque()
+        self._jobs: dict[str, Job] = {}  # that have not ended, in the order of their acceptance
         self.running: Job | None = None
         self._accepting = threading.Lock()
         self._changed = threading.Condition()
@@ -50,7 +48,7 @@ class Jobs:
         """Accept a simulation, or join the same in flight; what `is_accepted` has room."""
         with self._accepting:  # acceptance goes on record one at a time
             with self._changed:
-                twin = next(filter(partial(_is_twin, request), self._known.values()), None)
+                twin = next(filter(partial(_is_twin, request), self._jobs.values()), None)
                 most, running = settings.max_queued_jobs, self.running
                 if twin is None and self._closing:
                     raise ending()
@@ -65,21 +63,19 @@ class Jobs:
             job = Job(f"{self._run_name}_{next(self._numbers):04d}", request, part, seed, settings)
             job.recorded = self._listener.queued(job)
             with self._changed:
-                self._known[job.job_id] = job
-                self._waiting.append(job)
+                self._jobs[job.job_id] = job
                 self._changed.notify_all()
             return job
 
     def cancel(self, job_id: str, reason: str) -> None:
         """Ask a job to end; one that has ended stays as it is."""
         with self._changed:
-            job = self._known.get(job_id)
+            job = self._jobs.get(job_id)
             if job is None:
                 return
             job.cancel_reason = job.cancel_reason or reason  # the first one stays
-            if job not in self._waiting:
+            if job.state is not State.QUEUED:
                 return
-            self._waiting.remove(job)
         self._end(job, State.CANCELLED, reason)
 
     def cancel_refinement(self, part_id: str, reason: str, but: JobRequest | None = None) -> None:
@@ -91,18 +87,22 @@ class Jobs:
     def get(self, job_id: str) -> Job | None:
         """A job by its id, as long as it has not ended."""
         with self._changed:
-            return self._known.get(job_id)
+            return self._jobs.get(job_id)
 
     def all(self) -> list[Job]:
         """All jobs that have not ended, oldest first."""
         with self._changed:
-            return list(self._known.values())
+            return list(self._jobs.values())
 
     def counts(self) -> tuple[int, int]:
         """Jobs waiting for clients, and refinements waiting."""
-        waiting = list(self._waiting)
+        waiting = self._waiting()
         refinements = sum(job.request.refinement for job in waiting)
         return len(waiting) - refinements, refinements
+
+    def _waiting(self) -> list[Job]:
+        return [job for job in list(self._jobs.values())
+                if job.state is State.QUEUED and not job.cancel_reason]
 
     def close(self, reason: str) -> None:
         """Cancel all and wait a while for the thread."""
@@ -122,11 +122,10 @@ class Jobs:
         while True:
             with self._changed:
                 self.running = None
-                self._changed.wait_for(lambda: self._waiting or self._closing)
+                self._changed.wait_for(lambda: self._waiting() or self._closing)
                 if self._closing:
                     return
-                job = self.running = min(self._waiting, key=lambda job: job.request.refinement)
-                self._waiting.remove(job)
+                job = self.running = min(self._waiting(), key=lambda job: job.request.refinement)
                 job.state = State.RUNNING
             try:
                 self._run(job)
@@ -149,7 +148,6 @@ class Jobs:
         with self._changed:
             if stop.why == GAVE_WAY and not job.cancel_reason:
                 job.state, job.drops_done = State.QUEUED, 0
-                self._waiting.appendleft(job)
                 return
         job.keep(outcome)
         if stop.why:
@@ -172,7 +170,7 @@ class Jobs:
             self._on_failure(f"{job.job_id}: {words_of(error)}")
         with self._changed:
             job.state = state
-            del self._known[job.job_id]
+            del self._jobs[job.job_id]
         job.release()
         job.finished.set_result(None)
 

@@ -13,6 +13,7 @@ from ... import errors, methods
 from ...mesh import mass_properties, parts as meshes
 from ...planning.confidence import not_enough
 from ...records import DropScene, Part
+from ...simulation.request import check_target
 from ...text import listed, millimetres
 from ..answering_node import Steps
 from ..base import Base
@@ -234,10 +235,3 @@ class Services:
                                       part_requests.shown(job_id),
                                       "list_drop_simulations lists those that the node knows")
         return event
-
-
-def check_target(value: float) -> None:
-    """Refuse a target error that is none; raises RequestError."""
-    if not 0.0 <= value < 1.0:
-        raise errors.RequestError("a target_error from 0 to below 1, as a fraction", f"{value}",
-                                  "0.01 is one point; 0 stands for none")

@@ -1,4 +1,4 @@
-"""The node's state: changes are handed in by anybody and written by one thread, many at a time."""
+"""The node's state: changes are handed in by anybody and written many at a time."""
 
 import hashlib
 import sqlite3
@@ -12,7 +12,6 @@ from . import tables
 from .tables import Change, Row
 
 LARGE = 64 * 2**10  # bytes of a mesh that lies in a file of its own: SQLite would write it twice
-SECONDS = 1.0  # until changes are written that nobody waits for, or that failed
 
 
 class State:
@@ -35,8 +34,9 @@ class State:
         self._lock: tables.FileLock | None = None
         self._identity: tuple[int, int] | None = None
         self._pending: dict[tuple[str, str | bytes], tuple[Row | None]] = {}
-        self._number = self._committed = self._begun = self._ended = 0
-        self._urgent = self._closed = False
+        self._number = self._committed = 0  # of the last change, and of the last on the disk
+        self._begun = self._ended = 0  # times that the file was written
+        self._closed = False
         self._changed = threading.Condition()
         self._using = threading.Lock()  # held while the file is written
         self._reading = threading.Lock()
@@ -53,8 +53,6 @@ class State:
         except errors.RequestError:
             self._release()
             raise
-        self._thread = threading.Thread(target=self._run, name="state", daemon=True)
-        self._thread.start()
 
     def put(self, *changes: Change) -> int:
         """Hand changes in that belong together; the number that `commit` takes."""
@@ -62,7 +60,6 @@ class State:
             for change in changes:
                 self._pending[change.table, change.key] = (change.row,)
             self._number += 1
-            self._changed.notify_all()
             return self._number
 
     def put_mesh(self, part_id: str, message: bytes, *changes: Change) -> int:
@@ -80,16 +77,36 @@ class State:
             return self.put(Change("meshes", part_id, row), *changes)
 
     def commit(self, number: int | None = None) -> bool:
-        """Wait until a change and all before it, or all so far, are on the disk; whether."""
+        """Write a change and all before it, or all so far; whether they are on the disk.
+
+        What comes while another thread writes is written together, by one of those who wait.
+        """
         with self._changed:
             wanted, begun = self._number if number is None else number, self._begun
-            if self._committed >= wanted:
-                return True
-            self._urgent = True
-            self._changed.notify_all()
             self._changed.wait_for(lambda: self._committed >= wanted or self._ended > begun
-                                   or self._closed)
-            return self._committed >= wanted
+                                   or self._ended == self._begun)
+            if self._committed >= wanted or self._ended > begun or self._closed:
+                return self._committed >= wanted
+            taken, last, problem = dict(self._pending), self._number, ""
+            self._begun += 1
+        try:
+            with self._using:
+                self._write([Change(*key, row) for key, (row,) in taken.items()])
+        except Exception as error:  # whoever waits hears of it
+            problem = tables.problem_of(self.file, error)
+        with self._changed:
+            if not problem:
+                self._committed = last
+                for key, held in taken.items():
+                    if self._pending.get(key) is held:
+                        del self._pending[key]
+            self._ended = self._begun
+            changed, self.problem = bool(problem) != bool(self.problem), problem
+            self._changed.notify_all()
+        if changed:
+            self._say(f"NOT_RECORDED: {problem}" if problem
+                      else f"the state file {self.file} is written again")
+        return not problem
 
     def get(self, table: str, key: str | bytes) -> Row | None:
         """A row by its key, as it was handed in last; None where there is none."""
@@ -122,8 +139,7 @@ class State:
         written = self.commit()
         with self._changed:
             self._closed = True
-            self._changed.notify_all()
-        self._thread.join()
+            self._changed.wait_for(lambda: self._ended == self._begun)
         with self._using:
             self._release()
         return written
@@ -140,36 +156,6 @@ class State:
         lock, self._lock = self._lock, None
         if lock is not None:
             lock.release()
-
-    def _run(self) -> None:
-        """Write all that waits, whenever somebody waits for it, and within a second."""
-        while True:
-            with self._changed:
-                self._changed.wait_for(lambda: self._pending or self._urgent or self._closed)
-                if not self._closed:  # what comes within a moment is written together
-                    self._changed.wait_for(lambda: self._urgent or self._closed, SECONDS)
-                if self._closed:
-                    return
-                self._urgent, problem = False, ""
-                taken, number = dict(self._pending), self._number
-                self._begun += 1
-            try:
-                with self._using:
-                    self._write([Change(*key, row) for key, (row,) in taken.items()])
-            except Exception as error:  # must not end the thread; whoever waits hears of it
-                problem = tables.problem_of(self.file, error)
-            with self._changed:
-                if not problem:
-                    self._committed = number
-                    for key, held in taken.items():
-                        if self._pending.get(key) is held:
-                            del self._pending[key]
-                self._ended = self._begun
-                changed, self.problem = bool(problem) != bool(self.problem), problem
-                self._changed.notify_all()
-            if changed:
-                self._say(f"NOT_RECORDED: {problem}" if problem
-                          else f"the state file {self.file} is written again")
 
     def _write(self, changes: list[Change]) -> None:
         if self._link is None:
