@@ -11,7 +11,7 @@ import time
 import warnings
 from collections import deque
 from collections.abc import Callable, Generator
-from concurrent.futures import Future
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
@@ -21,6 +21,7 @@ from rclpy import callback_groups, exceptions, node as nodes, qos
 
 from ..errors import PoseStatsError
 from .lanes import result_of, words_of
+from .stop_signals import within
 
 SERVICE_QUALITY = qos.QoSProfile(
     history=qos.HistoryPolicy.KEEP_LAST, depth=1000, reliability=qos.ReliabilityPolicy.RELIABLE,
@@ -110,9 +111,9 @@ class Answers:
         self._lines: deque[Client] = deque()  # clients whose requests wait
         self._waiting, self._closed = 0, False
         self._next_try, self._warned = 0.0, dict[str, float]()
-        self.changed = threading.Condition()
+        self.changed = threading.RLock()
         self.last = 0.0
-        self._threads: list[threading.Thread] = []
+        self._pool = ThreadPoolExecutor(THREADS, "answers")
 
     def asked(self, service: str, number: int) -> Asked:
         """Tell who has given its request this number; of several clients, one that is reached."""
@@ -142,29 +143,20 @@ class Answers:
                 self._lines.append(client)
             client.requests.append(act)
             self._waiting += 1
-            self.changed.notify()
-            if not self._threads:
-                self._threads = [threading.Thread(target=self._run, name="answers", daemon=True)
-                                 for _ in range(THREADS)]
-                for thread in self._threads:
-                    thread.start()
+            self._pool.submit(self._answer_next)
             return True
 
-    def _run(self) -> None:
-        while True:
-            with self.changed:
-                self.changed.wait_for(lambda: self._lines or self._closed)
-                if not self._lines:
-                    return
-                client = self._lines.popleft()
-                act = client.requests.popleft()
-                self._waiting -= 1
-                if client.requests:
-                    self._lines.append(client)
-            try:
-                act()
-            except Exception as error:  # must not end the thread
-                self._warn(f"a request could not be answered: {type(error).__name__}: {error}")
+    def _answer_next(self) -> None:
+        with self.changed:
+            client = self._lines.popleft()
+            act = client.requests.popleft()
+            self._waiting -= 1
+            if client.requests:
+                self._lines.append(client)
+        try:
+            act()
+        except Exception as error:  # which nobody else would hear of
+            self._warn(f"a request could not be answered: {type(error).__name__}: {error}")
 
     def send(self, service: str, asked: Asked, send: Callable[[], object]) -> None:
         """Send an answer, unless its client was surely not reached the last times."""
@@ -214,10 +206,7 @@ class Answers:
         """Answer all that wait, as far as that takes some seconds."""
         with self.changed:
             self._closed = True
-            self.changed.notify_all()
-        until = time.monotonic() + seconds
-        for thread in self._threads:
-            thread.join(max(0.0, until - time.monotonic()))
+        within(seconds, self._pool.shutdown)
 
 
 class AnsweringNode(nodes.Node):

@@ -109,8 +109,6 @@ class PoseStatsNode(AnsweringNode):
         self._mending.start()
         self._mending.join(MENDING_SECONDS)
         self.lanes.start()
-        for jobs in (self.jobs, *self.flip_jobs):
-            jobs.start()
         self.intake.restore(shown)
 
     def _on_change(self, settings: Settings) -> None:

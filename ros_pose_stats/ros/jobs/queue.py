@@ -4,7 +4,7 @@ import itertools
 import secrets
 import threading
 from collections.abc import Callable
-from concurrent.futures import Future, wait
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -14,6 +14,7 @@ from ...records import FlipStatistics, Part, PoseStatistics
 from ..lanes import ending, result_of, words_of
 from ..parts.known_part import KnownPart
 from ..refusals import Health
+from ..stop_signals import within
 from .run import GAVE_WAY, Job, JobListener, JobRequest, State, Stop, run_drops
 
 Run = Callable[[Job, Part, JobListener, Stop], PoseStatistics | FlipStatistics]
@@ -25,7 +26,7 @@ LAST_SECONDS = 0.6  # for what runs when the queue is closed; some parts are pre
 
 
 class Jobs:
-    """The queue and its thread; job ids begin with `run_name`, which is unique across restarts."""
+    """The queue and what works it off; ids begin with `run_name`, unique across restarts."""
 
     def __init__(self, run_name: str, listener: JobListener,
                  on_failure: Callable[[str], object], run: Run = run_drops) -> None:
@@ -35,19 +36,15 @@ class Jobs:
         self._jobs: dict[str, Job] = {}  # that have not ended, in the order of their acceptance
         self.running: Job | None = None
         self._accepting = threading.Lock()
-        self._changed = threading.Condition()
+        self._changing = threading.Lock()
         self._closing = ""
-        self._thread = threading.Thread(target=self._work, name="jobs", daemon=True)
-
-    def start(self) -> None:
-        """Begin to work."""
-        self._thread.start()
+        self._pool = ThreadPoolExecutor(1, "jobs")
 
     def submit(self, request: JobRequest, part: Future[KnownPart], settings: Any,
                is_accepted: bool = False) -> Job:
         """Accept a simulation, or join the same in flight; what `is_accepted` has room."""
         with self._accepting:  # acceptance goes on record one at a time
-            with self._changed:
+            with self._changing:
                 twin = next(filter(partial(_is_twin, request), self._jobs.values()), None)
                 most, running = settings.max_queued_jobs, self.running
                 if twin is None and self._closing:
@@ -62,14 +59,14 @@ class Jobs:
             seed = request.seed or secrets.randbits(32) or 1
             job = Job(f"{self._run_name}_{next(self._numbers):04d}", request, part, seed, settings)
             job.recorded = self._listener.queued(job)
-            with self._changed:
+            with self._changing:
                 self._jobs[job.job_id] = job
-                self._changed.notify_all()
+            self._pool.submit(self._run_next)
             return job
 
     def cancel(self, job_id: str, reason: str) -> None:
         """Ask a job to end; one that has ended stays as it is."""
-        with self._changed:
+        with self._changing:
             job = self._jobs.get(job_id)
             if job is None:
                 return
@@ -86,12 +83,12 @@ class Jobs:
 
     def get(self, job_id: str) -> Job | None:
         """A job by its id, as long as it has not ended."""
-        with self._changed:
+        with self._changing:
             return self._jobs.get(job_id)
 
     def all(self) -> list[Job]:
         """All jobs that have not ended, oldest first."""
-        with self._changed:
+        with self._changing:
             return list(self._jobs.values())
 
     def counts(self) -> tuple[int, int]:
@@ -110,29 +107,24 @@ class Jobs:
             self._closing = reason
         for job in self.all():
             self.cancel(job.job_id, reason)
-        with self._changed:
-            self._changed.notify_all()
-        if self._thread.is_alive():
-            self._thread.join(LAST_SECONDS)
-        running = self.running
-        if self._thread.is_alive() and running is not None:
+        is_done, running = within(LAST_SECONDS, self._pool.shutdown), self.running
+        if not is_done and running is not None:
             self._end(running, State.CANCELLED, reason)
 
-    def _work(self) -> None:
-        while True:
-            with self._changed:
-                self.running = None
-                self._changed.wait_for(lambda: self._waiting() or self._closing)
-                if self._closing:
-                    return
-                job = self.running = min(self._waiting(), key=lambda job: job.request.refinement)
-                job.state = State.RUNNING
-            try:
-                self._run(job)
-            except Exception as error:  # must not end the thread
-                if not isinstance(error, PoseStatsError):
-                    self._on_failure(f"{job.job_id}: {words_of(error)}")
-                self._end(job, State.FAILED, words_of(error))
+    def _run_next(self) -> None:
+        with self._changing:
+            waiting = self._waiting()
+            if not waiting:  # it has been cancelled
+                return
+            job = self.running = min(waiting, key=lambda job: job.request.refinement)
+            job.state = State.RUNNING
+        try:
+            self._run(job)
+        except Exception as error:  # a refusal, or a failure that is told like one
+            if not isinstance(error, PoseStatsError):
+                self._on_failure(f"{job.job_id}: {words_of(error)}")
+            self._end(job, State.FAILED, words_of(error))
+        self.running = None
 
     def _run(self, job: Job) -> None:
         while not (job.part.done() or job.cancel_reason):
@@ -145,9 +137,10 @@ class Jobs:
         self._listener.follow(job)
         stop = Stop(job, lambda: job.request.refinement and self.counts()[0] > 0)
         outcome = self._compute(job, part, self._listener, stop)
-        with self._changed:
+        with self._changing:
             if stop.why == GAVE_WAY and not job.cancel_reason:
                 job.state, job.drops_done = State.QUEUED, 0
+                self._pool.submit(self._run_next)
                 return
         job.keep(outcome)
         if stop.why:
@@ -157,7 +150,7 @@ class Jobs:
                 line for line in outcome.warnings if line.startswith(CUT_SHORT)))
 
     def _end(self, job: Job, state: State, message: str) -> None:
-        with self._changed:
+        with self._changing:
             if job.ending:  # by the other thread, when the queue was closed
                 return
             job.ending = True
@@ -168,7 +161,7 @@ class Jobs:
             self._listener.ended(job, state)
         except Exception as error:  # must not keep a job from ending
             self._on_failure(f"{job.job_id}: {words_of(error)}")
-        with self._changed:
+        with self._changing:
             job.state = state
             del self._jobs[job.job_id]
         job.release()

@@ -211,10 +211,12 @@ def test_whoever_hears_that_a_job_has_ended_finds_its_place_free():
         return jobs.submit(JobRequest("clamp", b"", DropScene(), 1, seed, 0.0, 600.0),
                            done_with(Mock()), Mock(max_queued_jobs=0))
 
-    jobs = Jobs("run", JobListener(), print, lambda *_: Mock(drops=1, warnings=()))
+    may_end = threading.Event()
+    jobs = Jobs("run", JobListener(), print,
+                lambda *_: Mock(drops=1, warnings=(), seconds=may_end.wait(60.0)))
     first, heard = submit(1), []
     first.finished.add_done_callback(lambda _: heard.append(submit(2)))
-    jobs.start()
+    may_end.set()
     while not first.finished.done() or jobs.running is first:
         time.sleep(0.01)
     assert heard and heard[0].finished.result(60.0) is None
@@ -238,7 +240,6 @@ def test_a_refinement_that_gave_way_begins_again_though_the_client_cancels():
                            done_with(Mock()), Mock(max_queued_jobs=1))
 
     jobs = Jobs("run", JobListener(), print, compute)
-    jobs.start()
     refinement = submit(refinement=True)
     refinement.finished.result(60.0)
     assert runs == [refinement.job_id] * 2
