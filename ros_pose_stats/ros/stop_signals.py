@@ -1,42 +1,33 @@
 """SIGINT and SIGTERM as a wish to end, from before ROS is imported."""
 
-import math
-import queue
 import signal
 import threading
 import time
 from collections.abc import Callable
 
-GLANCE_SECONDS = 0.5  # Python handles signals between waits of its main thread
+GLANCE_SECONDS = 0.05  # within which a wish is seen
 
 
 class StopSignals:
-    """Takes the place of what SIGINT and SIGTERM do by default.
-
-    No ``threading.Event``: a handler runs in the thread that waits, maybe in the middle of
-    ``Event.wait`` while that holds the lock for which ``Event.set`` then waits for ever.
-    """
+    """Takes the place of what SIGINT and SIGTERM do by default."""
 
     def __init__(self) -> None:
         self.asked = False  # whether the process is to end
-        self._wishes: queue.SimpleQueue[None] = queue.SimpleQueue()  # whose put may interrupt
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda number, frame: self.ask())
 
     def ask(self) -> None:
         """Ask for the end, from any thread."""
         self.asked = True
-        self._wishes.put(None)
 
-    def wait(self, seconds: float = math.inf) -> bool:
-        """Return whether the end is asked for, as soon as it is or the seconds are over."""
-        end = time.monotonic() + seconds
-        while not self.asked and (left := end - time.monotonic()) > 0.0:
-            try:
-                self._wishes.get(timeout=min(GLANCE_SECONDS, left))
-            except queue.Empty:
-                continue
-        return self.asked
+    def wait(self) -> None:
+        """Return as soon as the end is asked for.
+
+        No ``threading.Event``: a handler runs in the thread that waits, maybe in the middle of
+        ``Event.wait`` while that holds the lock for which ``Event.set`` then waits for ever.
+        """
+        while not self.asked:
+            time.sleep(GLANCE_SECONDS)
 
 
 def within(seconds: float, act: Callable[[], object]) -> bool:
