@@ -95,6 +95,8 @@ def forgotten(life, chance):
         elif NOT_RECORDED not in answer.message:
             life.told.allowed[name] = {None}
             life.told.events["parts forgotten"] += 1
+        else:  # it may be gone, and what was counted of it
+            life.told.shown[name] = 0
         if chance.random() < 0.5:
             _taken(life, name, BOXES[2], DIGESTS[2])
 
