@@ -79,7 +79,6 @@ class PoseStatsNode(AnsweringNode):
             state.put(*(Change(table, row[0], None) for table in OF_PARTS
                         for row in state.rows(table)))
         reports.restore()
-        self._mending = threading.Thread(target=recorder.mend_bags, name="mend bags", daemon=True)
         # Services and actions, what a feeder is to do, and plates.
         self.outlines = part_builder.Outlines(base)
         asked = services.Services(base, stores, self.intake, refiner, jobs, reports, self.outlines)
@@ -106,8 +105,7 @@ class PoseStatsNode(AnsweringNode):
         shown = {known.part_id: self.results.restore(known) for known in parts}
         if parts:
             log.info(f"{len(parts)} parts of an earlier run are known again")
-        self._mending.start()
-        self._mending.join(MENDING_SECONDS)
+        within(MENDING_SECONDS, self.recorder.mend_bags)
         self.lanes.start()
         self.intake.restore(shown)
 

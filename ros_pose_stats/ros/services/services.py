@@ -199,7 +199,7 @@ class Services:
 
     def get(self, request: Any, response: Any) -> None:
         """How far a job is."""
-        job, event = self._jobs.get(request.job_id), self._event(request.job_id)
+        job, event = self._look_up(request.job_id)
         response.state, response.message = event.event, event.message
         response.drops_done, response.drops_total = event.drops_done, event.drops
         response.statistics = (self._reports.end_result(request.job_id) if job is None
@@ -218,7 +218,7 @@ class Services:
 
     def cancel(self, request: Any, response: Any) -> None:
         """Cancel a job; what was done is kept."""
-        job, event = self._jobs.get(request.job_id), self._event(request.job_id)
+        job, event = self._look_up(request.job_id)
         if job is None:
             response.success = False
             response.message = f"{event.job_id} had ended before: {State(event.event).name}"
@@ -226,12 +226,12 @@ class Services:
             self._jobs.cancel(job.job_id, "cancelled by a client")
             wait([job.finished], CANCEL_PATIENCE)
 
-    def _event(self, job_id: str) -> JobEvent:
-        """What has happened last to a job, also of an earlier run."""
+    def _look_up(self, job_id: str) -> tuple[Job | None, JobEvent]:
+        """A job, unless it has ended, and what has happened last to it, also in earlier runs."""
         job = self._jobs.get(job_id)
         event = self._reports.ends.get(job_id) if job is None else job_reports.job_event(job)
         if event is None:
             raise errors.RequestError("the job_id of a drop simulation",
                                       part_requests.shown(job_id),
                                       "list_drop_simulations lists those that the node knows")
-        return event
+        return job, event
