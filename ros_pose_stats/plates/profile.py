@@ -18,6 +18,7 @@ from . import fit as fits
 HEAD = "plates"
 MOST_PLATES = 256
 MOST_BYTES = 2**18  # of a file of plates: reading takes a second for so many
+MOST_VALUES = 50_000  # in a file of plates, each as often as aliases repeat it
 LONGEST_NAME = 100
 
 
@@ -136,7 +137,7 @@ def _read(file: Path, data: bytes | None = None) -> dict[str, Any]:
             data = files.read_file(file, MOST_BYTES)
         if len(data) > MOST_BYTES:
             raise OSError(errno.EFBIG, f"of more than {MOST_BYTES} bytes")
-        found = yaml.load(data.decode("utf-8"), _PlainLoader)
+        found = yaml.load(data.decode("utf-8"), _BoundedLoader)
     except (OSError, UnicodeDecodeError, RecursionError, ValueError, yaml.YAMLError) as error:
         raise errors.RequestError("a YAML file of plates", f"{file} ({errors.reason(error)})",
                                   "name another one with --plates") from error
@@ -152,13 +153,26 @@ def _read(file: Path, data: bytes | None = None) -> dict[str, Any]:
     return {str(name): values for name, values in plates.items()}
 
 
-class _PlainLoader(yaml.SafeLoader):  # type: ignore[misc]
-    """Refuses aliases, of which a few lines may stand for more values than fit in memory."""
+class _BoundedLoader(yaml.SafeLoader):  # type: ignore[misc]
+    """Refuses what stands for far more values than plates have, by aliases of aliases."""
+
+    def __init__(self, stream: str) -> None:
+        super().__init__(stream)
+        self._sizes: dict[int, int] = {}  # values of a node, with all that its aliases stand for
 
     def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
-        if self.check_event(yaml.AliasEvent):
-            raise yaml.composer.ComposerError(None, None, "an alias", self.peek_event().start_mark)
-        return super().compose_node(parent, index)
+        node = super().compose_node(parent, index)
+        if node is None:
+            return None
+        inside = [] if isinstance(node, yaml.ScalarNode) else node.value
+        if isinstance(node, yaml.MappingNode):
+            inside = [each for pair in inside for each in pair]
+        size = 1 + sum(self._sizes.get(id(one), MOST_VALUES) for one in inside)
+        if size > MOST_VALUES:
+            raise yaml.composer.ComposerError(
+                None, None, f"more than {MOST_VALUES} values", node.start_mark)
+        self._sizes[id(node)] = size
+        return node
 
 
 def _profile(file: Path, name: str, values: Any) -> PlateProfile:

@@ -1,5 +1,6 @@
 """Starts that are refused in one line, odd ones that are not, and ends at any moment."""
 
+import itertools
 import os
 import signal
 import sqlite3
@@ -143,13 +144,15 @@ def test_what_rclpy_itself_cannot_take_ends_nothing(node_of, client_of):
 
 
 def test_a_file_of_plates_is_a_small_file(refused, tmp_path):
-    """No pipe that nobody writes to, no device without an end, no alias."""
+    """No pipe that nobody writes to, no device without an end, no aliases of aliases."""
     file = tmp_path / "plates.yaml"
     os.mkfifo(file)
     assert "a pipe" in refused(f"plates:={file}", "plate:=glass")
     assert "a device" in refused("plates:=/dev/zero", "plate:=glass")
     file.unlink()
-    for text, said in (("a: &a [x]\nb: [*a, *a]", "an alias"),
+    lines = [f"{name}: &{name} [{', '.join(9 * ['*' + before])}]"
+             for before, name in itertools.pairwise("abcdefghi")]
+    for text, said in (("\n".join(["a: &a [x]", *lines]), "values"),
                        ("plates:\n" + "".join(f"  p{k}: x\n" for k in range(300)), "256 plates"),
                        ("#" * 300_000, "262144 bytes")):
         file.write_text(text)
