@@ -1,7 +1,6 @@
 """Which stable pose a part lies in, from its orientation as a camera measured it."""
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,16 +23,6 @@ UNIT_WITHIN = 0.01
 """Quaternions may be that far from unit length, for having been printed with two digits."""
 
 AT_ONCE = 2**21  # angles between orientations and faces that are held at once
-
-
-class PoseDirections(NamedTuple):
-    """Directions that point down in the poses of a part, those of a group side by side."""
-
-    down: Array  # (S, 3); unit vectors in the part frame: those of the members of each pose
-    first: Index  # (P,) int; where the directions of each pose begin
-    pose: Index  # (P,) int; which pose that is
-    first_of_group: Index  # (G,) int; where the poses of each group begin
-    group: Index  # (P,) int; number of the group, as `first_of_group` counts them
 
 
 def classify_orientations(part: Part, orientations: ArrayLike, angle: float = DEFAULT_ANGLE,
@@ -77,13 +66,12 @@ def classify_orientations(part: Part, orientations: ArrayLike, angle: float = DE
                            "math.radians(15) is the default")
     poses = resting_poses(part, cluster_tolerance, round_sides)
     downs = observed_downs(orientations)
-    known = part.prepare(_pose_directions, poses)
     found = np.full(len(downs), -1, dtype=np.int64)
     told = np.flatnonzero(np.isfinite(downs[:, 0]))
-    step = max(1, AT_ONCE // len(known.down))
+    step = max(1, AT_ONCE // len(poses.clusters.pose))
     for begin in range(0, len(told), step):
         rows = told[begin:begin + step]
-        found[rows] = _nearest(known, downs[rows], widest)
+        found[rows] = _nearest(poses, downs[rows], widest)
     return found
 
 
@@ -114,27 +102,15 @@ def observed_downs(orientations: ArrayLike) -> Array:
     return downs
 
 
-def _nearest(known: PoseDirections, downs: Array, angle: float) -> Index:
+def _nearest(poses: RestingPoses, downs: Array, angle: float) -> Index:
     """Pose of each direction (n, 3), -1 where none is sure."""
-    cosine = np.maximum.reduceat(downs @ known.down.T, known.first, axis=1)
-    rows, place = np.arange(len(downs)), cosine.argmax(axis=1)
-    of_group = np.maximum.reduceat(cosine, known.first_of_group, axis=1)
-    of_group[rows, known.group[place]] = -np.inf
+    group = poses.group[poses.clusters.pose]  # of each stable face
+    cosine = downs @ poses.equilibria.downs.T
+    face = cosine.argmax(axis=1)
+    others = np.where(group == group[face, None], -np.inf, cosine).max(axis=1)
     nearest, next_one = (np.arccos(np.clip(found, -1.0, 1.0))
-                         for found in (cosine[rows, place], of_group.max(axis=1)))
-    if len(known.first_of_group) == 1:
-        return np.where(nearest <= angle, known.pose[place], -1)
+                         for found in (cosine.max(axis=1), others))
     # The logarithm of how many times as likely the nearest is, where errors are normal.
     apart = 0.5 * (next_one**2 - nearest**2) * (DEVIATIONS / angle) ** 2
-    return np.where((nearest <= angle) & (apart >= math.log(SURELY)), known.pose[place], -1)
-
-
-def _pose_directions(_: Part, poses: RestingPoses) -> PoseDirections:
-    pose, count = poses.clusters.pose, len(poses.poses)
-    group = poses.group[pose]
-    order = np.lexsort((pose, group))
-    numbers, first = np.unique(group[order] * count + pose[order], return_index=True)
-    _, first_of_group, group_of = np.unique(numbers // count, return_index=True,
-                                            return_inverse=True)
-    return PoseDirections(poses.equilibria.downs[order], first, numbers % count,
-                          first_of_group, group_of)
+    sure = (others == -np.inf) | (apart >= math.log(SURELY))
+    return np.where((nearest <= angle) & sure, poses.clusters.pose[face], -1)
