@@ -19,8 +19,6 @@ from ..mesh.vectors import lengths
 from ..records import Array, Index, Part, scene as scenes
 from ..resting import convex_body, poses
 
-Kind = Literal["centre", "stretch", "face"]
-
 AXES = "xyz"
 
 
@@ -30,7 +28,7 @@ class Feature:
 
     # `centre` (of mass, along an axis), `stretch` (along an axis) or `face` (the resting face of
     # a pose, outward)
-    kind: Kind
+    kind: Literal["centre", "stretch", "face"]
     axis: int = -1  # of the first two kinds; else -1
     poses: tuple[int, ...] = ()  # that rest on the face
     # (k,); faces of the body that are moved

@@ -171,8 +171,7 @@ def _prepared(parts: Sequence[Part], scene: DropScene, wanted: Sequence[int],
     if not 2 <= len(parts) <= MOST_VARIANTS:
         raise errors.RequestError(f"2 to {MOST_VARIANTS} variants to compare", f"{len(parts)}",
                                   "give the files of the variants, the one to compare with first")
-    resting = [stable.resting_poses(part, scene.cluster_tolerance, scene.round_sides)
-               for part in parts]
+    resting = [stable.poses_in(part, scene) for part in parts]
     first = resting[0].body.radius
     for place, radius in enumerate(one.body.radius for one in resting):
         if max(radius, first) > LARGEST_RATIO * min(radius, first):

@@ -4,7 +4,7 @@ How the chances come about is in `compare`.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any, NamedTuple
 
 from ..records import DropScene, Part, PoseStatistics, statistics
@@ -152,11 +152,8 @@ class Comparison:
         """Plain values under the keys of the JSON contract."""
         first = self.found[0]
         return statistics.with_units({
-            "scene": first.scene, "restitution": first.restitution,
-            "drop_height": first.drop_height, "cluster_tolerance": first.cluster_tolerance,
-            "round_sides": first.round_sides, "seed": self.seed, "drops": self.drops,
+            "scene": first.scene, **asdict(self.scene), "seed": self.seed, "drops": self.drops,
             "unsettled": first.unsettled, "plate_error": self.plate_error,
-            "seconds": self.seconds, "version": VERSION,
-            "wanted": self.wanted,
+            "seconds": self.seconds, "version": VERSION, "wanted": self.wanted,
             "variants": [one.as_dict() for one in self.found],
             "comparisons": [one.as_dict() for one in self.variants]})

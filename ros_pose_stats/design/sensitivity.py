@@ -8,7 +8,7 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -104,12 +104,11 @@ class Sensitivity:
 
         The `unit` of an effect is that of its step, `slope_unit` that of its slope and its error.
         """
-        space, scene = self.space, self.scene
+        space = self.space
         return statistics.with_units({
             "part_id": space.part.part_id, "part_digest": space.part.digest,
             "radius": space.body.radius, "method": self.method,
-            "restitution": scene.restitution, "drop_height": scene.drop_height,
-            "cluster_tolerance": scene.cluster_tolerance, "round_sides": scene.round_sides,
+            **asdict(self.scene),
             "wanted": self.wanted, "share": self.accepted.value,
             "share_low": self.accepted.low, "share_high": self.accepted.high,
             "step": self.step, "effects": [
