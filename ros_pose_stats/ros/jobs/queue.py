@@ -46,16 +46,16 @@ class Jobs:
         with self._accepting:  # acceptance goes on record one at a time
             with self._changing:
                 twin = next(filter(partial(_is_twin, request), self._jobs.values()), None)
-                most, running = settings.max_queued_jobs, self.running
-                if twin is None and self._closing:
+                if twin is not None:
+                    return twin
+                if self._closing:
                     raise ending()
-                if twin is None and not (request.refinement or is_accepted) and (
+                most, running = settings.max_queued_jobs, self.running
+                if not (request.refinement or is_accepted) and (
                         self.counts()[0] >= most + (running is None or running.state.ended)):
                     raise RequestError(
                         f"at most {most} simulations waiting (parameter max_queued_jobs)",
                         "a full queue", "wait, or cancel one")
-            if twin is not None:
-                return twin
             seed = request.seed or secrets.randbits(32) or 1
             job = Job(f"{self._run_name}_{next(self._numbers):04d}", request, part, seed, settings)
             job.recorded = self._listener.queued(job)

@@ -2,7 +2,6 @@
 
 import threading
 from concurrent.futures import CancelledError, Future
-from contextlib import suppress
 from functools import partial
 
 import numpy as np
@@ -62,12 +61,6 @@ class Refinement:
     def _check(self, known: KnownPart, scene: DropScene) -> PoseStatistics:
         try:
             return self._results.check(known, scene, lambda: self._lanes.closed)
-        except (errors.PoseStatsError, CancelledError):
-            raise
-        except Exception as error:
-            self._report_failure(f"an estimate of {known.part_id!r} could not be checked: "
-                                 f"{type(error).__name__}: {error}")
-            raise
         finally:
             with self._lock:
                 self._checks.pop((known.part_id, known.digest, scene), None)
@@ -89,15 +82,15 @@ class Refinement:
         known = self._parts.current(part_id)
         if known is None:
             return
-        with suppress(Exception):  # has been reported
-            self._check(known, self._settings().scene(known.scene_override))
-        try:
-            self._refine(known)
-        except errors.PoseStatsError:
-            pass  # the node ends
-        except Exception as error:
-            self._report_failure(f"an estimate of {part_id!r} could not be refined: "
-                                 f"{type(error).__name__}: {error}")
+        check = partial(self._check, known, self._settings().scene(known.scene_override))
+        for improve in (check, partial(self._refine, known)):
+            try:
+                improve()
+            except (errors.PoseStatsError, CancelledError):
+                pass  # who asks is told; or the node ends
+            except Exception as error:
+                self._report_failure(f"an estimate of {part_id!r} could not be refined: "
+                                     f"{type(error).__name__}: {error}")
 
     def _refine(self, known: KnownPart) -> None:
         """Refine a part's latched result in the background, if that is wanted and not done."""

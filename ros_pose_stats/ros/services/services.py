@@ -1,7 +1,6 @@
 """Service callbacks: a request in, a response out, refusals as messages."""
 
 import math
-from collections.abc import Callable
 from concurrent.futures import Future, wait
 from dataclasses import replace
 from typing import Any
@@ -56,12 +55,11 @@ class Services:
             base.node.serve(kind, f"~/{name}", callback, lambda request: not (  # meshes have lanes
                 hasattr(request, "part") and part_messages.is_given(request.part)))
 
-    def _find_part(self, request: Any,
-                   is_enough: Callable[[KnownPart], bool] = lambda known: False
-                   ) -> tuple[Future[KnownPart], KnownPart | part_requests.PartRequest]:
+    def _find_part(self, request: Any) -> tuple[Future[KnownPart],
+                                                KnownPart | part_requests.PartRequest]:
         """The part of a request, on its way, and as far as it is there; empties its message.
 
-        `is_enough`: whether a known part will do though it is not built yet.
+        A known part may not be built yet.
         """
         if self._lanes.closed:
             raise ending()
@@ -90,31 +88,26 @@ class Services:
                     mesh.content, mesh.scene_override):
                 return self._intake.queue(mesh, source, Rank.SENT), mesh
             known = same
-        return done_with(known) if is_enough(known) else self._intake.built(known), known
+        return done_with(known), known
 
     def estimate(self, request: Any, response: Any) -> Steps:
         """An analytic answer; one that nobody chose is checked by drops, or refined by them."""
         check_target(request.target_error)
         step = request.com_offset
         offset = mass_properties.check_offset((step.x, step.y, step.z))
-
-        def is_enough(known: KnownPart) -> bool:
-            """Whether the answer is remembered since before the part was built in this run."""
-            scene = self._settings().scene((request.restitution, request.drop_height),
-                                           known.scene_override)
-            return not (offset.any() or request.target_error) and self._results.remembers(
-                known, request.method, scene)
-
-        coming, mesh = self._find_part(request, is_enough)
+        coming, mesh = self._find_part(request)
         known = received = yield coming
+        scene = self._settings().scene((request.restitution, request.drop_height),
+                                       mesh.scene_override)
+        if offset.any() or request.target_error or not (
+                self._results.remembers(known, request.method, scene)):
+            yield self._intake.built(known)
         if offset.any():
             key = received.part_id, received.digest, offset.tobytes()
             part = self._shifted.get(key) or meshes.shift_center(received.part, offset)
             self._shifted.put(key, part)
             known = replace(received, digest=part.digest, source=PartSource(part),
                             shown=None, counts=None)
-        scene = self._settings().scene((request.restitution, request.drop_height),
-                                       mesh.scene_override)
         yield self._intake.prepared(known, scene)
         is_auto = (request.method or self._settings().default_method) == methods.AUTO
         if is_auto and not request.target_error:
@@ -170,6 +163,8 @@ class Services:
                 f"max_seconds from 0 to {most:g} s (parameter max_job_seconds)",
                 f"{request.max_seconds:g} s", "0 stands for the node's")
         coming, mesh = self._find_part(request)
+        if isinstance(mesh, KnownPart):
+            coming = self._intake.built(mesh)
         if isinstance(mesh, KnownPart) or len(mesh.triangles) <= QUICK_TRIANGLES:
             wait([coming], START_PATIENCE)
         if coming.done():
