@@ -53,17 +53,13 @@ class Refinement:
             coming = self._checks.get(key)
             if coming is None:
                 rank = Rank.SENT if known.part_id in self._followed else Rank.KNOWN
-                coming = self._lanes.put(partial(self._check, known, scene), rank, Lane.CHECK)
-                if not coming.done():
-                    self._checks[key] = coming
+                coming = self._checks[key] = self._lanes.put(
+                    partial(self._check, known, scene), rank, Lane.CHECK)
+                coming.add_done_callback(lambda _: self._checks.pop(key, None))
             return coming
 
     def _check(self, known: KnownPart, scene: DropScene) -> PoseStatistics:
-        try:
-            return self._results.check(known, scene, lambda: self._lanes.closed)
-        finally:
-            with self._lock:
-                self._checks.pop((known.part_id, known.digest, scene), None)
+        return self._results.check(known, scene, lambda: self._lanes.closed)
 
     def follow(self, known: KnownPart) -> None:
         """Have what a part shows checked, where it is an estimate alone, and then refined."""
