@@ -180,8 +180,8 @@ class Answers:
         with self.changed:
             if rival is not None:
                 rival.is_mixed_up = False
-                if not reached and client.misses < MISSES <= rival.misses:  # it was the rival's
-                    client.misses, rival.misses = rival.misses, client.misses
+                if not reached and rival.misses >= MISSES:  # it was the rival's
+                    client.misses, rival.misses = rival.misses, 0
             if reached:
                 if client.misses >= MISSES:  # the try held up nobody
                     self._next_try = 0.0

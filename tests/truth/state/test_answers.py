@@ -54,3 +54,20 @@ def test_who_is_reached_again_is_answered_soon():
         service.now += 1.0
         service.call("D", number, is_reached=number >= 3600)()
     assert service.heard["D"] >= 29
+
+
+def test_who_is_passed_is_answered_though_later_answers_to_the_other_fail_first():
+    service = Service()
+    for client in ("H", "D"):
+        for number in range(1, 5):
+            service.call(client, number)()
+    asked, later = service.answers.asked("s", 5), [service.call("D", number) for number in (6, 7)]
+
+    def send():
+        for fail in later:
+            fail()
+        raise RuntimeWarning("failed to send response")
+
+    service.answers.send("s", asked, send)
+    service.call("H", 5)()
+    assert service.heard["H"] == 5
