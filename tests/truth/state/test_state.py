@@ -105,11 +105,8 @@ def test_many_that_wait_share_transactions(opened):
         for step in range(5):
             assert state.commit(state.put(fact(f"{number}", f"{step}")))
 
-    threads = [threading.Thread(target=work, args=(number,)) for number in range(16)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
+    with ThreadPoolExecutor(16) as pool:
+        list(pool.map(work, range(16)))
     assert {state.get("facts", f"{number}")[1] for number in range(16)} == {"4"}
     assert state._begun - before < 80
 
