@@ -11,8 +11,8 @@ from ros_pose_stats_msgs.msg import DropRecords, JobEvent, PoseStatistics
 from ...records import PoseStatistics as Statistics
 from ...simulation.drops import DropChunk
 from ..base import Base
-from ..messages import part_messages, times
-from ..parts import known_part, result_store
+from ..messages import part_messages, statistics_messages, times
+from ..parts import announcer, known_part, result_store
 from ..recorder import ANSWERS, DROP_RECORDS, JOB_EVENTS
 from ..state import Change
 from .run import Job, JobListener, State as JobState
@@ -26,7 +26,8 @@ INTERRUPTED = "the node ended before the simulation did"
 def job_event(job: Job, event: int | None = None) -> JobEvent:
     """The record of something that happens to a job; without an event of how it is now."""
     request, scene, known = job.request, job.request.scene, job.known()
-    height = scene.drop_height if job.snapshot is None else job.snapshot.drop_height
+    snapshot = job.snapshot  # of which the queue's thread may let go meanwhile
+    height = scene.drop_height if snapshot is None else snapshot.drop_height
     report = JobEvent(
         event=int(job.state if event is None else event), job_id=job.job_id,
         part_id=job.part_id, message=job.message,
@@ -132,13 +133,16 @@ class JobReports(JobListener):
         answer, data = None, b""
         if job.snapshot is not None and known is not None:
             answer = self._results.number_result(known, job.snapshot, job.settings, job.job_id)
+            if not job.recorded:
+                answer = statistics_messages.with_warning(
+                    answer, announcer.NOT_RECORDED.format("its acceptance could not be"))
             data = serialize_message(answer)
         change = job_change(event, data)
         recorded = self._state.commit(self._state.put(change))
         if answer is not None and known is not None:
             answer = self._announcer.record(ANSWERS, known, answer)
         recorded = self._recorder.record(JOB_EVENTS, serialize_message(event)) and recorded
-        if answer is None and not recorded:
+        if answer is None and not (recorded and job.recorded):
             job.message = event.message = f"{job.message} {self._announcer.not_recorded()}".strip()
         elif answer is not None:
             answer = answer if recorded else self._announcer.warn_unrecorded(answer)

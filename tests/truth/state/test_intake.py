@@ -6,26 +6,29 @@ import time
 import weakref
 from functools import partial
 from types import SimpleNamespace
-from unittest.mock import Mock
+from unittest.mock import MagicMock, Mock
 
 import numpy as np
 import pytest
-from ros_pose_stats_msgs.msg import PoseStatistics, StablePose
+from rclpy.serialization import serialize_message
+from ros_pose_stats_msgs.msg import JobEvent, PoseStatistics, StablePose
 
 from ros_pose_stats import part_from_mesh
 from ros_pose_stats.batch.worker import WorkerProcess
 from ros_pose_stats.errors import BatchError, MeshError, RequestError
 from ros_pose_stats.mesh.overlap import TakesLongError
 from ros_pose_stats.records.scene import DropScene, Numbering
+from ros_pose_stats.ros import camera_counts, state as states
 from ros_pose_stats.ros.answering_node import answered
 from ros_pose_stats.ros.base import Base
-from ros_pose_stats.ros.jobs import JobListener, JobRequest, Jobs, State
+from ros_pose_stats.ros.jobs import JobListener, JobRequest, Jobs, State, job_reports
 from ros_pose_stats.ros.jobs.refinement import Refinement
 from ros_pose_stats.ros.lanes import Lane, Lanes, Rank, done_with, ending
 from ros_pose_stats.ros.messages.part_requests import PartRequest
+from ros_pose_stats.ros.parts.announcer import Announcer
 from ros_pose_stats.ros.parts.count_store import CellCounts, CountStore, Ground
 from ros_pose_stats.ros.parts.intake import LARGE_BYTES, Intake
-from ros_pose_stats.ros.parts.known_part import KnownPart, PartSource
+from ros_pose_stats.ros.parts.known_part import KnownPart, PartSource, Shown
 from ros_pose_stats.ros.parts.part_store import PartStore
 from ros_pose_stats.ros.parts.result_store import Stores
 from ros_pose_stats.ros.services.cell import PlateFits
@@ -245,3 +248,42 @@ def test_a_refinement_that_gave_way_begins_again_though_the_client_cancels():
     assert runs == [refinement.job_id] * 2
     assert (refinement.state, refinement.drops_done) == (State.DONE, 100)
     jobs.close("")
+
+
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")  # of a library that reads messages
+@pytest.mark.parametrize("lost", range(1, 5))
+def test_the_state_has_jobs_and_counts_before_the_bag(tmp_path, lost):
+    """A goal's only answer, its result, says what that lost, but for the start of the run."""
+    state, had = states.State(tmp_path / "one.sqlite3"), []
+
+    def record(topic, data):
+        had.append([row[1] for row in state.rows("jobs")]
+                   + [row[5] for row in state.rows("counts")])
+        return len(had) - 1 != lost
+
+    base = base_of(state=state, node=MagicMock(), plate="")._replace(
+        recorder=Mock(record=record, last_problem="no room"))
+    result = PoseStatistics(cluster_tolerance=0.0025, round_sides=192, poses=[StablePose()])
+    known = KnownPart("clamp", "", b"", NODE_SCENE, PartSource(Mock()),
+                      shown=Shown(result, result, DropScene()))
+    parts = Mock(current=lambda name: known)
+    stores = Stores(parts, CountStore(base, parts), Mock(number_result=lambda *_: result),
+                    Announcer(base))
+    reports = job_reports.JobReports(base, stores)
+    state.commit(state.put(job_reports.job_change(JobEvent(job_id="run_0000", event=2))))
+    reports.restore()
+    outcome = Mock(drops=9, expected_error=0.1, drop_height=None, warnings=())
+    jobs = Jobs("run", reports, pytest.fail, lambda *_: outcome)
+    job = jobs.submit(JobRequest("clamp", b"", DropScene(), 9, 1, 0.0, 600.0), done_with(known),
+                      Mock(max_queued_jobs=1))
+    job.finished.result(60.0)
+    jobs.close("")
+    camera_counts.Cameras(base, stores)
+    kind, _, take = base.node.create_subscription.call_args_list[2].args[:3]
+    base.node.create_subscription().handle.take_message.return_value = None
+    three = kind(part_id="clamp", index=[0], count=[3], round_sides=192, cluster_tolerance=0.0025)
+    take(serialize_message(three), {"publication_sequence_number": 1, "source_timestamp": 1})
+    warnings = reports.end_result(job.job_id).warnings
+    state.close()
+    assert had == [[4], [4, 1], [4, 1], [4, 3], [4, 3], [4, 3, (3).to_bytes(8, "little")]]
+    assert sum(line.startswith("NOT_RECORDED: ") for line in warnings) == (lost != 2)
