@@ -50,6 +50,7 @@ def ros_node(name: str, arguments: Sequence[str]) -> Iterator[tuple[nodes.Node, 
         kill_after(PATIENCE)
         if node is not None:
             node.destroy_node()
+        kill_after(0.0)
         rclpy.try_shutdown()
 
 

@@ -45,7 +45,7 @@ def within(seconds: float, act: Callable[[], object]) -> bool:
 
 
 def kill_after(seconds: float) -> None:
-    """Have the process killed by SIGALRM, which needs no interpreter.
+    """Have the process killed by SIGALRM, which needs no interpreter; 0 calls that off.
 
     The end of a DDS participant may spin for ever with the interpreter locked (Fast DDS issue
     6513). Where the signal is somebody else's already, nothing is done.

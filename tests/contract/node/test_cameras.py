@@ -133,12 +133,16 @@ def test_what_cannot_be_counted_is_refused_and_the_next_one_served(node, tuned, 
 
 
 def test_what_comes_faster_than_it_can_be_recorded_is_told_as_lost(node, tuned, model):
-    """A flood of both kinds while the node stands still.
-
-    Which publisher a message is from is not told, so those of other tests blur the number a bit.
-    """
+    """While the node stands still; messages of other tests blur the number a bit."""
     pose, health = lying(model.poses[0]), Health(tuned)
     eyes, counter = seeing(tuned), counting(tuned)
+
+    def both_known():  # what a publisher sends before the node has found it is lost in silence
+        counter.publish(counted(model, [7]))
+        eyes.publish(picture(model.part_id, pose))
+        return {7, 1} <= {sum(one.count) for one in counts_of(node, model.part_id)}
+
+    until(both_known, "the publishers to be found")
     before = int(health.eventually("recording")[1]["counts lost"])
     node.send(signal.SIGSTOP)
     for number in range(2000):

@@ -198,8 +198,7 @@ def never_ends(*arguments):
 def locks_the_interpreter(*arguments):
     ctypes.PyDLL(None).sleep(1000)
 
-"""
-END = """
+{}
 from ros_pose_stats.commands.node import main
 sys.exit(main())
 """
@@ -210,12 +209,12 @@ sys.exit(main())
     ("Node.destroy_node = locks_the_interpreter", -signal.SIGALRM)])
 def test_what_never_ends_keeps_nothing_from_ending(node_of, client_of, tmp_path, stuck, status):
     """What was acknowledged is in the state, and the bag is whole."""
-    node = node_of(program=["-c", STUCK + stuck + END]).ready()
+    node = node_of(program=["-c", STUCK.format(stuck)]).ready()
     client = client_of()
     client.good("estimate", part=flat(WEDGE, "kept"))
     job_id = start(client, "kept", LONG)
     running_with_results(client, job_id)
-    for _ in range(2 if status == 0 else 0):
+    for _ in range(0 if status else 2):
         client.send("forget_part", part_id="kept")
     client.good("estimate", part_id="kept")
     node.send(signal.SIGTERM)
