@@ -14,12 +14,11 @@ demo: $(READY)
 
 # One worker more than cores: the tests of nodes wait for most of their time. Those of a quick
 # file share what it has made once, and those of nodes come first; long tests take minutes each.
-# Where a worker crashes, pytest-xdist would wait for it for ever.
+# Where a worker of a quick run crashes, pytest-xdist 3.8 would wait for it for ever.
 PYTEST := .venv/bin/python -m pytest -n $$(($$(nproc) + 1))
 
 test: lint
-	$(PYTEST) --dist loadfile --no-loadscope-reorder --max-worker-restart 0 \
-		-m "not long"
+	$(PYTEST) --dist loadfile --no-loadscope-reorder --max-worker-restart 0 -m "not long"
 
 test-all: test
 	$(PYTEST) --dist worksteal -m long

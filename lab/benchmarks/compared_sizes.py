@@ -14,6 +14,7 @@ import os
 import numpy as np
 
 from ros_pose_stats import DropScene, compare, part_from_mesh, shift_center
+from ros_pose_stats.design.comparison import SHOWN
 from ros_pose_stats.design.paired_drops import PairedDrops, paired_difference
 from study import shapes
 
@@ -43,7 +44,7 @@ def main() -> None:
             found = compare(parts, wanted, seed=seed)
             share = found.variants[0].feeder.share
             drops.append(found.drops)
-            if share.in_model == "difference shown":
+            if share.in_model == SHOWN:
                 shown.append(share.difference.value)
         poses = found.variants[0].feeder.poses
         value = paired_difference(*map(many.is_in, (0, 1), poses)).value

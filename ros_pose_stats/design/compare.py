@@ -116,22 +116,31 @@ def compare(parts: Sequence[Part], wanted: Sequence[int] = (), drops: int = MOST
         judged.outcome.size + done, most), should_stop)
 
     pairs = afresh if afresh.drops else judged
-    variants: list[comparison.VariantComparison] = []
-    for match, listed, shares, judgements in zip(
-            matches, tests, _differences(pairs, tests, plate_error), verdicts, strict=True):
-        told = [share._replace(chance=one.chance, chance_on_plate=one.chance_on_plate)
-                for share, one in zip(shares, judgements, strict=True)]
-        poses = list(map(comparison.PoseComparison, match.matches, told))
-        poses.sort(key=lambda one: (not one.poses.is_pair, -max(one.share.first.value,
-                                                                one.share.second.value)))
-        variants.append(comparison.VariantComparison(
-            len(variants) + 1, match, tuple(poses), comparison.FeederComparison(
-                listed[-1], told[-1], tuple(one for one in accepted if match.partner[one] < 0))
-            if accepted else None))
+    variants = tuple(
+        _compare_variant(second, match, accepted, [
+            share._replace(chance=one.chance, chance_on_plate=one.chance_on_plate)
+            for share, one in zip(shares, judgements, strict=True)])
+        for second, match, shares, judgements in zip(
+            range(1, len(parts)), matches, _differences(pairs, tests, plate_error), verdicts,
+            strict=True))
     own = [accepted, *(match.follow(accepted).second for match in matches)]
     found = tuple(_statistics(part, pairs, place, own[place]) for place, part in enumerate(parts))
-    return comparison.Comparison(tuple(parts), found, tuple(variants), pairs.scene, asked.seed,
-                                 accepted, plate_error, time.perf_counter() - begin)
+    return comparison.Comparison(tuple(parts), found, variants, pairs.scene, asked.seed, accepted,
+                                 plate_error, time.perf_counter() - begin)
+
+
+def _compare_variant(second: int, match: correspondence.Correspondence,
+                     accepted: tuple[int, ...], shares: list[comparison.ShareDifference]
+                     ) -> comparison.VariantComparison:
+    """What was found of a variant beside the first, pairs of poses and frequent ones first."""
+    poses = [comparison.PoseComparison(some, share)
+             for some, share in zip(match.matches, shares, strict=False)]
+    poses.sort(key=lambda one: (not one.poses.is_pair, -max(one.share.first.value,
+                                                            one.share.second.value)))
+    feeder = comparison.FeederComparison(
+        match.follow(accepted), shares[-1],
+        tuple(one for one in accepted if match.partner[one] < 0)) if accepted else None
+    return comparison.VariantComparison(second, match, tuple(poses), feeder)
 
 
 Tests = Sequence[Sequence[correspondence.MatchedPoses]]

@@ -102,7 +102,7 @@ class Asked(NamedTuple):
 
 
 class Answers:
-    """Works off requests, the clients in turn; while `changed` is held nobody is answered."""
+    """Works off requests, the clients in turn; while `lock` is held nobody is answered."""
 
     def __init__(self, warn: Callable[[str], object],
                  clock: Callable[[], float] = time.monotonic) -> None:
@@ -111,13 +111,13 @@ class Answers:
         self._lines: deque[Client] = deque()  # clients whose requests wait
         self._waiting, self._closed = 0, False
         self._next_try, self._warned = 0.0, dict[str, float]()
-        self.changed = threading.RLock()
+        self.lock = threading.RLock()
         self.last = 0.0
         self._pool = ThreadPoolExecutor(THREADS, "answers")
 
     def asked(self, service: str, number: int) -> Asked:
         """Tell who has given its request this number; of several clients, one that is reached."""
-        with self.changed:
+        with self.lock:
             # Of equal ones the last that asked: many at once come one right after the other.
             alike = sorted(self._by_number.pop((service, number - 1), []),
                            key=lambda candidate: -candidate.misses)
@@ -136,7 +136,7 @@ class Answers:
 
     def put(self, client: Client, act: Callable[[], object]) -> bool:
         """Have a request answered when it is its client's turn; whether it may wait."""
-        with self.changed:
+        with self.lock:
             if self._waiting >= MOST_WAITING or self._closed:
                 return False
             if not client.requests:
@@ -147,7 +147,7 @@ class Answers:
             return True
 
     def _answer_next(self) -> None:
-        with self.changed:
+        with self.lock:
             client = self._lines.popleft()
             act = client.requests.popleft()
             self._waiting -= 1
@@ -161,7 +161,7 @@ class Answers:
     def send(self, service: str, asked: Asked, send: Callable[[], object]) -> None:
         """Send an answer, unless its client was surely not reached the last times."""
         client, rival = asked
-        with self.changed:
+        with self.lock:
             now = self._clock()
             if client.misses >= MISSES and not client.is_mixed_up:
                 if now < max(client.due, self._next_try):
@@ -177,7 +177,7 @@ class Answers:
                 self._warn(f"{service}: an answer could not be sent: {words_of(error)}")
                 return
             reached = False
-        with self.changed:
+        with self.lock:
             if rival is not None:
                 rival.is_mixed_up = False
                 if not reached and rival.misses >= MISSES:  # it was the rival's
@@ -204,7 +204,7 @@ class Answers:
 
     def close(self, seconds: float) -> None:
         """Answer all that wait, as far as that takes some seconds."""
-        with self.changed:
+        with self.lock:
             self._closed = True
         within(seconds, self._pool.shutdown)
 
@@ -238,7 +238,7 @@ class AnsweringNode(nodes.Node):
 
         def sort_all(request: Any, header: Any) -> None:
             """Sort a request and those behind it; one that may not wait is answered now."""
-            with answers.changed:
+            with answers.lock:
                 while header is not None:
                     asked = answers.asked(name, header.request_id.sequence_number)
                     act = partial(answer, asked, header, request)
