@@ -16,7 +16,7 @@ INTERFACES = "ros_pose_stats_msgs"
 
 
 def prepare_ros() -> None:
-    """Check that ROS is there; linear algebra keeps off the cores, errors of DDS off answers."""
+    """Check that ROS is there, and keep linear algebra off the cores that simulate."""
     if find_spec("rclpy") is None:
         raise RequestError("ROS 2 Jazzy to be importable", "no module rclpy",
                            "source /opt/ros/jazzy/setup.bash, or run `make setup` and use .venv")
@@ -26,6 +26,11 @@ def prepare_ros() -> None:
             "build it: `make setup`, or in a workspace `colcon build --base-paths . msg_defs`")
     if "numpy" not in sys.modules:
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+
+def prepare_answer() -> None:
+    """The same for what prints an answer, which errors of DDS keep off: they go to stderr."""
+    prepare_ros()
     if sys.__stdout__ is sys.stdout is not None and sys.__stderr__ is not None:
         sys.stdout = os.fdopen(os.dup(1), "w", 1, sys.stdout.encoding, "backslashreplace")
         os.dup2(2, 1)
@@ -106,7 +111,7 @@ def register_publish(commands: given.Commands) -> None:
 def run_publish(options: argparse.Namespace) -> int:
     """Publish until a node has answered, and print the answer."""
     arguments = ros_arguments("part_publisher", options.ros_arguments)
-    prepare_ros()
+    prepare_answer()
     from ..ros.client import publish_part, read_part
 
     part_id = options.part_id or Path(options.part).stem
@@ -146,7 +151,7 @@ def register_show(commands: given.Commands) -> None:
 def run_show(options: argparse.Namespace) -> int:
     """Print what is latched."""
     arguments = ros_arguments("pose_stats_show", options.ros_arguments)
-    prepare_ros()
+    prepare_answer()
     from ..records.tables import parts_table
     from ..ros.client import latched_results
 
