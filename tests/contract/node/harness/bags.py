@@ -26,8 +26,8 @@ def on_topic(name):
 
 
 def bags_of(log_directory):
-    """All bags of a folder, oldest first."""
-    return sorted(log_directory.glob("pose_stats_*"))
+    """All bags of a folder, oldest first; a kill may leave a run without a file, which is none."""
+    return sorted(filter(files_of, log_directory.glob("pose_stats_*")))
 
 
 def files_of(bag):
