@@ -121,6 +121,7 @@ class TestCutOff:
         assert file.read_bytes() == whole[LONG]
         assert list(file.parent.iterdir()) == [file]
 
+    @pytest.mark.long
     def test_a_second_run_is_refused_and_a_killed_one_gone_on_with(self, whole, file):
         with started(file, *LONG, "--workers", 1) as running:
             wait_for_a_piece(file, running)

@@ -40,6 +40,7 @@ def test_the_page_on_design_is_that_of_the_stored_numbers():
         MEASURED / "design.md").read_text().strip()
 
 
+@pytest.mark.long
 def test_one_part_in_many_exports_is_one_part():
     """One list of poses for all of them, and drops that differ by chance alone."""
     text = lab("benchmarks.exports", "--drops", 100, "--thrown", 20)

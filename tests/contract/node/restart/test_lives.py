@@ -214,7 +214,7 @@ def test_large_parts_that_are_still_to_be_built_hold_up_nobody(domain, tmp_path)
     """Nor is one refused that is not wanted any more."""
     with cell_of(domain, tmp_path, "large") as (_, client):
         for part_id in ("unwanted", "asked for", "first"):
-            client.good("estimate", part=flat(ellipsoid(12_000), part_id))
+            client.good("estimate", part=flat(ellipsoid(6000), part_id))
     with (Client(domain, "/large/pose_stats") as client,
           NodeProcess(tmp_path, "-r", "__ns:=/large") as node):
         with standing(builder_at_work(node.process.pid)):
