@@ -1,6 +1,7 @@
 """The node's state: changes are handed in by anybody and written many at a time."""
 
 import hashlib
+import os
 import sqlite3
 import threading
 from collections.abc import Callable, Iterable, Mapping
@@ -28,22 +29,19 @@ class State:
         self.file, self.meshes = file, file.with_name(f"{file.stem}.meshes")
         self.problem = self.set_aside = ""
         self._definitions, self._convert, self._say = dict(definitions or {}), convert, say
-        self._patience = patience
         self._link: sqlite3.Connection | None = None
-        self._reader: sqlite3.Connection | None = None  # does not wait for what is being written
-        self._lock: tables.FileLock | None = None
-        self._identity: tuple[int, int] | None = None
+        self._lock: int | None = None  # descriptor of the lock file
+        self._about: os.stat_result | None = None  # the file that the connection is of
         self._pending: dict[tuple[str, str | bytes], tuple[Row | None]] = {}
         self._number = self._committed = 0  # of the last change, and of the last on the disk
-        self._begun = self._ended = 0  # times that the file was written
+        self._writes = self._tried = 0  # times that the file was written, and up to which change
         self._closed = False
-        self._changed = threading.Condition()
-        self._using = threading.Lock()  # held while the file is written
-        self._reading = threading.Lock()
+        self._changing = threading.Lock()
+        self._using = threading.Lock()  # held while the file is written or read
         self._filing = threading.Lock()  # held while files of meshes come or go
         try:
             files.refuse_irregular(file)
-            self._open()
+            self._open(patience)
         except (files.NotAFileError, IsADirectoryError) as error:
             raise errors.RequestError("state_file to be a file", f"'{file}' ({error.strerror})",
                                       "name another one") from error
@@ -56,7 +54,7 @@ class State:
 
     def put(self, *changes: Change) -> int:
         """Hand changes in that belong together; the number that `commit` takes."""
-        with self._changed:
+        with self._changing:
             for change in changes:
                 self._pending[change.table, change.key] = (change.row,)
             self._number += 1
@@ -81,28 +79,27 @@ class State:
 
         What comes while another thread writes is written together, by one of those who wait.
         """
-        with self._changed:
-            wanted, begun = self._number if number is None else number, self._begun
-            self._changed.wait_for(lambda: self._committed >= wanted or self._ended > begun
-                                   or self._ended == self._begun)
-            if self._committed >= wanted or self._ended > begun or self._closed:
-                return self._committed >= wanted
-            taken, last, problem = dict(self._pending), self._number, ""
-            self._begun += 1
-        try:
-            with self._using:
+        with self._changing:
+            wanted, writes = self._number if number is None else number, self._writes
+            if self._committed >= wanted:
+                return True
+        with self._using:
+            with self._changing:
+                is_tried = self._writes > writes and self._tried >= wanted
+                if self._committed >= wanted or is_tried or self._closed:
+                    return self._committed >= wanted
+                taken, self._tried, problem = dict(self._pending), self._number, ""
+            try:
                 self._write([Change(*key, row) for key, (row,) in taken.items()])
-        except Exception as error:  # whoever waits hears of it
-            problem = tables.problem_of(self.file, error)
-        with self._changed:
-            if not problem:
-                self._committed = last
-                for key, held in taken.items():
-                    if self._pending.get(key) is held:
-                        del self._pending[key]
-            self._ended = self._begun
-            changed, self.problem = bool(problem) != bool(self.problem), problem
-            self._changed.notify_all()
+            except Exception as error:  # whoever waits hears of it
+                problem = tables.problem_of(self.file, error)
+            with self._changing:
+                self._writes += 1
+                if not problem:
+                    self._committed = self._tried
+                    self._pending = {key: held for key, held in self._pending.items()
+                                     if taken.get(key) is not held}
+                changed, self.problem = bool(problem) != bool(self.problem), problem
         if changed:
             self._say(f"NOT_RECORDED: {problem}" if problem
                       else f"the state file {self.file} is written again")
@@ -110,12 +107,12 @@ class State:
 
     def get(self, table: str, key: str | bytes) -> Row | None:
         """A row by its key, as it was handed in last; None where there is none."""
-        with self._changed:
+        with self._changing:
             held = self._pending.get((table, key))
         if held is not None:
             return held[0]
-        with self._reading, suppress(sqlite3.Error):
-            return None if self._reader is None else tables.look_up(self._reader, table, key)
+        with self._using, suppress(sqlite3.Error):
+            return None if self._link is None else tables.look_up(self._link, table, key)
         return None
 
     def rows(self, table: str) -> list[Row]:
@@ -137,30 +134,28 @@ class State:
     def close(self) -> bool:
         """Write what waits, and let go of the file; whether all of it is written."""
         written = self.commit()
-        with self._changed:
-            self._closed = True
-            self._changed.wait_for(lambda: self._ended == self._begun)
         with self._using:
+            self._closed = True
             self._release()
         return written
 
     def _release(self) -> None:
-        with self._reading:
-            for link in filter(None, (self._reader, self._link)):
-                with suppress(sqlite3.Error):
-                    link.close()
-            self._link = self._reader = None
+        link, self._link = self._link, None
+        if link is not None:
+            with suppress(sqlite3.Error):
+                link.close()
         self._let_go()
 
     def _let_go(self) -> None:
         lock, self._lock = self._lock, None
         if lock is not None:
-            lock.release()
+            os.close(lock)
 
     def _write(self, changes: list[Change]) -> None:
         if self._link is None:
-            self._open()
-        elif not self.file.exists() or _identity_of(self.file) != self._identity:
+            self._open(0.0)
+        elif not (self._about and self.file.exists()
+                  and os.path.samestat(self.file.stat(), self._about)):
             self._make_anew(self._link)
         elif self.problem:
             self._use(tables.connect(self.file))
@@ -172,10 +167,11 @@ class State:
         if replaced:
             self._remove_files(link, replaced)
 
-    def _open(self) -> None:
+    def _open(self, patience: float) -> None:
         """Take the file and see whether it is sound; one that is not is set aside."""
         files.make_directories(self.file.parent)
-        self._lock = self._lock or tables.FileLock(self.file, self._patience)
+        if self._lock is None:
+            self._lock = tables.lock_file(self.file, patience)
         try:
             self._use(self._sound())
         except Exception as error:
@@ -199,25 +195,17 @@ class State:
         return link
 
     def _use(self, link: sqlite3.Connection) -> None:
-        """Work with a connection from now on, and with another one that only reads."""
-        try:
-            reader = tables.connect(self.file)
-        except BaseException:
-            link.close()
-            raise
-        with self._reading:
-            before, self._reader = [self._link, self._reader], reader
-        self._link = link
-        for old in filter(None, before):
+        """Work with a connection from now on."""
+        before, self._link, self._about = self._link, link, self.file.stat()
+        if before is not None:
             with suppress(sqlite3.Error):
-                old.close()
-        self._identity = _identity_of(self.file)
+                before.close()
 
     def _make_anew(self, old: sqlite3.Connection) -> None:
         """Write what the deleted file holds, which is still open, into one of its name."""
         files.make_directories(self.file.parent)
         self._let_go()  # of a lock file that may be gone, too
-        self._lock = tables.FileLock(self.file, 0.0)
+        self._lock = tables.lock_file(self.file, 0.0)
         half = self.file.with_name(f"{self.file.name}{files.HALF}")
         half.unlink(missing_ok=True)
         for end in ("-wal", "-shm"):
@@ -232,14 +220,9 @@ class State:
     def _remove_files(self, link: sqlite3.Connection, names: Iterable[str]) -> None:
         """Remove files of meshes that no part has any more."""
         with self._filing:
-            with self._changed:
+            with self._changing:
                 waiting = {held[0][2] for (table, _), held in self._pending.items()
                            if table == "meshes" and held[0] is not None}
             for name in set(names) - tables.files_of_meshes(link) - waiting:
                 with suppress(OSError):
                     (self.meshes / name).unlink()
-
-
-def _identity_of(file: Path) -> tuple[int, int]:
-    about = file.stat()
-    return about.st_dev, about.st_ino

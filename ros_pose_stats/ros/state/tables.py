@@ -64,33 +64,30 @@ class StateInUseError(PoseStatsError):
     """Another process has the file."""
 
 
-class FileLock:
-    """The kernel's lock of a state file, beside it; it ends with the process that holds it."""
+def lock_file(file: Path, seconds: float) -> int:
+    """Take the kernel's lock of a state file, beside it; it ends with the descriptor.
 
-    def __init__(self, file: Path, seconds: float) -> None:
-        path, until = file.with_name(f"{file.name}.lock"), time.monotonic() + seconds
-        while True:
-            self._number = _open_lock(path, file)
-            try:
-                fcntl.flock(self._number, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                holder = os.pread(self._number, 20, 0).decode(errors="replace").strip()
-            else:
-                break
-            os.close(self._number)
-            if time.monotonic() > until:
-                raise StateInUseError(
-                    f"a state file that no other node uses (parameter state_file, {file})",
-                    f"one that process {holder} has in use",
-                    "end that process, or name another file")
-            time.sleep(GLANCE)
-        with suppress(OSError):  # of a disk that can only be read
-            os.ftruncate(self._number, 0)
-            os.pwrite(self._number, f"{os.getpid()}\n".encode(), 0)
-
-    def release(self) -> None:
-        """Let go of it; the lock file stays, so that nobody locks one that is gone."""
-        os.close(self._number)
+    The lock file stays, so that nobody locks one that is gone.
+    """
+    path, until = file.with_name(f"{file.name}.lock"), time.monotonic() + seconds
+    while True:
+        number = _open_lock(path, file)
+        try:
+            fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            holder = os.pread(number, 20, 0).decode(errors="replace").strip()
+        else:
+            break
+        os.close(number)
+        if time.monotonic() > until:
+            raise StateInUseError(
+                f"a state file that no other node uses (parameter state_file, {file})",
+                f"one that process {holder} has in use", "end that process, or name another file")
+        time.sleep(GLANCE)
+    with suppress(OSError):  # of a disk that can only be read
+        os.ftruncate(number, 0)
+        os.pwrite(number, f"{os.getpid()}\n".encode(), 0)
+    return number
 
 
 def _open_lock(path: Path, file: Path) -> int:
