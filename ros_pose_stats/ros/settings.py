@@ -7,17 +7,16 @@ import os
 import re
 import threading
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import Field, dataclass, field, fields, replace
 from difflib import get_close_matches
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from rcl_interfaces import msg
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from ..errors import PoseStatsError, RequestError
-from ..mesh.units import metres_per_unit
 from ..methods import AT_ONCE, DEFAULT_METHOD
 from ..records import DropScene, scene as defaults
 from .messages.part_requests import check_name, shown
@@ -35,7 +34,10 @@ TOPIC = re.compile(r"(~/|/)?[A-Za-z_]\w*(/[A-Za-z_]\w*)*", re.ASCII)
 
 
 def _parameter(default: T, description: str, *bounds: float, fixed: bool = False) -> T:
-    """One row of the table: its type is the default's, and both bounds are allowed."""
+    """One row of the table: its type is the default's, and both bounds are allowed.
+
+    A fixed one can be set at the start only.
+    """
     return field(default=default, metadata={"description": description, "bounds": bounds,
                                             "fixed": fixed})
 
@@ -150,32 +152,17 @@ class Settings:
         return self.flip_height if kick_height < 0.0 else float(kick_height)
 
 
-class Setting(NamedTuple):
-    """One parameter: its type is the default's, and a fixed one can be set at the start only."""
-
-    name: str
-    default: Any
-    description: str
-    bounds: tuple[float, ...]  # least and most, or none
-    fixed: bool
-
-
-TABLE = tuple(Setting(row.name, [] if row.default == () else row.default, **row.metadata)
-              for row in fields(Settings) if row.metadata)
-BY_NAME = {setting.name: setting for setting in TABLE}
+TABLE = {row.name: row for row in fields(Settings) if row.metadata}
 
 
 def settings_of(values: dict[str, Any]) -> Settings:
     """Check values and freeze them; reads the file of plates where no `profile` is among them."""
-    frozen: dict[str, Any] = {name: tuple(value) if isinstance(value, list) else value
-                              for name, value in values.items()}
-    settings = Settings(**frozen)
-    for setting in TABLE:
+    settings = Settings(**values)
+    for setting in TABLE.values():
         _check(setting, getattr(settings, setting.name))
     if settings.default_method not in AT_ONCE:
         raise RequestError(f"default_method to be one of {', '.join(AT_ONCE)}",
                            f"'{settings.default_method}'", f"{DEFAULT_METHOD} is the default")
-    metres_per_unit(settings.mesh_unit)
     mesh_topics(settings.mesh_topics)
     if "profile" not in values:
         settings = replace(settings, profile=find_profile(settings.plates, settings.plate))
@@ -214,10 +201,10 @@ def find_profile(plates: str, plate: str) -> PlateProfile | None:
     return profiles.get(plate)
 
 
-def _check(setting: Setting, value: Any) -> None:
+def _check(setting: Field[Any], value: Any) -> None:
     """Refuse what is out of bounds, would disturb a terminal or be long in every answer."""
-    if setting.bounds and not setting.bounds[0] <= value <= setting.bounds[1]:
-        low, high = setting.bounds
+    low, high = setting.metadata["bounds"] or (value, value)
+    if not low <= value <= high:
         top = "below 1" if high == BELOW_ONE else f"{high:g}"
         raise RequestError(f"{setting.name} from {low:g} to {top}", f"{value}",
                            f"{setting.default!r} is the default")
@@ -246,7 +233,7 @@ def mesh_topics(entries: Sequence[str]) -> dict[str, str]:
 
 
 TYPES = {bool: Parameter.Type.BOOL, int: Parameter.Type.INTEGER, float: Parameter.Type.DOUBLE,
-         str: Parameter.Type.STRING, list: Parameter.Type.STRING_ARRAY}
+         str: Parameter.Type.STRING, tuple: Parameter.Type.STRING_ARRAY}
 
 PLATE = {"plate", "plates"}  # what the profile of the plate hangs on
 
@@ -260,10 +247,10 @@ class Parameters:
     def __init__(self, node: Node, on_change: Callable[[Settings], object]) -> None:
         values = {setting.name: _value(setting, _widened(node.declare_parameter(
             setting.name, setting.default, msg.ParameterDescriptor(
-                name=setting.name, dynamic_typing=True), False))) for setting in TABLE}
+                name=setting.name, dynamic_typing=True), False))) for setting in TABLE.values()}
         for name in node._parameter_overrides:  # which rclpy shows in no other way
             if not node.has_parameter(name) and not name.startswith("qos_overrides."):
-                like = get_close_matches(name, BY_NAME, 1)
+                like = get_close_matches(name, TABLE, 1)
                 hint = f"; did you mean {like[0]}?" if like else ""
                 node.get_logger().warning(
                     f"there is no parameter '{name}', its value is ignored{hint}")
@@ -273,8 +260,8 @@ class Parameters:
         self._lock = threading.Lock()
         node.add_pre_set_parameters_callback(lambda given: list(map(_widened, given)))
         node.set_parameters([Parameter(setting.name, TYPES[type(setting.default)],
-                                       values[setting.name]) for setting in TABLE])
-        for setting in TABLE:  # bounds at last: the refusals of `settings_of` say more
+                                       values[setting.name]) for setting in TABLE.values()])
+        for setting in TABLE.values():  # bounds at last: the refusals of `settings_of` say more
             node.set_descriptor(setting.name, _descriptor(setting))
         node.add_on_set_parameters_callback(self._check)
         node.add_post_set_parameters_callback(self._apply)
@@ -293,7 +280,7 @@ class Parameters:
                 del values["profile"]
             self._checked.settings = settings_of({**values, **ours})
             for name in ours:
-                if BY_NAME[name].fixed:
+                if TABLE[name].metadata["fixed"]:
                     raise RequestError(f"{name} to be set at the start only", f"{ours[name]!r}",
                                        "start the node again")
         except PoseStatsError as refusal:
@@ -312,40 +299,40 @@ class Parameters:
         self._on_change(self.settings)
 
 
-def _descriptor(setting: Setting) -> msg.ParameterDescriptor:
-    kind = TYPES[type(setting.default)]
+def _descriptor(setting: Field[Any]) -> msg.ParameterDescriptor:
+    kind, about = TYPES[type(setting.default)], setting.metadata
     descriptor = msg.ParameterDescriptor(
         name=setting.name, type=kind.value, dynamic_typing=True,
-        description=setting.description,
-        additional_constraints="set at the start only" if setting.fixed else "")
-    if setting.bounds and kind is Parameter.Type.DOUBLE:
-        low, high = map(float, setting.bounds)
+        description=about["description"],
+        additional_constraints="set at the start only" if about["fixed"] else "")
+    if about["bounds"] and kind is Parameter.Type.DOUBLE:
+        low, high = map(float, about["bounds"])
         descriptor.floating_point_range = [msg.FloatingPointRange(from_value=low, to_value=high)]
-    elif setting.bounds:
-        least, most = map(int, setting.bounds)
+    elif about["bounds"]:
+        least, most = map(int, about["bounds"])
         descriptor.integer_range = [msg.IntegerRange(from_value=least, to_value=most, step=1)]
     return descriptor
 
 
 def _widened(parameter: Parameter) -> Parameter:
-    setting = BY_NAME.get(parameter.name)
+    setting = TABLE.get(parameter.name)
     if setting is None:
         return parameter
     if isinstance(setting.default, float) and parameter.type_ is Parameter.Type.INTEGER:
         return Parameter(parameter.name, Parameter.Type.DOUBLE, float(parameter.value))
-    if isinstance(setting.default, list) and not parameter.value:
+    if isinstance(setting.default, tuple) and not parameter.value:
         return Parameter(parameter.name, Parameter.Type.STRING_ARRAY, [])
     return parameter
 
 
-def _value(setting: Setting, parameter: Parameter) -> Any:
+def _value(setting: Field[Any], parameter: Parameter) -> Any:
     wanted = TYPES[type(setting.default)]
     if parameter.type_ is not wanted:
         raise RequestError(f"{setting.name} as {wanted.name.lower()}", f"{parameter.value!r}",
                            f"{setting.default!r} is the default")
-    return list(parameter.value) if isinstance(setting.default, list) else parameter.value
+    return tuple(parameter.value) if isinstance(setting.default, tuple) else parameter.value
 
 
 def _ours(parameters: Sequence[Parameter]) -> dict[str, Any]:
-    return {parameter.name: _value(BY_NAME[parameter.name], parameter)
-            for parameter in parameters if parameter.name in BY_NAME}
+    return {parameter.name: _value(TABLE[parameter.name], parameter)
+            for parameter in parameters if parameter.name in TABLE}

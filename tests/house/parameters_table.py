@@ -3,7 +3,7 @@
 import sys
 from pathlib import Path
 
-from ros_pose_stats.ros.settings import TABLE, Setting
+from ros_pose_stats.ros.settings import TABLE
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "node.md"
 HEAD = "| name | default | meaning |\n|---|---|---|\n"
@@ -11,17 +11,18 @@ HEAD = "| name | default | meaning |\n|---|---|---|\n"
 
 def parameters_table() -> str:
     """One row a parameter, as the node declares it."""
-    return HEAD + "".join(f"| `{one.name}` | `{_shown(one)}` | {_meaning(one)} |\n"
-                          for one in TABLE)
+    return HEAD + "".join(f"| `{name}` | `{_shown(one.default)}` | {_meaning(**one.metadata)} |\n"
+                          for name, one in TABLE.items())
 
 
-def _shown(setting: Setting) -> str:
-    default = setting.default
+def _shown(default) -> str:
+    if isinstance(default, tuple):
+        default = list(default)
     return str(default).lower() if isinstance(default, bool) else str(default) or "''"
 
 
-def _meaning(setting: Setting) -> str:
-    return setting.description + (" Set at the start only." if setting.fixed else "")
+def _meaning(description: str, fixed: bool, bounds: tuple[float, ...]) -> str:
+    return description + (" Set at the start only." if fixed else "")
 
 
 def main() -> int:
