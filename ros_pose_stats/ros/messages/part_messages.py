@@ -151,7 +151,8 @@ def part_message(request: part_requests.PartRequest, part_id: str, stamp: int) -
     """What goes to the bag: flat arrays as received, under the part's final name."""
     message = PartMesh(
         part_id=part_id, vertices=flat(request.vertices), triangles=flat(request.triangles, "I"),
-        unit=request.unit, restitution=request.restitution, drop_height=request.drop_height)
+        unit=request.unit)
+    message.restitution, message.drop_height = request.scene_override
     message.header.stamp = times.time_message(stamp)
     given, com = message.inertia, message.inertia.com
     given.m, (com.x, com.y, com.z) = request.mass, map(float, request.center_of_mass)
@@ -193,7 +194,7 @@ def _part_request(data: bytes) -> part_requests.PartRequest:
     inertia = values[[5, 6, 7, 6, 8, 9, 7, 9, 10]].reshape(3, 3)
     return part_requests.PartRequest(
         part_id, vertices, triangles, unit, float(values[1]), np.array(values[2:5]), inertia,
-        float(values[11]), float(values[12]), stamp)
+        (float(values[11]), float(values[12])), stamp)
 
 
 def resource_file(uri: str) -> Path:

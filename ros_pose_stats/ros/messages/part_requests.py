@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ...errors import MeshError, RequestError
 from ...estimators import best_method
 from ...mesh.parts import part_from_mesh
-from ...methods import AT_ONCE, AUTO, HYBRID, SIMULATION
+from ...methods import AT_ONCE, AUTO
 from ...records import Part
 
 Array = NDArray[np.float64]
@@ -33,8 +33,8 @@ class PartRequest:
     center_of_mass: Array = field(default_factory=lambda: np.zeros(3))
     # (3, 3); kg m²; zeros: uniform
     inertia: Array = field(default_factory=lambda: np.zeros((3, 3)))
-    restitution: float = -1.0  # of the part's own scene; negative: the node's
-    drop_height: float = -1.0
+    # restitution and drop height of the part's own scene; negative: the node's
+    scene_override: tuple[float, float] = (-1.0, -1.0)
     stamp: int = 0  # nanoseconds; 0 where the sender gave none
 
     @cached_property
@@ -45,11 +45,6 @@ class PartRequest:
         numbers = [self.unit, self.mass, *self.center_of_mass, *self.inertia.ravel()]
         digest.update(np.array(numbers, dtype="<f8").tobytes())
         return digest.digest()
-
-    @property
-    def scene_override(self) -> tuple[float, float]:
-        """Restitution and drop height of the part's own scene; negative: the node's."""
-        return self.restitution, self.drop_height
 
     def bytes(self) -> int:
         """Size of the mesh."""
@@ -115,11 +110,9 @@ def estimator_name(method: str, restitution: float) -> str:
     """The estimator that a name stands for; raises RequestError if it stands for none."""
     if method == AUTO:
         return best_method(restitution)
-    if method in (HYBRID, SIMULATION):
-        raise RequestError(f"a method that needs no drops, out of {', '.join(AT_ONCE)}",
-                           f"{method!r}", "ask for auto with a target_error, or start a drop "
-                           "simulation")
     if method not in AT_ONCE:
-        raise RequestError(f"a method out of {', '.join(AT_ONCE)}", repr(method[:LONGEST_NAME]),
-                           "leave it empty for the node's")
+        raise RequestError(f"a method that needs no drops, out of {', '.join(AT_ONCE)}",
+                           repr(method[:LONGEST_NAME]),
+                           "leave it empty for the node's; for drops ask for auto with a "
+                           "target_error, or start a drop simulation")
     return method

@@ -10,13 +10,14 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
+from rclpy.duration import Duration
 from ros_pose_stats_msgs import msg
 
 from ... import records
 from ...records.statistics import FORGOTTEN, POSE_FIELDS, STATISTICS_FIELDS
 from ...version import VERSION
 from .part_messages import flat
-from .times import duration_message, now, time_message
+from .times import now, time_message
 
 
 def statistics_message(statistics: records.PoseStatistics, frame: str,
@@ -29,7 +30,7 @@ def statistics_message(statistics: records.PoseStatistics, frame: str,
     for name, value in labels.items():
         setattr(message, name, value)
     message.scene = statistics.scene
-    message.compute_time = duration_message(statistics.seconds)
+    message.compute_time = Duration(seconds=max(0.0, statistics.seconds)).to_msg()  # NaN: 0
     message.poses = [_pose(statistics.part_id, pose) for pose in statistics.poses]
     message.warnings, message.notes = list(statistics.warnings), list(statistics.notes)
     return message
@@ -70,12 +71,11 @@ def _pose(part_id: str, pose: records.StablePose) -> msg.StablePose:
     message.pose_id = f"{part_id}/{pose.index}"
     for name in POSE_FIELDS:
         setattr(message, name, getattr(pose, name))
-    position, orientation, down = message.pose.position, message.pose.orientation, message.down
-    position.x, position.y, position.z = pose.position.tolist()
+    orientation = message.pose.orientation
     orientation.x, orientation.y, orientation.z, orientation.w = pose.orientation.tolist()
-    down.x, down.y, down.z = pose.down.tolist()
-    axis = message.roll_axis
-    axis.x, axis.y, axis.z = pose.roll_axis.tolist()
+    for vector, values in ((message.pose.position, pose.position), (message.down, pose.down),
+                           (message.roll_axis, pose.roll_axis)):
+        vector.x, vector.y, vector.z = values.tolist()
     # all messages of a pose share these, as nobody writes to them
     drawn = _DRAWN.get(pose.shape)
     if drawn is None:

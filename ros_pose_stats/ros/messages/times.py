@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable
 
-from builtin_interfaces.msg import Duration, Time
+from builtin_interfaces.msg import Time
 from rclpy import callback_groups, clock as clocks, node as nodes, timer
 
 FIRST, LAST = -2**31 * 10**9, 2**31 * 10**9 - 1  # nanoseconds that a stamp can hold
@@ -33,9 +33,3 @@ def time_message(stamp: int) -> Time:
     """Nanoseconds as a stamp; the first or last one there is where they are beyond."""
     seconds, rest = divmod(min(max(stamp, FIRST), LAST), 10**9)
     return Time(sec=seconds, nanosec=rest)
-
-
-def duration_message(seconds: float) -> Duration:
-    """Seconds, at least 0, as a duration; 0 where they are not known."""
-    whole, rest = divmod(round(1e9 * seconds) if seconds > 0.0 else 0, 10**9)
-    return Duration(sec=whole, nanosec=rest)
