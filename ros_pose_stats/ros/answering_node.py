@@ -15,7 +15,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 from rclpy import callback_groups, exceptions, node as nodes, qos
 
@@ -94,12 +94,8 @@ class Client:
     is_mixed_up: bool = False
 
 
-class Asked(NamedTuple):
-    """Who a request seems to be from, and the one that it may be from, which was not reached."""
-
-    client: Client
-    rival: Client | None
-
+Asked = tuple[Client, Client | None]
+"""Who a request seems to be from, and the one that it may be from, which was not reached."""
 
 class Answers:
     """Works off requests, the clients in turn; while `lock` is held nobody is answered."""
@@ -132,7 +128,7 @@ class Answers:
             rival = alike[-1] if alike and client.misses < MISSES <= alike[-1].misses else None
             if rival is not None:
                 rival.is_mixed_up = True
-            return Asked(client, rival)
+            return client, rival
 
     def put(self, client: Client, act: Callable[[], object]) -> bool:
         """Have a request answered when it is its client's turn; whether it may wait."""
@@ -196,10 +192,12 @@ class Answers:
                    "of service fits the node's (reliable, volatile), got one that cannot be "
                    "reached; check its quality of service and call again")
 
-    def wait_until_quiet(self, pause: float, longest: float) -> None:
+    def wait_until_quiet(self, pause: float, longest: float,
+                         is_busy: Callable[[], bool]) -> None:
         """Let whoever waits be answered, until nobody was for some seconds."""
         begin = self._clock()
-        while self._clock() < min(max(begin, self.last) + pause, begin + longest):
+        while self._clock() < begin + longest and (
+                is_busy() or self._clock() < max(begin, self.last) + pause):
             time.sleep(0.01)
 
     def close(self, seconds: float) -> None:
@@ -242,7 +240,7 @@ class AnsweringNode(nodes.Node):
                 while header is not None:
                     asked = answers.asked(name, header.request_id.sequence_number)
                     act = partial(answer, asked, header, request)
-                    if not (may_wait(request) and answers.put(asked.client, act)):
+                    if not (may_wait(request) and answers.put(asked[0], act)):
                         break
                     try:
                         with service.handle:

@@ -3,7 +3,6 @@
 import math
 import threading
 import time
-from collections import OrderedDict
 from collections.abc import Callable, Mapping
 from contextlib import nullcontext
 from functools import partial
@@ -39,9 +38,8 @@ class BatchSubscription:
         self._log, self._floods = base.node.get_logger(), base.refusals.floods
         self._kind, self._topic, self._noun = kind, topic, noun
         self._hand_over, self._count_lost = take, partial(base.refusals.count_lost, COUNTS)
-        self._gaps, self._warned = SequenceGaps(), -math.inf
-        self._lock = threading.Lock()
-        self._came: OrderedDict[tuple[int, int, int], None] = OrderedDict()
+        self._gaps, self._warned, self._lock = SequenceGaps(), -math.inf, threading.Lock()
+        self._came: known_part.Memory[tuple[int, int, int], bool] = known_part.Memory(4 * DEPTH)
         group = callback_groups.MutuallyExclusiveCallbackGroup()
         self._subscription: Any = base.node.create_subscription(
             kind, topic, lambda data, info: self._take_with([(data, info)]), DEPTH, raw=True,
@@ -68,8 +66,7 @@ class BatchSubscription:
                     size += len(waiting[0]) + OVERHEAD
             lost = 0
             for _, info in received:
-                number = info["publication_sequence_number"] or 0
-                lost += self._gaps.missing_before(number)
+                lost += self._gaps.missing_before(info)
                 self._floods.count(f"{self._noun} on {self._topic}")
             total = self._count_lost(lost)
             if lost and time.monotonic() - self._warned > MINUTE:
@@ -90,11 +87,9 @@ class BatchSubscription:
     def _is_copy(self, data: bytes, info: Mapping[str, int]) -> bool:
         """Whether the other subscription had it: a reliable publisher matches both."""
         sent = info["source_timestamp"], info["publication_sequence_number"], hash(bytes(data))
-        came = sent in self._came
-        self._came[sent] = None
-        if len(self._came) > 4 * DEPTH:
-            self._came.popitem(last=False)
-        return came
+        is_copy = self._came.get(sent) is not None
+        self._came.put(sent, True)
+        return is_copy
 
 
 COUNTS_TOPIC, OBSERVED_TOPIC = "~/pose_counts", "~/observed_parts"
@@ -110,11 +105,12 @@ class Cameras:
     What a camera saw is counted, and taken as if it had counted that itself.
     """
 
-    def __init__(self, base: Base, stores: result_store.Stores) -> None:
+    def __init__(self, base: Base, results: result_store.ResultStore) -> None:
         self._settings, self._refusals = base.settings, base.refusals
         self._log, self._recorder = base.node.get_logger(), base.recorder
         self._state = base.state
-        self._parts, self._counts, _, self._announcer = stores
+        self._parts, self._counts, self._announcer = (
+            results.parts, results.counts, results.announcer)
         self._subscriptions = [
             BatchSubscription(base, ObservedParts, OBSERVED_TOPIC, "messages", partial(
                 self._take, OBSERVED_TOPIC, "message", self._count_observed)),

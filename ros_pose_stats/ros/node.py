@@ -61,18 +61,17 @@ class PoseStatsNode(AnsweringNode):
         self.parts = parts = part_store.PartStore(base, board, self.builder)
         counts = count_store.CountStore(base, parts)
         self.results = results = result_store.ResultStore(base, parts, counts, board)
-        stores = result_store.Stores(parts, counts, results, board)
         # Simulations. Goals may flip for minutes: ~/feeding does not wait for them.
-        reports, flips = job_reports.JobReports(base, stores), run.FlipReports()
+        reports, flips = job_reports.JobReports(base, results), run.FlipReports()
         prefix = recorder.log.directory.name.removeprefix("pose_stats_")
         self.jobs = jobs = Jobs(prefix, reports, log.error)
         self.flip_jobs = (Jobs(f"{prefix}_flips", flips, log.error, run.run_flips),
                           Jobs(f"{prefix}_feeding", flips, log.error, run.run_flips))
-        refiner = refinement.Refinement(base, stores, jobs)
+        refiner = refinement.Refinement(base, results, jobs)
         # Meshes and cameras; nothing is heard before the executor has the node.
-        self.intake = intake.Intake(base, stores, self.builder, refiner.follow)
+        self.intake = intake.Intake(base, results, self.builder, refiner.follow)
         intake.subscribe_to_meshes(base, self.intake)
-        self.cameras = camera_counts.Cameras(base, stores)
+        self.cameras = camera_counts.Cameras(base, results)
         if settings().restore:
             parts.restore()
         else:
@@ -81,12 +80,12 @@ class PoseStatsNode(AnsweringNode):
         reports.restore()
         # Services and actions, what a feeder is to do, and plates.
         self.outlines = part_builder.Outlines(base)
-        asked = services.Services(base, stores, self.intake, refiner, jobs, reports, self.outlines)
+        asked = services.Services(base, results, self.intake, refiner, jobs, reports,
+                                  self.outlines)
         self.actions = [goals.SimulateDropsServer(base, asked, jobs, reports),
-                        goals.SimulateFlipsServer(base, stores, self.intake, self.flip_jobs[0],
-                                                  flips)]
-        cell.FeedingService(base, stores, self.flip_jobs[1], flips)
-        cell.PlateFits(base, stores, self.table.use_plate)
+                        goals.SimulateFlipsServer(base, results, self.intake, self.flip_jobs[0])]
+        cell.FeedingService(base, results, self.flip_jobs[1], flips)
+        cell.PlateFits(base, results, self.table.use_plate)
         # Once a second: what was counted, the disk, and how the node is.
         steady_timer(self, 1.0, self._write_down)
         publish_diagnostics(self, {
@@ -102,12 +101,13 @@ class PoseStatsNode(AnsweringNode):
     def start(self) -> None:
         """Latch what an earlier run has latched, and begin to work; kernels are loaded by now."""
         log, parts = self.get_logger(), self.parts.all()
-        shown = {known.part_id: self.results.restore(known) for known in parts}
+        for known in parts:
+            self.results.restore(known)
         if parts:
             log.info(f"{len(parts)} parts of an earlier run are known again")
         within(MENDING_SECONDS, self.recorder.mend_bags)
         self.lanes.start()
-        self.intake.restore(shown)
+        self.intake.restore()
 
     def _on_change(self, settings: Settings) -> None:
         """Estimate known parts again, in the background."""
@@ -129,9 +129,8 @@ class PoseStatsNode(AnsweringNode):
                 *(partial(jobs.close, "the node ended") for jobs in (self.jobs, *self.flip_jobs))]
         with ThreadPoolExecutor(len(ends)) as closing:  # each may take its time
             list(closing.map(lambda end: end(), ends))
-        for action in self.actions:
-            action.wait_for_clients()
-        self.answers.wait_until_quiet(PARTING_SECONDS, LAST_SECONDS)
+        self.answers.wait_until_quiet(PARTING_SECONDS, LAST_SECONDS,
+                                      lambda: any(action.goals for action in self.actions))
         self.cameras.take_waiting()
         self._write_down()
         self.save()

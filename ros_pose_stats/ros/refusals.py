@@ -28,7 +28,8 @@ class Floods:
         self._say = say
         self._lock = threading.Lock()
         self._began = time.monotonic()
-        self._counts: dict[str, tuple[int, int]] = {}  # of this minute, and what is usual
+        self._counts = Counter[str]()  # of this minute
+        self._floods = Counter[str]()  # those that are more than usual
         self._last = Counter[str]()  # what flooded in the minute before
 
     def count(self, source: str, most: int = MOST_MESSAGES) -> bool:
@@ -37,27 +38,25 @@ class Floods:
             self._turn()
             if source not in self._counts and len(self._counts) >= MOST_SOURCES:
                 return True
-            count = self._counts.get(source, (0, most))[0] + 1
-            self._counts[source] = count, most
-            if count == most + 1 and source not in self._last:
-                self._say(f"a flood: more than {most} of {source} within a minute")
+            self._counts[source] = count = self._counts[source] + 1
+            if count > most:
+                if source not in self._floods and source not in self._last:
+                    self._say(f"a flood: more than {most} of {source} within a minute")
+                self._floods[source] = count
         return count <= most
 
     def current(self) -> dict[str, int]:
         """How many came of each source that floods, in the last whole minute or the present."""
         with self._lock:
             self._turn()
-            return self._last | Counter(dict(self._floods()))  # the larger number of each
-
-    def _floods(self) -> list[tuple[str, int]]:
-        return [(source, count) for source, (count, most) in self._counts.items() if count > most]
+            return self._last | self._floods  # the larger number of each
 
     def _turn(self) -> None:
         """Begin another minute where one is over, and say what came in that one."""
         passed = time.monotonic() - self._began
         if passed >= MINUTE:
             self._began += passed
-            self._last, self._counts = Counter(dict(self._floods())), {}
+            self._last, self._floods, self._counts = self._floods, Counter(), Counter()
             for source, count in self._last.items():
                 self._say(f"a flood: {count} of {source} in the last minute")
 
@@ -75,8 +74,9 @@ class SequenceGaps:
     def __init__(self) -> None:
         self._last: list[int] = []
 
-    def missing_before(self, number: int) -> int:
-        """Messages lost just before the one that its publisher gave this number; 0: no number."""
+    def missing_before(self, info: Mapping[str, int]) -> int:
+        """Messages lost just before the one that this is about, if its publisher numbers them."""
+        number = info["publication_sequence_number"] or 0
         if number <= 0:
             return 0
         place = bisect.bisect_left(self._last, number) - 1

@@ -40,18 +40,6 @@ def job_event(job: Job, event: int | None = None) -> JobEvent:
     return report
 
 
-def drop_records(job: Job, digest: str, chunk: DropChunk) -> DropRecords:
-    """The record of single drops; a pure function but for the time."""
-    record = DropRecords(job_id=job.job_id, part_digest=digest, first_drop=chunk.first,
-                        stopped_at_trap=True)
-    record.header.stamp = times.time_message(times.now())
-    outcomes, flat = chunk.outcomes, part_messages.flat
-    record.start_down, record.pose_index = flat(chunk.downs, "f"), flat(outcomes.pose, "i")
-    record.impacts, record.seconds = flat(outcomes.impacts, "I"), flat(outcomes.seconds, "f")
-    record.energy_left = flat(outcomes.energy_left, "f")
-    return record
-
-
 def acceptance(job_id: str) -> tuple[str, int, str]:
     """What orders jobs as they were accepted."""
     return job_id.rpartition("_")[0], len(job_id), job_id
@@ -66,8 +54,8 @@ def job_change(event: JobEvent, answer: bytes = b"") -> Change:
 class JobReports(JobListener):
     """Keeps and records what happens to jobs of drops; says the end of each in one line."""
 
-    def __init__(self, base: Base, stores: result_store.Stores) -> None:
-        self._parts, _, self._results, self._announcer = stores
+    def __init__(self, base: Base, results: result_store.ResultStore) -> None:
+        self._parts, self._results, self._announcer = results.parts, results, results.announcer
         self._recorder, self._state = base.recorder, base.state
         self._log = base.node.get_logger()
         self._interims: dict[str, tuple[Statistics, PoseStatistics]] = {}
@@ -124,8 +112,14 @@ class JobReports(JobListener):
 
     def dropped(self, job: Job, chunk: DropChunk) -> None:
         """Put single drops on record."""
-        message = drop_records(job, job.part.result().digest, chunk)
-        self._recorder.record(DROP_RECORDS, serialize_message(message))
+        outcomes, flat = chunk.outcomes, part_messages.flat
+        record = DropRecords(
+            job_id=job.job_id, part_digest=job.part.result().digest, first_drop=chunk.first,
+            start_down=flat(chunk.downs, "f"), pose_index=flat(outcomes.pose, "i"),
+            impacts=flat(outcomes.impacts, "I"), seconds=flat(outcomes.seconds, "f"),
+            energy_left=flat(outcomes.energy_left, "f"), stopped_at_trap=True)
+        record.header.stamp = times.time_message(times.now())
+        self._recorder.record(DROP_RECORDS, serialize_message(record))
 
     def ended(self, job: Job, state: JobState) -> None:
         """Keep the end and its result, put both on record, and latch the result."""
@@ -153,8 +147,6 @@ class JobReports(JobListener):
         current = self._part_of(job)
         if answer is not None and current is not None and answer.drops > answer.unsettled:
             self._results.offer_result(current, job.request.scene, answer)
-            if job.request.hybrid:
-                self._results.keep_refinement(current, answer, job.request.scene)
         self._log.info(f"{job.job_id}: {state.name} after {job.drops_done} of "
                   f"{job.request.drops} drops of '{job.part_id}'"
                   + (f": {job.message}" if job.message else ""))

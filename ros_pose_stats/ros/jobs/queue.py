@@ -30,7 +30,7 @@ class Jobs:
 
     def __init__(self, run_name: str, listener: JobListener,
                  on_failure: Callable[[str], object], run: Run = run_drops) -> None:
-        self._run_name, self._listener = run_name, listener
+        self._run_name, self.listener = run_name, listener
         self._on_failure, self._compute = on_failure, run
         self._numbers = itertools.count(1)
         self._jobs: dict[str, Job] = {}  # that have not ended, in the order of their acceptance
@@ -58,7 +58,7 @@ class Jobs:
                         "a full queue", "wait, or cancel one")
             seed = request.seed or secrets.randbits(32) or 1
             job = Job(f"{self._run_name}_{next(self._numbers):04d}", request, part, seed, settings)
-            job.recorded = self._listener.queued(job)
+            job.recorded = self.listener.queued(job)
             with self._changing:
                 self._jobs[job.job_id] = job
             self._pool.submit(self._run_next)
@@ -133,10 +133,10 @@ class Jobs:
             self._end(job, State.CANCELLED, job.cancel_reason)
             return
         part = result_of(job.part).part
-        self._listener.started(job)
-        self._listener.follow(job)
+        self.listener.started(job)
+        self.listener.follow(job)
         stop = Stop(job, lambda: job.request.refinement and self.counts()[0] > 0)
-        outcome = self._compute(job, part, self._listener, stop)
+        outcome = self._compute(job, part, self.listener, stop)
         with self._changing:
             if stop.why == GAVE_WAY and not job.cancel_reason:
                 job.state, job.drops_done = State.QUEUED, 0
@@ -158,7 +158,7 @@ class Jobs:
             job.drops_done = job.snapshot.drops
         job.message = message
         try:
-            self._listener.ended(job, state)
+            self.listener.ended(job, state)
         except Exception as error:  # must not keep a job from ending
             self._on_failure(f"{job.job_id}: {words_of(error)}")
         with self._changing:

@@ -1,5 +1,6 @@
 """Drops that check an estimate, and those in the background that make it as good as wanted."""
 
+import math
 import threading
 from concurrent.futures import CancelledError, Future
 from functools import partial
@@ -25,9 +26,7 @@ def credible_bound(part: Part, message: PoseStatistics, scene: DropScene) -> flo
     resting = poses_in(part, scene)
     if not message.drops:
         return confidence.estimate_bound(confidence.prior_of(message, resting, scene))
-    counts = np.zeros(len(resting.poses), dtype=np.int64)
-    for pose in message.poses:
-        counts[pose.index] = pose.count
+    counts = np.array([pose.count for pose in sorted(message.poses, key=lambda pose: pose.index)])
     prior = confidence.pose_prior(resting, scene) if message.method == methods.HYBRID else None
     return confidence.judge_drops(prior, counts).bound
 
@@ -35,9 +34,9 @@ def credible_bound(part: Part, message: PoseStatistics, scene: DropScene) -> flo
 class Refinement:
     """Has estimates checked in a lane of their own, equal ones once, and refined by jobs."""
 
-    def __init__(self, base: Base, stores: result_store.Stores, jobs: Jobs) -> None:
+    def __init__(self, base: Base, results: result_store.ResultStore, jobs: Jobs) -> None:
         self._settings, self._lanes, self._jobs = base.settings, base.lanes, jobs
-        self._parts, _, self._results, self._announcer = stores
+        self._parts, self._results, self._announcer = results.parts, results, results.announcer
         self._report_failure = base.node.get_logger().error
         self._checks: dict[tuple[str, str, DropScene], Future[PoseStatistics]] = {}
         self._followed: set[str] = set()  # parts that wait for their check with nobody asking
@@ -54,12 +53,9 @@ class Refinement:
             if coming is None:
                 rank = Rank.SENT if known.part_id in self._followed else Rank.KNOWN
                 coming = self._checks[key] = self._lanes.put(
-                    partial(self._check, known, scene), rank, Lane.CHECK)
+                    partial(self._results.check, known, scene), rank, Lane.CHECK)
                 coming.add_done_callback(lambda _: self._checks.pop(key, None))
             return coming
-
-    def _check(self, known: KnownPart, scene: DropScene) -> PoseStatistics:
-        return self._results.check(known, scene, lambda: self._lanes.closed)
 
     def follow(self, known: KnownPart) -> None:
         """Have what a part shows checked, where it is an estimate alone, and then refined."""
@@ -78,7 +74,8 @@ class Refinement:
         known = self._parts.current(part_id)
         if known is None:
             return
-        check = partial(self._check, known, self._settings().scene(known.scene_override))
+        scene = self._settings().scene(known.scene_override)
+        check = partial(self._results.check, known, scene)
         for improve in (check, partial(self._refine, known)):
             try:
                 improve()
@@ -111,25 +108,36 @@ class Refinement:
                        scene: DropScene) -> tuple[PoseStatistics, str]:
         """What answers where no target was asked for, and why."""
         best = best_method(scene.restitution)
-        for dropped in self._results.find_drops(known, scene)[:1]:
-            if dropped.drops > checked.drops and statistics_messages.refutes(dropped):
-                return dropped, f"Drops already made contradict {best}."
+        dropped = self._results.find_drops(known, scene)
+        if dropped and dropped.drops > checked.drops and statistics_messages.refutes(dropped):
+            return dropped, f"Drops already made contradict {best}."
         return checked, hybrid.explain_check(best, checked.drops, scene, checked.radius)
+
+    def answer_by(self, method: str, known: KnownPart, target_error: float, scene: DropScene,
+                  advice: str) -> PoseStatistics:
+        """What the one estimator says that was asked for, whatever its error."""
+        message = self._results.estimate(known, method, scene)
+        bound = credible_bound(known.part, message, scene) if target_error else 0.0
+        if bound <= target_error:
+            return message
+        short = (confidence.not_enough(message.method, bound, target_error)
+                 if math.isfinite(bound) else f"the error of {message.method} is not known here")
+        return _missed(message, f"{short}; {advice}.")[0]
 
     def answer(self, known: KnownPart, target_error: float,
                scene: DropScene) -> tuple[PoseStatistics, str]:
         """The best that can be said at once, and why; drops follow if it misses the target."""
         best = self._results.estimate(known, methods.AUTO, scene)
         dropped = self._results.find_drops(known, scene)
-        if dropped and statistics_messages.refutes(dropped[0]):
-            best = dropped[0]
+        if dropped and statistics_messages.refutes(dropped):
+            best = dropped
         settings = self._settings()
         most = min(settings.drops, settings.max_drops)
-        for result in (best, *dropped):
+        for result in filter(None, (best, dropped)):
             bound = credible_bound(known.part, result, scene)
             if bound <= target_error:
                 return result, confidence.enough(_means(result), bound, target_error)
-        spent = next((result for result in dropped if result.drops >= most), None)
+        spent = dropped if dropped and dropped.drops >= most else None
         bound = credible_bound(known.part, spent or best, scene)
         short = confidence.not_enough(_means(spent or best), bound, target_error)
         if spent is not None:

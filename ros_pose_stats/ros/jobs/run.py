@@ -28,7 +28,6 @@ SNAPSHOT_SHARE = 0.05  # of the time that snapshots of parts with thousands of p
 class State(IntEnum):
     """As in `GetDropSimulation`."""
 
-    UNKNOWN = 0
     QUEUED = 1
     RUNNING = 2
     DONE = 3
@@ -80,7 +79,8 @@ class Job:
     drops_per_second: float = math.nan
     # a recent state while running; the end result afterwards
     snapshot: PoseStatistics | None = None
-    flips: FlipStatistics | None = None  # the end result of flips, until it has been told
+    flips: FlipStatistics | None = None  # the end result of flips, without the poses
+    flips_total: int = 0  # out of all poses, once they have begun
     message: str = ""  # how it ended
     recorded: bool = True  # whether the acceptance is in the bag and in the state
     finished: Future[None] = field(default_factory=Future)  # done once its end can be seen
@@ -115,12 +115,12 @@ class Job:
     def release(self) -> None:
         """Let go of the part and of what refers to it: goals may hold on to the job."""
         self.part = Future()
-        self.snapshot = self.flips = None
+        self.snapshot = None
 
     def keep(self, outcome: PoseStatistics | FlipStatistics) -> None:
         """Note the end result."""
         if isinstance(outcome, FlipStatistics):
-            self.flips, self.drops_done = outcome, outcome.flips
+            self.flips, self.drops_done = replace(outcome, poses=()), outcome.flips
             return
         self.snapshot, self.drops_done = outcome, outcome.drops
         self.expected_error = outcome.expected_error
@@ -226,25 +226,17 @@ class FlipReports(JobListener):
     """Remembers flips up to a bound; they are not recorded, for a seed gives them again."""
 
     def __init__(self) -> None:
-        # those of a job, and the most of a key, without the poses themselves
-        self.counted: Memory[str | FlipKey, FlipStatistics] = Memory(
+        self.counted: Memory[FlipKey, FlipStatistics] = Memory(  # the most of a key
             REMEMBERED, lambda counted: counted.counts.size)
 
     def ended(self, job: Job, state: State) -> None:
         """Remember what was counted."""
-        if job.flips is None:
+        if job.flips is None or not job.flips.flips:
             return
-        counted = replace(job.flips, poses=())
-        self.counted.put(job.job_id, counted)
-        key = flip_key(counted.part_digest, job.request.scene, counted.kick_height)
+        key = flip_key(job.flips.part_digest, job.request.scene, job.flips.kick_height)
         before = self.counted.get(key)
-        if counted.flips and (before is None or before.flips < counted.flips):
-            self.counted.put(key, counted)
-
-
-def pose_count(part: Part, scene: DropScene) -> int:
-    """Number of a part's poses in a scene."""
-    return len(poses_in(part, scene).poses)
+        if before is None or before.flips < job.flips.flips:
+            self.counted.put(key, job.flips)
 
 
 def flips_in_all(poses: int, asked: int, settings: Any) -> int:
@@ -264,8 +256,8 @@ def run_flips(job: Job, part: Part, listener: JobListener, stop: Stop) -> FlipSt
     """Flip the part as the job asks; see `run_drops`."""
     request, scene = job.request, job.request.scene
     assert isinstance(request, FlipRequest)
-    poses = pose_count(part, scene)
-    total = flips_in_all(poses, request.drops, job.settings)
+    poses = len(poses_in(part, scene).poses)
+    total = job.flips_total = flips_in_all(poses, request.drops, job.settings)
 
     def on_progress(done: int, _: int) -> None:
         job.drops_done = done

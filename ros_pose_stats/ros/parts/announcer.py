@@ -170,7 +170,7 @@ class Announcer:
         self._changed.clear()
         with self._lock:
             rows = [(known, known.shown.latched) for _, known in sorted(self._shown.items())
-                    if known.source.is_built and known.shown is not None]
+                    if known.source.part is not None and known.shown is not None]
         each = max(1, min(MOST_POSES, MOST_DRAWN // max(len(rows), 1)))
         drawn = sum(min(len(result.poses), each) for _, result in rows)
         most = next((fine for fine in FINENESS if fine * drawn <= MOST_TRIANGLES), FINENESS[-1])

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from functools import partial
-from typing import Any
 
 from rclpy import callback_groups, event_handler, qos
 from ros_pose_stats_msgs.msg import PartMesh
@@ -27,10 +26,10 @@ LARGE_BYTES = 36 * part_builder.LARGE_TRIANGLES  # of a part that is not built y
 class Intake:
     """Builds known parts in the lanes; `follow` is called with each that is shown anew."""
 
-    def __init__(self, base: Base, stores: result_store.Stores, builder: part_builder.PartBuilder,
-                 follow: Callable[[KnownPart], object]) -> None:
+    def __init__(self, base: Base, results: result_store.ResultStore,
+                 builder: part_builder.PartBuilder, follow: Callable[[KnownPart], object]) -> None:
         self._settings, self._lanes, self._refusals = base.settings, base.lanes, base.refusals
-        self._parts, _, self._results, self._announcer = stores
+        self._parts, self._results, self._announcer = results.parts, results, results.announcer
         self._builder, self._follow = builder, follow
         self._log = base.node.get_logger()
         self.restored: list[Future[None]] = []  # parts that have no result in the present scene
@@ -57,24 +56,20 @@ class Intake:
         self._refusals.watch_mesh(source, coming)
         return coming
 
-    def built(self, known: KnownPart) -> Future[KnownPart]:
-        """A known part once it is built; one of an earlier run is built before others."""
-        if known.source.is_built:
+    def built(self, known: KnownPart, scene: DropScene | None = None) -> Future[KnownPart]:
+        """A known part once it is built, with its poses in a scene; before parts that are new."""
+        lane, is_built = _lane_of(known), known.source.part is not None
+        if is_built and (
+                scene is None or lane is Lane.QUICK or are_found(known.part, scene)):
             return done_with(known)
 
         def build() -> KnownPart:
-            known.source.get()
+            part = known.part
+            if scene is not None:
+                self._builder.find_poses(part, scene)
             return known
 
-        return self._lanes.put(build, Rank.KNOWN, _lane_of(known), 0, known.part_id)
-
-    def prepared(self, known: KnownPart, scene: DropScene) -> Future[Any]:
-        """Done once the poses of a part are at hand, whose estimate is a moment's work then."""
-        lane = _lane_of(known)
-        if not known.source.is_built or lane is Lane.QUICK or are_found(known.part, scene):
-            return done_with(None)
-        return self._lanes.put(partial(self._builder.find_poses, known.part, scene), Rank.KNOWN,
-                               lane)
+        return self._lanes.put(build, Rank.KNOWN, lane, 0, "" if is_built else known.part_id)
 
     def show_all_again(self) -> None:
         """Show known parts in another scene, when nothing else waits."""
@@ -87,13 +82,14 @@ class Intake:
         self._results.show_best(known)
         self._follow(known)
 
-    def restore(self, shown: Mapping[str, bool]) -> None:
-        """Build parts of an earlier run when nothing else waits, first those not `shown` again."""
+    def restore(self) -> None:
+        """Build parts of an earlier run when nothing else waits, first those not shown again."""
         latest_first = self._parts.all()[::-1]
-        for known in sorted(latest_first, key=lambda known: shown[known.part_id]):
-            build = partial(self._build_again, known, not shown[known.part_id])
+        for known in sorted(latest_first, key=lambda known: known.shown is not None):
+            is_shown = known.shown is not None
+            build = partial(self._build_again, known, not is_shown)
             coming = self._lanes.put(build, Rank.LATER, _lane_of(known))
-            self.restored += [] if shown[known.part_id] else [coming]
+            self.restored += [] if is_shown else [coming]
 
     def _build_again(self, known: KnownPart, to_show: bool) -> None:
         """Build a part of an earlier run; one that is refused now goes."""
@@ -118,7 +114,7 @@ class Intake:
 
 def _lane_of(part: KnownPart | part_requests.PartRequest) -> Lane:
     """Where a mesh, or a known part that may not be built yet, is worked on."""
-    if isinstance(part, KnownPart) and not part.source.is_built:
+    if isinstance(part, KnownPart) and part.source.part is None:
         is_large = part.size > LARGE_BYTES
     else:
         is_large = part_builder.is_large(part.part if isinstance(part, KnownPart) else part)
@@ -145,8 +141,7 @@ def subscribe_to_meshes(base: Base, intake: Intake) -> None:
 
         def on_counted_mesh(data: bytes, info: Mapping[str, int]) -> None:
             refusals.floods.count(f"meshes on {topic}")
-            refusals.count_lost(MESHES, gaps.missing_before(
-                info["publication_sequence_number"] or 0))
+            refusals.count_lost(MESHES, gaps.missing_before(info))
             on_mesh(data)
 
         base.node.create_subscription(kind, topic, on_counted_mesh, DEPTH, raw=True,

@@ -79,21 +79,16 @@ class PartSource:
     """Gives a part: the one at hand, or one that is built when somebody first asks for it."""
 
     def __init__(self, part: Part | None, build: Callable[[], Part] | None = None) -> None:
-        self._part, self._build = part, build
-        self._lock = threading.Lock()
-
-    @property
-    def is_built(self) -> bool:
-        """Whether the part is at hand."""
-        return self._part is not None
+        self._build, self._lock = build, threading.Lock()
+        self.part = part  # once it is at hand
 
     def get(self) -> Part:
         """The part, once it is built."""
         with self._lock:
-            if self._part is None:
+            if self.part is None:
                 assert self._build is not None
-                self._part = self._build()
-            return self._part
+                self.part = self._build()
+            return self.part
 
 
 @dataclass(eq=False)

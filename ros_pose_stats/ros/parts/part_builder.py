@@ -69,6 +69,10 @@ def attempt(function: Callable[..., T], *arguments: Any) -> T | Exception:
 class PartWorker(Worker):
     """The process, for one caller after the other."""
 
+    def __init__(self, base: Base) -> None:
+        super().__init__(prepare)
+        self._settings, self._lanes = base.settings, base.lanes
+
     def call(self, seconds: float, late: errors.PoseStatsError, function: Callable[..., T],
              *arguments: Any) -> T:
         """Have a function called there; raises `late`, NotDoneError and what it has raised."""
@@ -96,10 +100,6 @@ def _build(request: PartRequest | Part, scene: DropScene) -> tuple[Part, dict[An
 
 class PartBuilder(PartWorker):
     """Builds parts, such as take long with their poses for the node's scene."""
-
-    def __init__(self, base: Base) -> None:
-        super().__init__(prepare)
-        self._settings, self._lanes = base.settings, base.lanes
 
     def build(self, request: PartRequest) -> Part:
         """Build a part; raises TakesLongError in the quick lane where it is none for that."""
@@ -129,16 +129,9 @@ MOST_WORK = 500_000  # triangles in all outlines of an answer, and `OUTLINE` for
 OUTLINE = 200  # triangles that take as long as what every outline takes
 OUTLINE_SECONDS = 20.0  # for the outlines of a large part; machines are shared
 
-# number of corners of each ring, and all corners: float64, metres, x and y one after the other
-Outline = tuple[list[int], bytes]
-
 
 class Outlines(PartWorker):
     """Computes outlines in a lane, those of large parts in a process: they lock Python."""
-
-    def __init__(self, base: Base) -> None:
-        super().__init__(prepare)
-        self._lanes = base.lanes
 
     def begin(self, part: Part, result: PoseStatistics,
               heights: Sequence[float]) -> Future[list[PoseOutline]]:
@@ -156,29 +149,27 @@ class Outlines(PartWorker):
                 "ask for fewer heights at once, or use outline_at of the library")
 
         def compute() -> list[PoseOutline]:
-            asked = (part, [pose.index for pose in result.poses], [float(x) for x in heights],
+            asked = (part, {pose.index: pose.pose_id for pose in result.poses}, list(heights),
                      result.cluster_tolerance, int(result.round_sides))
             late = errors.RequestError(f"outlines that take at most {OUTLINE_SECONDS:g} s",
                                 f"{wanted} of {triangles} triangles",
                                 "ask for fewer heights at once")
-            outlines = (self.call(OUTLINE_SECONDS, late, outlines_of, *asked) if is_large(part)
-                        else outlines_of(*asked))
-            places = [(pose.pose_id, float(x)) for pose in result.poses for x in heights]
-            return [PoseOutline(pose_id=pose_id, height=height, corners=array("I", corners),
-                                points=array("d", points))
-                    for (pose_id, height), (corners, points) in zip(places, outlines, strict=True)]
+            return (self.call(OUTLINE_SECONDS, late, outlines_of, *asked) if is_large(part)
+                    else outlines_of(*asked))
 
         return self._lanes.put(compute, Rank.KNOWN, Lane.OUTLINE)
 
 
-def outlines_of(part: Part, poses: list[int], heights: list[float], tolerance: float,
-                sides: int) -> list[Outline]:
-    """Outlines in each pose, by its index, at each height."""
+def outlines_of(part: Part, poses: dict[int, str], heights: list[float], tolerance: float,
+                sides: int) -> list[PoseOutline]:
+    """Outlines in each pose, by its index with its pose_id, at each height."""
     outlines, resting = [], resting_poses(part, tolerance, sides).poses
-    for index in poses:
+    for index, pose_id in poses.items():
         for height in heights:
             polygons = outline_at(part, resting[index], None if height < 0.0 else height)
             rings = [ring for polygon in polygons for ring in polygon]
             points = np.concatenate([ring.ravel() for ring in rings]) if rings else np.empty(0)
-            outlines.append(([len(ring) for ring in rings], points.astype(np.float64).tobytes()))
+            outlines.append(PoseOutline(
+                pose_id=pose_id, height=height, corners=array("I", map(len, rings)),
+                points=array("d", points.astype(np.float64).tobytes())))
     return outlines

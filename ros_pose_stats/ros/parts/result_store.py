@@ -3,10 +3,8 @@
 import copy
 import math
 import time
-from collections.abc import Callable
 from concurrent.futures import CancelledError
 from dataclasses import replace
-from typing import NamedTuple
 
 from rclpy.serialization import deserialize_message, serialize_message
 from ros_pose_stats_msgs.msg import PoseStatistics
@@ -29,9 +27,8 @@ REMEMBERED_POSES = 20_000  # of results for parts and scenes that come again; so
 
 SECONDS_BETWEEN = 1.0  # a part that is being refined is published at most this often
 
-BEST = "best"  # what was latched last for a scene; latched at once where that comes again
+BEST = "best"  # of all that came for a scene; latched at once where that is the part's again
 CHECKED = "checked"  # the default estimate with some drops beside it, the usual answer
-REFINED = "refined"  # the best drops that refined an estimate, in any scene
 
 Key = tuple[str, str, str, records.DropScene, str, float, str]
 
@@ -41,17 +38,17 @@ class ResultStore:
 
     def __init__(self, base: Base, parts: part_store.PartStore, counts: count_store.CountStore,
                  announcer: announcer.Announcer) -> None:
-        self._settings, self._parts, self._counts = base.settings, parts, counts
-        self._announcer, self._state = announcer, base.state
+        self._settings, self.parts, self.counts = base.settings, parts, counts
+        self.announcer, self._state, self._lanes = announcer, base.state, base.lanes
         self._results: Memory[Key, PoseStatistics] = Memory(
             REMEMBERED_POSES, lambda message: len(message.poses))
 
-    def restore(self, known: KnownPart) -> bool:
-        """Latch what an earlier run has latched; whether it holds in the present scene."""
-        self._counts.restore(known)
+    def restore(self, known: KnownPart) -> None:
+        """Latch what an earlier run has latched, if it holds in the present scene."""
+        self.counts.restore(known)
         row, revisions = self._state.get("results", known.part_id), known.revisions
         if row is None:
-            return False
+            return
         _, latched, behind, revisions.newest = row
         revisions.shown, settings = revisions.newest, self._settings()
         scene = settings.scene(known.scene_override)
@@ -59,9 +56,9 @@ class ResultStore:
             last = deserialize_message(latched, PoseStatistics)
             model = deserialize_message(behind, PoseStatistics) if behind else last
         except Exception:  # of the bindings: then it is estimated anew
-            return False
+            return
         if last.part_digest != known.digest or not messages.still_true(model, scene):
-            return False
+            return
         with revisions.lock:
             last.final = True  # nothing is going to refine it any more
             model = _labelled(known, settings, model)
@@ -69,28 +66,27 @@ class ResultStore:
             known.shown = Shown(last, model, scene, time.monotonic())
             revisions.newest = revisions.shown = max(revisions.newest, last.revision)
             observed = last.method == OBSERVED
-            if self._counts.counted_as(known, model) != last.observed * observed or (
+            if self.counts.counted_as(known, model) != last.observed * observed or (
                     observed and last.header.frame_id != settings.plate_frame):
                 self._latch(known, model, scene)
             else:
-                self._announcer.publish_result(known, serialize_message(last))
+                self.announcer.publish_result(known, serialize_message(last))
         roles = [BEST] if model.job_id else [BEST, CHECKED if model.drops else model.method]
         for role in roles:
             self._results.put(self._key(role, known, scene), model)
-        return True
 
     def show_waiting(self) -> None:
         """Show what was counted, and put on record what was not when it was latched again."""
-        for known in self._parts.all():
+        for known in self.parts.all():
             with known.revisions.lock:
                 shown = known.shown
-                if shown is None or self._parts.current(known.part_id) is not known:
+                if shown is None or self.parts.current(known.part_id) is not known:
                     continue
-                if self._counts.counted_as(known, shown.model) not in (0, shown.latched.observed):
+                if self.counts.counted_as(known, shown.model) not in (0, shown.latched.observed):
                     self._latch(known, shown.model, shown.scene)
                 elif not shown.recorded and known.revisions.recorded_at > -math.inf:
                     shown.recorded = True
-                    self._announcer.record(POSE_STATISTICS, known, shown.latched)
+                    self.announcer.record(POSE_STATISTICS, known, shown.latched)
 
     def show_best(self, known: KnownPart) -> None:
         """Latch the best that is known for the part's present scene, at least an estimate."""
@@ -127,19 +123,19 @@ class ResultStore:
         return (settings.default_method == AUTO and self.checked(known, scene) is None
                 and not (model is not None and model.drops))
 
-    def check(self, known: KnownPart, scene: records.DropScene,
-              should_stop: Callable[[], bool]) -> PoseStatistics:
+    def check(self, known: KnownPart, scene: records.DropScene) -> PoseStatistics:
         """Drop a part some times beside its estimate, as the library does, and offer the outcome.
 
-        Raises PoseStatsError, CancelledError.
+        Raises PoseStatsError, and CancelledError where the node ends.
         """
         settings, message = self._settings(), self.checked(known, scene)
         if message is None:
             part = known.part
             request = drop_request(hybrid.CHECK_DROPS, part.seed, 0.0, settings.threads())
-            statistics, _ = hybrid.checked(estimate_in(part, scene, AUTO), part, scene, request,
-                                           Watch(None, should_stop, background=True))
-            if should_stop():
+            statistics, _ = hybrid.checked(
+                estimate_in(part, scene, AUTO), part, scene, request,
+                Watch(None, lambda: self._lanes.closed, background=True))
+            if self._lanes.closed:
                 raise CancelledError
             message = (self.number_result(known, statistics, settings) if statistics.drops
                        else self.estimate(known, AUTO, scene))
@@ -159,20 +155,10 @@ class ResultStore:
             self._results.put(key, message)
         return message
 
-    def keep_refinement(self, known: KnownPart, message: PoseStatistics,
-                        scene: records.DropScene) -> None:
-        """Remember drops that refined an estimate."""
-        key = self._key(REFINED, known, scene)
-        before = self._results.get(key)
-        if before is None or messages.replaces(message, before):
-            self._results.put(key, message)
-
-    def find_drops(self, known: KnownPart, scene: records.DropScene) -> list[PoseStatistics]:
-        """End results of drops that are remembered for a scene, the best first."""
-        results = [self._results.get(self._key(role, known, scene)) for role in (REFINED, BEST)]
-        return sorted((result for result in results
-                       if result is not None and result.drops and result.final),
-                      key=messages.known_error)
+    def find_drops(self, known: KnownPart, scene: records.DropScene) -> PoseStatistics | None:
+        """The best that is remembered for a scene, if it is an end result of drops."""
+        best = self._results.get(self._key(BEST, known, scene))
+        return best if best is not None and best.drops else None
 
     def number_result(self, known: KnownPart, statistics: records.PoseStatistics,
                       settings: Settings, job_id: str = "", final: bool = True) -> PoseStatistics:
@@ -191,22 +177,27 @@ class ResultStore:
 
     def offer_result(self, known: KnownPart, scene: records.DropScene,
                      message: PoseStatistics) -> None:
-        """Latch a result that is better than what is latched."""
+        """Remember a result that is better than others for its scene, and latch it in the part's.
+
+        One that is not final is only latched.
+        """
+        key = self._key(BEST, known, scene)
+        best = self._results.get(key)
+        if message.final and (best is None or messages.replaces(message, best)):
+            self._results.put(key, message)
         with known.revisions.lock:
             shown, model = known.shown, known.model_in(scene)
             is_new = shown is None or not (message is shown.latched or message is shown.model)
-            better = (is_new and self._parts.current(known.part_id) is known
+            better = (is_new and self.parts.current(known.part_id) is known
                       and self._settings().scene(known.scene_override) == scene
                       and (model is None or messages.replaces(message, model)))
-            if not (better and (message.final or self.is_due(known, scene))):
-                return
-            self._latch(known, message, scene)
-        self._results.put(self._key(BEST, known, scene), message)
+            if better and (message.final or self.is_due(known, scene)):
+                self._latch(known, message, scene)
 
     def _latch(self, known: KnownPart, model: PoseStatistics, scene: records.DropScene) -> None:
         """Show a result under a number above that of the one before, record and keep it."""
         revisions, at = known.revisions, time.monotonic()
-        observed = self._counts.observe(known, model)
+        observed = self.counts.observe(known, model)
         message = model if observed is None else self.number_result(
             known, observed, self._settings(), final=model.final)
         again = message.revision <= revisions.shown
@@ -215,15 +206,15 @@ class ResultStore:
             message.revision = revisions.next()
         if known.counts is not None and message.method == OBSERVED and not (
                 self._state.commit(known.counts.change)):
-            message = self._announcer.warn_unrecorded(message)
+            message = self.announcer.warn_unrecorded(message)
         recorded = not again or at - revisions.recorded_at >= SECONDS_BETWEEN
         if recorded:  # else `show_waiting` records it
-            message = self._announcer.record(POSE_STATISTICS, known, message)
+            message = self.announcer.record(POSE_STATISTICS, known, message)
             revisions.recorded_at = at
         revisions.shown = message.revision
         known.shown = Shown(message, model, scene, at, recorded)
         data = serialize_message(message)
-        self._announcer.publish_result(known, data)
+        self.announcer.publish_result(known, data)
         self._state.put(Change("results", known.part_id, (
             known.part_id, data, serialize_message(model) if message.method == OBSERVED else b"",
             revisions.newest)))
@@ -233,15 +224,6 @@ class ResultStore:
         settings = self._settings()
         return (role, known.part_id, known.digest, scene, settings.plate, settings.plate_error,
                 settings.plate_frame)
-
-
-class Stores(NamedTuple):
-    """What the node knows of parts, and says of them."""
-
-    parts: part_store.PartStore
-    counts: count_store.CountStore
-    results: ResultStore
-    announcer: announcer.Announcer
 
 
 def _labelled(known: KnownPart, settings: Settings, message: PoseStatistics) -> PoseStatistics:

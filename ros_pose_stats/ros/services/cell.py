@@ -39,10 +39,10 @@ MOST_FLIPPED = 10_000  # parts, scenes and kicks that answers have flipped for
 class FeedingService:
     """Answers from flips of its own `jobs`, or of goals if there are enough, or from none."""
 
-    def __init__(self, base: Base, stores: result_store.Stores, jobs: Jobs,
+    def __init__(self, base: Base, results: result_store.ResultStore, jobs: Jobs,
                  reports: run.FlipReports) -> None:
         self._settings = base.settings
-        self._parts, self._learnt, _, _ = stores
+        self._parts, self._learnt = results.parts, results.counts
         self._jobs, self._reports = jobs, reports
         self._flipped: known_part.Memory[run.FlipKey, bool] = known_part.Memory(MOST_FLIPPED)
         base.node.serve(FeedingAnswer, "~/feeding", self.answer)
@@ -86,7 +86,7 @@ class FeedingService:
                                 kick_height=height), done_with(known), settings,
                     is_accepted=job is not None)
                 yield job.finished
-                found = self._reports.counted.get(job.job_id)
+                found = job.flips
                 if job.state is State.CANCELLED:  # nobody but the node itself cancels
                     raise ending()
                 if found is None:
@@ -140,10 +140,11 @@ def _answer(request: Any, response: Any, latched: PoseStatistics, cell: FeederCe
 class PlateFits:
     """Answers with fits, and applies them, one after the other in a lane of their own."""
 
-    def __init__(self, base: Base, stores: result_store.Stores,
+    def __init__(self, base: Base, results: result_store.ResultStore,
                  use_plate: Callable[[str], object]) -> None:
         self._settings, self._lanes = base.settings, base.lanes
-        self._parts, self._counts, _, self._announcer = stores
+        self._parts, self._counts, self._announcer = (
+            results.parts, results.counts, results.announcer)
         self._use_plate = use_plate
         self._log = base.node.get_logger()
         base.node.serve(FitPlate, "~/fit_plate", self.answer)

@@ -3,6 +3,7 @@
 import threading
 import time
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
@@ -12,10 +13,10 @@ from ros_pose_stats_msgs.action import SimulateDrops, SimulateFlips
 from ros_pose_stats_msgs.msg import PartMesh
 
 from ...errors import PoseStatsError, RequestError
-from ...resting.poses import are_found
+from ...resting.poses import are_found, poses_in
 from ..answering_node import SERVICE_QUALITY, AnsweringNode
 from ..base import Base
-from ..jobs import FlipRequest, Job, JobListener, Jobs, State, job_reports, run
+from ..jobs import FlipRequest, Job, Jobs, State, job_reports, run
 from ..lanes import words_of
 from ..messages.part_messages import flat
 from ..parts import part_builder, result_store
@@ -24,25 +25,33 @@ from .services import Services
 
 FEEDBACK_SECONDS = 0.1
 CANCEL_SECONDS = 5.0  # for the transition that follows a cancel's callback, usually in 1 ms
-LAST_SECONDS = 0.3
 MOST_ASKED = 1000
 RESULT_SECONDS = 900  # results can be asked for this long after the end
+
+
+class Server(ActionServer):
+    """Shows a goal as executing without a thread that waits for its end."""
+
+    def notify_execute(self, goal_handle: server.ServerGoalHandle,
+                       execute_callback: Callable[[server.ServerGoalHandle], Any] | None) -> None:
+        """Have what ends a goal called; `execute` alone names nothing."""
+        if execute_callback is not None:
+            super().notify_execute(goal_handle, execute_callback)
 
 
 class GoalServer(ABC):
     """Ties goals to jobs; no thread waits for the end of one."""
 
-    def __init__(self, node: AnsweringNode, kind: Any, name: str, jobs: Jobs,
-                 listener: JobListener) -> None:
-        listener.follow = self._follow
+    def __init__(self, node: AnsweringNode, kind: Any, name: str, jobs: Jobs) -> None:
+        jobs.listener.follow = self._follow
         self._node, self._name, self._jobs = node, name, jobs
-        # by job, until it has ended and they have been told
-        self._goals: dict[str, list[server.ServerGoalHandle]] = {}
+        # with their jobs, by request, until they have been told how these ended
+        self.goals: dict[int, tuple[server.ServerGoalHandle, Job]] = {}
         # requests that are being accepted, with their jobs or why they are refused
         self._asked: dict[int, tuple[Any, Job | str]] = {}
         self._lock = threading.Lock()
         self._next_feedback = 0.0
-        self._server = ActionServer(
+        self._server = Server(
             node, kind, f"~/{name}", execute_callback=lambda goal: None,  # each has its own
             goal_callback=self._ask, handle_accepted_callback=self._accepted,
             cancel_callback=self._cancel, callback_group=ReentrantCallbackGroup(),
@@ -60,14 +69,6 @@ class GoalServer(ABC):
     @abstractmethod
     def result(self, job: Job | None, success: bool, message: str) -> Any:
         """What a job has done, as a message; None where it was refused."""
-
-    def wait_for_clients(self) -> None:
-        """Give the clients of jobs that have just ended the time to hear of it."""
-        until, told = time.monotonic() + LAST_SECONDS, bool(self._goals)
-        while self._goals and time.monotonic() < until:
-            time.sleep(0.01)
-        if told:  # the results are on their way
-            time.sleep(0.1)
 
     def _ask(self, request: Any) -> GoalResponse:
         """Queue the job; a refused goal is accepted and aborted: a rejection has no message."""
@@ -89,7 +90,7 @@ class GoalServer(ABC):
         with self._lock:
             _, answer = self._asked.pop(id(goal.request))
             if isinstance(answer, Job):
-                self._goals.setdefault(answer.job_id, []).append(goal)
+                self.goals[id(goal.request)] = goal, answer
         if isinstance(answer, str):
             goal.execute(lambda handle: self._refuse(handle, answer))
             return
@@ -101,7 +102,7 @@ class GoalServer(ABC):
         """Show goals of a job that runs how far it is."""
         now = time.monotonic()
         with self._lock:
-            goals = list(self._goals.get(job.job_id, ()))
+            goals = [goal for goal, its_job in self.goals.values() if its_job is job]
         for goal in goals:
             self._show_executing(goal)
         if job.drops_done and goals and now >= self._next_feedback:
@@ -114,10 +115,9 @@ class GoalServer(ABC):
     def _cancel(self, goal: server.ServerGoalHandle) -> CancelResponse:
         """Cancel the job once the goal is known to be cancelled, which follows the callback."""
         with self._lock:
-            job_id = next((job_id for job_id, goals in self._goals.items() if goal in goals), "")
-            _, answer = self._asked.get(id(goal.request), (None, None))
-        job = self._jobs.get(job_id) if job_id else answer  # accepted this moment
-        if not isinstance(job, Job):
+            _, job = self.goals.get(id(goal.request)) or self._asked.get(  # accepted just now
+                id(goal.request), (None, ""))
+        if not isinstance(job, Job) or job.state.ended:
             return CancelResponse.REJECT
         until = time.monotonic() + CANCEL_SECONDS
 
@@ -131,10 +131,10 @@ class GoalServer(ABC):
 
     @staticmethod
     def _show_executing(goal: server.ServerGoalHandle) -> None:
-        """Do what `goal.execute` does, but for a thread that it takes until the end."""
+        """Tell clients that the job of a goal runs."""
         if goal.status == server.GoalStatus.STATUS_ACCEPTED:
             with suppress(RuntimeError):  # of rcl: cancelled, or shown by another thread, just now
-                goal._update_state(server.GoalEvent.EXECUTE)
+                goal.execute()
 
     def _complete(self, goal: server.ServerGoalHandle, job: Job) -> None:
         """End a goal whose job has ended."""
@@ -150,9 +150,8 @@ class GoalServer(ABC):
         else:
             goal.abort()
         with self._lock:
-            self._goals[job.job_id].remove(goal)
-            if not self._goals[job.job_id]:
-                del self._goals[job.job_id]
+            del self.goals[id(goal.request)]
+        self._node.answers.last = time.monotonic()  # the result is on its way
         return result
 
     def _refuse(self, goal: server.ServerGoalHandle, refusal: str) -> Any:
@@ -166,7 +165,7 @@ class SimulateDropsServer(GoalServer):
     def __init__(self, base: Base, services: Services, jobs: Jobs,
                  reports: job_reports.JobReports) -> None:
         self._services, self._reports = services, reports
-        super().__init__(base.node, SimulateDrops, "simulate_drops", jobs, reports)
+        super().__init__(base.node, SimulateDrops, "simulate_drops", jobs)
 
     def start_job(self, request: Any) -> Job:
         """Accept a drop simulation."""
@@ -192,11 +191,10 @@ class SimulateDropsServer(GoalServer):
 class SimulateFlipsServer(GoalServer):
     """Goals that are flips."""
 
-    def __init__(self, base: Base, stores: result_store.Stores, intake: Intake, jobs: Jobs,
-                 reports: run.FlipReports) -> None:
-        self._settings, self._parts, self._intake = base.settings, stores.parts, intake
-        self._reports = reports
-        super().__init__(base.node, SimulateFlips, "simulate_flips", jobs, reports)
+    def __init__(self, base: Base, results: result_store.ResultStore, intake: Intake,
+                 jobs: Jobs) -> None:
+        self._settings, self._parts, self._intake = base.settings, results.parts, intake
+        super().__init__(base.node, SimulateFlips, "simulate_flips", jobs)
 
     def start_job(self, request: Any) -> Job:
         """Accept flips; too many are refused at once where the part's poses are at hand."""
@@ -207,9 +205,10 @@ class SimulateFlipsServer(GoalServer):
                                f"{request.kick_height:g}", "half the part's radius flips most "
                                "parts")
         scene, coming = settings.scene(known.scene_override), self._intake.built(known)
-        if known.source.is_built and (
+        if known.source.part is not None and (
                 not part_builder.is_large(known.part) or are_found(known.part, scene)):
-            run.flips_in_all(run.pose_count(known.part, scene), request.drops, settings)
+            poses = len(poses_in(known.part, scene).poses)
+            run.flips_in_all(poses, request.drops, settings)
         return self._jobs.submit(
             FlipRequest(known.part_id, known.content, scene, request.drops, request.seed,
                         0.0, settings.max_job_seconds, kick_height=kick),
@@ -217,20 +216,13 @@ class SimulateFlipsServer(GoalServer):
 
     def feedback(self, job: Job) -> Any:
         """How far the flips are."""
-        feedback, known = SimulateFlips.Feedback(flips_done=job.drops_done), job.known()
-        if known is not None:
-            poses = run.pose_count(known.part, job.request.scene)
-            feedback.flips_total = run.flips_in_all(poses, job.request.drops, job.settings)
-        return feedback
+        return SimulateFlips.Feedback(flips_done=job.drops_done, flips_total=job.flips_total)
 
     def result(self, job: Job | None, success: bool, message: str) -> Any:
         """The transition matrix of what was done."""
         result = SimulateFlips.Result(success=success, message=message)
-        flips = None if job is None else self._reports.counted.get(job.job_id)
+        flips = None if job is None else job.flips
         if flips is None:
-            if job is not None and success:
-                result.success, result.message = False, str(RequestError(
-                    "flips that are still remembered", f"none of {job.job_id}", "ask again"))
             return result
         for name in ("part_id", "part_digest", "restitution", "kick_height", "seed"):
             setattr(result, name, getattr(flips, name))

@@ -1,17 +1,15 @@
 """Service callbacks: a request in, a response out, refusals as messages."""
 
-import math
 from concurrent.futures import Future, wait
 from dataclasses import replace
 from typing import Any
 
 from ros_pose_stats_msgs import srv
-from ros_pose_stats_msgs.msg import JobEvent, JobStatus, PoseStatistics
+from ros_pose_stats_msgs.msg import JobEvent, JobStatus
 
 from ... import errors, methods
 from ...mesh import mass_properties, parts as meshes
-from ...planning.confidence import not_enough
-from ...records import DropScene, Part
+from ...records import Part
 from ...simulation.request import check_target
 from ...text import listed, millimetres
 from ..answering_node import Steps
@@ -36,11 +34,11 @@ QUICK_TRIANGLES = 1000  # most of such a part
 class Services:
     """All services about parts and drop simulations."""
 
-    def __init__(self, base: Base, stores: result_store.Stores, intake: Intake,
+    def __init__(self, base: Base, results: result_store.ResultStore, intake: Intake,
                  refinement: refining.Refinement, jobs: Jobs,
                  reports: job_reports.JobReports, outlines: part_builder.Outlines) -> None:
         self._settings, self._refusals, self._intake = base.settings, base.refusals, intake
-        self._parts, _, self._results, self._announcer = stores
+        self._parts, self._results, self._announcer = results.parts, results, results.announcer
         self._refinement, self._outlines = refinement, outlines
         self._lanes, self._jobs, self._reports = base.lanes, jobs, reports
         self._shifted: Memory[Any, Part] = memory_of_parts()
@@ -63,16 +61,13 @@ class Services:
         """
         if self._lanes.closed:
             raise ending()
-        message, carried = request.part, part_messages.is_given(request.part)
+        message = request.part
         if request.part_id and message.part_id and request.part_id != message.part_id:
-            wanted, got = (
-                ("the same part_id in the request and in its part", "{} and {}") if carried
-                else ("one part", "part_id {} and part {}"))
-            raise errors.RequestError(
-                wanted, got.format(*map(part_requests.shown, (request.part_id, message.part_id))),
-                "fill one of the two")
+            both = " and ".join(map(part_requests.shown, (request.part_id, message.part_id)))
+            raise errors.RequestError("the same part_id in the request and in its part", both,
+                                      "fill one of the two")
         part_id = message.part_id = message.part_id or request.part_id
-        if not carried:
+        if not part_messages.is_given(message):
             known = self._parts.known(part_id)
         else:
             same = self._parts.find(part_id) if part_id else None
@@ -99,16 +94,15 @@ class Services:
         known = received = yield coming
         scene = self._settings().scene((request.restitution, request.drop_height),
                                        mesh.scene_override)
-        if offset.any() or request.target_error or not (
-                self._results.remembers(known, request.method, scene)):
-            yield self._intake.built(known)
         if offset.any():
+            yield self._intake.built(received)
             key = received.part_id, received.digest, offset.tobytes()
             part = self._shifted.get(key) or meshes.shift_center(received.part, offset)
             self._shifted.put(key, part)
             known = replace(received, digest=part.digest, source=PartSource(part),
                             shown=None, counts=None)
-        yield self._intake.prepared(known, scene)
+        if request.target_error or not self._results.remembers(known, request.method, scene):
+            yield self._intake.built(known, scene)
         is_auto = (request.method or self._settings().default_method) == methods.AUTO
         if is_auto and not request.target_error:
             checked = yield self._refinement.checked(known, scene)
@@ -116,8 +110,9 @@ class Services:
         elif is_auto and known is received:
             message, response.message = self._refinement.answer(known, request.target_error, scene)
         else:  # drops in the background would be of the part as it is known
-            message = self._named(known, request, scene,
-                                  BY_DROPS if known is received else AS_ITSELF)
+            message = self._refinement.answer_by(
+                request.method, known, request.target_error, scene,
+                BY_DROPS if known is received else AS_ITSELF)
         if known is not received:
             shift = listed([millimetres(x) for x in offset.tolist()])
             message = statistics_messages.with_warning(
@@ -127,20 +122,6 @@ class Services:
         if not self._parts.is_kept(received):
             message = self._announcer.warn_unrecorded(message)
         response.statistics = self._announcer.record(ANSWERS, received, message)
-
-    def _named(self, known: KnownPart, request: Any, scene: DropScene,
-               advice: str) -> PoseStatistics:
-        """An answer by the one estimator that was asked for, whatever its error."""
-        message = self._results.estimate(known, request.method, scene)
-        target = request.target_error
-        bound = refining.credible_bound(known.part, message, scene) if target else 0.0
-        if bound > target:
-            short = f"the error of {message.method} is not known here"
-            if math.isfinite(bound):
-                short = not_enough(message.method, bound, target)
-            message = statistics_messages.with_warning(
-                message, f"TARGET_MISSED: {short}; {advice}.")
-        return message
 
     def start(self, request: Any, response: Any) -> None:
         """Queue a drop simulation."""
