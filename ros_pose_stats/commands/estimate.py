@@ -75,7 +75,7 @@ def run(options: argparse.Namespace) -> int:
 
         print(comparison(answers, [listed_poses(one, options.each) for one in answers], part))
     else:
-        running.print_report(answers[0], part, options.each)
+        print(running.report_table(answers[0], part, options.each))
     return 0
 
 

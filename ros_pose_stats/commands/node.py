@@ -171,6 +171,6 @@ def _print_result(found: Any, part: Any, options: argparse.Namespace) -> None:
     if options.json:
         running.print_json(found.as_dict())
     elif found.poses:
-        running.print_report(found, part, options.each)
+        print(running.report_table(found, part, options.each))
     else:
         print(*found.warnings, sep="\n")

@@ -13,7 +13,7 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
@@ -198,16 +198,33 @@ def print_json(values: Any, *, interrupted: bool = False) -> None:
     print()
 
 
+def print_answer(options: argparse.Namespace, values: Callable[[], dict[str, Any]],
+                 lines: Callable[[], Iterable[str]], interrupted: str) -> int:
+    """Print an answer as JSON or in lines, and where Ctrl-C ended it, if so; the exit status."""
+    if options.json:
+        print_json(values(), interrupted=bool(interrupted))
+    else:
+        print("\n".join([*lines(), *([interrupted] if interrupted else [])]))
+    return INTERRUPTED if interrupted else 0
+
+
+@contextmanager
+def preparing_kernels() -> Iterator[None]:
+    """Load parts and what they are computed with, then the kernels of all that was imported."""
+    with announce_slow_start(), end_on_interrupt():
+        from ..kernels.compilation import prepare_kernels
+
+        yield
+        prepare_kernels()
+
+
 def load_part_and_kernels(options: argparse.Namespace) -> "Part":
     """Load the part that the options name, and the kernels of all that follows."""
-    with announce_slow_start(), end_on_interrupt():
+    with preparing_kernels():
         from .. import estimators  # noqa: F401 - imported for their kernels
-        from ..kernels.compilation import prepare_kernels
         from ..simulation import simulate  # noqa: F401
 
-        part = load_named_part(options)
-        prepare_kernels()
-    return part
+        return load_named_part(options)
 
 
 def run_and_report(part: "Part", simulate: "Callable[..., PoseStatistics]", bound: int,
@@ -217,20 +234,17 @@ def run_and_report(part: "Part", simulate: "Callable[..., PoseStatistics]", boun
         answer = simulate(part, drops=bound, target_error=options.target_error or 0.0,
                           seed=options.seed, workers=options.workers, on_progress=bar.show,
                           should_stop=interrupted, **scene_keywords(options))
-    stopped = interrupted() and answer.drops < bound
-    if options.json:
-        print_json(answer.as_dict(), interrupted=stopped)
-    else:
-        print_report(answer, part, options.each, bool(options.target_error))
-        if stopped:
-            print(f"interrupted after {answer.drops} of {bound} drops")
-    return INTERRUPTED if stopped else 0
+    return print_answer(
+        options, answer.as_dict,
+        lambda: [report_table(answer, part, options.each, bool(options.target_error))],
+        f"interrupted after {answer.drops} of {bound} drops"
+        if interrupted() and answer.drops < bound else "")
 
 
-def print_report(found: "PoseStatistics", part: "Part | None", each: bool,
-                 explain: bool = False) -> None:
-    """Print a method's answer, each pose by itself or those that are alike together."""
+def report_table(found: "PoseStatistics", part: "Part | None", each: bool,
+                 explain: bool = False) -> str:
+    """A method's answer, each pose by itself or those that are alike together."""
     from ..records.tables import report
     from ..statistics.pose_groups import listed_poses
 
-    print(report(found, listed_poses(found, each), part, explain=explain))
+    return report(found, listed_poses(found, each), part, explain=explain)

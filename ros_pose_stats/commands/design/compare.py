@@ -53,12 +53,10 @@ def run(options: argparse.Namespace) -> int:
     """Compare, write the page, and print."""
     page = (None if options.output is None
             else running.output_file(options.output, (".html", ".htm")))
-    with running.announce_slow_start(), running.end_on_interrupt():
+    with running.preparing_kernels():
         from ...design.compare import compare
-        from ...kernels.compilation import prepare_kernels
 
         parts = load_variants(options)
-        prepare_kernels()
     with running.stop_on_interrupt() as interrupted, running.ProgressBar(sys.stderr) as bar:
         found = compare(
             parts, options.wanted, options.drops, seed=options.seed, workers=options.workers,
@@ -67,6 +65,7 @@ def run(options: argparse.Namespace) -> int:
             should_stop=interrupted, plate_error=options.plate_error,
             **given.scene_keywords(options))
         stopped = interrupted()
+    written = []
     if page is not None and found.drops:
         with running.end_on_interrupt():
             from ...files import write_file
@@ -74,15 +73,10 @@ def run(options: argparse.Namespace) -> int:
 
             write_file(page, comparison_page(found, (command_to_reproduce(options, found),)
                                              ).encode(errors="replace"))
-    if options.json:
-        running.print_json(found.as_dict(), interrupted=stopped)
-    else:
-        print(comparison_table(found))
-        if page is not None and found.drops:
-            print(f"{page}: {page.stat().st_size / 1e6:.2f} MB")
-        if stopped:
-            print(f"interrupted after {found.drops} drops of each")
-    return running.INTERRUPTED if stopped else 0
+        written.append(f"{page}: {page.stat().st_size / 1e6:.2f} MB")
+    return running.print_answer(
+        options, found.as_dict, lambda: [*comparison_table(found), *written],
+        f"interrupted after {found.drops} drops of each" if stopped else "")
 
 
 def load_variants(options: argparse.Namespace) -> "list[Part]":
@@ -115,8 +109,8 @@ def command_to_reproduce(options: argparse.Namespace, found: "Comparison") -> st
 MOST_ROWS = 40
 
 
-def comparison_table(found: "Comparison") -> str:
-    """The verdicts, then all variants beside the first one, as text."""
+def comparison_table(found: "Comparison") -> list[str]:
+    """Lines: the verdicts, then all variants beside the first one."""
     from ...design import describe
 
     lines = [describe.describe_verdict(found, one) for one in found.variants]
@@ -130,10 +124,9 @@ def comparison_table(found: "Comparison") -> str:
         lines += ["", *_variant(one)]
     said = [[": ".join(one) for one in describe.name_remarks(found, kind)]
             for kind in ("warnings", "notes")]
-    return "\n".join([*lines, *remarks(*said), "",
-                      "in brackets and as ranges: 90 % intervals, each by itself; verdicts hold "
-                      "for all poses together",
-                      f"computed in {found.seconds:.1f} s"])
+    return [*lines, *remarks(*said), "",
+            "in brackets and as ranges: 90 % intervals, each by itself; verdicts hold for all "
+            "poses together", f"computed in {found.seconds:.1f} s"]
 
 
 def _variant(one: "VariantComparison") -> list[str]:

@@ -94,16 +94,13 @@ def run(options: argparse.Namespace) -> int:
             files[hull] = stl_bytes(1e3 * hulled.vertices, hulled.triangles)
         for file, content in files.items():
             write_file(file, content)
-    if options.json:
-        extra = {} if proposed is None else {"suggestion": proposed.as_dict()}
-        running.print_json({**found.as_dict(), **extra}, interrupted=stopped)
-    else:
-        lines = sensitivity_table(found)
-        if proposed is not None:
-            lines[1:1] = suggestion_table(proposed)
-        print("\n".join([*lines, *(f"wrote {file}" for file in files),
-                         *(["interrupted"] if stopped else [])]))
-    return running.INTERRUPTED if stopped else 0
+    extra = {} if proposed is None else {"suggestion": proposed.as_dict()}
+    lines = sensitivity_table(found)
+    if proposed is not None:
+        lines[1:1] = suggestion_table(proposed)
+    return running.print_answer(
+        options, lambda: {**found.as_dict(), **extra},
+        lambda: [*lines, *(f"wrote {file}" for file in files)], "interrupted" if stopped else "")
 
 
 MOST_ROWS = 30

@@ -2,7 +2,7 @@
 
 import argparse
 import sys
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from ...errors import RequestError
 from ...records import scene as scenes
@@ -98,18 +98,14 @@ def run(options: argparse.Namespace) -> int:
         write_file(picture, figures.figure_png(shares.kick_figure(
             part.part_id, cell.rate, cell.cycle_time, without.per_minute,
             [(kick.kick_height, kick.per_minute) for kick in kicked])))
-    if options.json:
-        names = ("part_id", "part_digest", "method", "restitution", "drop_height",
-                 "cluster_tolerance", "round_sides", "plate_error", "version")
-        plain: dict[str, Any] = {name: dropped.as_dict()[name] for name in names}
-        running.print_json({**plain, "wanted": options.wanted, "seed": request.seed,
-                            "flips": each, "warnings": warnings,
-                            "notes": list(dropped.notes), **plan.as_dict()}, interrupted=stopped)
-    else:
-        print("\n".join(_lines(dropped, plan, cell, request.seed, warnings)))
-        if stopped:
-            print(f"interrupted after {len(flips)} of {len(set(kicks))} kick heights")
-    return running.INTERRUPTED if stopped else 0
+    names = ("part_id", "part_digest", "method", "restitution", "drop_height",
+             "cluster_tolerance", "round_sides", "plate_error", "version", "notes")
+    return running.print_answer(
+        options, lambda: {**{name: getattr(dropped, name) for name in names},
+                          "wanted": options.wanted, "seed": request.seed, "flips": each,
+                          "warnings": warnings, **plan.as_dict()},
+        lambda: _lines(dropped, plan, cell, request.seed, warnings),
+        f"interrupted after {len(flips)} of {len(set(kicks))} kick heights" if stopped else "")
 
 
 def _lines(dropped: "PoseStatistics", plan: "FeedingPlan", cell: "FeederCell", seed: int,

@@ -47,9 +47,8 @@ def register(commands: given.Commands) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Fit, write the plate and print."""
-    with running.announce_slow_start(), running.end_on_interrupt():
+    with running.preparing_kernels():
         from ...files import refuse_unwritable
-        from ...kernels.compilation import prepare_kernels
         from ...plates import fit, profile as profiles
 
         file = Path(options.plates)
@@ -57,7 +56,7 @@ def run(options: argparse.Namespace) -> int:
         refuse_unwritable(file.parent)
         profiles.refuse_foreign(file)
         counted, notes = _read_counts(options)
-        prepare_kernels()
+    with running.end_on_interrupt():
         found = fit.fit_plate(counted)
     fitted = {part.part_digest for part in found.parts}
     if beside := {one.part.part_id: None for one in counted if one.part.digest not in fitted}:

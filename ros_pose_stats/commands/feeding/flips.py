@@ -112,14 +112,10 @@ def run(options: argparse.Namespace) -> int:
                                               options.cycle_time)}
         speeds.append({**each.as_dict(), **({"feeding": ways} if ways else {})})
         tables.append("\n".join(_table(part, each, ways)))
-    if options.json:
-        running.print_json({"speeds": speeds} if options.counts else speeds[0],
-                           interrupted=stopped)
-    else:
-        print("\n\n".join(tables))
-        if stopped:
-            print(f"interrupted after {sum(each.flips for each in found)} flips")
-    return running.INTERRUPTED if stopped else 0
+    return running.print_answer(
+        options, lambda: {"speeds": speeds} if options.counts else speeds[0],
+        lambda: ["\n\n".join(tables)],
+        f"interrupted after {sum(each.flips for each in found)} flips" if stopped else "")
 
 
 def _table(part: "Part", found: "FlipStatistics", ways: "dict[str, Feeding]") -> list[str]:
