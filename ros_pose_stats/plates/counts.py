@@ -3,7 +3,7 @@
 import csv
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from numbers import Integral
 from pathlib import Path
 from typing import Any
@@ -12,10 +12,12 @@ import numpy as np
 
 from ..errors import RequestError, reason
 from ..files import read_file
-from ..records import Index, Part, scene as scenes
+from ..records import Index, Part
+from ..records.scene import DropScene, Numbering
 from ..resting.poses import RestingPoses, resting_poses
 
 MOST = 2.0**48  # parts that nobody counts
+DEFAULT_NUMBERING = DropScene().numbering
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,13 +26,16 @@ class CountedPart:
 
     part: Part
     count: Index  # (P,) int; parts seen in each pose, by `index`
-    cluster_tolerance: float
-    round_sides: int  # by which the poses are numbered
+    numbering: Numbering  # of the poses
 
     @property
     def resting(self) -> RestingPoses:
         """Its stable poses."""
-        return resting_poses(self.part, self.cluster_tolerance, self.round_sides)
+        return resting_poses(self.part, *self.numbering)
+
+    def with_sides(self, sides: int) -> "CountedPart":
+        """The same counts of a part whose round surfaces have so many sides a turn."""
+        return replace(self, numbering=self.numbering._replace(round_sides=sides))
 
     @property
     def counted(self) -> int:
@@ -43,15 +48,14 @@ class CountedPart:
         return np.bincount(self.resting.group, self.count).astype(np.int64)
 
 
-def count_part(part: Part, counts: Mapping[int, int], *,
-               cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
-               round_sides: int = scenes.DEFAULT_ROUND_SIDES) -> CountedPart:
+def count_part(part: Part, counts: Mapping[int, int],
+               numbering: Numbering = DEFAULT_NUMBERING) -> CountedPart:
     """Join a part and what was counted of it, from the `index` of a pose to the parts seen in it.
 
-    `cluster_tolerance, round_sides`: as of the statistics that numbered the poses. Raises
-    RequestError if the part has no such pose, or a count is negative.
+    `numbering`: of the statistics that numbered the poses. Raises RequestError if the part has no
+    such pose, or a count is negative.
     """
-    poses = len(resting_poses(part, cluster_tolerance, round_sides).poses)
+    poses = len(resting_poses(part, *numbering).poses)
     count = np.zeros(poses, dtype=np.int64)
     for index, number in dict[Any, Any](counts).items():
         if isinstance(index, bool) or not isinstance(index, Integral) or (
@@ -63,7 +67,7 @@ def count_part(part: Part, counts: Mapping[int, int], *,
             raise RequestError("whole counts from 0 on", f"{number} of {part.part_id} in pose "
                                f"{index}", "give the parts seen in each pose")
         count[index] = number
-    return CountedPart(part, count, cluster_tolerance, round_sides)
+    return CountedPart(part, count, numbering)
 
 
 def read_count_rows(file: Path) -> dict[Path, Counter[int]]:

@@ -124,16 +124,16 @@ class ExplainedPart:
     def __init__(self, counted: CountedPart, grid: SceneGrid) -> None:
         self.counted, self.count, self.rolls = counted, counted.by_group, rolls_about(counted)
         places = grid.scenes[1:1 + RESTITUTIONS.size * HEIGHTS]
-        ways = {stands.round_sides: _shares(stands, places)
+        ways = {stands.numbering: _shares(stands, places)
                 for stands in map(self.standing, grid.sides)}
         self.share = np.concatenate((_shares(self.standing(SIDES[0]), [DropScene()]), *(
-            ways[self.standing(sides).round_sides] for sides in grid.sides)))  # (n, G)
+            ways[self.standing(sides).numbering] for sides in grid.sides)))  # (n, G)
         # (S, n); logarithm
         self.likelihood = log_likelihood(self.count, self.share)
 
     def standing(self, sides: int) -> CountedPart:
         """The part with so many sides a turn, where that matters."""
-        return replace(self.counted, round_sides=sides) if self.rolls else self.counted
+        return self.counted.with_sides(sides) if self.rolls else self.counted
 
     @property
     def noise(self) -> float:
@@ -176,8 +176,7 @@ def fit_plate(counted: Sequence[CountedPart]) -> PlateFit:
             tuple(tuple(np.flatnonzero(group == each).tolist()) for each in range(one.count.size)),
             one.count / one.count.sum(), one.share[place],
             math.sqrt(max(one.square_error(place), 0.0)),
-            scenes.Numbering(one.counted.cluster_tolerance, one.counted.round_sides),
-            (one.share[left] / np.bincount(group))[group],
+            one.counted.numbering, (one.share[left] / np.bincount(group))[group],
             math.sqrt(max(one.square_error(left), 0.0))))
     if len(tested) > 1:
         total = max(sum(of * square for of, square in tested.values()), 0.0)
@@ -199,9 +198,9 @@ def fit_plate(counted: Sequence[CountedPart]) -> PlateFit:
 
 def choose_parts(counted: Iterable[CountedPart]) -> list[CountedPart]:
     """Parts that a fit can use, by digest; counts of equally numbered poses are added up."""
-    added: dict[tuple[str, float, int], CountedPart] = {}
+    added: dict[tuple[str, scenes.Numbering], CountedPart] = {}
     for one in counted:
-        key = one.part.digest, one.cluster_tolerance, one.round_sides
+        key = one.part.digest, one.numbering
         added[key] = one if key not in added else replace(
             added[key], count=added[key].count + one.count)
     merged = [added[key] for key in sorted(added)]
@@ -225,7 +224,7 @@ def rolls_about(one: CountedPart) -> bool:
     own = one.resting
     return any(pose.rolls for pose in own.poses) and any(
         run.full and run.kind == "round" for run in own.body.runs) and all(
-            own.is_numbered_like(replace(one, round_sides=sides).resting) for sides in SIDES)
+            own.is_numbered_like(one.with_sides(sides).resting) for sides in SIDES)
 
 
 def _shares(counted: CountedPart, wanted: Sequence[DropScene]) -> Array:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from .. import errors, files, version
-from ..records import DropScene, scene as scenes, statistics
+from ..records import DropScene, statistics
 from . import fit as fits
 
 HEAD = "plates"
@@ -25,7 +25,8 @@ LONGEST_NAME = 100
 class LeftOut(NamedTuple):
     """What a plate says of a part without that part's own counts."""
 
-    numbering: scenes.Numbering
+    cluster_tolerance: float
+    round_sides: int  # by both of which the poses are numbered
     probability: tuple[float, ...]  # of its poses, by `index`
 
 
@@ -77,10 +78,8 @@ class PlateProfile:
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values that JSON and YAML can hold, without the name."""
-        found: dict[str, Any] = statistics.plain({
-            key: getattr(self, key) for key in self.__dataclass_fields__ if key != "name"})
-        found["left_out"] = {digest: {**one["numbering"], "probability": one["probability"]}
-                             for digest, one in found["left_out"].items()}
+        found: dict[str, Any] = statistics.plain(vars(self))
+        del found["name"]
         return found
 
 
@@ -98,7 +97,7 @@ def profile_of(name: str, fit: fits.PlateFit) -> PlateProfile:
         tuple(dict.fromkeys(part.part_id for part in fit.parts)), fit.counted,
         datetime.now(timezone.utc).isoformat(timespec="seconds"), version.VERSION,
         *fit.round_sides, fit.default_weight,
-        {part.part_digest: LeftOut(part.numbering, tuple(part.left_out.round(9).tolist()))
+        {part.part_digest: LeftOut(*part.numbering, tuple(part.left_out.round(9).tolist()))
          for part in fit.parts})
 
 
@@ -137,7 +136,10 @@ def _read(file: Path, data: bytes | None = None) -> dict[str, Any]:
             data = files.read_file(file, MOST_BYTES)
         if len(data) > MOST_BYTES:
             raise OSError(errno.EFBIG, f"of more than {MOST_BYTES} bytes")
-        found = yaml.load(data.decode("utf-8"), _BoundedLoader)
+        node = yaml.compose(data.decode("utf-8"), yaml.SafeLoader)
+        if node is not None and _size(node, {}) > MOST_VALUES:
+            raise ValueError(f"more than {MOST_VALUES} values")
+        found = None if node is None else yaml.SafeLoader("").construct_document(node)
     except (OSError, UnicodeDecodeError, RecursionError, ValueError, yaml.YAMLError) as error:
         raise errors.RequestError("a YAML file of plates", f"{file} ({errors.reason(error)})",
                                   "name another one with --plates") from error
@@ -153,26 +155,15 @@ def _read(file: Path, data: bytes | None = None) -> dict[str, Any]:
     return {str(name): values for name, values in plates.items()}
 
 
-class _BoundedLoader(yaml.SafeLoader):  # type: ignore[misc]
-    """Refuses what stands for far more values than plates have, by aliases of aliases."""
-
-    def __init__(self, stream: str) -> None:
-        super().__init__(stream)
-        self._sizes: dict[int, int] = {}  # values of a node, with all that its aliases stand for
-
-    def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
-        node = super().compose_node(parent, index)
-        if node is None:
-            return None
+def _size(node: Any, sizes: dict[int, int]) -> int:
+    """Values that a node stands for, each as often as aliases of aliases repeat it."""
+    if id(node) not in sizes:
+        sizes[id(node)] = MOST_VALUES  # for a node that holds itself
         inside = [] if isinstance(node, yaml.ScalarNode) else node.value
         if isinstance(node, yaml.MappingNode):
             inside = [each for pair in inside for each in pair]
-        size = 1 + sum(self._sizes.get(id(one), MOST_VALUES) for one in inside)
-        if size > MOST_VALUES:
-            raise yaml.composer.ComposerError(
-                None, None, f"more than {MOST_VALUES} values", node.start_mark)
-        self._sizes[id(node)] = size
-        return node
+        sizes[id(node)] = 1 + sum(_size(each, sizes) for each in inside)
+    return sizes[id(node)]
 
 
 def _profile(file: Path, name: str, values: Any) -> PlateProfile:
@@ -207,7 +198,7 @@ def _left_out(cluster_tolerance: float, round_sides: int, probability: list[floa
     told = tuple(map(float, probability))
     if not all(each >= 0.0 for each in told) or not abs(sum(told) - 1.0) < 1e-6:
         raise ValueError(f"probabilities {probability} of sum {sum(told):g}")
-    return LeftOut(scenes.Numbering(float(cluster_tolerance), int(round_sides)), told)
+    return LeftOut(float(cluster_tolerance), int(round_sides), told)
 
 
 REQUIRED = ("restitution", "restitution_low", "restitution_high", "drop_height",

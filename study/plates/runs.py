@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ros_pose_stats.estimators.split import split
 from ros_pose_stats.plates import CountedPart, count_part, fit_plate
 from ros_pose_stats.plates.fit import SIDES, ExplainedPart, SceneGrid
-from ros_pose_stats.records import DropScene
+from ros_pose_stats.records.scene import DropScene, Numbering
 
 from ..prisms.dice import DICE, Die
 from ..prisms.prism_runs import on_squares, square_prism
@@ -28,6 +28,8 @@ FITTED, COUNTED = 5, 200
 
 OBSERVED_REPEATS = 2
 """Draws of counts of all parts on each plate."""
+
+AS_FILED = Numbering(0.0, 0)  # of dice: every face, as it is
 
 STEEPNESSES = np.linspace(-4.0, 12.0, 321)
 """Factors of the height over the root of the volume that are looked at."""
@@ -158,8 +160,7 @@ def _drawn(one: Candidate, most: int, random: np.random.Generator) -> Candidate:
     count = one.counted.count
     drawn = random.multivariate_hypergeometric(count, min(most, int(count.sum())))
     return one._replace(counted=count_part(
-        one.counted.part, dict(enumerate(drawn.tolist())),
-        cluster_tolerance=one.counted.cluster_tolerance, round_sides=one.counted.round_sides))
+        one.counted.part, dict(enumerate(drawn.tolist())), one.counted.numbering))
 
 
 def _tilted(one: Candidate, by: float) -> Array:
@@ -187,8 +188,8 @@ def _square_error(counts: NDArray[np.int64], expected: Array) -> float:
 def counted_die(die: Die) -> CountedPart:
     """A die with its rolls; on each kind of face they are given to one pose."""
     part = square_prism(die.ratio)
-    unknown = count_part(part, {}, cluster_tolerance=0.0, round_sides=0)
+    unknown = count_part(part, {}, AS_FILED)
     squares = [pose.index for pose in on_squares(unknown.resting.poses)]
     side = next(pose.index for pose in unknown.resting.poses if pose.index not in squares)
     return count_part(part, {squares[0]: die.rolls - die.rolls_on_sides,
-                             side: die.rolls_on_sides}, cluster_tolerance=0.0, round_sides=0)
+                             side: die.rolls_on_sides}, AS_FILED)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...errors import PoseStatsError, RequestError
-from ...records.scene import DEFAULT_DROP_RADII
+from ...records.scene import DEFAULT_DROP_RADII, Numbering
 from ...text import Column, columns, length_in_words, listed, percent, several
 from .. import arguments as given, running
 
@@ -83,9 +83,8 @@ def _read_counts(options: argparse.Namespace) -> "tuple[list[CountedPart], list[
     named = {Path(name).resolve(): Path(name) for name in options.counts}.values()
     tables = [file for file in named if file.suffix.lower() in TABLES]
     bags = [file for file in named if file not in tables]
-    counted = [count_part(load_part(part, options.unit, unless_declared=True), counts,
-                          cluster_tolerance=options.cluster_tolerance,
-                          round_sides=options.round_sides)
+    numbering = Numbering(options.cluster_tolerance, options.round_sides)
+    counted = [count_part(load_part(part, options.unit, unless_declared=True), counts, numbering)
                for table in tables for part, counts in read_count_rows(table).items()]
     notes = [f"{one.part.part_id}: {warning}" for one in counted for warning in one.part.warnings]
     if not bags:
@@ -170,9 +169,6 @@ def _join(one: "CameraCounts", parts: "dict[str, Part]") -> "CountedPart | str":
     if math.isnan(one.numbering.cluster_tolerance):
         return "they do not say by which cluster_tolerance the poses are numbered"
     try:
-        return count_part(fitting[0], dict(zip(one.index.tolist(), one.count.tolist(),
-                                               strict=True)),
-                          cluster_tolerance=one.numbering.cluster_tolerance,
-                          round_sides=one.numbering.round_sides)
+        return count_part(fitting[0], one.of_pose, one.numbering)
     except PoseStatsError as error:
         return str(error)

@@ -232,7 +232,7 @@ class CountStore:
         profile = self._settings().profile
         left_out = profile.left_out.get(known.digest) if profile else None
         told = left_out.probability if left_out and Ground(
-            left_out.numbering, ground.plate).goes_on_as(ground, known) else ()
+            Numbering(*left_out[:2]), ground.plate).goes_on_as(ground, known) else ()
         model = statistics_messages.statistics_of_message(message)
         if profile is None:
             counts.evidence = plate_evidence(model, counts.total)

@@ -222,8 +222,5 @@ def fit_counts(counted: list[tuple[known_part.KnownPart, count_store.CellCounts]
     """Fit a plate to counts of parts, which are built for that where they are not yet."""
     from ...plates import count_part, fit_plate
 
-    return fit_plate([
-        count_part(known.part, dict(enumerate(seen.total.tolist())),
-                   cluster_tolerance=seen.ground.numbering.cluster_tolerance,
-                   round_sides=int(seen.ground.numbering.round_sides))
-        for known, seen in counted])
+    return fit_plate([count_part(known.part, dict(enumerate(seen.total.tolist())),
+                                 seen.ground.numbering) for known, seen in counted])
