@@ -16,7 +16,7 @@ from ..errors import MeshError, RequestError
 from ..kernels.mesh import measures, nearness
 from ..mesh.hull import hull_of_corners
 from ..mesh.vectors import lengths
-from ..records import Array, Index, Part, scene as scenes
+from ..records import Array, DropScene, Index, Part
 from ..resting import convex_body, poses
 
 AXES = "xyz"
@@ -79,12 +79,9 @@ class ChangedPart(NamedTuple):
 class DesignSpace:
     """A part and all that can be changed on it; `resting` is of the part as it is."""
 
-    def __init__(self, part: Part, cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
-                 round_sides: int = scenes.DEFAULT_ROUND_SIDES) -> None:
-        self.part = part
-        self.cluster_tolerance, self.round_sides = cluster_tolerance, round_sides
-        self.resting: poses.RestingPoses = poses.resting_poses(part, cluster_tolerance,
-                                                               round_sides)
+    def __init__(self, part: Part, scene: DropScene) -> None:
+        self.part, self.scene = part, scene
+        self.resting: poses.RestingPoses = poses.poses_in(part, scene)
         self.body: convex_body.ConvexBody = self.resting.body
         self.features: tuple[Feature, ...] = find_features(self.resting)
         self._corners: Array = np.ascontiguousarray(
@@ -153,7 +150,7 @@ class DesignSpace:
                        part.mass * mass, part.center_of_mass + before.radius * center,
                        inertia * (part.mass * before.radius ** 2), part.warnings, part.rounding,
                        notes=part.notes)
-        convex_body.keep_body(changed, body, self.round_sides)
+        convex_body.keep_body(changed, body, self.scene.round_sides)
         return ChangedPart(changed, plane)
 
 

@@ -14,11 +14,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from .. import errors, methods
-from ..records import DropScene, Part, PoseStatistics, scene as scenes, statistics
-from ..resting import poses as stable, trust
+from .. import errors
+from ..records import DropScene, Part, PoseStatistics, scene as scenes
+from ..resting import poses as stable
 from ..simulation import request, simulate
-from ..statistics import feeding, pose_groups, prefix
+from ..statistics import feeding, pose_groups
 from . import comparison, correspondence, describe, paired_drops, shares as wanted_shares
 
 FIRST_LOOK = 1250
@@ -254,16 +254,9 @@ def _chance_beyond(known: paired_drops.PairedDifference, error: float) -> float:
 def _statistics(part: Part, pairs: paired_drops.PairedDrops, variant: int,
                 accepted: Sequence[int]) -> PoseStatistics:
     """Statistics of one variant, from the starts that all variants settled from."""
-    resting, drops, settled = pairs.resting[variant], pairs.drops, pairs.settled
-    counts = np.bincount(pairs.outcome[variant, settled], minlength=len(resting.poses))
-    unsettled = int(np.count_nonzero(~settled))
-    remarks = trust.pose_remarks(resting)
-    warnings = simulate.touching_warnings(pairs.scene, int(pairs.touched[variant].sum()), drops)
-    warnings += [] if not unsettled else [
-        f"UNSETTLED: {unsettled} of {drops} drops were given up before the pose of every variant "
-        f"was certain; they are left out of the probabilities."]
-    found = statistics.pose_statistics(
-        part, resting.body.radius, resting.poses, prefix.counted_shares(counts),
-        methods.SIMULATION, pairs.scene, drops=drops, unsettled=unsettled, seed=pairs.seed,
-        warnings=(*remarks.warnings, *warnings), notes=remarks.notes)
+    resting = pairs.resting[variant]
+    counts = np.bincount(pairs.outcome[variant, pairs.settled], minlength=len(resting.poses))
+    found = simulate.counted_statistics(
+        part, resting, pairs.scene, counts, pairs.drops, int(pairs.touched[variant].sum()),
+        pairs.seed, uncertain="the pose of every variant")
     return replace(found, warnings=(*found.warnings, *pose_groups.warn_of_alike(found, accepted)))

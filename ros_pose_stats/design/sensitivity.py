@@ -171,8 +171,8 @@ def sensitivity(part: Part, wanted: Sequence[int], *, step: float | None = None,
     asked = drop_request(drops, seed, 0.0, workers)
     if checks < 0:
         raise errors.RequestError("a number of checks from 0", f"{checks}", "0 drops none of them")
-    space = changes.DesignSpace(part, cluster_tolerance, round_sides)
-    model = shares.WantedShare(space, wanted, scene)
+    space = changes.DesignSpace(part, scene)
+    model = shares.WantedShare(space, wanted)
     reach = STEP * space.body.radius if step is None else step
     changes.check_reach("step", reach, space.body.radius)
     estimated = estimate_in(part, model.scene, methods.AUTO)

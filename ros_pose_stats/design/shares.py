@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..estimators import ESTIMATORS, expected
-from ..records import DropScene, Index, Mask
+from ..records import Index, Mask
 from ..resting.poses import RestingPoses, bare_poses
 from ..statistics import errors, feeding
 from . import changes, paired_drops
@@ -25,11 +25,10 @@ class WantedShare:
     A part that is changed is released from the height of the one before.
     """
 
-    def __init__(self, space: changes.DesignSpace, wanted: Sequence[int],
-                 scene: DropScene) -> None:
+    def __init__(self, space: changes.DesignSpace, wanted: Sequence[int]) -> None:
         resting, body = space.resting, space.body
-        self.scene = replace(scene, drop_height=scene.release_height(body.radius))
-        self._function = ESTIMATORS[expected.best_method(scene.restitution)].function
+        self.scene = replace(space.scene, drop_height=space.scene.release_height(body.radius))
+        self._function = ESTIMATORS[expected.best_method(self.scene.restitution)].function
         self.kept: Mask = feeding.check_wanted(wanted, len(resting.poses))
         self.wanted: tuple[int, ...] = tuple(np.flatnonzero(self.kept).tolist())  # rising
         found = resting.equilibria

@@ -116,8 +116,8 @@ def suggest(part: Part, wanted: Sequence[int], within: float, *, drops: int = GA
     begin = time.perf_counter()
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
     asked = drop_request(drops, seed, 0.0, workers)
-    space = changes.DesignSpace(part, cluster_tolerance, round_sides)
-    model = shares.WantedShare(space, wanted, scene)
+    space = changes.DesignSpace(part, scene)
+    model = shares.WantedShare(space, wanted)
     changes.check_reach("bound", within, space.body.radius)
     moves, estimates = _climb(space, model, within,
                               lambda taken: on_progress(0.5 * taken / MOST_STEPS), should_stop)
@@ -175,7 +175,7 @@ def _climb(space: changes.DesignSpace, model: shares.WantedShare, within: float,
 
 def outline_move(space: changes.DesignSpace, changed: changes.ChangedPart) -> float:
     """How far the outline has moved, metres, measured across the faces before and after."""
-    before, after = space.body, convex_body(changed.part, space.round_sides)
+    before, after = space.body, convex_body(changed.part, space.scene.round_sides)
     shift = changed.part.center_of_mass - space.part.center_of_mass
     old, new = before.points * before.radius, after.points * after.radius + shift
     beyond = (new @ before.arrays.normal.T - before.arrays.distance * before.radius).max()

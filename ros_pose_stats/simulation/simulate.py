@@ -1,14 +1,16 @@
 """A whole simulation: from a part and a request to the pose statistics counted from its drops."""
 
+import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 from numpy.typing import ArrayLike
 
 from ..errors import RequestError
 from ..methods import SIMULATION
 from ..records import DropProgress, DropScene, Part, PoseStatistics, scene as scenes, statistics
-from ..records.part import Array
+from ..records.part import Array, Index
+from ..resting.poses import RestingPoses
 from ..resting.trust import pose_remarks
 from ..statistics.prefix import Judge, Prefix, counted_shares, target_reached
 from .chunks import DropWorkers
@@ -144,35 +146,37 @@ class _Simulation:
 
     def _statistics(self) -> PoseStatistics:
         """Statistics of the drops counted so far."""
-        prefix, resting = self._prefix, self._body.resting
-        remarks = pose_remarks(resting)
-        return statistics.pose_statistics(
-            self._part, self._body.radius, resting.poses, counted_shares(prefix.counts),
-            SIMULATION, self._scene,
-            drops=prefix.drops, unsettled=prefix.drops - prefix.settled, seed=self._request.seed,
-            seconds=time.perf_counter() - self._begin,
-            warnings=(*remarks.warnings, *self._warnings()), notes=remarks.notes)
-
-    def _warnings(self) -> list[str]:
-        prefix, scene = self._prefix, self._scene
-        warnings = []
+        prefix, missed = self._prefix, list[str]()
         if prefix.finished and prefix.target_error > 0.0 and not target_reached(
                 prefix.judged().bound, prefix.target_error):
-            warnings.append(
+            missed.append(
                 f"TARGET_MISSED: the 90 % bound of the error is {prefix.judged().bound:.2g} after "
                 f"all {prefix.drops} drops, above the target of {prefix.target_error:g}.")
-        unsettled = prefix.drops - prefix.settled
-        warnings += touching_warnings(scene, self._touched, prefix.drops)
-        if unsettled:
-            warnings.append(
-                f"UNSETTLED: {unsettled} of {prefix.drops} drops were given up before their pose "
-                f"was certain; they are left out of the probabilities.")
-        return warnings
+        return counted_statistics(
+            self._part, self._body.resting, self._scene, prefix.counts, prefix.drops,
+            self._touched, self._request.seed, missed,
+            seconds=time.perf_counter() - self._begin)
 
 
-def touching_warnings(scene: DropScene, touched: int, drops: int) -> list[str]:
-    """One where a part was released touching the plate in some drops."""
-    if not touched:
-        return []
-    return [f"RELEASED_TOUCHING: in {touched} of {drops} drops the part did not fit under a drop "
-            f"height of {scene.drop_height:g} m and was released touching the plate."]
+def counted_statistics(part: Part, resting: RestingPoses, scene: DropScene, counts: Index,
+                       drops: int, touched: int, seed: int, warnings: Iterable[str] = (), *,
+                       uncertain: str = "their pose", seconds: float = math.nan
+                       ) -> PoseStatistics:
+    """Statistics of drops by the poses in which they ended, `counts` (P,).
+
+    `touched`: drops that were released touching the plate; `uncertain`: what was not certain of
+    those that are left out.
+    """
+    remarks, unsettled = pose_remarks(resting), drops - int(counts.sum())
+    told = [*remarks.warnings, *warnings]
+    if touched:
+        told.append(f"RELEASED_TOUCHING: in {touched} of {drops} drops the part did not fit under "
+                    f"a drop height of {scene.drop_height:g} m and was released touching the "
+                    "plate.")
+    if unsettled:
+        told.append(f"UNSETTLED: {unsettled} of {drops} drops were given up before {uncertain} "
+                    "was certain; they are left out of the probabilities.")
+    return statistics.pose_statistics(
+        part, resting.body.radius, resting.poses, counted_shares(counts), SIMULATION, scene,
+        drops=drops, unsettled=unsettled, seed=seed, seconds=seconds, warnings=told,
+        notes=remarks.notes)

@@ -58,8 +58,8 @@ def make_case(family: str, number: int) -> Case:
     """A part of a family; equal arguments give the same one."""
     draw = np.random.default_rng([SEED, number, *family.encode()])
     part, tolerance, sides = _part(family, number, draw)
-    space = DesignSpace(part, tolerance, sides)
     restitution = RESTITUTIONS[int(draw.integers(len(RESTITUTIONS)))]
+    space = DesignSpace(part, DropScene(restitution, None, tolerance, sides))
     groups: dict[int, list[int]] = {}
     share: dict[int, float] = {}
     for pose in estimate(part, "split", restitution=restitution, cluster_tolerance=tolerance,
@@ -68,9 +68,7 @@ def make_case(family: str, number: int) -> Case:
         share[pose.group] = pose.group_probability
     some = [group for group in groups if LEAST < share[group] < MOST] or list(groups)
     wanted = tuple(groups[some[int(draw.integers(len(some)))]])
-    scene = DropScene(restitution, None, tolerance, sides)
-    return Case(family, number, space, WantedShare(space, wanted, scene), wanted, restitution,
-                draw)
+    return Case(family, number, space, WantedShare(space, wanted), wanted, restitution, draw)
 
 
 def _part(family: str, number: int, draw: np.random.Generator) -> tuple[Part, float, int]:

@@ -47,7 +47,8 @@ def measure_gain(case: Case, workers: int) -> Gain:
     begin = time.process_time()
     found = suggest(space.part, case.wanted, WITHIN * space.body.radius, drops=100, seed=1,
                     restitution=case.restitution, workers=workers,
-                    cluster_tolerance=space.cluster_tolerance, round_sides=space.round_sides)
+                    cluster_tolerance=space.scene.cluster_tolerance,
+                    round_sides=space.scene.round_sides)
     seconds = time.process_time() - begin
     pair = [space.change_one(0, 0.0), found.changed]
     begin = time.process_time()
