@@ -37,8 +37,8 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=20, help="default: %(default)s")
     seeds = parser.parse_args().seeds
     for name, parts, wanted in pairs():
-        many = PairedDrops(parts, DropScene(), TRUE_SEED)
-        many.drop_until(TRUE_DROPS, len(os.sched_getaffinity(0)))
+        many = PairedDrops(parts, DropScene(), TRUE_SEED, len(os.sched_getaffinity(0)))
+        many.drop_until(TRUE_DROPS)
         shown, drops = [], []
         for seed in range(seeds):
             found = compare(parts, wanted, seed=seed)

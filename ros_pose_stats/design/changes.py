@@ -79,9 +79,9 @@ class ChangedPart(NamedTuple):
 class DesignSpace:
     """A part and all that can be changed on it; `resting` is of the part as it is."""
 
-    def __init__(self, part: Part, scene: DropScene) -> None:
-        self.part, self.scene = part, scene
-        self.resting: poses.RestingPoses = poses.poses_in(part, scene)
+    def __init__(self, part: Part, scene: DropScene | None = None) -> None:
+        self.part, self.scene = part, scene or DropScene()
+        self.resting: poses.RestingPoses = poses.poses_in(part, self.scene)
         self.body: convex_body.ConvexBody = self.resting.body
         self.features: tuple[Feature, ...] = find_features(self.resting)
         self._corners: Array = np.ascontiguousarray(

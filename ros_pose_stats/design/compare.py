@@ -106,14 +106,13 @@ def compare(parts: Sequence[Part], wanted: Sequence[int] = (), drops: int = MOST
              for match in matches]
 
     turns = [None, *(match.turn for match in matches)]
-    judged, afresh = (paired_drops.PairedDrops(parts, scene, each % request.SEEDS, turns)
+    judged, afresh = (paired_drops.PairedDrops(parts, scene, each % request.SEEDS, asked.workers,
+                                               should_stop, turns)
                       for each in (asked.seed + request.SEEDS // 2, asked.seed))
     most = 2 * asked.drops * len(parts)
-    verdicts = _judge(judged, tests, bool(accepted), plate_error, asked.drops, (
-        lambda size: judged.drop_until(size, asked.workers, lambda done: on_progress(done, most),
-                                       should_stop)))
-    afresh.drop_until(judged.drops, asked.workers, lambda done: on_progress(
-        judged.outcome.size + done, most), should_stop)
+    verdicts = _judge(judged, tests, bool(accepted), plate_error, asked.drops,
+                      lambda done: on_progress(done, most))
+    afresh.drop_until(judged.drops, lambda done: on_progress(judged.outcome.size + done, most))
 
     pairs = afresh if afresh.drops else judged
     variants = tuple(
@@ -150,7 +149,7 @@ Tested = list[list[comparison.ShareDifference]]
 
 
 def _judge(pairs: paired_drops.PairedDrops, tests: Tests, has_feeder: bool, plate_error: float,
-           most: int, drop_until: Callable[[int], object]) -> Tested:
+           most: int, on_progress: Callable[[int], object]) -> Tested:
     """Drop until the verdicts stand; the differences with their chances.
 
     A look has a share of the 5 % in proportion to its drops: all looks together are wrong in no
@@ -160,7 +159,7 @@ def _judge(pairs: paired_drops.PairedDrops, tests: Tests, has_feeder: bool, plat
     while looks[0] >= 2 * FIRST_LOOK:
         looks.insert(0, looks[0] // 2)
     for size in looks:
-        drop_until(size)
+        pairs.drop_until(size, on_progress)
         found = _adjusted(tests, _differences(pairs, tests, plate_error), size / sum(looks))
         if pairs.drops < size or all(
                 any(one.on_plate == comparison.SHOWN for one in (

@@ -28,13 +28,15 @@ class PairedDrops:
     """Outcomes of the same starts for several variants.
 
     All are released at the height of the scene, or at 20 radii of the first, whose drops are those
-    of `simulate`. `turns`: for each the rotation from the first one's frame to its own, None where
-    these are equal; `first`: drops of the seed that are passed over.
+    of `simulate`. `workers`: threads; `turns`: for each the rotation from the first one's frame to
+    its own, None where these are equal; `first`: drops of the seed that are passed over.
     """
 
-    def __init__(self, parts: Sequence[Part], scene: DropScene, seed: int,
+    def __init__(self, parts: Sequence[Part], scene: DropScene, seed: int, workers: int,
+                 should_stop: Callable[[], bool] = lambda: False,
                  turns: Sequence[Array | None] = (), first: int = 0) -> None:
         self.parts, self.seed = parts, seed
+        self._workers, self._should_stop = workers, should_stop
         self.resting = tuple(poses_in(part, scene) for part in parts)
         self.scene = replace(scene, drop_height=scene.release_height(self.resting[0].body.radius))
         # (V, n): pose that each variant came to rest in, or -1; whether it was released touching
@@ -56,19 +58,18 @@ class PairedDrops:
         """From which of the settled starts a variant came to rest in one of some poses."""
         return np.isin(self.outcome[variant, self.settled], list(poses))
 
-    def drop_until(self, drops: int, workers: int,
-                   on_progress: Callable[[int], object] = lambda done: None,
-                   should_stop: Callable[[], bool] = lambda: False) -> None:
+    def drop_until(self, drops: int,
+                   on_progress: Callable[[int], object] = lambda done: None) -> None:
         """Drop all variants from the next starts, until there are so many, whatever the steps.
 
         `on_progress` takes the drops made of all variants together.
         """
-        if should_stop():
+        if self._should_stop():
             return
         done, rows = self.outcome.size, []
         for place in range(len(self.parts)):
             each = []
-            for outcomes in self._drop(place, drops, workers, should_stop):
+            for outcomes in self._drop(place, drops):
                 each.append(np.stack((outcomes.pose, outcomes.touched)))
                 done += outcomes.pose.size
                 on_progress(done)
@@ -78,8 +79,7 @@ class PairedDrops:
             np.concatenate((before, [row[which, :kept] for row in rows]), axis=1)
             for which, before in enumerate((self.outcome, self.touched)))
 
-    def _drop(self, place: int, drops: int, workers: int,
-              should_stop: Callable[[], bool]) -> Iterator[motions.DropOutcomes]:
+    def _drop(self, place: int, drops: int) -> Iterator[motions.DropOutcomes]:
         body, turn = drop_body.drop_body(self.parts[place], self.scene), self._turns[place]
         rules, begin = motions.drop_rules(self.scene, body.radius), self._first + self.drops
 
@@ -88,8 +88,8 @@ class PairedDrops:
             return motions.compute_drops(
                 body, rules, starts if turn is None else turn_vectors(starts, turn.T))
 
-        return chunks.DropWorkers(drop, drops - self.drops, workers,
-                                  should_stop).outcomes_in_order()
+        return chunks.DropWorkers(drop, drops - self.drops, self._workers,
+                                  self._should_stop).outcomes_in_order()
 
 
 class PairedDifference(NamedTuple):

@@ -58,9 +58,9 @@ class WantedShare:
 
         `first`: drops of the seed that are passed over; starts count from which all came to rest.
         """
-        pairs = paired_drops.PairedDrops([one.part for one in changed], self.scene, seed,
-                                         first=first)
-        pairs.drop_until(drops, workers, on_progress, should_stop)
+        pairs = paired_drops.PairedDrops([one.part for one in changed], self.scene, seed, workers,
+                                         should_stop, first=first)
+        pairs.drop_until(drops, on_progress)
         return np.array([
             pairs.is_in(place, np.flatnonzero(self._accepted(resting, one.origin)).tolist())
             for place, (resting, one) in enumerate(zip(pairs.resting, changed, strict=True))])

@@ -67,14 +67,14 @@ def hybrid(part: Part, drops: int | None = None, restitution: float = scenes.DEF
     return replace(found, seconds=time.perf_counter() - begin)
 
 
-def drop_with(prior: priors.PosePrior, part: Part, scene: DropScene, request: requests.DropRequest,
-              watch: requests.Watch, look: int) -> PoseStatistics:
+def drop_with(prior: priors.PosePrior | None, part: Part, scene: DropScene,
+              request: requests.DropRequest, watch: requests.Watch, look: int) -> PoseStatistics:
     """Drop a part, and combine the drops with an estimate; `look`: drops before the first look."""
-    counted = simulate.count_drops(
-        part, scene, request,
-        watch._replace(on_progress=combined_progress(prior, watch.on_progress)),
-        prefix.Judge(partial(confidence.judge_drops, prior), look))
-    return hybrid_statistics(counted, prior)
+    judge = prefix.Judge(partial(confidence.judge_drops, prior), look)
+    if prior is None:
+        return simulate.count_drops(part, scene, request, watch, judge)
+    combined = watch._replace(on_progress=combined_progress(prior, watch.on_progress))
+    return hybrid_statistics(simulate.count_drops(part, scene, request, combined, judge), prior)
 
 
 def hybrid_statistics(counted: PoseStatistics, prior: priors.PosePrior) -> PoseStatistics:
@@ -147,12 +147,8 @@ def keep_target(best: PoseStatistics, part: Part, scene: DropScene, request: req
     if bound <= target:
         return best, confidence.enough(f"{best.method} alone", bound, target)
     helped = confidence.worthwhile(prior, target)
-    look = confidence.first_look(prior, target, helped)
-    if helped:
-        found = drop_with(prior, part, scene, request, watch, look)
-    else:
-        found = simulate.count_drops(part, scene, request, watch,
-                                     prefix.Judge(partial(confidence.judge_drops, None), look))
+    found = drop_with(prior if helped else None, part, scene, request, watch,
+                      confidence.first_look(prior, target, helped))
     return found, _why_drops(found, best.method, bound, target)
 
 

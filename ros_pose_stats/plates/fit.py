@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import chdtrc, gammaln
+from scipy.special import chdtrc, gammaln, logsumexp
 
 from .. import errors, text
 from ..estimators.expected import expected_error
@@ -235,10 +235,8 @@ def _shares(counted: CountedPart, wanted: Sequence[DropScene]) -> Array:
 
 def weigh_scenes(parts: Sequence[ExplainedPart], grid: SceneGrid) -> tuple[Array, Array]:
     """Logarithm (n,) of the likelihood of all parts together, and the scenes' probabilities."""
-    together = sum((one.likelihood for one in parts), np.zeros(grid.prior.size))
-    weighed = together + np.log(SCATTER_WEIGHTS)[:, None]
-    top = weighed.max(axis=0)
-    logarithm = np.asarray(top + np.log(np.exp(weighed - top).sum(axis=0)))
+    together = sum((one.likelihood for one in parts), np.zeros((SCATTERS.size, grid.prior.size)))
+    logarithm = np.asarray(logsumexp(together, axis=0, b=SCATTER_WEIGHTS[:, None]))
     weight = grid.prior * np.exp(logarithm - logarithm.max())
     return logarithm, weight / weight.sum()
 
@@ -254,15 +252,11 @@ def _interval(values: Array, profile: Array, found: float) -> Triple:
     """A value with the outermost ones at which a profile crosses its level, linear between."""
     level = profile.max() - 0.5 * REACH
     inside = np.flatnonzero(profile >= level)
-    ends = []
-    for edge, beyond in ((inside[0], inside[0] - 1), (inside[-1], inside[-1] + 1)):
-        end = values[edge]
-        if 0 <= beyond < values.size:
-            share = (profile[edge] - level) / (profile[edge] - profile[beyond])
-            end = end + share * (values[beyond] - end)
-        ends.append(float(end))
-    return (found, ends[0], ends[1]) if found == AS_DEFAULT else (
-        found, min(ends[0], found), max(ends[1], found))
+    first, last = inside[[0, -1]]
+    low, high = (float(np.interp(level, profile[edge], values[edge])) for edge in (
+        [max(first - 1, 0), first], [min(last + 1, values.size - 1), last]))
+    return (found, low, high) if found == AS_DEFAULT else (found, min(low, found),
+                                                           max(high, found))
 
 
 def _p_value(parts: Sequence[ExplainedPart], place: int, grid: SceneGrid) -> float:

@@ -99,11 +99,11 @@ def run(options: argparse.Namespace) -> int:
             part.part_id, cell.rate, cell.cycle_time, without.per_minute,
             [(kick.kick_height, kick.per_minute) for kick in kicked])))
     names = ("part_id", "part_digest", "method", "restitution", "drop_height",
-             "cluster_tolerance", "round_sides", "plate_error", "version", "notes")
+             "cluster_tolerance", "round_sides", "plate_error", "version")
     return running.print_answer(
         options, lambda: {**{name: getattr(dropped, name) for name in names},
                           "wanted": options.wanted, "seed": request.seed, "flips": each,
-                          "warnings": warnings, **plan.as_dict()},
+                          "warnings": warnings, "notes": dropped.notes, **plan.as_dict()},
         lambda: _lines(dropped, plan, cell, request.seed, warnings),
         f"interrupted after {len(flips)} of {len(set(kicks))} kick heights" if stopped else "")
 

@@ -14,7 +14,6 @@ from .. import arguments as given, running
 
 if TYPE_CHECKING:
     from ...plates import CountedPart, PartEvidence, PlateFit, PlateProfile
-    from ...recording.analysis.camera_counts import CameraCounts
     from ...records import Part
 
 TABLES = (".csv", ".tsv", ".txt")
@@ -130,6 +129,7 @@ def counts_on_plate(paths: Sequence[Path], plate: str,
 
     Counts that name no plate are taken too, as those of the only plate there was.
     """
+    from ...plates import count_part
     from ...recording.analysis.bag_reader import read_bags, read_parts
 
     told = read_bags(paths, on_progress).counts
@@ -148,27 +148,18 @@ def counts_on_plate(paths: Sequence[Path], plate: str,
             break
     counted, notes = [], []
     for one in wanted:
-        found = _join(one, parts)
-        if isinstance(found, str):
-            notes.append(f"{several(one.classified, 'count')} of {one.part_id} left out: {found}")
-        else:
-            counted.append(found)
+        fitting = [part for part in parts.values() if (
+            part.digest == one.part_digest if one.part_digest else part.part_id == one.part_id)]
+        why = ("several parts have this name, and the counts carry no digest"
+               if len(fitting) > 1 else
+               "its mesh is not in the bags" if not fitting else
+               "they do not say by which cluster_tolerance the poses are numbered"
+               if math.isnan(one.numbering.cluster_tolerance) else "")
+        if not why:
+            try:
+                counted.append(count_part(fitting[0], one.of_pose, one.numbering))
+            except PoseStatsError as error:
+                why = str(error)
+        if why:
+            notes.append(f"{several(one.classified, 'count')} of {one.part_id} left out: {why}")
     return counted, notes
-
-
-def _join(one: "CameraCounts", parts: "dict[str, Part]") -> "CountedPart | str":
-    """The counts with their part, or why they cannot be used."""
-    from ...plates import count_part
-
-    fitting = ([parts[one.part_digest]] if one.part_digest in parts else
-               [part for part in parts.values()
-                if part.part_id == one.part_id and not one.part_digest])
-    if len(fitting) != 1:
-        return ("several parts have this name, and the counts carry no digest" if fitting
-                else "its mesh is not in the bags")
-    if math.isnan(one.numbering.cluster_tolerance):
-        return "they do not say by which cluster_tolerance the poses are numbered"
-    try:
-        return count_part(fitting[0], one.of_pose, one.numbering)
-    except PoseStatsError as error:
-        return str(error)
