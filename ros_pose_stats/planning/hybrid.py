@@ -116,10 +116,10 @@ def checked(best: PoseStatistics, part: Part, scene: DropScene, request: request
             watch: requests.Watch) -> tuple[PoseStatistics, str]:
     """An estimate with drops beside it, or alone where they say nothing or hardly end; why."""
     prior = confidence.prior_of(best, poses_in(part, scene), scene)
-    if len(prior.size) == 1 or _hardly_ends(scene, best.radius):
-        return best, explain_check(best.method, 0, scene, best.radius)
-    few = replace(request, drops=min(request.drops, CHECK_DROPS), events=CHECK_EVENTS)
-    found = drop_with(prior, part, scene, few, watch, confidence.FIRST_LOOK)
+    found = best
+    if len(prior.size) > 1 and not _hardly_ends(scene, best.radius):
+        few = replace(request, drops=min(request.drops, CHECK_DROPS), events=CHECK_EVENTS)
+        found = drop_with(prior, part, scene, few, watch, confidence.FIRST_LOOK)
     return found, explain_check(best.method, found.drops, scene, best.radius)
 
 
@@ -149,15 +149,9 @@ def keep_target(best: PoseStatistics, part: Part, scene: DropScene, request: req
     helped = confidence.worthwhile(prior, target)
     found = drop_with(prior if helped else None, part, scene, request, watch,
                       confidence.first_look(prior, target, helped))
-    return found, _why_drops(found, best.method, bound, target)
-
-
-def _why_drops(found: PoseStatistics, method: str, bound: float, target_error: float) -> str:
     if math.isinf(bound):
-        return f"Estimates do not know so low a drop; so {found.drops} drops were counted."
-    alone = confidence.not_enough(f"{method} alone", bound, target_error)
-    if found.method == HYBRID:
-        return f"{alone}; so {found.drops} drops were added."
-    if any(line.startswith("CONFLICT:") for line in found.warnings):
-        return f"{alone}, and drops contradict it; so {found.drops} drops were counted."
-    return f"{alone}, and worth too few drops to matter; so {found.drops} drops were counted."
+        return found, f"Estimates do not know so low a drop; so {found.drops} drops were counted."
+    why = (f"; so {found.drops} drops were added" if found.method == HYBRID else
+           f", and {'drops contradict it' if helped else 'worth too few drops to matter'}; so "
+           f"{found.drops} drops were counted")
+    return found, f"{confidence.not_enough(f'{best.method} alone', bound, target)}{why}."

@@ -143,12 +143,13 @@ def _read(file: Path, data: bytes | None = None) -> dict[str, Any]:
     except (OSError, UnicodeDecodeError, RecursionError, ValueError, yaml.YAMLError) as error:
         raise errors.RequestError("a YAML file of plates", f"{file} ({errors.reason(error)})",
                                   "name another one with --plates") from error
-    plates = found.get(HEAD) if isinstance(found, Mapping) else None
-    if found is None or (isinstance(found, Mapping) and HEAD in found and plates is None):
-        return {}  # an empty file, or one without a plate yet
-    if not isinstance(plates, Mapping) or len(found) != 1:
+    if found is None:  # an empty file
+        return {}
+    if not isinstance(found, Mapping) or list(found) != [HEAD] or not isinstance(
+            found[HEAD], Mapping | None):
         raise errors.RequestError(f"a YAML file with `{HEAD}:` and nothing else at its top",
                                   f"{file}", "name another one with --plates")
+    plates = found[HEAD] or {}
     if len(plates) > MOST_PLATES:
         raise errors.RequestError(f"a file of at most {MOST_PLATES} plates",
                                   f"{len(plates)} in {file}", "split it")
@@ -168,23 +169,19 @@ def _size(node: Any, sizes: dict[int, int]) -> int:
 
 def _profile(file: Path, name: str, values: Any) -> PlateProfile:
     """One plate; numbers may be written as YAML takes for text (1e-3)."""
-    if not isinstance(values, Mapping):
-        raise errors.RequestError("restitution and drop_height of each plate",
-                                  f"{values!r} for {name} in {file}", "fit the plate again")
+    expected, found = "restitution and drop_height of each plate", f"{values!r}"
     try:
-        return PlateProfile(name, **{
-            key: read(values[key]) for key, read in READERS.items()
-            if key in REQUIRED or values.get(key) is not None})
+        if isinstance(values, Mapping):
+            return PlateProfile(name, **{
+                key: read(values[key]) for key, read in READERS.items()
+                if key in REQUIRED or values.get(key) is not None})
     except KeyError as error:
-        raise errors.RequestError(f"{error.args[0]} of each plate", f"none for {name} in {file}",
-                                  "fit the plate again") from error
+        expected, found = f"{error.args[0]} of each plate", "none"
     except errors.RequestError as error:
-        raise errors.RequestError(error.expected, f"{error.found} for {name} in {file}",
-                                  "fit the plate again") from error
+        expected, found = error.expected, error.found
     except (TypeError, ValueError, OverflowError, AttributeError) as error:
-        raise errors.RequestError("numbers for each plate",
-                                  f"{re.sub(r'^.*: ', '', str(error))} for {name} in {file}",
-                                  "fit the plate again") from error
+        expected, found = "numbers for each plate", re.sub(r"^.*: ", "", str(error))
+    raise errors.RequestError(expected, f"{found} for {name} in {file}", "fit the plate again")
 
 
 def _whole(value: Any) -> int:

@@ -55,10 +55,9 @@ def drop_afresh(dropped: PoseShares, wanted: Sequence[int], rate: float = math.n
     kept = check_wanted(wanted, dropped.probability.size)
     if not math.isnan(rate):
         check_rate(rate)
-    share = 1.0 if kept.all() else min(1.0, float(dropped.probability[kept].sum()))
-    low, high = (1.0, 1.0) if kept.all() else _share_interval(share, dropped, kept)
-    return Feeding(Bounded(share, low, high), passes_of(share, low, high), NO_FLIPS,
-                   Bounded(rate * share, rate * low, rate * high))
+    accepted = _accepted_share(dropped, kept)
+    return Feeding(accepted, passes_of(*accepted), NO_FLIPS,
+                   Bounded(*(rate * one for one in accepted)))
 
 
 def passes_of(share: float, low: float, high: float) -> Bounded:
@@ -137,18 +136,19 @@ def _that_get_out(moves: Array, kept: Mask, wrong: Index) -> Mask:
         out = further
 
 
-def _share_interval(share: float, dropped: PoseShares, kept: Mask) -> tuple[float, float]:
-    """Bounds of the share of some poses; symmetry tells how a unit's share is shared out."""
-    drops, single = dropped.drops, share * (1.0 - share)
+def _accepted_share(dropped: PoseShares, kept: Mask) -> Bounded:
+    """Share of some poses; symmetry tells how a unit's share is shared out."""
+    if kept.all():
+        return Bounded(1.0, 1.0, 1.0)
+    drops, share = dropped.drops, min(1.0, float(dropped.probability[kept].sum()))
     if math.isnan(drops):
-        return math.nan, math.nan
-    if single > 0.0:
+        return Bounded(share, math.nan, math.nan)
+    if 0.0 < share < 1.0:
         scatter = dropped.scatter(kept.astype(np.float64))
-        drops *= single / scatter if scatter else math.inf
+        drops *= share * (1.0 - share) / scatter if scatter else math.inf
     if drops > CERTAIN:
-        return share, share
-    low, high = jeffreys_interval(share * drops, drops)
-    return float(low), float(high)
+        return Bounded(share, share, share)
+    return Bounded(share, *map(float, jeffreys_interval(share * drops, drops)))
 
 
 def check_wanted(wanted: Sequence[int], poses: int) -> Mask:

@@ -61,12 +61,12 @@ def run(options: argparse.Namespace) -> int:
                      for kind, name in ((".png", options.png), (".stl", options.stl)))
     from ...design import changes, sensitivity, suggest
     from ...files import write_file
-    from ...resting.poses import resting_poses
+    from ...resting.poses import poses_in
 
     part = running.load_part_and_kernels(options)
     if options.suggest:
-        changes.check_reach("bound", options.within, resting_poses(
-            part, options.cluster_tolerance, options.round_sides).body.radius)
+        changes.check_reach("bound", options.within,
+                            poses_in(part, given.scene_of(options)).body.radius)
     keywords = {**given.scene_keywords(options), "workers": options.workers,
                 "drops": options.drops}
     proposed = None
