@@ -257,5 +257,5 @@ def _statistics(part: Part, pairs: paired_drops.PairedDrops, variant: int,
     counts = np.bincount(pairs.outcome[variant, pairs.settled], minlength=len(resting.poses))
     found = simulate.counted_statistics(
         part, resting, pairs.scene, counts, pairs.drops, int(pairs.touched[variant].sum()),
-        pairs.seed, uncertain="the pose of every variant")
+        pairs.seed, math.nan, uncertain="the pose of every variant")
     return replace(found, warnings=(*found.warnings, *pose_groups.warn_of_alike(found, accepted)))

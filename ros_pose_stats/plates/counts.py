@@ -12,8 +12,7 @@ import numpy as np
 
 from ..errors import RequestError, reason
 from ..files import read_file
-from ..records import Index, Part
-from ..records.scene import DropScene, Numbering
+from ..records import DropScene, Index, Part, scene as scenes
 from ..resting.poses import RestingPoses, resting_poses
 
 MOST = 2.0**48  # parts that nobody counts
@@ -26,7 +25,7 @@ class CountedPart:
 
     part: Part
     count: Index  # (P,) int; parts seen in each pose, by `index`
-    numbering: Numbering  # of the poses
+    numbering: scenes.Numbering  # of the poses
 
     @property
     def resting(self) -> RestingPoses:
@@ -49,7 +48,7 @@ class CountedPart:
 
 
 def count_part(part: Part, counts: Mapping[int, int],
-               numbering: Numbering = DEFAULT_NUMBERING) -> CountedPart:
+               numbering: scenes.Numbering = DEFAULT_NUMBERING) -> CountedPart:
     """Join a part and what was counted of it, from the `index` of a pose to the parts seen in it.
 
     `numbering`: of the statistics that numbered the poses. Raises RequestError if the part has no

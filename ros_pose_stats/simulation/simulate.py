@@ -1,6 +1,5 @@
 """A whole simulation: from a part and a request to the pose statistics counted from its drops."""
 
-import math
 import time
 from collections.abc import Callable, Iterable
 
@@ -10,8 +9,7 @@ from ..errors import RequestError
 from ..methods import SIMULATION
 from ..records import DropProgress, DropScene, Part, PoseStatistics, scene as scenes, statistics
 from ..records.part import Array, Index
-from ..resting.poses import RestingPoses
-from ..resting.trust import pose_remarks
+from ..resting import poses, trust
 from ..statistics.prefix import Judge, Prefix, counted_shares, target_reached
 from .chunks import DropWorkers
 from .drop_body import drop_body
@@ -154,20 +152,19 @@ class _Simulation:
                 f"all {prefix.drops} drops, above the target of {prefix.target_error:g}.")
         return counted_statistics(
             self._part, self._body.resting, self._scene, prefix.counts, prefix.drops,
-            self._touched, self._request.seed, missed,
-            seconds=time.perf_counter() - self._begin)
+            self._touched, self._request.seed, time.perf_counter() - self._begin, missed)
 
 
-def counted_statistics(part: Part, resting: RestingPoses, scene: DropScene, counts: Index,
-                       drops: int, touched: int, seed: int, warnings: Iterable[str] = (), *,
-                       uncertain: str = "their pose", seconds: float = math.nan
+def counted_statistics(part: Part, resting: poses.RestingPoses, scene: DropScene, counts: Index,
+                       drops: int, touched: int, seed: int, seconds: float,
+                       warnings: Iterable[str] = (), uncertain: str = "their pose"
                        ) -> PoseStatistics:
     """Statistics of drops by the poses in which they ended, `counts` (P,).
 
     `touched`: drops that were released touching the plate; `uncertain`: what was not certain of
     those that are left out.
     """
-    remarks, unsettled = pose_remarks(resting), drops - int(counts.sum())
+    remarks, unsettled = trust.pose_remarks(resting), drops - int(counts.sum())
     told = [*remarks.warnings, *warnings]
     if touched:
         told.append(f"RELEASED_TOUCHING: in {touched} of {drops} drops the part did not fit under "
