@@ -150,7 +150,7 @@ class Cameras:
         part, kind = self._parts.current(counts.part_id), "counts of nothing"
         with nullcontext() if part is None else part.revisions.lock:  # nothing comes in between
             part = self._parts.current(counts.part_id)
-            problem = count_problem(counts, part)
+            problem = count_problem(counts, part, self._settings().plate)
             if not problem and part is not None and part.shown is not None:
                 if self._counts.add_counts(part, part.shown, counts):
                     return
@@ -201,12 +201,15 @@ class Cameras:
         return counts
 
 
-def count_problem(counts: PoseCounts, part: known_part.KnownPart | None) -> str:
+def count_problem(counts: PoseCounts, part: known_part.KnownPart | None, plate: str) -> str:
     """Why a camera's count of a part cannot be compared with anything; empty where it can."""
     if len(counts.index) != len(counts.count):
         return f"it has {len(counts.index)} pose indices and {len(counts.count)} counts"
     if part is None or part.shown is None:
         return f"no part {part_requests.shown(counts.part_id)} is known"
+    if counts.plate not in ("", plate):
+        return (f"it names the plate {part_requests.shown(counts.plate)}, and the node's is "
+                f"{part_requests.shown(plate)}; name that one, or none")
     latched = part.shown.latched
     if counts.part_digest and counts.part_digest != part.digest:
         return f"{part_requests.shown(counts.part_id)} has another part_digest by now"

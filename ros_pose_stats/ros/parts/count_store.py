@@ -140,8 +140,6 @@ class CountStore:
 
         The lock of the part's name is held since `counts` were compared with what is `shown`.
         """
-        if counts.plate not in ("", self._settings().plate):
-            return True
         ground, poses = self._ground(counts), len(shown.latched.poses)
         known.counts = self._counts_on(known, ground, poses) or CellCounts(
             ground, np.zeros(poses, np.int64), time.time_ns())
