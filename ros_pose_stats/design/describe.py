@@ -58,8 +58,8 @@ def describe_gain(found: "sensitivity.Sensitivity") -> str:
         return (f"gains most by estimate: {name_step(found.space, one.number, one.step)}: "
                 f"{points(one.change)} points{by_drops}")
     if found.checked:
-        return (f"nothing to gain: {found.drops} drops show no gain of the best "
-                f"{several(len(found.checked), 'step')}")
+        return (f"no gain is sure: of the best {several(len(found.checked), 'step')}, tested "
+                f"together, {found.drops} drops show none; more drops may")
     step = f"{1e3 * found.step:.3g} mm or {100.0 * found.step / found.space.body.radius:.3g} %"
     return f"nothing to gain: no step of {step} raises the share by more than its own error"
 
