@@ -11,7 +11,7 @@ from typing import Any
 import rclpy
 from rclpy import exceptions, executors, signals
 
-from ..errors import PoseStatsError
+from ..errors import PoseStatsError, RequestError
 from . import camera_counts
 from .answering_node import AnsweringNode
 from .base import Base
@@ -154,7 +154,9 @@ def run_node(stop: StopSignals, arguments: Sequence[str] | None = None) -> int:
     try:
         rclpy.init(args=arguments, signal_handler_options=signals.SignalHandlerOptions.NO)
     except Exception as error:  # what rcl raises for arguments it cannot parse has no base
-        print(f"pose_stats: {str(error).strip()}", file=sys.stderr)
+        refused = RequestError("ROS arguments that rcl can read", str(error).strip(),
+                               "for instance --ros-args -p restitution:=0.3")
+        print(f"pose_stats: {refused}", file=sys.stderr)
         return REFUSED
     try:
         node = None if stop.asked else PoseStatsNode()

@@ -71,6 +71,7 @@ def test_mesh_topics_must_be_topics_with_a_name_each(refused, entries, said):
 
 def test_arguments_that_are_no_ros_arguments(refused):
     assert "--fast" in refusal("node", "--fast")
+    assert "rcl can read, got ['a:=1']; for instance" in refusal("node", "--ros-args", "a:=1")
 
 
 @pytest.mark.parametrize(("missing", "advice"), [
