@@ -62,12 +62,13 @@ class WorkFolder:
         if theirs == mine:
             return
         if self._has_work():
-            told = theirs if isinstance(theirs, dict) else {path.name: "unreadable"}
-            others = [f"{name} {value}" for name, value in told.items() if value != mine.get(name)]
-            raise errors.BatchError(f"work on the same {what.removeprefix('a ')}",
-                                    f"that on another one in {self.directory} "
-                                    f"({', '.join(others)})",
-                                    "finish that one, delete the directory, or name another one")
+            found = f"files without a readable {path.name} in {self.directory}"
+            if isinstance(theirs, dict):
+                others = [f"{name} {value}" for name, value in theirs.items()
+                          if value != mine.get(name)]
+                found = f"that on another one in {self.directory} ({', '.join(others)})"
+            raise errors.BatchError(f"work on the same {what.removeprefix('a ')}", found,
+                                    "name another one, or finish the work that is there")
         write_durably(path, json.dumps(mine, indent=1).encode())
 
 

@@ -295,7 +295,7 @@ def test_a_folder_of_another_request_is_refused_and_kept(made, options, words):
 @pytest.mark.parametrize("name", ["index.html", "catalogue.parquet"])
 def test_a_file_of_somebody_else_is_kept(home, tmp_path, name):
     (tmp_path / name).write_text("mine")
-    assert "another one" in refusal(*ASKED, "-o", tmp_path)
+    assert "files without a readable request.json" in refusal(*ASKED, "-o", tmp_path)
     assert (tmp_path / name).read_text() == "mine"
 
 
