@@ -191,7 +191,11 @@ class JobReports(JobListener):
     def end_result(self, job_id: str) -> PoseStatistics:
         """The result of a job that has ended; empty where it had none."""
         row = self._state.get("jobs", job_id)
-        return deserialize_message(row[3], PoseStatistics) if row and row[3] else PoseStatistics()
+        if not (row and row[3]):
+            return PoseStatistics()
+        result = deserialize_message(row[3], PoseStatistics)
+        result.final = True  # of a job that a kill ended it was kept as not final
+        return result
 
     def _part_of(self, job: Job) -> known_part.KnownPart | None:
         """The known part, as long as it is the part that the job drops."""

@@ -170,6 +170,7 @@ def test_a_kill_loses_nothing_that_was_acknowledged(lives, third, folder):
     assert third.shown["simulated"].drops == 20_000 and third.shown["seen"].observed == 102
     assert third.shown["own scene"].part_digest == lives.first["own scene"].part_digest
     assert third.job.state == CANCELLED and "the node ended" in third.job.message
+    assert third.job.statistics.final is bool(third.job.statistics.drops)
     assert lives.bag.name in third.repair and f"{lives.bag.name} mended" in third.log
     assert_readable_by_others(lives.bag)
     ends = [event.event for event in recorded(folder, "job_events")
