@@ -134,7 +134,7 @@ def _answer(request: Any, response: Any, latched: PoseStatistics, cell: FeederCe
     if math.isnan(dropped.drops):
         basis += (f"; the error of {latched.method} is not known here, so there are no intervals: "
                  f"simulate the part")
-    response.message = f"{basis}."
+    response.message = " ".join([f"{basis}.", *pose_groups.warn_of_alike(found, request.wanted)])
 
 
 class PlateFits:

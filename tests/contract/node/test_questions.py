@@ -7,6 +7,7 @@ import pytest
 import trimesh
 
 from ros_pose_stats import estimate, learn_flips, simulate_flips
+from study import shapes
 from tests.running import answer_json
 
 from .harness.camera import counted, counting
@@ -53,6 +54,9 @@ class TestDropping:
         shares = by_index(estimate(library_part(WEDGE), "area"))
         assert answer.accepted == pytest.approx(shares[WANTED].sum(), rel=1e-9)
         assert answer.message == "From an estimate (area)."
+        slab = known_part(tuned, shapes.box(0.03, 0.02, 0.01))
+        answer = tuned.good("feeding", part_id=slab, wanted=[0], rate=RATE)
+        assert "(area). WANTED_ALIKE: pose 1 looks the same as pose 0" in answer.message
 
 
 class TestFlips:
