@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from ..records import Array, Index
 from ..resting.poses import RestingPoses
@@ -142,9 +141,14 @@ def _turns(first: RestingPoses, second: RestingPoses) -> Iterator[Array]:
     alike = np.abs(downs[lead] @ downs[along] - others @ others.T) <= 0.05
     pairs = np.argwhere(alike & same[lead][:, None] & same[along][None])
     for one, other in pairs[:MOST_TURNS].tolist():
-        # The first exactly, and the second as nearly as that allows.
-        yield Rotation.align_vectors(others[[one, other]], downs[[lead, along]],
-                                     weights=[np.inf, 1.0])[0].as_matrix()
+        yield _frame(others[one], others[other]) @ _frame(downs[lead], downs[along]).T
+
+
+def _frame(first: Array, second: Array) -> Array:
+    """Orthonormal columns, the first along one vector, the second in its plane with another."""
+    across = np.cross(first, second)
+    across = across / np.linalg.norm(across)
+    return np.stack((first, np.cross(across, first), across), axis=1)
 
 
 def _size_ratios(first: RestingPoses, second: RestingPoses, which: slice = slice(None)) -> Array:
