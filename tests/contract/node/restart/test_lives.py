@@ -125,7 +125,7 @@ def test_finished_jobs_answer_as_before(lives):
 
 
 def test_counted_flips_are_known_again_and_are_no_landings(lives):
-    assert lives.fed == lives.fed_again and lives.fed.message.endswith("and 10 seen.")
+    assert all(told.message.endswith("and 10 seen.") for told in (lives.fed, lives.fed_again))
     assert lives.first["seen"].observed == 100
 
 
