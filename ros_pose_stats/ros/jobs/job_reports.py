@@ -181,15 +181,11 @@ class JobReports(JobListener):
         self._interims = {job.job_id: (snapshot, message)}
         return message
 
-    def current_answer(self, job: Job) -> PoseStatistics:
-        """What a job has to show at this time; empty before the first drops."""
-        snapshot = job.snapshot
-        if job.state.ended:
-            return self.end_result(job.job_id)
-        return PoseStatistics() if snapshot is None else self.interim(job, snapshot)
-
-    def end_result(self, job_id: str) -> PoseStatistics:
-        """The result of a job that has ended; empty where it had none."""
+    def answer_of(self, job_id: str, job: Job | None = None) -> PoseStatistics:
+        """What a job has to show, or had in the end; empty before the first drops."""
+        snapshot = None if job is None else job.snapshot
+        if job is not None and not job.state.ended:
+            return PoseStatistics() if snapshot is None else self.interim(job, snapshot)
         row = self._state.get("jobs", job_id)
         if not (row and row[3]):
             return PoseStatistics()

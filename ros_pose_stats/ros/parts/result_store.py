@@ -220,7 +220,7 @@ class ResultStore:
             revisions.newest)))
 
     def _key(self, role: str, known: KnownPart, scene: records.DropScene) -> Key:
-        """The key of a role (`BEST`, `CHECKED`, `REFINED` or a method) of a part in a scene."""
+        """The key of a role (`BEST`, `CHECKED` or a method) of a part in a scene."""
         settings = self._settings()
         return (role, known.part_id, known.digest, scene, settings.plate, settings.plate_error,
                 settings.plate_frame)

@@ -184,7 +184,8 @@ class SimulateDropsServer(GoalServer):
         """The statistics of what was done."""
         result = SimulateDrops.Result(success=success, message=message)
         if job is not None:
-            result.job_id, result.statistics = job.job_id, self._reports.current_answer(job)
+            result.job_id = job.job_id
+            result.statistics = self._reports.answer_of(job.job_id, job)
         return result
 
 

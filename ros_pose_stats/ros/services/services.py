@@ -178,8 +178,7 @@ class Services:
         job, event = self._look_up(request.job_id)
         response.state, response.message = event.event, event.message
         response.drops_done, response.drops_total = event.drops_done, event.drops
-        response.statistics = (self._reports.end_result(request.job_id) if job is None
-                               else self._reports.current_answer(job))
+        response.statistics = self._reports.answer_of(request.job_id, job)
 
     def list(self, request: Any, response: Any) -> None:
         """All jobs."""

@@ -282,7 +282,7 @@ def test_the_state_has_jobs_and_counts_before_the_bag(tmp_path, lost):
     base.node.create_subscription().handle.take_message.return_value = None
     three = kind(part_id="clamp", index=[0], count=[3], round_sides=192, cluster_tolerance=0.0025)
     take(serialize_message(three), {"publication_sequence_number": 1, "source_timestamp": 1})
-    warnings = reports.end_result(job.job_id).warnings
+    warnings = reports.answer_of(job.job_id).warnings
     state.close()
     assert had == [[4], [4, 1], [4, 1], [4, 3], [4, 3], [4, 3, (3).to_bytes(8, "little")]]
     assert sum(line.startswith("NOT_RECORDED: ") for line in warnings) == (lost != 2)
