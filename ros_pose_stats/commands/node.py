@@ -144,7 +144,9 @@ def register_show(commands: given.Commands) -> None:
                          help="full name of the node (default: %(default)s)")
     command.add_argument("--watch", action="store_true",
                          help="go on with every new result, until Ctrl-C")
-    given.add(command, "--each", "--json")
+    given.add(command, "--each")
+    given.add(command, "--json", help="print one JSON object, or of all parts a list of them, in "
+              "SI units, which the key `units` names, and no table")
     command.set_defaults(run=run_show, takes_ros_arguments=True)
 
 
