@@ -177,20 +177,22 @@ def _part_request(data: bytes) -> part_requests.PartRequest:
     # unit, mass, centre of mass (3), ixx, ixy, ixz, iyy, iyz, izz, restitution, drop_height
     values, resource = cursor.array(13, "<f8"), cursor.text()
     cursor.end()
-    filled = [name for name, there in (
+    name = part_requests.named(part_id)
+    filled = [field for field, there in (
         ("mesh", vertices.size + triangles.size),
         ("the flat arrays", flat_vertices.size + flat_triangles.size),
         ("mesh_resource", resource)) if there]
     if len(filled) != 1:
         raise MeshError("one of mesh, the flat arrays vertices and triangles, and mesh_resource "
-                        "filled", " and ".join(filled) or "none", "fill exactly one")
+                        f"filled{name}", " and ".join(filled) or "none", "fill exactly one")
     unit = float(values[0])
     if resource:
         mesh = files.read_mesh(resource_file(resource), unit, unless_declared=True)
         vertices, triangles = np.asarray(mesh.vertices), np.asarray(mesh.triangles, np.uint32)
         unit = mesh.unit
     elif filled != ["mesh"]:
-        vertices, triangles = _rows(flat_vertices, "vertices"), _rows(flat_triangles, "triangles")
+        vertices = _rows(flat_vertices, f"vertices{name}")
+        triangles = _rows(flat_triangles, f"triangles{name}")
     inertia = values[[5, 6, 7, 6, 8, 9, 7, 9, 10]].reshape(3, 3)
     return part_requests.PartRequest(
         part_id, vertices, triangles, unit, float(values[1]), np.array(values[2:5]), inertia,
