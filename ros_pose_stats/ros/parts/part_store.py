@@ -160,8 +160,7 @@ class PartStore:
             some = ", ".join(names[:8]) + (", …" if len(names) > 8 else "")
             raise RequestError("the part_id of a known part" + (f" ({some})" if some else ""),
                                part_requests.shown(part_id),
-                               "publish its mesh on ~/part_mesh, or send the part with the "
-                               "request")
+                               "publish its mesh on ~/part_mesh, or send it to ~/estimate")
         return known
 
     def all(self) -> list[KnownPart]:

@@ -79,6 +79,7 @@ class TestWhichPart:
         known_part(cell)
         message = cell.refused(service, part_id="nobody")
         assert "'nobody'" in message and "known part (" in message and len(message) < 500
+        assert message.endswith("; publish its mesh on ~/part_mesh, or send it to ~/estimate")
 
     @pytest.mark.parametrize("service", ["estimate", "forget_part", "start_drop_simulation"])
     def test_none_at_all(self, cell, service):
