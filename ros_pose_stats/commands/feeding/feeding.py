@@ -111,7 +111,7 @@ def run(options: argparse.Namespace) -> int:
 def _lines(dropped: "PoseStatistics", plan: "FeedingPlan", cell: "FeederCell", seed: int,
            warnings: list[str]) -> list[str]:
     """The plan for people."""
-    from ...statistics.feeding_plan import FLIPS_ERROR
+    from ...statistics.feeding_plan import FLIPS_ERROR, MOST_KICKS
 
     poses = {action: [index for index, each in enumerate(plan.actions) if each == action]
              for action in ("pick", "flip", "leave")}
@@ -120,7 +120,8 @@ def _lines(dropped: "PoseStatistics", plan: "FeedingPlan", cell: "FeederCell", s
              Column("kicks until it is emptied"), Column("picked a minute"), Column("", left=True)]
     marks = ["best" if each is best else "as good, within its error"
              if each.per_minute.high >= best.per_minute.value else "" for each in plan.options]
-    rows = [[millimetres(each.kick_height), str(each.parts), str(each.kicks),
+    rows = [[millimetres(each.kick_height), str(each.parts),
+             str(each.kicks) if each.kicks < MOST_KICKS else f"{MOST_KICKS} or more",
              show_bounded(each.per_minute), f"{each.feeder_speed} {mark}".strip()]
             for each, mark in zip(plan.options, marks, strict=True)]
     kick = (f"at speed {best.feeder_speed}" if best.feeder_speed else

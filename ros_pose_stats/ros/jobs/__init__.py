@@ -1,4 +1,4 @@
-"""Simulations in the background, without a word of ROS."""
+"""Simulations in the background: queue and runs know no ROS, what reports them does."""
 
 from .queue import Jobs
 from .run import FlipRequest, Job, JobListener, JobRequest, State
