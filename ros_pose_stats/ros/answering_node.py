@@ -94,8 +94,9 @@ class Client:
     is_mixed_up: bool = False
 
 
+# who a request seems to be from, and the one that it may be from, which was not reached
 Asked = tuple[Client, Client | None]
-"""Who a request seems to be from, and the one that it may be from, which was not reached."""
+
 
 class Answers:
     """Works off requests, the clients in turn; while `lock` is held nobody is answered."""

@@ -105,12 +105,10 @@ class Cameras:
     What a camera saw is counted, and taken as if it had counted that itself.
     """
 
-    def __init__(self, base: Base, results: result_store.ResultStore) -> None:
+    def __init__(self, base: Base, stores: result_store.Stores) -> None:
         self._settings, self._refusals = base.settings, base.refusals
-        self._log, self._recorder = base.node.get_logger(), base.recorder
-        self._state = base.state
-        self._parts, self._counts, self._announcer = (
-            results.parts, results.counts, results.announcer)
+        self._log, self._recorder, self._state = base.node.get_logger(), base.recorder, base.state
+        self._parts, self._counts, _, self._announcer = stores
         self._subscriptions = [
             BatchSubscription(base, ObservedParts, OBSERVED_TOPIC, "messages", partial(
                 self._take, OBSERVED_TOPIC, "message", self._count_observed)),

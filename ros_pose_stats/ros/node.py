@@ -61,17 +61,18 @@ class PoseStatsNode(AnsweringNode):
         self.parts = parts = part_store.PartStore(base, board, self.builder)
         counts = count_store.CountStore(base, parts)
         self.results = results = result_store.ResultStore(base, parts, counts, board)
+        stores = result_store.Stores(parts, counts, results, board)
         # Simulations. Goals may flip for minutes: ~/feeding does not wait for them.
-        reports, flips = job_reports.JobReports(base, results), run.FlipReports()
+        reports, flips = job_reports.JobReports(base, stores), run.FlipReports()
         prefix = recorder.log.directory.name.removeprefix("pose_stats_")
         self.jobs = jobs = Jobs(prefix, reports, log.error)
         self.flip_jobs = (Jobs(f"{prefix}_flips", flips, log.error, run.run_flips),
                           Jobs(f"{prefix}_feeding", flips, log.error, run.run_flips))
-        refiner = refinement.Refinement(base, results, jobs)
+        refiner = refinement.Refinement(base, stores, jobs)
         # Meshes and cameras; nothing is heard before the executor has the node.
-        self.intake = intake.Intake(base, results, self.builder, refiner.follow)
+        self.intake = intake.Intake(base, stores, self.builder, refiner.follow)
         intake.subscribe_to_meshes(base, self.intake)
-        self.cameras = camera_counts.Cameras(base, results)
+        self.cameras = camera_counts.Cameras(base, stores)
         if settings().restore:
             parts.restore()
         else:
@@ -80,12 +81,11 @@ class PoseStatsNode(AnsweringNode):
         reports.restore()
         # Services and actions, what a feeder is to do, and plates.
         self.outlines = part_builder.Outlines(base)
-        asked = services.Services(base, results, self.intake, refiner, jobs, reports,
-                                  self.outlines)
+        asked = services.Services(base, stores, self.intake, refiner, jobs, reports, self.outlines)
         self.actions = [goals.SimulateDropsServer(base, asked, jobs, reports),
-                        goals.SimulateFlipsServer(base, results, self.intake, self.flip_jobs[0])]
-        cell.FeedingService(base, results, self.flip_jobs[1], flips)
-        cell.PlateFits(base, results, self.table.use_plate)
+                        goals.SimulateFlipsServer(base, parts, self.intake, self.flip_jobs[0])]
+        cell.FeedingService(base, stores, self.flip_jobs[1], flips)
+        cell.PlateFits(base, stores, self.table.use_plate)
         # Once a second: what was counted, the disk, and how the node is.
         steady_timer(self, 1.0, self._write_down)
         publish_diagnostics(self, {

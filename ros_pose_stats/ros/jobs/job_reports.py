@@ -54,8 +54,8 @@ def job_change(event: JobEvent, answer: bytes = b"") -> Change:
 class JobReports(JobListener):
     """Keeps and records what happens to jobs of drops; says the end of each in one line."""
 
-    def __init__(self, base: Base, results: result_store.ResultStore) -> None:
-        self._parts, self._results, self._announcer = results.parts, results, results.announcer
+    def __init__(self, base: Base, stores: result_store.Stores) -> None:
+        self._parts, _, self._results, self._announcer = stores
         self._recorder, self._state = base.recorder, base.state
         self._log = base.node.get_logger()
         self._interims: dict[str, tuple[Statistics, PoseStatistics]] = {}

@@ -34,9 +34,9 @@ def credible_bound(part: Part, message: PoseStatistics, scene: DropScene) -> flo
 class Refinement:
     """Has estimates checked in a lane of their own, equal ones once, and refined by jobs."""
 
-    def __init__(self, base: Base, results: result_store.ResultStore, jobs: Jobs) -> None:
+    def __init__(self, base: Base, stores: result_store.Stores, jobs: Jobs) -> None:
         self._settings, self._lanes, self._jobs = base.settings, base.lanes, jobs
-        self._parts, self._results, self._announcer = results.parts, results, results.announcer
+        self._parts, _, self._results, self._announcer = stores
         self._report_failure = base.node.get_logger().error
         self._checks: dict[tuple[str, str, DropScene], Future[PoseStatistics]] = {}
         self._followed: set[str] = set()  # parts that wait for their check with nobody asking

@@ -114,8 +114,7 @@ class Job:
 
     def release(self) -> None:
         """Let go of the part and of what refers to it: goals may hold on to the job."""
-        self.part = Future()
-        self.snapshot = None
+        self.part, self.snapshot = Future(), None
 
     def keep(self, outcome: PoseStatistics | FlipStatistics) -> None:
         """Note the end result."""

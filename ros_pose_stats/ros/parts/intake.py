@@ -26,10 +26,10 @@ LARGE_BYTES = 36 * part_builder.LARGE_TRIANGLES  # of a part that is not built y
 class Intake:
     """Builds known parts in the lanes; `follow` is called with each that is shown anew."""
 
-    def __init__(self, base: Base, results: result_store.ResultStore,
-                 builder: part_builder.PartBuilder, follow: Callable[[KnownPart], object]) -> None:
+    def __init__(self, base: Base, stores: result_store.Stores, builder: part_builder.PartBuilder,
+                 follow: Callable[[KnownPart], object]) -> None:
         self._settings, self._lanes, self._refusals = base.settings, base.lanes, base.refusals
-        self._parts, self._results, self._announcer = results.parts, results, results.announcer
+        self._parts, _, self._results, self._announcer = stores
         self._builder, self._follow = builder, follow
         self._log = base.node.get_logger()
         self.restored: list[Future[None]] = []  # parts that have no result in the present scene

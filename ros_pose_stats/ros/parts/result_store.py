@@ -5,6 +5,7 @@ import math
 import time
 from concurrent.futures import CancelledError
 from dataclasses import replace
+from typing import NamedTuple
 
 from rclpy.serialization import deserialize_message, serialize_message
 from ros_pose_stats_msgs.msg import PoseStatistics
@@ -24,9 +25,7 @@ from . import announcer, count_store, part_store
 from .known_part import KnownPart, Memory, Shown
 
 REMEMBERED_POSES = 20_000  # of results for parts and scenes that come again; some 2 kB each
-
 SECONDS_BETWEEN = 1.0  # a part that is being refined is published at most this often
-
 BEST = "best"  # of all that came for a scene; latched at once where that is the part's again
 CHECKED = "checked"  # the default estimate with some drops beside it, the usual answer
 
@@ -38,14 +37,14 @@ class ResultStore:
 
     def __init__(self, base: Base, parts: part_store.PartStore, counts: count_store.CountStore,
                  announcer: announcer.Announcer) -> None:
-        self._settings, self.parts, self.counts = base.settings, parts, counts
-        self.announcer, self._state, self._lanes = announcer, base.state, base.lanes
+        self._settings, self._parts, self._counts = base.settings, parts, counts
+        self._announcer, self._state, self._lanes = announcer, base.state, base.lanes
         self._results: Memory[Key, PoseStatistics] = Memory(
             REMEMBERED_POSES, lambda message: len(message.poses))
 
     def restore(self, known: KnownPart) -> None:
         """Latch what an earlier run has latched, if it holds in the present scene."""
-        self.counts.restore(known)
+        self._counts.restore(known)
         row, revisions = self._state.get("results", known.part_id), known.revisions
         if row is None:
             return
@@ -66,27 +65,27 @@ class ResultStore:
             known.shown = Shown(last, model, scene, time.monotonic())
             revisions.newest = revisions.shown = max(revisions.newest, last.revision)
             observed = last.method == OBSERVED
-            if self.counts.counted_as(known, model) != last.observed * observed or (
+            if self._counts.counted_as(known, model) != last.observed * observed or (
                     observed and last.header.frame_id != settings.plate_frame):
                 self._latch(known, model, scene)
             else:
-                self.announcer.publish_result(known, serialize_message(last))
+                self._announcer.publish_result(known, serialize_message(last))
         roles = [BEST] if model.job_id else [BEST, CHECKED if model.drops else model.method]
         for role in roles:
             self._results.put(self._key(role, known, scene), model)
 
     def show_waiting(self) -> None:
         """Show what was counted, and put on record what was not when it was latched again."""
-        for known in self.parts.all():
+        for known in self._parts.all():
             with known.revisions.lock:
                 shown = known.shown
-                if shown is None or self.parts.current(known.part_id) is not known:
+                if shown is None or self._parts.current(known.part_id) is not known:
                     continue
-                if self.counts.counted_as(known, shown.model) not in (0, shown.latched.observed):
+                if self._counts.counted_as(known, shown.model) not in (0, shown.latched.observed):
                     self._latch(known, shown.model, shown.scene)
                 elif not shown.recorded and known.revisions.recorded_at > -math.inf:
                     shown.recorded = True
-                    self.announcer.record(POSE_STATISTICS, known, shown.latched)
+                    self._announcer.record(POSE_STATISTICS, known, shown.latched)
 
     def show_best(self, known: KnownPart) -> None:
         """Latch the best that is known for the part's present scene, at least an estimate."""
@@ -188,7 +187,7 @@ class ResultStore:
         with known.revisions.lock:
             shown, model = known.shown, known.model_in(scene)
             is_new = shown is None or not (message is shown.latched or message is shown.model)
-            better = (is_new and self.parts.current(known.part_id) is known
+            better = (is_new and self._parts.current(known.part_id) is known
                       and self._settings().scene(known.scene_override) == scene
                       and (model is None or messages.replaces(message, model)))
             if better and (message.final or self.is_due(known, scene)):
@@ -197,7 +196,7 @@ class ResultStore:
     def _latch(self, known: KnownPart, model: PoseStatistics, scene: records.DropScene) -> None:
         """Show a result under a number above that of the one before, record and keep it."""
         revisions, at = known.revisions, time.monotonic()
-        observed = self.counts.observe(known, model)
+        observed = self._counts.observe(known, model)
         message = model if observed is None else self.number_result(
             known, observed, self._settings(), final=model.final)
         again = message.revision <= revisions.shown
@@ -206,15 +205,15 @@ class ResultStore:
             message.revision = revisions.next()
         if known.counts is not None and message.method == OBSERVED and not (
                 self._state.commit(known.counts.change)):
-            message = self.announcer.warn_unrecorded(message)
+            message = self._announcer.warn_unrecorded(message)
         recorded = not again or at - revisions.recorded_at >= SECONDS_BETWEEN
         if recorded:  # else `show_waiting` records it
-            message = self.announcer.record(POSE_STATISTICS, known, message)
+            message = self._announcer.record(POSE_STATISTICS, known, message)
             revisions.recorded_at = at
         revisions.shown = message.revision
         known.shown = Shown(message, model, scene, at, recorded)
         data = serialize_message(message)
-        self.announcer.publish_result(known, data)
+        self._announcer.publish_result(known, data)
         self._state.put(Change("results", known.part_id, (
             known.part_id, data, serialize_message(model) if message.method == OBSERVED else b"",
             revisions.newest)))
@@ -224,6 +223,15 @@ class ResultStore:
         settings = self._settings()
         return (role, known.part_id, known.digest, scene, settings.plate, settings.plate_error,
                 settings.plate_frame)
+
+
+class Stores(NamedTuple):
+    """What the node knows of parts, and says of them."""
+
+    parts: part_store.PartStore
+    counts: count_store.CountStore
+    results: ResultStore
+    announcer: announcer.Announcer
 
 
 def _labelled(known: KnownPart, settings: Settings, message: PoseStatistics) -> PoseStatistics:

@@ -39,10 +39,10 @@ MOST_FLIPPED = 10_000  # parts, scenes and kicks that answers have flipped for
 class FeedingService:
     """Answers from flips of its own `jobs`, or of goals if there are enough, or from none."""
 
-    def __init__(self, base: Base, results: result_store.ResultStore, jobs: Jobs,
+    def __init__(self, base: Base, stores: result_store.Stores, jobs: Jobs,
                  reports: run.FlipReports) -> None:
         self._settings = base.settings
-        self._parts, self._learnt = results.parts, results.counts
+        self._parts, self._learnt, _, _ = stores
         self._jobs, self._reports = jobs, reports
         self._flipped: known_part.Memory[run.FlipKey, bool] = known_part.Memory(MOST_FLIPPED)
         base.node.serve(FeedingAnswer, "~/feeding", self.answer)
@@ -140,11 +140,10 @@ def _answer(request: Any, response: Any, latched: PoseStatistics, cell: FeederCe
 class PlateFits:
     """Answers with fits, and applies them, one after the other in a lane of their own."""
 
-    def __init__(self, base: Base, results: result_store.ResultStore,
+    def __init__(self, base: Base, stores: result_store.Stores,
                  use_plate: Callable[[str], object]) -> None:
         self._settings, self._lanes = base.settings, base.lanes
-        self._parts, self._counts, self._announcer = (
-            results.parts, results.counts, results.announcer)
+        self._parts, self._counts, _, self._announcer = stores
         self._use_plate = use_plate
         self._log = base.node.get_logger()
         base.node.serve(FitPlate, "~/fit_plate", self.answer)

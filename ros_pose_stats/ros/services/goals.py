@@ -19,7 +19,7 @@ from ..base import Base
 from ..jobs import FlipRequest, Job, Jobs, State, job_reports, run
 from ..lanes import words_of
 from ..messages.part_messages import flat
-from ..parts import part_builder, result_store
+from ..parts import part_builder, part_store
 from ..parts.intake import Intake
 from .services import Services
 
@@ -192,9 +192,8 @@ class SimulateDropsServer(GoalServer):
 class SimulateFlipsServer(GoalServer):
     """Goals that are flips."""
 
-    def __init__(self, base: Base, results: result_store.ResultStore, intake: Intake,
-                 jobs: Jobs) -> None:
-        self._settings, self._parts, self._intake = base.settings, results.parts, intake
+    def __init__(self, base: Base, parts: part_store.PartStore, intake: Intake, jobs: Jobs) -> None:
+        self._settings, self._parts, self._intake = base.settings, parts, intake
         super().__init__(base.node, SimulateFlips, "simulate_flips", jobs)
 
     def start_job(self, request: Any) -> Job:

@@ -34,11 +34,11 @@ QUICK_TRIANGLES = 1000  # most of such a part
 class Services:
     """All services about parts and drop simulations."""
 
-    def __init__(self, base: Base, results: result_store.ResultStore, intake: Intake,
+    def __init__(self, base: Base, stores: result_store.Stores, intake: Intake,
                  refinement: refining.Refinement, jobs: Jobs,
                  reports: job_reports.JobReports, outlines: part_builder.Outlines) -> None:
         self._settings, self._refusals, self._intake = base.settings, base.refusals, intake
-        self._parts, self._results, self._announcer = results.parts, results, results.announcer
+        self._parts, _, self._results, self._announcer = stores
         self._refinement, self._outlines = refinement, outlines
         self._lanes, self._jobs, self._reports = base.lanes, jobs, reports
         self._shifted: Memory[Any, Part] = memory_of_parts()
