@@ -49,8 +49,7 @@ class GoalServer(ABC):
         self.goals: dict[int, tuple[server.ServerGoalHandle, Job]] = {}
         # requests that are being accepted, with their jobs or why they are refused
         self._asked: dict[int, tuple[Any, Job | str]] = {}
-        self._lock = threading.Lock()
-        self._next_feedback = 0.0
+        self._lock, self._next_feedback = threading.Lock(), 0.0
         self._server = Server(
             node, kind, f"~/{name}", execute_callback=lambda goal: None,  # each has its own
             goal_callback=self._ask, handle_accepted_callback=self._accepted,
@@ -192,7 +191,8 @@ class SimulateDropsServer(GoalServer):
 class SimulateFlipsServer(GoalServer):
     """Goals that are flips."""
 
-    def __init__(self, base: Base, parts: part_store.PartStore, intake: Intake, jobs: Jobs) -> None:
+    def __init__(self, base: Base, parts: part_store.PartStore, intake: Intake,
+                 jobs: Jobs) -> None:
         self._settings, self._parts, self._intake = base.settings, parts, intake
         super().__init__(base.node, SimulateFlips, "simulate_flips", jobs)
 

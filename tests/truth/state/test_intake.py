@@ -30,6 +30,7 @@ from ros_pose_stats.ros.parts.count_store import CellCounts, CountStore, Ground
 from ros_pose_stats.ros.parts.intake import LARGE_BYTES, Intake
 from ros_pose_stats.ros.parts.known_part import KnownPart, PartSource, Shown
 from ros_pose_stats.ros.parts.part_store import PartStore
+from ros_pose_stats.ros.parts.result_store import Stores
 from ros_pose_stats.ros.services.cell import PlateFits
 
 NODE_SCENE = (-1.0, -1.0)  # of a part that has no scene of its own
@@ -74,7 +75,7 @@ def large_part(begun, may_end):
 def test_a_large_part_that_is_asked_for_is_built_beside_quick_ones(lanes):
     begun, may_end = threading.Event(), threading.Event()
     known = large_part(begun, may_end)
-    intake = Intake(base_of(lanes), Mock(), None, None)
+    intake = Intake(base_of(lanes), Stores(None, None, None, None), None, None)
     try:
         large = intake.built(known)
         assert begun.wait(60.0)
@@ -140,7 +141,7 @@ def test_a_failing_refinement_keeps_no_other_part_from_being_checked(lanes):
     parts = {name: Mock(part_id=name) for name in ("first", "last")}
     base = base_of(lanes, node=node, refine_drops=0, drops=1, max_drops=1, target_error=0.0,
                    scene=Mock(), default_method="area", max_job_seconds=1.0)
-    refinement = Refinement(base, Mock(parts=Mock(current=parts.get)), jobs)
+    refinement = Refinement(base, Stores(Mock(current=parts.get), None, Mock(), None), jobs)
     may_end = occupied(lanes, Lane.CHECK)
     for known in parts.values():
         refinement.follow(known)
@@ -153,7 +154,7 @@ def test_fits_hold_up_no_other_answer_and_are_refused_at_the_end(lanes):
     known = large_part(begun, may_end)
     known.counts = CellCounts(Ground(Numbering(0.0, 0), ""), np.array([50]), 1)
     service = PlateFits(base_of(lanes, plate=""),
-                        Mock(parts=Mock(all=lambda: [known])), None)
+                        Stores(Mock(all=lambda: [known]), None, None, None), None)
     answers = [answered(service.answer, print, SimpleNamespace(plate="", apply=False),
                         SimpleNamespace(success=False)) for _ in range(2)]
     assert begun.wait(60.0) and not any(answer.done() for answer in answers)
@@ -200,7 +201,7 @@ def test_nothing_holds_on_to_a_mesh_that_is_refused():
 def test_a_part_that_the_end_of_the_node_keeps_from_being_shown_again_is_not_forgotten(lanes):
     source, parts = PartSource(part_from_mesh(*TETRAHEDRON)), Mock()
     parts.all.return_value = [KnownPart("clamp", "", b"", NODE_SCENE, source)]
-    intake = Intake(base_of(lanes, scene=DropScene), Mock(parts=parts), Mock(),
+    intake = Intake(base_of(lanes, scene=DropScene), Stores(parts, None, Mock(), Mock()), Mock(),
                     Mock(side_effect=ending()))
     intake.restore()
     with pytest.raises(RequestError, match="running node"):
@@ -266,9 +267,9 @@ def test_the_state_has_jobs_and_counts_before_the_bag(tmp_path, lost):
     known = KnownPart("clamp", "", b"", NODE_SCENE, PartSource(Mock()),
                       shown=Shown(result, result, DropScene()))
     parts = Mock(current=lambda name: known)
-    results = Mock(parts=parts, counts=CountStore(base, parts), announcer=Announcer(base),
-                   number_result=lambda *_: result)
-    reports = job_reports.JobReports(base, results)
+    stores = Stores(parts, CountStore(base, parts), Mock(number_result=lambda *_: result),
+                    Announcer(base))
+    reports = job_reports.JobReports(base, stores)
     state.commit(state.put(job_reports.job_change(JobEvent(job_id="run_0000", event=2))))
     reports.restore()
     outcome = Mock(drops=9, expected_error=0.1, drop_height=None, warnings=())
@@ -277,7 +278,7 @@ def test_the_state_has_jobs_and_counts_before_the_bag(tmp_path, lost):
                       Mock(max_queued_jobs=1))
     job.finished.result(60.0)
     jobs.close("")
-    camera_counts.Cameras(base, results)
+    camera_counts.Cameras(base, stores)
     kind, _, take = base.node.create_subscription.call_args_list[2].args[:3]
     base.node.create_subscription().handle.take_message.return_value = None
     three = kind(part_id="clamp", index=[0], count=[3], round_sides=192, cluster_tolerance=0.0025)
