@@ -12,11 +12,10 @@ import numpy as np
 
 from ..errors import RequestError, reason
 from ..files import read_file
-from ..records import DropScene, Index, Part, scene as scenes
+from ..records import Index, Part, scene as scenes
 from ..resting.poses import RestingPoses, resting_poses
 
 MOST = 2.0**48  # parts that nobody counts
-DEFAULT_NUMBERING = DropScene().numbering
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,13 +46,15 @@ class CountedPart:
         return np.bincount(self.resting.group, self.count).astype(np.int64)
 
 
-def count_part(part: Part, counts: Mapping[int, int],
-               numbering: scenes.Numbering = DEFAULT_NUMBERING) -> CountedPart:
+def count_part(part: Part, counts: Mapping[int, int], *,
+               cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
+               round_sides: int = scenes.DEFAULT_ROUND_SIDES) -> CountedPart:
     """Join a part and what was counted of it, from the `index` of a pose to the parts seen in it.
 
-    `numbering`: of the statistics that numbered the poses. Raises RequestError if the part has no
-    such pose, or a count is negative.
+    `cluster_tolerance, round_sides`: as of the statistics that numbered the poses. Raises
+    RequestError if the part has no such pose, or a count is negative.
     """
+    numbering = scenes.Numbering(cluster_tolerance, round_sides)
     poses = len(resting_poses(part, *numbering).poses)
     count = np.zeros(poses, dtype=np.int64)
     for index, number in dict[Any, Any](counts).items():

@@ -160,7 +160,7 @@ def _drawn(one: Candidate, most: int, random: np.random.Generator) -> Candidate:
     count = one.counted.count
     drawn = random.multivariate_hypergeometric(count, min(most, int(count.sum())))
     return one._replace(counted=count_part(
-        one.counted.part, dict(enumerate(drawn.tolist())), one.counted.numbering))
+        one.counted.part, dict(enumerate(drawn.tolist())), **one.counted.numbering._asdict()))
 
 
 def _tilted(one: Candidate, by: float) -> Array:
@@ -188,8 +188,8 @@ def _square_error(counts: NDArray[np.int64], expected: Array) -> float:
 def counted_die(die: Die) -> CountedPart:
     """A die with its rolls; on each kind of face they are given to one pose."""
     part = square_prism(die.ratio)
-    unknown = count_part(part, {}, AS_FILED)
+    unknown = count_part(part, {}, **AS_FILED._asdict())
     squares = [pose.index for pose in on_squares(unknown.resting.poses)]
     side = next(pose.index for pose in unknown.resting.poses if pose.index not in squares)
     return count_part(part, {squares[0]: die.rolls - die.rolls_on_sides,
-                             side: die.rolls_on_sides}, AS_FILED)
+                             side: die.rolls_on_sides}, **AS_FILED._asdict())

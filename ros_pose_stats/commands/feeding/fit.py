@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...errors import PoseStatsError, RequestError
-from ...records.scene import DEFAULT_DROP_RADII, Numbering
+from ...records.scene import DEFAULT_DROP_RADII
 from ...text import Column, columns, length_in_words, listed, percent, several
 from .. import arguments as given, running
 
@@ -82,8 +82,9 @@ def _read_counts(options: argparse.Namespace) -> "tuple[list[CountedPart], list[
     named = {Path(name).resolve(): Path(name) for name in options.counts}.values()
     tables = [file for file in named if file.suffix.lower() in TABLES]
     bags = [file for file in named if file not in tables]
-    numbering = Numbering(options.cluster_tolerance, options.round_sides)
-    counted = [count_part(load_part(part, options.unit, unless_declared=True), counts, numbering)
+    counted = [count_part(load_part(part, options.unit, unless_declared=True), counts,
+                          cluster_tolerance=options.cluster_tolerance,
+                          round_sides=options.round_sides)
                for table in tables for part, counts in read_count_rows(table).items()]
     notes = [f"{one.part.part_id}: {warning}" for one in counted for warning in one.part.warnings]
     if not bags:
@@ -157,7 +158,7 @@ def counts_on_plate(paths: Sequence[Path], plate: str,
                if math.isnan(one.numbering.cluster_tolerance) else "")
         if not why:
             try:
-                counted.append(count_part(fitting[0], one.of_pose, one.numbering))
+                counted.append(count_part(fitting[0], one.of_pose, **one.numbering._asdict()))
             except PoseStatsError as error:
                 why = str(error)
         if why:

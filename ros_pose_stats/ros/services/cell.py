@@ -222,4 +222,4 @@ def fit_counts(counted: list[tuple[known_part.KnownPart, count_store.CellCounts]
     from ...plates import count_part, fit_plate
 
     return fit_plate([count_part(known.part, dict(enumerate(seen.total.tolist())),
-                                 seen.ground.numbering) for known, seen in counted])
+                                 **seen.ground.numbering._asdict()) for known, seen in counted])
