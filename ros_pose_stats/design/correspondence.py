@@ -14,7 +14,7 @@ import numpy as np
 from ..records import Array, Index
 from ..resting.poses import RestingPoses
 from ..simulation.drops import random_starts
-from ..statistics import feeding_plan
+from ..statistics.plate_fill import area_and_length
 
 FOOTPRINT = slice(0, 3)  # what of a pose's sizes does not hang on the centre of mass
 
@@ -157,7 +157,7 @@ def _size_ratios(first: RestingPoses, second: RestingPoses, which: slice = slice
     They are those of the outline's area, its girth, the highest point and the height.
     """
     one, other = (np.log([(math.sqrt(area), girth, pose.top, pose.height) for pose in resting.poses
-                          for area, girth in [feeding_plan.area_and_length(pose.outline)]])
+                          for area, girth in [area_and_length(pose.outline)]])
                   for resting in (first, second))
     return np.asarray(np.abs(one[:, None, which] - other[None, :, which]).max(axis=2))
 

@@ -14,8 +14,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import RequestError
-from ..records import Array, FlipStatistics, Index, PoseStatistics, StablePose, scene, statistics
-from . import feeding, pose_groups
+from ..records import (
+    Array,
+    FlipStatistics,
+    Index,
+    Part,
+    PoseStatistics,
+    StablePose,
+    scene,
+    statistics,
+)
+from . import feeding, plate_fill, pose_groups
 
 PICK, FLIP, LEAVE = "pick", "flip", "leave"
 MOST_KICKS = 100  # kicks between two empty plates; more of them are worth hardly more
@@ -99,7 +108,7 @@ class FeedingPlan:
 
 
 def plan_feeding(dropped: PoseStatistics, wanted: Sequence[int], cell: FeederCell,
-                 flips: Sequence[FlipStatistics] = ()) -> FeedingPlan:
+                 flips: Sequence[FlipStatistics] = (), part: Part | None = None) -> FeedingPlan:
     """Plan a cell: which poses to pick, how to kick, and how many parts to put on the plate.
 
     Parameters
@@ -112,6 +121,9 @@ def plan_feeding(dropped: PoseStatistics, wanted: Sequence[int], cell: FeederCel
     flips : sequence of FlipStatistics
         Of the same part and scene, one for each kick that the plate can give. Of those that a
         cell counted (`learn_flips`) the errors are their own, without the plate's.
+    part : Part, optional
+        The part, whose bays and holes let others in. Default: silhouettes count as convex, which
+        tells too few free parts, of a hex bolt 7 % (docs/measured/benchmarks.md).
 
     Returns
     -------
@@ -121,17 +133,23 @@ def plan_feeding(dropped: PoseStatistics, wanted: Sequence[int], cell: FeederCel
     ------
     RequestError
         If a number is out of its range, there is no such pose, no dropped part comes to rest in a
-        wanted one, or flips out of a pose are missing.
+        wanted one, flips out of a pose are missing, or results are of another part.
     """
     cell.check()
     feeding.check_alike([dropped, *flips])
+    if part is not None and part.digest != dropped.part_digest:
+        raise RequestError("results of the part", f"those of {dropped.part_id}",
+                           "estimate the part that is given")
     picked = feeding.check_wanted(wanted, len(dropped.poses)).astype(np.float64)
     shares = pose_groups.pose_shares(dropped)
     if not shares.probability @ picked > 0.0:
         raise RequestError("wanted poses that dropped parts come to rest in", "none of them",
                            "name others; `ros_pose_stats estimate` lists their probabilities")
     poses = sorted(dropped.poses, key=lambda pose: pose.index)
-    plate = Plate(cell, picked, shares, poses, 0.0 if dropped.observed else dropped.plate_error)
+    blocking = 1.0 if part is None else plate_fill.blocking_with_bays(
+        part, poses, shares.probability, np.flatnonzero(picked), cell.clearance)
+    plate = Plate(cell, picked, shares, poses,
+                  0.0 if dropped.observed else dropped.plate_error, blocking)
     kicks = [None, *sorted(flips, key=lambda kick: kick.kick_height)]
     options = [plate.plan(kick) for kick in kicks]
     place = max(range(len(options)), key=lambda at: options[at].per_minute.value)
@@ -143,60 +161,6 @@ def plan_feeding(dropped: PoseStatistics, wanted: Sequence[int], cell: FeederCel
     return FeedingPlan(tuple(actions.tolist()), best, tuple(options))
 
 
-PLACES, DIRECTIONS = 6, 96
-"""Nodes along half a side of the plate, and directions in which its edge is looked for."""
-
-
-class PlateFill(NamedTuple):
-    """Room on a plate for parts that lie in given shares in their poses."""
-
-    # (K, Q); where another part's centre blocks a part in each pose at each node, over the plate
-    blocked: Array
-    weight: Array  # (Q,); of the nodes, 1 in all
-
-    def free(self, parts: Index) -> Array:
-        """Probabilities (N, K) that none of the others blocks a part, by the parts (N,)."""
-        others = parts[:, None, None] - 1.0
-        return np.asarray((1.0 - self.blocked) ** others @ self.weight)
-
-
-def plate_fill(outlines: Sequence[Array], shares: Array, plate: tuple[float, float],
-               clearance: float) -> PlateFill:
-    """Room on a plate, `plate` metres, over which the parts' centres spread evenly.
-
-    Parts lie anywhere and turned anyhow, each by itself, as in D. Gudmundsson and K. Goldberg,
-    "Tuning robotic part feeder parameters to maximize throughput" (ICRA 1997).
-    `outlines`: convex silhouettes (k, 2) of the poses (K,), metres; `shares` (K,): of the parts
-    that lie in each. A part is blocked where another one is nearer than the clearance. Over their
-    turns, centres that are too near have the mean area A_i + A_j + L_i L_j / 2 pi of outlines
-    of area A and length L, one of them grown by the clearance; it is taken as a disc and cut off
-    at the edges of the plate.
-    """
-    area, length = np.array([area_and_length(outline) for outline in outlines]).T
-    near = area + clearance * length + np.pi * clearance * clearance
-    around = (length + 2.0 * np.pi * clearance) / (2.0 * np.pi)
-    disc = (near + shares @ area + around * (shares @ length)) / np.pi  # squared radii
-
-    node, weight = np.polynomial.legendre.leggauss(PLACES)
-    place = np.stack(np.meshgrid(*((1.0 + node) * 0.25 * side for side in plate)), axis=-1)
-    angle = (np.arange(DIRECTIONS) + 0.5) * (2.0 * np.pi / DIRECTIONS)
-    course = np.stack((np.cos(angle), np.sin(angle)), axis=-1)
-    room = np.where(course > 0.0, np.asarray(plate) - place.reshape(-1, 1, 2),
-                    place.reshape(-1, 1, 2))
-    edge = (room / np.abs(course)).min(axis=-1) ** 2
-    inside = np.pi * np.minimum(disc[:, None, None], edge).mean(axis=-1)
-    blocked: Array = np.minimum(1.0, inside / (plate[0] * plate[1]))
-    return PlateFill(blocked, np.asarray(0.25 * np.outer(weight, weight).ravel(), np.float64))
-
-
-def area_and_length(outline: Array) -> tuple[float, float]:
-    """Area and length of a polygon's boundary."""
-    x, y = outline.T
-    ahead = np.roll(outline, -1, axis=0)
-    return (0.5 * abs(float(x @ ahead[:, 1] - y @ ahead[:, 0])),
-            float(np.hypot(*(ahead - outline).T).sum()))
-
-
 @dataclass(frozen=True, eq=False)
 class Plate:
     """Parts that lie on the plate of a cell."""
@@ -206,11 +170,13 @@ class Plate:
     dropped: pose_groups.PoseShares
     poses: Sequence[StablePose]  # by their index
     plate_error: float  # of the shares on a real plate, beside that of the model; a fraction
+    # (K,); of the area in which convex silhouettes would block a part, the share in which it is
+    blocking: Array | float = 1.0
 
-    def fill(self, shares: Array) -> PlateFill:
+    def fill(self, shares: Array) -> plate_fill.PlateFill:
         """Room among parts that lie in these shares."""
-        return plate_fill([pose.outline for pose in self.poses], shares, self.cell.plate,
-                          self.cell.clearance)
+        return plate_fill.plate_fill([pose.outline for pose in self.poses], shares,
+                                     self.cell.plate, self.cell.clearance, self.blocking)
 
     def plan(self, kick: FlipStatistics | None, most: int = MOST_KICKS) -> KickPlan:
         """The best numbers of parts and of kicks, at most `most`, and what they give."""

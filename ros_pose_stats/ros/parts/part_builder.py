@@ -4,6 +4,7 @@ import os
 from array import array
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
+from functools import partial
 from typing import Any, TypeVar
 
 import numpy as np
@@ -131,7 +132,7 @@ OUTLINE_SECONDS = 20.0  # for the outlines of a large part; machines are shared
 
 
 class Outlines(PartWorker):
-    """Computes outlines in a lane, those of large parts in a process: they lock Python."""
+    """Works on outlines in a lane, on those of large parts in a process: it locks Python."""
 
     def begin(self, part: Part, result: PoseStatistics,
               heights: Sequence[float]) -> Future[list[PoseOutline]]:
@@ -148,16 +149,17 @@ class Outlines(PartWorker):
                 f"{wanted} ({len(result.poses)} poses, {len(heights)} heights)",
                 "ask for fewer heights at once, or use outline_at of the library")
 
-        def compute() -> list[PoseOutline]:
-            asked = (part, {pose.index: pose.pose_id for pose in result.poses}, list(heights),
-                     result.cluster_tolerance, int(result.round_sides))
-            late = errors.RequestError(f"outlines that take at most {OUTLINE_SECONDS:g} s",
-                                f"{wanted} of {triangles} triangles",
-                                "ask for fewer heights at once")
-            return (self.call(OUTLINE_SECONDS, late, outlines_of, *asked) if is_large(part)
-                    else outlines_of(*asked))
+        asked = (part, {pose.index: pose.pose_id for pose in result.poses}, list(heights),
+                 result.cluster_tolerance, int(result.round_sides))
+        return self.put(part, f"{wanted} outlines of {triangles} triangles", outlines_of, *asked)
 
-        return self._lanes.put(compute, Rank.KNOWN, Lane.OUTLINE)
+    def put(self, part: Part, what: str, function: Callable[..., T], *arguments: Any) -> Future[T]:
+        """Have a function called that outlines a part; `what` it does, in words."""
+        late = errors.RequestError(f"work on outlines that takes at most {OUTLINE_SECONDS:g} s",
+                                   what, "ask for less at once, or decimate the mesh")
+        return self._lanes.put(
+            partial(self.call, OUTLINE_SECONDS, late, function, *arguments) if is_large(part)
+            else partial(function, *arguments), Rank.KNOWN, Lane.OUTLINE)
 
 
 def outlines_of(part: Part, poses: dict[int, str], heights: list[float], tolerance: float,

@@ -25,7 +25,7 @@ from ..lanes import Lane, Rank, done_with, ending
 from ..messages import part_messages
 from ..messages.part_requests import shown
 from ..messages.statistics_messages import fill_bounds, statistics_of_message
-from ..parts import count_store, known_part, result_store
+from ..parts import count_store, known_part, part_builder, result_store
 
 if TYPE_CHECKING:
     from ...plates import PlateFit
@@ -40,8 +40,8 @@ class FeedingService:
     """Answers from flips of its own `jobs`, or of goals if there are enough, or from none."""
 
     def __init__(self, base: Base, stores: result_store.Stores, jobs: Jobs,
-                 reports: run.FlipReports) -> None:
-        self._settings = base.settings
+                 reports: run.FlipReports, outlines: part_builder.Outlines) -> None:
+        self._settings, self._outlines = base.settings, outlines
         self._parts, self._learnt, _, _ = stores
         self._jobs, self._reports = jobs, reports
         self._flipped: known_part.Memory[run.FlipKey, bool] = known_part.Memory(MOST_FLIPPED)
@@ -94,47 +94,49 @@ class FeedingService:
                     return
                 self._flipped.put(key, True)
             flips.append(found)
-        _answer(request, response, latched, cell, flips, counted)
+        yield from self._answer(request, response, known, latched, cell, flips, counted)
 
-
-def _answer(request: Any, response: Any, latched: PoseStatistics, cell: FeederCell | None,
-            flips: list[FlipStatistics], counted: Index | None) -> None:
-    """Fill in the plan, and what a feeder gets that kicks wrong parts or drops them afresh."""
-    found = statistics_of_message(latched)
-    dropped = pose_groups.pose_shares(found)
-    basis = f"{latched.drops} drops" if latched.drops else "an estimate"
-    if latched.observed:
-        basis = f"{latched.observed} parts seen"
-    basis = f"From {basis} ({latched.method})"
-    if flips:
-        basis += f" and {sum(kick.flips for kick in flips)} flips"
-    if counted is not None:
-        poses = tuple(sorted(found.poses, key=lambda pose: pose.index))
-        flips = [feeding.learn_flips([replace(kick, poses=poses) for kick in flips], counted,
-                                     request.feeder_speed)]
-        basis += f" and {flips[0].observed} seen"
-    chosen = flips[0] if flips else None
-    if cell is not None:
-        plan = plan_feeding(found, request.wanted, cell, flips)
-        place = plan.options.index(plan.best)
-        chosen = sorted(flips, key=lambda kick: kick.kick_height)[place - 1] if place else None
-        response.action = [getattr(response, action.upper()) for action in plan.actions]
-        response.parts_on_plate, response.kicks = plan.best.parts, plan.best.kicks
-        response.pickable = plan.best.pickable
-        fill_bounds(response, parts_per_minute=plan.best.per_minute)
-    if chosen is None:
-        gain = feeding.drop_afresh(dropped, request.wanted, request.rate)
-    else:
-        gain = feeding.flip_wrong_ones(dropped, chosen.counts, request.wanted, request.rate,
-                                       request.cycle_time)
-        response.transition = part_messages.flat(chosen.transition)
-        response.kick_height = chosen.kick_height
-    fill_bounds(response, accepted=gain.accepted, passes=gain.passes, flips=gain.flips,
-                accepted_per_minute=gain.per_minute)
-    if math.isnan(dropped.drops):
-        basis += (f"; the error of {latched.method} is not known here, so there are no intervals: "
-                 f"simulate the part")
-    response.message = " ".join([f"{basis}.", *pose_groups.warn_of_alike(found, request.wanted)])
+    def _answer(self, request: Any, response: Any, known: known_part.KnownPart,
+                latched: PoseStatistics, cell: FeederCell | None, flips: list[FlipStatistics],
+                counted: Index | None) -> Steps:
+        """Fill in the plan, and what a feeder gets that kicks wrong parts or drops them afresh."""
+        found = statistics_of_message(latched)
+        dropped = pose_groups.pose_shares(found)
+        basis = f"{latched.drops} drops" if latched.drops else "an estimate"
+        if latched.observed:
+            basis = f"{latched.observed} parts seen"
+        basis = f"From {basis} ({latched.method})"
+        if flips:
+            basis += f" and {sum(kick.flips for kick in flips)} flips"
+        if counted is not None:
+            poses = tuple(sorted(found.poses, key=lambda pose: pose.index))
+            flips = [feeding.learn_flips([replace(kick, poses=poses) for kick in flips], counted,
+                                         request.feeder_speed)]
+            basis += f" and {flips[0].observed} seen"
+        chosen = flips[0] if flips else None
+        if cell is not None:
+            plan = yield self._outlines.put(known.part, "a plan", plan_feeding, found,
+                                            list(request.wanted), cell, flips, known.part)
+            place = plan.options.index(plan.best)
+            chosen = sorted(flips, key=lambda kick: kick.kick_height)[place - 1] if place else None
+            response.action = [getattr(response, action.upper()) for action in plan.actions]
+            response.parts_on_plate, response.kicks = plan.best.parts, plan.best.kicks
+            response.pickable = plan.best.pickable
+            fill_bounds(response, parts_per_minute=plan.best.per_minute)
+        if chosen is None:
+            gain = feeding.drop_afresh(dropped, request.wanted, request.rate)
+        else:
+            gain = feeding.flip_wrong_ones(dropped, chosen.counts, request.wanted, request.rate,
+                                           request.cycle_time)
+            response.transition = part_messages.flat(chosen.transition)
+            response.kick_height = chosen.kick_height
+        fill_bounds(response, accepted=gain.accepted, passes=gain.passes, flips=gain.flips,
+                    accepted_per_minute=gain.per_minute)
+        if math.isnan(dropped.drops):
+            basis += (f"; the error of {latched.method} is not known here, so there are no "
+                      f"intervals: simulate the part")
+        response.message = " ".join([
+            f"{basis}.", *pose_groups.warn_of_alike(found, request.wanted)])
 
 
 class PlateFits:
