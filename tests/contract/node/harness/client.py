@@ -65,8 +65,8 @@ def ask_until_answered(client, request):
 
 
 @cache
-def context_of(domain):
-    """The participant in a domain that all clients of this process share until it ends.
+def context_of(domain, participant):
+    """A participant in a domain that clients of this process share until it ends.
 
     Where one ends, Fast DDS 2.14 writes through broken pointers now and then, or spins for ever.
     """
@@ -78,9 +78,9 @@ def context_of(domain):
 class Client:
     """A ROS node of its own with its executor in a thread; `prefix` is of the node's names."""
 
-    def __init__(self, domain, prefix="/pose_stats"):
+    def __init__(self, domain, prefix="/pose_stats", participant=0):
         self.prefix = prefix
-        self.context = context_of(domain)
+        self.context = context_of(domain, participant)
         self.node = rclpy.create_node("planner", context=self.context)
         self.executor = SingleThreadedExecutor(context=self.context)
         self.executor.add_node(self.node)
