@@ -203,10 +203,11 @@ def test_no_name_leads_out_of_the_log_directory(node, client):
 def test_clients_are_answered_in_turn(domain, cell, shared_node):
     """The other one too keeps many answers: each client is sent those to all others.
 
-    It has memory of its own for what it sends: that of the greedy one is full for seconds.
+    Both have participants of their own, as programs have: what one of several clients in a
+    participant floods holds up what reaches the node.
     """
     part_id = known_part(cell)
-    with Client(domain) as greedy, Client(domain, participant=1) as other:
+    with Client(domain, participant=1) as greedy, Client(domain, participant=2) as other:
         greedy.good("estimate", part_id=part_id)
         other.good("estimate", part_id=part_id)
         with standing(shared_node.process.pid):
