@@ -86,7 +86,8 @@ def blocking_with_bays(part: Part, poses: Sequence[StablePose], shares: Array, p
     outlines = {index: [ring for polygon in outline_at(part, poses[index]) for ring in polygon]
                 for index in {*mine, *other}}
     reach = clearance + max(np.hypot(*pose.outline.T).max() for pose in poses)
-    node = np.linspace(-reach, reach, NODES)
+    # No node lies on the axes, to which parts are symmetric.
+    node = (np.arange(NODES) - 0.5 * NODES + GOLDEN) * (2.0 * reach / (NODES - 1))
 
     def blocked(silhouettes: Mapping[int, Sequence[Array]]) -> Array:
         """Nodes (picked,) at which a centre of another part is too near, in all turns."""
@@ -108,15 +109,16 @@ def blocking_with_bays(part: Part, poses: Sequence[StablePose], shares: Array, p
 def _covered(rings: Sequence[Array], turn: float, node: Array) -> Mask:
     """Nodes (y, x) of a raster that rings (k, 2), once they are turned, enclose or come near."""
     turned = np.array([[math.cos(turn), math.sin(turn)], [-math.sin(turn), math.cos(turn)]])
-    begin = np.concatenate(rings) @ turned
-    along = np.concatenate([np.roll(ring, -1, axis=0) for ring in rings]) @ turned - begin
-    row, edge = np.nonzero((begin[:, 1] > node[:, None])
-                           != (begin[:, 1] + along[:, 1] > node[:, None]))
-    (x, y), (across, up) = begin[edge].T, along[edge].T
+    rings = [ring @ turned for ring in rings]
+    begin = np.concatenate(rings)
+    end = np.concatenate([np.roll(ring, -1, axis=0) for ring in rings])
+    row, edge = np.nonzero((begin[:, 1] > node[:, None]) != (end[:, 1] > node[:, None]))
+    (x, y), (across, up) = begin[edge].T, (end - begin)[edge].T
     crossed = np.zeros((node.size, node.size + 1), dtype=np.int64)
     np.add.at(crossed, (row, np.searchsorted(node, x + (node[row] - y) * across / up)), 1)
     covered = crossed.cumsum(axis=1)[:, :-1] % 2 == 1
-    edges = begin + np.linspace(0.0, 1.0, 2 * NODES)[:, None, None] * along
+    # What is thinner than the raster is not lost.
+    edges = begin + np.linspace(0.0, 1.0, 2 * NODES)[:, None, None] * (end - begin)
     x, y = np.rint((edges - node[0]) / (node[1] - node[0])).astype(int).reshape(-1, 2).T
-    covered[y, x] = True  # what is thinner than the raster is not lost
+    covered[y, x] = True
     return np.asarray(covered)
