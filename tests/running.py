@@ -3,6 +3,7 @@
 import contextlib
 import io
 import json
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -35,13 +36,20 @@ class Done(NamedTuple):
 
 
 def call(*arguments, program=cli.main):
-    """Run a command in this process, or another program that takes its arguments."""
+    """Run a command in this process, or another program that takes its arguments.
+
+    Signals that it takes over are given back.
+    """
     out, err = io.StringIO(), io.StringIO()
+    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         try:
             status = program([str(argument) for argument in arguments])
         except SystemExit as end:  # of the parser
             status = end.code if isinstance(end.code, int) else 1
+    for number, handler in handlers.items():
+        if signal.getsignal(number) is not handler:
+            signal.signal(number, handler)
     return Done(status or 0, out.getvalue(), err.getvalue())
 
 

@@ -32,11 +32,8 @@ from .harness.slow import builder_at_work, ellipsoid, standing
 @pytest.fixture
 def refused(domain, tmp_path):
     """The line of a start that must be refused, in this process."""
-    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-    yield lambda *given: refusal("node", "--ros-args", "-p", f"log_directory:={tmp_path}",
-                                 *[word for one in given for word in ("-p", one)])
-    for number, handler in handlers.items():
-        signal.signal(number, handler)
+    return lambda *given: refusal("node", "--ros-args", "-p", f"log_directory:={tmp_path}",
+                                  *[word for one in given for word in ("-p", one)])
 
 
 @pytest.mark.parametrize(("given", "said"), [

@@ -7,6 +7,8 @@ import pytest
 from ros_pose_stats_msgs.msg import JobEvent
 from shape_msgs.msg import Mesh
 
+from tests.running import refusal
+
 from ..harness.bags import assert_readable_by_others, bags_of, recorded
 from ..harness.camera import counted, counting, learnt
 from ..harness.cell import Health, MeshPublisher, cell_of, latched
@@ -52,13 +54,6 @@ def fed(client):
                        kick_height=0.012, feeder_speed="slow")
 
 
-def second_node(folder):
-    """How a node of the same name ends that is started beside the first one."""
-    (lock,) = folder.glob("lives.*.lock")
-    with NodeProcess(folder, "-r", "__ns:=/lives") as node:
-        return node.ended(), node.log, int(lock.read_text())
-
-
 def assert_restored(client, before):
     """All parts with their results, as soon as the node is ready, latched and asked for."""
     with client.late_joiner() as joiner:
@@ -101,7 +96,9 @@ def lives(begin, domain, folder):
         assert_restored(client, left.first)  # here, since it is over when the next one begins
         left.fed_again = fed(client)
         left.again = {job_id: get(client, job_id) for job_id in left.done}
-        left.second = second_node(folder)
+        left.process = node.process.pid
+        left.second = refusal("node", "--ros-args", "-p", f"log_directory:={folder}",
+                              "-r", "__ns:=/lives")
         left.better = finished(client, start(client, "simulated", 20_000, seed=5)).statistics
         camera = counting(client)
         camera.publish(counted(left.first["seen"], [1, 0]))
@@ -130,8 +127,7 @@ def test_counted_flips_are_known_again_and_are_no_landings(lives):
 
 
 def test_a_second_node_of_the_name_is_refused_with_the_first_one_s_process(lives):
-    status, log, first = lives.second
-    assert status == 2 and f"process {first} has in use" in log and "state_file" in log
+    assert f"process {lives.process} has in use" in lives.second and "state_file" in lives.second
 
 
 def test_all_parts_of_a_node_that_ended_well_come_back(lives):
