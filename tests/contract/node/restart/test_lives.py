@@ -107,7 +107,8 @@ def lives(begin, domain, folder):
         running_with_results(client, left.job_id)
         with cell_of(domain, folder, "other") as (other, guest):
             left.others = shown(guest), guest.call("list_drop_simulations").job_id, other.log
-            guest.good("estimate", part=flat(WEDGE, "theirs"))
+            for part_id in ("unwanted", "asked for", "first"):
+                guest.good("estimate", part=flat(ellipsoid(6000), part_id))
         left.bag = bags_of(folder)[1]
         camera.publish(counted(left.first["seen"], [0, 1]))
         until(lambda: len(recorded(folder, "pose_counts")) == 4, "the last count on record")
@@ -207,13 +208,11 @@ def test_bags_may_go_and_a_new_scene_is_estimated(lives, third, begin, folder):
         assert values["state file set aside"] in line.message
 
 
-def test_large_parts_that_are_still_to_be_built_hold_up_nobody(domain, tmp_path):
+@pytest.mark.usefixtures("lives")
+def test_large_parts_that_are_still_to_be_built_hold_up_nobody(domain, folder):
     """Nor is one refused that is not wanted any more."""
-    with cell_of(domain, tmp_path, "large") as (_, client):
-        for part_id in ("unwanted", "asked for", "first"):
-            client.good("estimate", part=flat(ellipsoid(6000), part_id))
-    with (Client(domain, "/large/pose_stats") as client,
-          NodeProcess(tmp_path, "-r", "__ns:=/large") as node):
+    with (Client(domain, "/other/pose_stats") as client,
+          NodeProcess(folder, "-r", "__ns:=/other") as node):
         with standing(builder_at_work(node.process.pid)):
             node.ready()
             outlines = [client.send("get_statistics", part_id="asked for", heights=[-1.0])
