@@ -3,6 +3,8 @@
 import itertools
 import math
 import signal
+import sqlite3
+from contextlib import closing
 
 import numpy as np
 import pytest
@@ -207,6 +209,26 @@ def test_a_message_counts_once_however_often_it_comes(node, tuned, model):
     camera.publish(unstamped, unstamped)
     node.says("fill in header.stamp")
     learnt(tuned, model.part_id, 201)
+
+
+def test_counts_that_the_state_does_not_have_are_said_to_be_unrecorded(node, tuned, model):
+    """While another program holds the file, as a backup may; the bag has them all the same."""
+    (file,), camera, health = node.log_directory.glob("*.sqlite3"), counting(tuned), Health(tuned)
+
+    def told(line):
+        return line.startswith("NOT_RECORDED: ") and str(file) in line
+
+    with closing(sqlite3.connect(file, isolation_level=None)) as other:
+        other.execute("BEGIN IMMEDIATE")
+        camera.publish(counted(model, [3, 7]))
+        assert any(map(told, learnt(tuned, model.part_id, 10).warnings))
+        health.eventually("recording", lambda line, _: told(line.message))
+        counts_of(node, model.part_id)
+        other.execute("ROLLBACK")
+        kept = "SELECT 1 FROM counts WHERE part_id = ?", (model.part_id,)
+        until(lambda: other.execute(*kept).fetchall(), "the counts in the state")
+    camera.publish(counted(model, [1, 0]))
+    assert not any(map(told, learnt(tuned, model.part_id, 11).warnings))
 
 
 def test_a_cell_that_contradicts_the_model_is_believed(tuned, model):
