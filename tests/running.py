@@ -9,8 +9,10 @@ import sys
 from pathlib import Path
 from typing import NamedTuple
 
+import pytest
+
 import ros_pose_stats
-from ros_pose_stats import cli
+from ros_pose_stats import PoseStatsError, cli
 
 ROOT = Path(ros_pose_stats.__file__).resolve().parents[1]
 
@@ -80,6 +82,15 @@ def refusal(*arguments):
     lines = complaints(done.stderr)
     assert lines, "refused without a word"
     return lines[-1]
+
+
+def refusal_of(call, *arguments, **options):
+    """The one line with which the library refuses a call."""
+    with pytest.raises(PoseStatsError, match=r"^expected .*, got .*; .+$") as caught:
+        call(*arguments, **options)
+    line = str(caught.value)
+    assert len(line.splitlines()) == 1 and len(line) < 700
+    return line
 
 
 def command(*arguments):
