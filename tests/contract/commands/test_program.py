@@ -132,7 +132,7 @@ def test_a_terminal_that_knows_few_letters_is_no_failure(box, tmp_path):
     part = shutil.copy(box[0], tmp_path / "Gehäuse.stl")
     with contextlib.redirect_stdout(io.TextIOWrapper(io.BytesIO(), encoding="ascii")) as out:
         assert main(["estimate", str(part), "--unit", "mm"]) == 0
-    assert rb"Geh\xe4use" in out.buffer.getvalue()
+    assert rb"Geh\xe4use" in out.buffer.getvalue() and b"###" in out.buffer.getvalue()
 
 
 @pytest.mark.parametrize("closed", [contextlib.redirect_stdout, contextlib.redirect_stderr])

@@ -16,7 +16,7 @@ import trimesh
 
 from ros_pose_stats import PoseStatsError, load_part
 from tests.contract.library.step_text import Disc, step_assembly, step_part
-from tests.running import ROOT, about, answer_json, children, is_gone
+from tests.running import ROOT, about, answer_json, children, is_gone, refusal_of
 
 pytestmark = pytest.mark.skipif(importlib.util.find_spec("cascadio") is None,
                                 reason="the extra `step` is not installed")
@@ -89,9 +89,7 @@ def test_several_solids_and_every_instance_of_an_assembly_are_in_their_places(tm
 
 def assert_refused(path, data):
     path.write_bytes(data)
-    with pytest.raises(PoseStatsError, match=r"damaged\.step") as refusal:
-        load_part(path)
-    assert "\n" not in str(refusal.value)
+    assert "damaged.step" in refusal_of(load_part, path)
 
 
 @pytest.mark.long

@@ -17,7 +17,7 @@ from ros_pose_stats import (
     resting_poses,
     simulate,
 )
-from tests.bodies import METHODS, shapes, write_stl
+from tests.bodies import METHODS, codes, shapes, write_stl
 from tests.running import refusal_of
 
 BOX = shapes.box(0.02, 0.03, 0.04)
@@ -32,10 +32,6 @@ DOOR = {"DropEvent", "DropProgress", "DropScene", "FlipStatistics", "Part", "Pos
 @pytest.fixture(scope="module")
 def part():
     return part_from_mesh(*BOX)
-
-
-def codes(found):
-    return [line.partition(":")[0] for line in found.warnings]
 
 
 class TestNames:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ros_pose_stats import part_from_mesh, record_drop, resting_poses, simulate
-from tests.bodies import random_polyhedron
+from tests.bodies import counts, random_polyhedron
 from tests.running import refusal_of
 
 NAN, INF = float("nan"), float("inf")
@@ -16,10 +16,6 @@ NAN, INF = float("nan"), float("inf")
 @pytest.fixture(scope="module")
 def part():
     return part_from_mesh(*random_polyhedron(9, 3))
-
-
-def counts(found):
-    return [pose.count for pose in sorted(found.poses, key=lambda pose: pose.index)]
 
 
 @pytest.mark.parametrize(("name", "values"), [

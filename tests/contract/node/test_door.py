@@ -4,12 +4,10 @@ import struct
 
 import pytest
 from geometry_msgs.msg import Inertia, Vector3
-from ros_pose_stats_msgs.msg import PartMesh, PoseCounts
+from ros_pose_stats_msgs.msg import PartMesh
 from shape_msgs.msg import Mesh
 
-from .harness.bags import on_topic, raw_of
-from .harness.cell import MeshPublisher, latched
-from .harness.client import until
+from .harness.cell import MeshPublisher
 from .harness.goals import Goals
 from .harness.jobs import known_part
 from .harness.parts import WEDGE, flat, mesh, new_id
@@ -65,22 +63,3 @@ def test_a_nested_mesh_in_a_request_has_a_bound_on_its_vertices_too(cell):
     corner = mesh(WEDGE).vertices[0]
     many = Mesh(vertices=[corner] * 30_001, triangles=mesh(WEDGE).triangles)
     assert "at most 30000 vertices" in cell.refused("estimate", part=PartMesh(mesh=many))
-
-
-def test_counts_that_are_none_or_endless_are_not_recorded(cell, shared_node):
-    """In the bag they would be in the way of its readers."""
-    part_id = known_part(cell)
-    camera = MeshPublisher(cell, f"{cell.prefix}/pose_counts", PoseCounts).matched()
-    nothing, endless = b"\0\1\0\0" + b"\xee" * 40, PoseCounts(part_id=part_id, index=[7] * 2**18)
-    largest = PoseCounts(part_id=part_id, index=[2**32 - 1, 0], count=[MOST, MOST],
-                         unclassified=MOST)
-    last = PoseCounts(part_id=new_id())
-    camera.publish(nothing, endless, largest, last)
-
-    def found():
-        counts = raw_of(shared_node.log_directory, on_topic("pose_counts"))
-        return counts if any(last.part_id.encode() + b"\0" in data for data in counts) else None
-
-    assert not any(b"\xee" * 40 in data or len(data) > 2**20
-                   for data in until(found, "the last count"))
-    assert latched(cell, part_id).observed == 0
