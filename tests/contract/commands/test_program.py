@@ -11,7 +11,6 @@ from pathlib import Path
 import pytest
 
 import ros_pose_stats
-from ros_pose_stats import load_part
 from ros_pose_stats.cli import main
 from tests.contract.bags.recorders import write_recorded
 from tests.running import ROOT, answer, answer_json, call, complaints, refusal
@@ -206,20 +205,6 @@ class TestWanted:
     def test_a_range_falls_or_fills_the_memory(self, text):
         assert "a range rises and has at most 100000 poses" in refusal(
             "sensitivity", PART, "--wanted", text)
-
-
-def test_demo_parts_are_written_named_and_sound(tmp_path):
-    names = answer("shapes", tmp_path / "parts").splitlines()
-    assert "clamp" in {Path(name).stem for name in names} and len(names) == 6
-    for name in names:
-        part = load_part(name, unit="mm")
-        assert not part.warnings
-        assert 2 < len(answer_json("estimate", name, "--unit", "mm")["poses"]) < 10
-
-
-def test_a_folder_that_cannot_be_made_is_refused(tmp_path):
-    (tmp_path / "file").touch()
-    assert "name another directory" in refusal("shapes", tmp_path / "file" / "parts")
 
 
 def test_version_is_that_of_the_package():
