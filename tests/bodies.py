@@ -126,6 +126,16 @@ def write_stl(path: Path, surface) -> Path:
     return path
 
 
+def codes(found):
+    """What the warnings of a part or an answer are about."""
+    return [warning.partition(":")[0] for warning in found.warnings]
+
+
+def counts(found):
+    """Drops in each pose, by index."""
+    return [pose.count for pose in sorted(found.poses, key=lambda pose: pose.index)]
+
+
 def by_index(found, name="probability"):
     """A value of all poses, in the order of their numbers."""
     return np.array([getattr(pose, name) for _, pose in sorted(found.by_index.items())])

@@ -3,13 +3,16 @@
 import contextlib
 import io
 import json
+import signal
 import subprocess
 import sys
 from pathlib import Path
 from typing import NamedTuple
 
+import pytest
+
 import ros_pose_stats
-from ros_pose_stats import cli
+from ros_pose_stats import PoseStatsError, cli
 
 ROOT = Path(ros_pose_stats.__file__).resolve().parents[1]
 
@@ -35,13 +38,20 @@ class Done(NamedTuple):
 
 
 def call(*arguments, program=cli.main):
-    """Run a command in this process, or another program that takes its arguments."""
+    """Run a command in this process, or another program that takes its arguments.
+
+    Signals that it takes over are given back.
+    """
     out, err = io.StringIO(), io.StringIO()
+    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         try:
             status = program([str(argument) for argument in arguments])
         except SystemExit as end:  # of the parser
             status = end.code if isinstance(end.code, int) else 1
+    for number, handler in handlers.items():
+        if signal.getsignal(number) is not handler:
+            signal.signal(number, handler)
     return Done(status or 0, out.getvalue(), err.getvalue())
 
 
@@ -72,6 +82,15 @@ def refusal(*arguments):
     lines = complaints(done.stderr)
     assert lines, "refused without a word"
     return lines[-1]
+
+
+def refusal_of(call, *arguments, **options):
+    """The one line with which the library refuses a call."""
+    with pytest.raises(PoseStatsError, match=r"^expected .*, got .*; .+$") as caught:
+        call(*arguments, **options)
+    line = str(caught.value)
+    assert len(line.splitlines()) == 1 and len(line) < 700
+    return line
 
 
 def command(*arguments):

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 import ros_pose_stats
-from tests.bodies import shapes, write_stl
 from tests.house.imports import Sources
 
 PACKAGE = Path(ros_pose_stats.__file__).resolve().parent
@@ -211,32 +208,6 @@ class TestTheWalkItself:
     ])
     def test_misplaced_libraries_are_found(self, tmp_path, room, text):
         assert len(misplaced(self.package(tmp_path, {f"{room}/a": text}))) == 1
-
-
-@pytest.fixture(scope="module")
-def loaded_by_an_estimate(tmp_path_factory) -> set[str]:
-    """Modules in memory after `estimate` has answered for a small STL file."""
-    file = write_stl(tmp_path_factory.mktemp("layering") / "box.stl",
-                     shapes.box(0.01, 0.02, 0.03))
-    code = (
-        "import sys\n"
-        "from ros_pose_stats.cli import main\n"
-        f"status = main(['estimate', {str(file)!r}, '--json'])\n"
-        "print(*sys.modules, file=sys.stderr)\n"
-        "sys.exit(status)\n"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True,
-                          cwd=PACKAGE.parent)
-    assert done.returncode == 0, done.stderr
-    return set(done.stderr.splitlines()[-1].split())
-
-
-@pytest.mark.parametrize("library", [
-    "scipy.stats", "matplotlib", "mcap", "rclpy", "dask", "distributed", "manifold3d",
-])
-def test_an_estimate_of_an_stl_file_does_not_load(loaded_by_an_estimate, library):
-    assert "ros_pose_stats.estimators.estimate" in loaded_by_an_estimate
-    assert library not in loaded_by_an_estimate
 
 
 @pytest.mark.parametrize("tree", ["study", "lab"])

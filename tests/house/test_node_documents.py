@@ -20,7 +20,7 @@ from tests.contract.node.contract import ACTION, DEFAULTS, FIXED, PUBLICATIONS, 
 from tests.contract.node.harness.cell import latched
 from tests.contract.node.harness.client import Client, until
 from tests.contract.node.harness.node import PATIENCE
-from tests.running import ROOT, answer
+from tests.running import ROOT, answer, call
 
 PAGE = (ROOT / "docs/node.md").read_text(encoding="utf-8")
 CODE = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
@@ -67,13 +67,11 @@ def client(home, domain):
 @pytest.fixture(scope="module")
 def published(home, client):
     """What the README's second terminal says of its part."""
-    def said(command):
-        return subprocess.run([sys.executable, "-m", "ros_pose_stats", *line_of(command)],
-                              cwd=home, capture_output=True, text=True).stdout
-
-    table = said("publish")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(home)
+        table = call(*line_of("publish")).stdout
     until(lambda: latched(client, "clamp").drops, "its check")
-    return table, until(lambda: said("show"), "an answer in time")
+    return table, until(lambda: call(*line_of("show")).stdout, "an answer in time")
 
 
 def test_the_readme_shows_what_the_second_terminal_says(published):

@@ -1,10 +1,7 @@
 """The command `bag`: what it prints and writes, and the Python of its page."""
 
 import csv
-import json
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -12,7 +9,7 @@ import pytest
 from tests.running import ROOT, answer, answer_json
 
 from .messages import counts, event, result
-from .recorders import write_mcap, write_recorded, write_run
+from .recorders import write_mcap, write_run
 
 
 @pytest.fixture(scope="module")
@@ -164,22 +161,3 @@ def test_the_python_of_the_page_runs(tmp_path, monkeypatch, capsys):
     for code in codes:
         exec(code, {})
         assert "simulation" in capsys.readouterr().out
-
-
-def test_it_needs_no_ros(tmp_path):
-    """In a process where ROS cannot be imported."""
-    write_recorded(tmp_path / "bag")
-    code = ("import sys\n"
-            "class Refuse:\n"
-            "    def find_spec(self, name, path=None, target=None):\n"
-            "        if name.split('.')[0] in ('rclpy', 'std_msgs', 'ros_pose_stats_msgs', "
-            "'rosbags'):\n"
-            "            raise ImportError(name)\n"
-            "sys.meta_path.insert(0, Refuse())\n"
-            "from ros_pose_stats.cli import main\n"
-            f"status = main(['bag', {str(tmp_path / 'bag')!r}, '--json'])\n"
-            "assert 'matplotlib' not in sys.modules and 'numba' not in sys.modules\n"
-            "sys.exit(status)\n")
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT)
-    assert (done.returncode, done.stderr) == (0, "")
-    assert json.loads(done.stdout)["parts"][0]["part_id"] == "clamp"

@@ -26,7 +26,8 @@ from tests.contract.node.harness.client import until
 from tests.contract.node.harness.goals import Goals
 from tests.contract.node.harness.jobs import finished, start
 from tests.contract.node.harness.parts import WEDGE, flat, new_id, whole
-from tests.contract.node.harness.slow import standing
+from tests.contract.node.harness.slow import builder_at_work, ellipsoid, standing
+from tests.running import is_gone
 
 FILE = 65_536
 """Bytes after which a file of the bag is followed by another; no fewer can be asked for."""
@@ -38,6 +39,8 @@ class Killed(NamedTuple):
     """What was answered before the kill."""
     running: object
     """What the library said while the node ran."""
+    builder: int
+    """Its process that builds parts."""
 
 
 def ask(client, number):
@@ -48,7 +51,7 @@ def ask(client, number):
 
 @pytest.fixture(scope="module")
 def killed(place, tmp_path_factory):
-    """A node with small files that was killed while it was asked."""
+    """A node with small files that was killed while it built a part."""
     folder = tmp_path_factory.mktemp("killed")
     with cell_of(place[0], folder, "killed", environment=place[1], max_bag_bytes=FILE) as (
             node, client):
@@ -56,12 +59,18 @@ def killed(place, tmp_path_factory):
         job_id = start(client, answers[0].part_id, 300)
         answers.append(finished(client, job_id).statistics)
         running = analyse_bags(folder).contents
+        asked = client.send("estimate", part=flat(ellipsoid(120_000)))
+        builder = builder_at_work(node.process.pid)
+        assert not asked.done()
         node.kill()
     (bag,) = bags_of(folder)
-    return Killed(bag, answers, running)
+    return Killed(bag, answers, running, builder)
 
 
 class TestKilled:
+    def test_no_process_outlives_it(self, killed):
+        assert until(lambda: is_gone(killed.builder))
+
     def test_everything_acknowledged_is_there(self, killed):
         answers = set(map(whole, recorded(killed.bag.parent, "answers")))
         assert set(map(whole, killed.answers)) <= answers

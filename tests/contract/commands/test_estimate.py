@@ -1,12 +1,9 @@
 """`estimate`: the table, the JSON object, the options and the refusals."""
 
-import contextlib
-import io
-
 import numpy as np
 import pytest
 
-from ros_pose_stats import auto, cli, estimate, hybrid, load_part
+from ros_pose_stats import auto, estimate, hybrid, load_part
 from tests.bodies import METHODS, shapes, write_stl
 from tests.running import answer, answer_json, refusal
 
@@ -71,12 +68,6 @@ class TestTable:
         assert len(rows) == count
         for method in METHODS:
             assert sum(float(row[method]) for row in rows) == pytest.approx(100.0, abs=0.05)
-
-    def test_plain_where_the_terminal_is_not_utf8(self, box):
-        out = io.TextIOWrapper(io.BytesIO(), encoding="ascii")
-        with contextlib.redirect_stdout(out):
-            assert cli.main([str(word) for word in ("estimate", *box)]) == 0
-        assert b"###" in out.buffer.getvalue()
 
     @pytest.mark.parametrize(("name", "options", "code"), [
         ("box", (), "UNIT_GUESSED"),

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 import ros_pose_stats
-from ros_pose_stats import load_part
 from ros_pose_stats.cli import main
+from tests.contract.bags.recorders import write_recorded
 from tests.running import ROOT, answer, answer_json, call, complaints, refusal
 
 PART = "part.stl"
@@ -52,13 +52,18 @@ def test_what_is_no_command_is_refused_with_what_to_do(words):
 
 
 @pytest.fixture(scope="module")
-def imported(parts):
-    """What is loaded after help, and after an estimate, in a process that cannot import ROS."""
+def loaded(parts):
+    """By command what it loads, or asks for in vain, in a process that cannot import ROS.
+
+    Each begins in a copy of the process in which help was asked for alone.
+    """
     code = f"""
-import sys
+import os, sys
+asked = []
 class NoRos:
     def find_spec(self, name, path=None, target=None):
         if name.partition(".")[0] in ("rclpy", "std_msgs", "ros_pose_stats_msgs", "rosbags"):
+            asked.append(name)
             raise ImportError(name)
 sys.meta_path.insert(0, NoRos())
 from ros_pose_stats import cli
@@ -67,24 +72,31 @@ for words in (["--version"], ["--help"], ["estimate", "-h"], ["node", "-h"]):
         cli.main(words)
     except SystemExit:
         pass
-print("after:", *sys.modules)
+print("loaded: help", *sys.modules, flush=True)
 part = [{str(parts / "box.stl")!r}, "--unit", "mm", "--json"]
-assert cli.main(["estimate", *part, "--method", "split"]) == 0
-print("after:", *sys.modules)
-assert cli.main(["simulate", *part, "--drops", "20"]) == 0
+for words in (["bag", {str(write_recorded(parts / "bag"))!r}, "--json"], ["estimate", *part],
+              ["simulate", *part, "--drops", "20"]):
+    if os.fork() == 0:
+        status = cli.main(words)
+        print("loaded:", words[0], *sys.modules, *asked, flush=True)
+        os._exit(status)
+    assert os.wait()[1] == 0
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT)
-    assert done.returncode == 0, done.stderr
-    return [set(line.split()) for line in done.stdout.splitlines() if line.startswith("after:")]
+    assert (done.returncode, complaints(done.stderr)) == (0, [])
+    told = [line.split() for line in done.stdout.splitlines() if line.startswith("loaded: ")]
+    return {command: set(modules) for _, command, *modules in told}
 
 
-def test_version_and_help_are_there_before_the_core_is_loaded(imported):
-    assert not {"numpy", "numba", "scipy", "trimesh"} & imported[0]
-
-
-def test_an_estimate_needs_no_ros_and_loads_nothing_that_it_does_not_use(imported):
-    assert "numba" in imported[1]
-    assert not {"trimesh", "networkx", "scipy.stats", "matplotlib", "mcap"} & imported[1]
+@pytest.mark.parametrize(("command", "needed", "others"), [
+    ("help", "ros_pose_stats.cli", "numpy numba scipy trimesh rclpy mcap"),
+    ("bag", "mcap", "numba matplotlib rclpy"),
+    ("estimate", "numba", "trimesh networkx scipy.stats matplotlib mcap rclpy dask distributed "
+                          "manifold3d")])
+def test_a_command_needs_no_ros_and_loads_nothing_that_it_does_not_use(
+        loaded, command, needed, others):
+    assert needed in loaded[command] and "ros_pose_stats_msgs" not in loaded[command]
+    assert not set(others.split()) & loaded[command]
 
 
 def test_a_reader_that_leaves_early_is_no_failure_to_report(parts):
@@ -119,7 +131,7 @@ def test_a_terminal_that_knows_few_letters_is_no_failure(box, tmp_path):
     part = shutil.copy(box[0], tmp_path / "Gehäuse.stl")
     with contextlib.redirect_stdout(io.TextIOWrapper(io.BytesIO(), encoding="ascii")) as out:
         assert main(["estimate", str(part), "--unit", "mm"]) == 0
-    assert rb"Geh\xe4use" in out.buffer.getvalue()
+    assert rb"Geh\xe4use" in out.buffer.getvalue() and b"###" in out.buffer.getvalue()
 
 
 @pytest.mark.parametrize("closed", [contextlib.redirect_stdout, contextlib.redirect_stderr])
@@ -193,20 +205,6 @@ class TestWanted:
     def test_a_range_falls_or_fills_the_memory(self, text):
         assert "a range rises and has at most 100000 poses" in refusal(
             "sensitivity", PART, "--wanted", text)
-
-
-def test_demo_parts_are_written_named_and_sound(tmp_path):
-    names = answer("shapes", tmp_path / "parts").splitlines()
-    assert "clamp" in {Path(name).stem for name in names} and len(names) == 6
-    for name in names:
-        part = load_part(name, unit="mm")
-        assert not part.warnings
-        assert 2 < len(answer_json("estimate", name, "--unit", "mm")["poses"]) < 10
-
-
-def test_a_folder_that_cannot_be_made_is_refused(tmp_path):
-    (tmp_path / "file").touch()
-    assert "name another directory" in refusal("shapes", tmp_path / "file" / "parts")
 
 
 def test_version_is_that_of_the_package():

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from ros_pose_stats import (
-    PoseStatsError,
     estimate,
     estimate_all,
     part_from_mesh,
@@ -14,6 +13,7 @@ from ros_pose_stats import (
     splitting_graph,
 )
 from tests.bodies import REGULAR_SOLIDS, moved, rotation, shapes
+from tests.running import refusal_of
 
 VERTICES, TRIANGLES = shapes.box(1.0, 2.0, 3.0)
 EYE, HUGE = np.eye(3), 10**400
@@ -21,11 +21,7 @@ EYE, HUGE = np.eye(3), 10**400
 
 def refused(vertices=VERTICES, triangles=TRIANGLES, **options):
     """The one line of a refusal; a warning of numpy would be an error."""
-    with pytest.raises(PoseStatsError) as refusal:
-        part_from_mesh(vertices, triangles, **options)
-    line = str(refusal.value)
-    assert len(line.splitlines()) == 1 and len(line) < 700
-    return line
+    return refusal_of(part_from_mesh, vertices, triangles, **options)
 
 
 @pytest.mark.parametrize("options", [
@@ -37,7 +33,7 @@ def refused(vertices=VERTICES, triangles=TRIANGLES, **options):
     {"vertices": VERTICES.astype("m8[s]")}, {"vertices": VERTICES * 1e200},
 ], ids=str)
 def test_numbers_beyond_what_can_be_computed_with_are_refused_in_a_line(options):
-    assert refused(**options).startswith("expected ")
+    refused(**options)
 
 
 def signalling(kind, bits):

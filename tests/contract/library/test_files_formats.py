@@ -3,6 +3,7 @@
 import os
 import socket
 import zipfile
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -11,12 +12,13 @@ import trimesh
 from scipy.spatial import cKDTree
 
 from ros_pose_stats import PoseStatsError, load_part
-from tests.running import refusal
+from tests.running import refusal, refusal_of
 
 KINDS = {"binary STL": ("a.stl", {}), "STL in capitals": ("a.STL", {}),
          "ASCII STL": ("a.stl", {"file_type": "stl_ascii"}), "OBJ": ("a.obj", {}),
          "PLY": ("a.ply", {}), "ASCII PLY": ("a.ply", {"encoding": "ascii"}),
          "OFF": ("a.off", {}), "3MF": ("a.3mf", {})}
+refused = partial(refusal_of, load_part)
 every_kind = pytest.mark.parametrize("kind", KINDS)
 
 
@@ -137,14 +139,6 @@ def test_obj_faces_that_count_back_do_so_from_their_own_line(tmp_path, block):
     part = load_part(path, "mm")
     assert np.ptp(part.surface_vertices, axis=0) == pytest.approx([0.11, 0.02, 0.03])
     assert part.warnings == ()
-
-
-def refused(path):
-    """The line that a file is refused with."""
-    with pytest.raises(PoseStatsError) as error:
-        load_part(path)
-    assert "\n" not in str(error.value)
-    return str(error.value)
 
 
 @pytest.mark.parametrize(("name", "content", "message"), [

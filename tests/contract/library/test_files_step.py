@@ -16,7 +16,7 @@ import trimesh
 
 from ros_pose_stats import PoseStatsError, load_part
 from tests.contract.library.step_text import Disc, step_assembly, step_part
-from tests.running import ROOT, about, answer_json, children, is_gone
+from tests.running import ROOT, about, answer_json, children, is_gone, refusal_of
 
 pytestmark = pytest.mark.skipif(importlib.util.find_spec("cascadio") is None,
                                 reason="the extra `step` is not installed")
@@ -28,10 +28,8 @@ def written(path, text):
     return path
 
 
-@pytest.mark.parametrize(("name", "unit", "metres"), [
-    ("a.stp", "inch", 0.0254),
-    pytest.param("a.STEP", "cm", 1e-2, marks=pytest.mark.long),
-    pytest.param("a.Stp", "m", 1.0, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize(("name", "unit", "metres"), [("a.STEP", "cm", 1e-2), ("a.Stp", "m", 1.0)])
 def test_the_unit_is_that_of_the_file(tmp_path, name, unit, metres):
     path = written(tmp_path / name, step_part(Disc(0.4, 0.2), unit=unit))
     part = load_part(path)
@@ -77,10 +75,10 @@ def test_every_circle_has_96_sides_whatever_its_radius(tmp_path):
 
 
 def test_several_solids_and_every_instance_of_an_assembly_are_in_their_places(tmp_path):
-    two = load_part(written(tmp_path / "two.step", step_part(
-        Disc(5.0, 2.0), Disc(5.0, 4.0, center=(30.0, 0.0, 0.0)))))
-    assert two.warnings == ()
-    assert two.center_of_mass * 1e3 == pytest.approx([20.0, 0.0, (1.0 + 2 * 2.0) / 3])
+    two = load_part(written(tmp_path / "two.stp", step_part(
+        Disc(0.5, 0.2), Disc(0.5, 0.4, center=(3.0, 0.0, 0.0)), unit="inch")))
+    assert (two.part_id, two.warnings) == ("two", ())
+    assert two.center_of_mass / 0.0254 == pytest.approx([2.0, 0.0, (0.1 + 2 * 0.2) / 3])
     upright, lying = ((1, 0, 0), (0, 0, 1)), ((0, 1, 0), (1, 0, 0))
     part = load_part(written(tmp_path / "assembly.step", step_assembly(Disc(5.0, 2.0), [
         ((0, 0, 0), *upright), ((20, 0, 0), *lying), ((0, 40, 0), *upright)])))
@@ -91,9 +89,7 @@ def test_several_solids_and_every_instance_of_an_assembly_are_in_their_places(tm
 
 def assert_refused(path, data):
     path.write_bytes(data)
-    with pytest.raises(PoseStatsError, match=r"damaged\.step") as refusal:
-        load_part(path)
-    assert "\n" not in str(refusal.value)
+    assert "damaged.step" in refusal_of(load_part, path)
 
 
 @pytest.mark.long

@@ -6,8 +6,9 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from ros_pose_stats import PoseStatsError, part_from_mesh, record_drop, resting_poses, simulate
-from tests.bodies import random_polyhedron
+from ros_pose_stats import part_from_mesh, record_drop, resting_poses, simulate
+from tests.bodies import counts, random_polyhedron
+from tests.running import refusal_of
 
 NAN, INF = float("nan"), float("inf")
 
@@ -15,20 +16,6 @@ NAN, INF = float("nan"), float("inf")
 @pytest.fixture(scope="module")
 def part():
     return part_from_mesh(*random_polyhedron(9, 3))
-
-
-def counts(found):
-    return [pose.count for pose in sorted(found.poses, key=lambda pose: pose.index)]
-
-
-def refused(call):
-    """The one line of a refusal."""
-    with pytest.raises(PoseStatsError) as caught:
-        call()
-    text = str(caught.value)
-    assert text.startswith("expected ") and ", got " in text and "; " in text
-    assert "\n" not in text
-    return text
 
 
 @pytest.mark.parametrize(("name", "values"), [
@@ -42,7 +29,7 @@ def refused(call):
 ])
 def test_bad_values_are_refused(part, name, values):
     for value in values:
-        refused(lambda value=value: simulate(part, **{"drops": 5, name: value}))
+        refusal_of(simulate, part, **{"drops": 5, name: value})
 
 
 @pytest.mark.parametrize("value", [0, 2**64 - 1, np.int64(5), np.uint64(2**63)])
@@ -56,7 +43,7 @@ def test_any_whole_seed_serves(part, value):
     {"interval": 1e-13}, {"interval": 1e-320}, {"interval": 1j}, {"start": [[1], [2, 3]]},
     {"start": np.eye(3)}, {"drop": 2**300}, {"drop": -1}, {"drop_height": 1e100}])
 def test_no_such_drop_is_recorded(part, options):
-    refused(lambda: record_drop(part, **options))
+    refusal_of(record_drop, part, **options)
 
 
 def test_workers_that_cannot_all_be_started_do_not_go_on(part, monkeypatch):
@@ -71,10 +58,6 @@ def test_workers_that_cannot_all_be_started_do_not_go_on(part, monkeypatch):
     with pytest.raises(RuntimeError, match="new thread"):
         simulate(part, 10**9, workers=3)
     assert not [one for one in threading.enumerate() if one.name.startswith("drops-")]
-
-
-def test_what_is_no_part_is_refused():
-    assert "a Part" in refused(lambda: simulate("clamp.stl"))
 
 
 def test_a_fresh_seed_can_be_used_again(part):
@@ -108,15 +91,15 @@ def test_starts_point_down(part):
     [[0.0, 0.0, 1.0], [NAN, 0.0, 1.0]], [[INF, 0.0, 0.0]], [[None, 1, 2]], [["a", "b", "c"]],
     [[1, 2, 3], [1, 2]], np.array([[1j, 0.0, 0.0]]), [["0", "0", "1"]], [[True, False, False]]])
 def test_bad_starts_are_refused(part, starts):
-    refused(lambda: simulate(part, starts=starts))
+    refusal_of(simulate, part, starts=starts)
 
 
 def test_the_row_of_a_bad_start_is_named_and_what_goes_with_none_is_refused(part):
     starts = np.tile((0.0, 0.0, 1.0), (20, 1))
     starts[17] = 0.0
-    assert "row 17" in refused(lambda: simulate(part, starts=starts))
-    assert "(3)" in refused(lambda: simulate(part, 4, starts=np.eye(3)))
-    refused(lambda: simulate(part, seed=-1, starts=np.eye(3)))
+    assert "row 17" in refusal_of(simulate, part, starts=starts)
+    assert "(3)" in refusal_of(simulate, part, 4, starts=np.eye(3))
+    refusal_of(simulate, part, seed=-1, starts=np.eye(3))
 
 
 @pytest.mark.parametrize("length", [1e-200, 1e200])

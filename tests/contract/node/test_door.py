@@ -4,13 +4,10 @@ import struct
 
 import pytest
 from geometry_msgs.msg import Inertia, Vector3
-from rclpy.serialization import serialize_message
-from ros_pose_stats_msgs.msg import PartMesh, PoseCounts
+from ros_pose_stats_msgs.msg import PartMesh
 from shape_msgs.msg import Mesh
 
-from .harness.bags import assert_readable_by_others, bags_of, on_topic, raw_of
-from .harness.cell import MeshPublisher, latched
-from .harness.client import until
+from .harness.cell import MeshPublisher
 from .harness.goals import Goals
 from .harness.jobs import known_part
 from .harness.parts import WEDGE, flat, mesh, new_id
@@ -66,38 +63,3 @@ def test_a_nested_mesh_in_a_request_has_a_bound_on_its_vertices_too(cell):
     corner = mesh(WEDGE).vertices[0]
     many = Mesh(vertices=[corner] * 30_001, triangles=mesh(WEDGE).triangles)
     assert "at most 30000 vertices" in cell.refused("estimate", part=PartMesh(mesh=many))
-
-
-def recorded_counts(node, publisher, *messages):
-    """Publish counts and a good one behind them, and wait until that is recorded."""
-    last = PoseCounts(part_id=new_id())
-    publisher.publish(*messages, last)
-
-    def found():
-        counts = raw_of(node.log_directory, on_topic("pose_counts"))
-        return counts if any(last.part_id.encode() + b"\0" in data for data in counts) else None
-
-    return until(found, "the last count")
-
-
-def test_counts_that_are_none_or_endless_are_not_recorded(cell, shared_node):
-    """In the bag they would be in the way of its readers."""
-    part_id = known_part(cell)
-    camera = MeshPublisher(cell, f"{cell.prefix}/pose_counts", PoseCounts).matched()
-    nothing, endless = b"\0\1\0\0" + b"\xee" * 40, PoseCounts(part_id=part_id, index=[7] * 2**18)
-    largest = PoseCounts(part_id=part_id, index=[2**32 - 1, 0], count=[MOST, MOST],
-                         unclassified=MOST)
-    found = recorded_counts(shared_node, camera, nothing, endless, largest)
-    assert not any(b"\xee" * 40 in data or len(data) > 2**20 for data in found)
-    assert latched(cell, part_id).observed == 0
-
-
-def test_a_count_whose_text_has_no_end_leaves_the_bag_readable_by_others(node_of, client_of):
-    """ROS reads a text without its closing zero byte; other readers of CDR do not."""
-    node = node_of().ready()
-    client = client_of()
-    camera = MeshPublisher(client, "/pose_stats/pose_counts", PoseCounts).matched()
-    open_ended = bytes(serialize_message(PoseCounts(part_id="abc"))).replace(b"abc\0", b"abcd")
-    recorded_counts(node, camera, open_ended)
-    node.stop()
-    assert_readable_by_others(bags_of(node.log_directory)[-1])

@@ -21,11 +21,6 @@ def light(surface, factor):
     return part_from_mesh(*surface, mass=1.0, inertia=factor * part.inertia / part.mass)
 
 
-def counts(statistics):
-    """Drops in each pose, by index."""
-    return [pose.count for pose in sorted(statistics.poses, key=lambda pose: pose.index)]
-
-
 def outcomes(part, *arguments, **options):
     """Outcome of each drop of a simulation, by name: pose, impacts, seconds, energy_left, ..."""
     chunks = []

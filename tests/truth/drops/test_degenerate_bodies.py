@@ -7,16 +7,8 @@ import pytest
 
 from ros_pose_stats import part_from_mesh, record_drop, resting_poses, simulate
 from study import shapes
-from tests.bodies import convex_parts, moved, random_polyhedron, starred, subdivided
-from tests.truth.drops.recorded import (
-    EXACT,
-    SURE,
-    alike,
-    counts,
-    outcomes,
-    recordings,
-    with_corners,
-)
+from tests.bodies import convex_parts, counts, moved, random_polyhedron, starred, subdivided
+from tests.truth.drops.recorded import EXACT, SURE, alike, outcomes, recordings, with_corners
 
 BOX, HEXAGON = shapes.box(1.0, 2.0, 3.0), shapes.prism(6, 1.0, 0.8)
 FLAT_SIDED = {

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from ros_pose_stats import PoseStatsError, part_from_mesh, resting_poses, simulate
-from tests.bodies import moved, random_polyhedron, rotation, shapes
-from tests.truth.drops.recorded import SURE, alike, counts, light, outcomes, recordings
+from tests.bodies import counts, moved, random_polyhedron, rotation, shapes
+from tests.truth.drops.recorded import SURE, alike, light, outcomes, recordings
 
 CUBE = shapes.box(2.0, 2.0, 2.0)
 TOUCHING = 1e-9

@@ -5,8 +5,9 @@ import pytest
 from manifold3d import Manifold
 
 from ros_pose_stats import part_from_mesh, resting_poses, sensitivity, simulate
+from tests.bodies import counts
 from tests.fine_parts import surface
-from tests.truth.drops.recorded import counts, outcomes
+from tests.truth.drops.recorded import outcomes
 
 
 def part_of(solid):

@@ -7,6 +7,7 @@ from hypothesis import given, strategies as st
 
 from ros_pose_stats import part_from_mesh
 from ros_pose_stats.shapes import demo_parts
+from tests.bodies import codes
 
 STATED = 1e-3
 """Radii by which the centre of mass may be off where holes were closed."""
@@ -35,10 +36,6 @@ def part_of(vertices, triangles):
 
 
 WHOLE = {name: part_of(*body) for name, body in BODIES.items()}
-
-
-def codes(part):
-    return [warning.split(":")[0] for warning in part.warnings]
 
 
 def why_hull(vertices, triangles):

@@ -6,6 +6,7 @@ import trimesh
 from hypothesis import given, strategies as st
 
 from ros_pose_stats import part_from_mesh
+from tests.bodies import codes
 
 WATER = 1000.0
 TURN = trimesh.transformations.rotation_matrix(0.3, (1, 2, 3))
@@ -22,10 +23,6 @@ def box(extents, at=(0, 0, 0), inward=False):
 def part_of(*meshes, unit="cm"):
     mesh = trimesh.util.concatenate(meshes)
     return part_from_mesh(np.array(mesh.vertices), np.array(mesh.faces), unit=unit)
-
-
-def codes(part):
-    return [warning.split(":")[0] for warning in part.warnings]
 
 
 def volume_and_overlap(*meshes):

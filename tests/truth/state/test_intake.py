@@ -287,3 +287,16 @@ def test_the_state_has_jobs_and_counts_before_the_bag(tmp_path, lost):
     state.close()
     assert had == [[4], [4, 1], [4, 1], [4, 3], [4, 3], [4, 3, (3).to_bytes(8, "little")]]
     assert sum(line.startswith("NOT_RECORDED: ") for line in warnings) == (lost != 2)
+
+
+def test_the_newest_results_of_ended_jobs_are_kept_within_256_mebibytes():
+    """Of older ones the end is known."""
+    rows = {name: (name, JobEvent.DONE, serialize_message(
+        JobEvent(job_id=name, event=JobEvent.DONE)), bytes(2**27)) for name in (
+            "run_0001", "run_0002", "run_0003")}
+    state = Mock(rows=lambda table: list(rows.values()), get=lambda table, name: rows[name],
+                 put=lambda change: rows.update({change.key: change.row}))
+    reports = job_reports.JobReports(base_of(state=state), Stores(None, None, None, None))
+    reports.restore()
+    assert [len(row[3]) for row in rows.values()] == [0, 2**27, 2**27]
+    assert list(reports.ends) == list(rows) and reports.answer_of("run_0001") == PoseStatistics()

@@ -91,16 +91,21 @@ def test_random_requests_goals_and_cancels_from_several_clients(tuned, node):
 
 
 def test_flips_end_with_the_node(node_of, client_of):
-    """Whoever waits for them is told."""
+    """Whoever waits for them is told, however many signals come.
+
+    A handler must not wait for a lock that the wait which it interrupts holds.
+    """
     node, client = node_of().ready(), client_of()
     goals, part_id = Goals(client, "simulate_flips"), known_part(client)
     goal = goals.send(part_id=part_id, kick_height=0.012, drops=500_000)
     goal.first_feedback()
-    node.send(signal.SIGINT)
+    for number in 100 * [signal.SIGINT, signal.SIGTERM]:
+        node.send(number)
     status, result = goal.result()
     assert status == GoalStatus.STATUS_ABORTED and "the node ended" in result.message
     goals.close()
     assert node.ended() == 0
+    node.assert_sound()
 
 
 @pytest.mark.long

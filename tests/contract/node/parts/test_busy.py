@@ -8,7 +8,6 @@ from rclpy.time import Time
 
 from ros_pose_stats import estimate
 from study import shapes
-from tests.running import is_gone
 
 from ..harness.bags import recorded
 from ..harness.cell import Health, MeshPublisher, latched
@@ -105,15 +104,6 @@ def test_a_mesh_whose_process_is_killed_is_refused_and_the_next_one_served(tuned
     Health(tuned).line("parts", lambda line, _: f"part '{published}'" in line.message
                        and "send the mesh again" in line.message)
     tuned.good("estimate", part=flat(MEDIUM, new_id()))
-
-
-def test_the_process_does_not_outlive_a_node_that_is_killed(node_of, client_of):
-    node, client = node_of().ready(), client_of()
-    asked = client.send("estimate", part=flat(SLOW, "slow"))
-    process = builder_at_work(node.process.pid)
-    assert not asked.done()
-    node.kill()
-    assert until(lambda: is_gone(process))
 
 
 @pytest.fixture

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from geometry_msgs.msg import Vector3
 
-from ros_pose_stats import PoseStatsError, estimate, part_from_mesh, shift_center
+from ros_pose_stats import estimate, part_from_mesh, shift_center
+from tests.running import refusal_of
 
 from ..harness.cell import latched
 from ..harness.jobs import known_part
@@ -84,6 +85,4 @@ def test_numbers_that_are_none_are_refused(cell, value):
 def test_out_of_the_hull_it_is_refused_as_a_given_centre_is(cell):
     message = cell.refused("estimate", part_id=known_part(cell), com_offset=Vector3(z=0.05))
     beyond = library_part(WEDGE).center_of_mass + np.array((0.0, 0.0, 0.05))
-    with pytest.raises(PoseStatsError) as refused:
-        part_from_mesh(*WEDGE, beyond)
-    assert message == str(refused.value)
+    assert message == refusal_of(part_from_mesh, *WEDGE, beyond)

@@ -1,7 +1,6 @@
 """Every way in for a mesh: topics, publishers that were there before the node, the command."""
 
 import json
-import signal
 import sys
 
 import numpy as np
@@ -124,16 +123,7 @@ def wedge(tmp_path):
     return write_stl(tmp_path / "wedge.stl", WEDGE)
 
 
-@pytest.fixture
-def _handlers(domain):
-    """The command takes signals over, which is too much for the process of the tests."""
-    kept = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-    yield
-    for number, handler in kept.items():
-        signal.signal(number, handler)
-
-
-@pytest.mark.usefixtures("_handlers")
+@pytest.mark.usefixtures("domain")
 class TestTheCommand:
     """How it ends, and what it refuses as the node would."""
 

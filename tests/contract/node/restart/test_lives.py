@@ -7,6 +7,8 @@ import pytest
 from ros_pose_stats_msgs.msg import JobEvent
 from shape_msgs.msg import Mesh
 
+from tests.running import refusal
+
 from ..harness.bags import assert_readable_by_others, bags_of, recorded
 from ..harness.camera import counted, counting, learnt
 from ..harness.cell import Health, MeshPublisher, cell_of, latched
@@ -52,13 +54,6 @@ def fed(client):
                        kick_height=0.012, feeder_speed="slow")
 
 
-def second_node(folder):
-    """How a node of the same name ends that is started beside the first one."""
-    (lock,) = folder.glob("lives.*.lock")
-    with NodeProcess(folder, "-r", "__ns:=/lives") as node:
-        return node.ended(), node.log, int(lock.read_text())
-
-
 def assert_restored(client, before):
     """All parts with their results, as soon as the node is ready, latched and asked for."""
     with client.late_joiner() as joiner:
@@ -101,7 +96,9 @@ def lives(begin, domain, folder):
         assert_restored(client, left.first)  # here, since it is over when the next one begins
         left.fed_again = fed(client)
         left.again = {job_id: get(client, job_id) for job_id in left.done}
-        left.second = second_node(folder)
+        left.process = node.process.pid
+        left.second = refusal("node", "--ros-args", "-p", f"log_directory:={folder}",
+                              "-r", "__ns:=/lives")
         left.better = finished(client, start(client, "simulated", 20_000, seed=5)).statistics
         camera = counting(client)
         camera.publish(counted(left.first["seen"], [1, 0]))
@@ -110,7 +107,8 @@ def lives(begin, domain, folder):
         running_with_results(client, left.job_id)
         with cell_of(domain, folder, "other") as (other, guest):
             left.others = shown(guest), guest.call("list_drop_simulations").job_id, other.log
-            guest.good("estimate", part=flat(WEDGE, "theirs"))
+            for part_id in ("unwanted", "asked for", "first"):
+                guest.good("estimate", part=flat(ellipsoid(6000), part_id))
         left.bag = bags_of(folder)[1]
         camera.publish(counted(left.first["seen"], [0, 1]))
         until(lambda: len(recorded(folder, "pose_counts")) == 4, "the last count on record")
@@ -130,8 +128,7 @@ def test_counted_flips_are_known_again_and_are_no_landings(lives):
 
 
 def test_a_second_node_of_the_name_is_refused_with_the_first_one_s_process(lives):
-    status, log, first = lives.second
-    assert status == 2 and f"process {first} has in use" in log and "state_file" in log
+    assert f"process {lives.process} has in use" in lives.second and "state_file" in lives.second
 
 
 def test_all_parts_of_a_node_that_ended_well_come_back(lives):
@@ -211,13 +208,11 @@ def test_bags_may_go_and_a_new_scene_is_estimated(lives, third, begin, folder):
         assert values["state file set aside"] in line.message
 
 
-def test_large_parts_that_are_still_to_be_built_hold_up_nobody(domain, tmp_path):
+@pytest.mark.usefixtures("lives")
+def test_large_parts_that_are_still_to_be_built_hold_up_nobody(domain, folder):
     """Nor is one refused that is not wanted any more."""
-    with cell_of(domain, tmp_path, "large") as (_, client):
-        for part_id in ("unwanted", "asked for", "first"):
-            client.good("estimate", part=flat(ellipsoid(6000), part_id))
-    with (Client(domain, "/large/pose_stats") as client,
-          NodeProcess(tmp_path, "-r", "__ns:=/large") as node):
+    with (Client(domain, "/other/pose_stats") as client,
+          NodeProcess(folder, "-r", "__ns:=/other") as node):
         with standing(builder_at_work(node.process.pid)):
             node.ready()
             outlines = [client.send("get_statistics", part_id="asked for", heights=[-1.0])
