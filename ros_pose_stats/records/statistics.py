@@ -19,7 +19,6 @@ from .tables import report, single_poses
 FORGOTTEN = "FORGOTTEN: "
 """Begins the warning of statistics without poses: their part is not known any more."""
 
-
 POSE_FIELDS = (
     "index", "group", "group_size", "height", "top", "margin", "barrier", "spread", "rolls",
     "yaw_symmetry", "probability", "probability_low", "probability_high", "standard_error",
