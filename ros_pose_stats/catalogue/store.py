@@ -171,11 +171,6 @@ AT_ONCE = 20_000  # rows of a Parquet table in memory
 Table = tuple[dict[str, type], Iterator[Sequence[Any]]]
 
 
-def load_parquet() -> None:
-    """Import what Parquet files need."""
-    import pyarrow.parquet  # noqa: F401
-
-
 def write_tables(folder: Path, rows: Callable[[], Iterable[Row]], parquet: bool) -> list[Path]:
     """Write all tables, each whole or not at all; Parquet of an earlier run goes.
 
@@ -214,11 +209,7 @@ def _write_parquet(file: Path, columns: dict[str, type], rows: Iterator[Sequence
     schema = pyarrow.schema([(name, kinds[kind]) for name, kind in columns.items()])
     with parquet.ParquetWriter(file, schema) as writer:
         while some := list(islice(rows, AT_ONCE)):
-            columns_of = [[_encodable(value) for value in column]
-                          for column in zip(*some, strict=True)]
+            # Names that are not UTF-8 have what is none of it replaced.
+            columns_of = [[value.encode(errors="replace").decode() if isinstance(value, str)
+                           else value for value in column] for column in zip(*some, strict=True)]
             writer.write_table(pyarrow.table(dict(zip(columns, columns_of, strict=True)), schema))
-
-
-def _encodable(value: Any) -> Any:
-    """A name that is not UTF-8 with what is none of it replaced; other values as they are."""
-    return value.encode(errors="replace").decode() if isinstance(value, str) else value

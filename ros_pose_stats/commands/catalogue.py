@@ -3,6 +3,7 @@
 import argparse
 import sys
 import time
+from importlib import import_module
 from typing import TYPE_CHECKING
 
 from ..text import printable, several
@@ -26,7 +27,7 @@ def register(commands: given.Commands) -> None:
         "changed files only.",
         examples=("ros_pose_stats catalogue demo --unit mm -o quotes",
                   "ros_pose_stats catalogue demo/clamp.stl demo/gear.stl --unit mm "
-                  "--target-error 0.02 -o dropped --json"))
+                  "--target-error 0.02 -o dropped --json"), run=run)
     command.add_argument("parts", metavar="PART", nargs="+",
                          help="files, or folders with all that is below them: STEP, STL, OBJ, "
                          "PLY, OFF or 3MF")
@@ -49,14 +50,13 @@ def register(commands: given.Commands) -> None:
                        "files are sent to it")
     given.add(command, "--json",
               help="print one JSON object that says what was written and refused, with all rows")
-    command.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
     """Make the catalogue and say where it is."""
     folder = given.folder(options.output)
     with running.announce_slow_start(), running.end_on_interrupt():
-        from ..catalogue import making, request as requests, store
+        from ..catalogue import making, request as requests
         from ..kernels.compilation import prepare_kernels
 
         request = requests.CatalogueRequest(given.scene_of(options), options.unit, options.density,
@@ -68,7 +68,7 @@ def run(options: argparse.Namespace) -> int:
                 maker = making.on_cluster(options.scheduler)
         if options.parquet:
             with running.needing("pyarrow"):
-                store.load_parquet()
+                import_module("pyarrow.parquet")
         parts = requests.find_parts(options.parts)
         if options.scheduler is None:
             prepare_kernels()  # before several processes would compile them at once

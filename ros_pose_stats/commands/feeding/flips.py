@@ -31,7 +31,8 @@ def register(commands: given.Commands) -> None:
         "finds the kick that feeds fastest. With flips that a cell has counted it gives the "
         "matrix of each of the feeder's speeds: what was counted, with the model's kick that "
         "explains it best where little was.",
-        examples=("ros_pose_stats flips demo/clamp.stl --unit mm --kick 0.02 --wanted 0 1",))
+        examples=("ros_pose_stats flips demo/clamp.stl --unit mm --kick 0.02 --wanted 0 1",),
+        run=run)
     given.add_part(command, *given.POSES_OF)
     kicks = command.add_mutually_exclusive_group(required=True)
     kicks.add_argument("--kick", **given.OPTIONS["--kick"])
@@ -43,7 +44,6 @@ def register(commands: given.Commands) -> None:
               "parts that are dropped (default: %(default)s)")
     given.add(command, *given.SCENE, "--wanted", "--rate", "--cycle-time", "--seed", "--workers",
               "--json")
-    command.set_defaults(run=run)
 
 
 def add_counts_option(command: argparse._ActionsContainer) -> None:
@@ -171,7 +171,7 @@ def register_feeding(commands: given.Commands) -> None:
         "parts to put on the plate, and how many are picked a minute, with an interval that has "
         "the plate's error in it.",
         examples=("ros_pose_stats feeding demo/clamp.stl --unit mm --wanted 0 1 "
-                  "--plate 300mm 200mm --png kicks.png",))
+                  "--plate 300mm 200mm --png kicks.png",), run=run_feeding)
     given.add_part(command, *given.POSES_OF, *given.SCENE)
     given.add(command, "--wanted", required=True)
     command.add_argument("--plate", nargs=2, type=given.read_length, required=True,
@@ -193,7 +193,6 @@ def register_feeding(commands: given.Commands) -> None:
                          "shared out over the poses)")
     given.add(command, "--png", help="draw the parts a minute over the kick heights, as FILE.png")
     given.add(command, "--seed", "--workers", "--json")
-    command.set_defaults(run=run_feeding)
 
 
 def run_feeding(options: argparse.Namespace) -> int:
