@@ -8,9 +8,9 @@ the remaining motion is left out and the part is laid down in its pose.
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from ..errors import RequestError
-from ..mesh.vectors import rotation_matrices
 from ..records import Array, DropScene, Part, Trajectory
 from ..resting.poses import RestingPoses
 from .record_drop import drop_recorded
@@ -51,9 +51,12 @@ def drop_frames(part: Part, trajectory: Trajectory, resting: RestingPoses) -> Dr
     The last ones lie in the pose, on the stable face nearest to where the motion is cut off.
     """
     weight = trajectory.energies[0] / trajectory.heights[0]
-    begin = _begin_time(trajectory)
-    above = trajectory.energies > trajectory.energies[-1] + UNSEEN * weight * trajectory.radius
-    last = min(int(np.flatnonzero(above)[-1]) + 1 if above.any() else 0, len(above) - 1)
+    landing = next((event for event in trajectory.events if event.kind == "arrival"),
+                   trajectory.events[-1])
+    high = ((trajectory.heights > landing.height + FALL * trajectory.radius)
+            & (trajectory.times < landing.time))
+    begin = float(trajectory.times[np.flatnonzero(high)[-1]]) if high.any() else 0.0
+    last = first_still(trajectory, UNSEEN)
     orientation, height = _lay_down(trajectory, resting, last)
     end = float(trajectory.times[last])
     factors = [base * 10.0 ** power for power in range(-1, 6) for base in (1.0, 2.0, 5.0)]
@@ -68,13 +71,11 @@ def drop_frames(part: Part, trajectory: Trajectory, resting: RestingPoses) -> Dr
     return DropFrames(times, heights, orientations, energies, moving, slower, begin, end)
 
 
-def _begin_time(trajectory: Trajectory) -> float:
-    """Time at which the part is `FALL` radii above its first contact."""
-    landing = next((event for event in trajectory.events if event.kind == "arrival"),
-                   trajectory.events[-1])
-    high = trajectory.heights > landing.height + FALL * trajectory.radius
-    before = high & (trajectory.times < landing.time)
-    return float(trajectory.times[np.flatnonzero(before)[-1]]) if before.any() else 0.0
+def first_still(trajectory: Trajectory, unseen: float) -> int:
+    """First sample whose energy is that at rest but for `unseen`, in weight times radius."""
+    weight = trajectory.energies[0] / trajectory.heights[0]
+    above = trajectory.energies > trajectory.energies[-1] + unseen * weight * trajectory.radius
+    return min(int(np.flatnonzero(above)[-1]) + 1 if above.any() else 0, len(above) - 1)
 
 
 def _interpolate(trajectory: Trajectory, times: Array) -> tuple[Array, Array, Array]:
@@ -99,15 +100,8 @@ def _lay_down(trajectory: Trajectory, resting: RestingPoses, last: int) -> tuple
     members = np.flatnonzero(resting.clusters.pose == trajectory.pose)
     downs = found.downs[members]
     nearest = int(np.argmax(downs @ -trajectory.up[last]))
-    turn = rotation_matrices(trajectory.orientations[last:last + 1])[0]
+    turn = Rotation.from_quat(trajectory.orientations[last])
     # The smallest turn that brings the face's normal straight down.
-    low = turn @ downs[nearest]
-    tilt = np.append(np.cross(low, (0.0, 0.0, -1.0)), 1.0 - low[2])
-    orientation = _product(tilt / np.linalg.norm(tilt), trajectory.orientations[last])
-    return orientation, float(found.heights[members[nearest]]) * trajectory.radius
-
-
-def _product(one: Array, two: Array) -> Array:
-    """Quaternion x y z w of the second turn followed by the first."""
-    vector = one[3] * two[:3] + two[3] * one[:3] + np.cross(one[:3], two[:3])
-    return np.append(vector, one[3] * two[3] - one[:3] @ two[:3])
+    low = turn.apply(downs[nearest])
+    tilt = Rotation.from_quat(np.append(np.cross(low, (0.0, 0.0, -1.0)), 1.0 - low[2]))
+    return (tilt * turn).as_quat(), float(found.heights[members[nearest]]) * trajectory.radius
