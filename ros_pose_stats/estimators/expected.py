@@ -178,11 +178,5 @@ def best_method(restitution: float) -> str:
     return min(fitted.USUAL_ERRORS, key=lambda name: _usual_square(name, restitution))
 
 
-def explain_best(method: str) -> str:
-    """Say why the best estimator answers where no error was asked for."""
-    return (f"{method} is expected to be the most accurate estimate of this part, and no target "
-            f"error was asked for.")
-
-
 def _usual_square(name: str, restitution: float) -> float:
     return float(np.interp(restitution, fitted.USUAL_AT, np.square(fitted.USUAL_ERRORS[name])))
