@@ -3,7 +3,6 @@
 import argparse
 import sys
 import time
-from importlib import import_module
 from typing import TYPE_CHECKING
 
 from ..text import printable, several
@@ -68,7 +67,7 @@ def run(options: argparse.Namespace) -> int:
                 maker = making.on_cluster(options.scheduler)
         if options.parquet:
             with running.needing("pyarrow"):
-                import_module("pyarrow.parquet")
+                import pyarrow.parquet  # noqa: F401
         parts = requests.find_parts(options.parts)
         if options.scheduler is None:
             prepare_kernels()  # before several processes would compile them at once

@@ -64,11 +64,10 @@ class ExpectedError(NamedTuple):
 
     def shares(self, probability: Array) -> statistics.Shares:
         """Probabilities (P,) with their errors, and 90 % intervals cut at 0 and 1."""
-        return statistics.Shares(probability, np.maximum(probability - self.reach * self.each,
-                                                         0.0),
-                                 np.minimum(probability + self.reach * self.each, 1.0), self.each,
-                                 np.zeros(probability.shape, dtype=np.int64), self.here,
-                                 self.largest)
+        away = self.reach * self.each
+        return statistics.Shares(
+            probability, np.maximum(probability - away, 0.0), np.minimum(probability + away, 1.0),
+            self.each, np.zeros(len(probability), dtype=np.int64), self.here, self.largest)
 
     @property
     def unknown(self) -> bool:

@@ -225,14 +225,12 @@ def _announced_faces(suffix: str, data: bytes) -> int:
         return len(re.findall(rb"\bfacet[ \t]+normal\b", data, re.IGNORECASE))
     if suffix == ".obj":
         return len(re.findall(rb"^[ \t]*f[ \t]", data, re.MULTILINE))
+    count = None
     if suffix == ".ply":
         count = re.search(rb"^element[ \t]+face[ \t]+(\d+)", data, re.MULTILINE)
-        return int(count[1]) if count else 0
-    if suffix == ".off":
-        plain = re.sub(rb"#[^\n]*", b"", data)
-        count = re.search(rb"OFF\s+\d+\s+(\d+)", plain)
-        return int(count[1]) if count else 0
-    return 0
+    elif suffix == ".off":
+        count = re.search(rb"OFF\s+\d+\s+(\d+)", re.sub(rb"#[^\n]*", b"", data))
+    return int(count[1]) if count else 0
 
 
 def _is_binary_stl(data: bytes) -> bool:

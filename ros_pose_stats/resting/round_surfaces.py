@@ -92,8 +92,7 @@ def _on_surface(part: Part, ends: Index, tolerance: float) -> Mask:
         triangles = surface.weld(part.vertices, part.triangles.astype(np.int64))[1]
     vertex = hull.hull_of_part(part).qhull.vertices[ends]
     flat = vertex.ravel()
-    first = np.zeros(len(part.surface_vertices) + 1, dtype=np.int64)
-    np.cumsum(np.bincount(flat, minlength=len(first) - 1), out=first[1:])
+    first = np.append(0, np.cumsum(np.bincount(flat, minlength=len(part.surface_vertices))))
     found = edges_on_surface(part.surface_vertices, triangles, vertex, first,
                              np.argsort(flat, kind="stable"), tolerance)
     return np.asarray(found == 2)
