@@ -172,7 +172,7 @@ MOST_THREADS = 8
 that the others have left."""
 
 SECONDS = (600.0, 3 * 3600.0)
-"""Of an estimate, and of drops. A part that takes longer is refused: it would hold back all tables.
+"""Of an estimate, and of drops. What takes longer is refused: it would hold back all tables.
 
 Estimates take a second, rarely a minute. Ten million drops, the most that a target error costs,
 take nine parts of ten an hour and a half on one core; tables of the estimates are there meanwhile.

@@ -171,6 +171,11 @@ AT_ONCE = 20_000  # rows of a Parquet table in memory
 Table = tuple[dict[str, type], Iterator[Sequence[Any]]]
 
 
+def load_parquet() -> None:
+    """Import what Parquet files need."""
+    import pyarrow.parquet  # noqa: F401
+
+
 def write_tables(folder: Path, rows: Callable[[], Iterable[Row]], parquet: bool) -> list[Path]:
     """Write all tables, each whole or not at all; Parquet of an earlier run goes.
 

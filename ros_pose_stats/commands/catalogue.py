@@ -55,7 +55,7 @@ def run(options: argparse.Namespace) -> int:
     """Make the catalogue and say where it is."""
     folder = given.folder(options.output)
     with running.announce_slow_start(), running.end_on_interrupt():
-        from ..catalogue import making, request as requests
+        from ..catalogue import making, request as requests, store
         from ..kernels.compilation import prepare_kernels
 
         request = requests.CatalogueRequest(given.scene_of(options), options.unit, options.density,
@@ -67,7 +67,7 @@ def run(options: argparse.Namespace) -> int:
                 maker = making.on_cluster(options.scheduler)
         if options.parquet:
             with running.needing("pyarrow"):
-                import pyarrow.parquet  # noqa: F401
+                store.load_parquet()
         parts = requests.find_parts(options.parts)
         if options.scheduler is None:
             prepare_kernels()  # before several processes would compile them at once

@@ -8,9 +8,9 @@ the remaining motion is left out and the part is laid down in its pose.
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from ..errors import RequestError
+from ..mesh.vectors import rotation_matrices
 from ..records import Array, DropScene, Part, Trajectory
 from ..resting.poses import RestingPoses
 from .record_drop import drop_recorded
@@ -100,8 +100,11 @@ def _lay_down(trajectory: Trajectory, resting: RestingPoses, last: int) -> tuple
     members = np.flatnonzero(resting.clusters.pose == trajectory.pose)
     downs = found.downs[members]
     nearest = int(np.argmax(downs @ -trajectory.up[last]))
-    turn = Rotation.from_quat(trajectory.orientations[last])
-    # The smallest turn that brings the face's normal straight down.
-    low = turn.apply(downs[nearest])
-    tilt = Rotation.from_quat(np.append(np.cross(low, (0.0, 0.0, -1.0)), 1.0 - low[2]))
-    return (tilt * turn).as_quat(), float(found.heights[members[nearest]]) * trajectory.radius
+    turn = trajectory.orientations[last]
+    # The smallest turn that brings the face's normal straight down, after the one there is.
+    low = rotation_matrices(turn[None])[0] @ downs[nearest]
+    tilt = np.append(np.cross(low, (0.0, 0.0, -1.0)), 1.0 - low[2])
+    tilt /= np.linalg.norm(tilt)
+    vector = tilt[3] * turn[:3] + turn[3] * tilt[:3] + np.cross(tilt[:3], turn[:3])
+    orientation = np.append(vector, tilt[3] * turn[3] - tilt[:3] @ turn[:3])
+    return orientation, float(found.heights[members[nearest]]) * trajectory.radius
