@@ -31,7 +31,6 @@ _GLANCE = 0.002  # seconds between two tries; looking takes microseconds
 LOCK_SECONDS = 10.0  # for which a writer waits for another one
 _TAKEN = frozenset((errno.EWOULDBLOCK, errno.EAGAIN, errno.EACCES))
 
-
 _KINDS = {stat.S_IFIFO: "a pipe", stat.S_IFSOCK: "a socket", stat.S_IFCHR: "a device",
           stat.S_IFBLK: "a device"}
 

@@ -171,8 +171,8 @@ MOST_THREADS = 8
 """Of a process for the drops of its part: the last part, which may be the longest, has the cores
 that the others have left."""
 
-ESTIMATE_SECONDS, DROP_SECONDS = 600.0, 3 * 3600.0
-"""A part that takes longer is refused, since one that never ends would hold back all tables.
+SECONDS = (600.0, 3 * 3600.0)
+"""Of an estimate, and of drops. What takes longer is refused: it would hold back all tables.
 
 Estimates take a second, rarely a minute. Ten million drops, the most that a target error costs,
 take nine parts of ten an hour and a half on one core; tables of the estimates are there meanwhile.
@@ -196,12 +196,8 @@ def describe_within_limit(process: worker.WorkerProcess, request: CatalogueReque
                           piece: Piece, threads: int = 1) -> Described:
     """Look at a part in a process, which is ended if that never ends."""
     part, drop = piece
-    return process.call_within(_limit(drop), describe_part, part.name, None, request, drop,
+    return process.call_within(SECONDS[drop], describe_part, part.name, None, request, drop,
                                threads)
-
-
-def _limit(drop: bool) -> float:
-    return DROP_SECONDS if drop else ESTIMATE_SECONDS
 
 
 def died(piece: Piece, how: worker.ProcessDiedError) -> Described:
@@ -212,7 +208,7 @@ def died(piece: Piece, how: worker.ProcessDiedError) -> Described:
     if isinstance(how, worker.TookLongError):
         done, remedy = (("dropped", "ask for a larger target error") if drop else
                         ("looked at", "export it in fewer faces"))
-        why = str(errors.RequestError(f"a part that is {done} within {_limit(drop):g} s",
+        why = str(errors.RequestError(f"a part that is {done} within {SECONDS[drop]:g} s",
                                       "one that takes longer", remedy))
     return Described(refused(part.name, why), None, False, 0.0)
 

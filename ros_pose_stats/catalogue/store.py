@@ -214,11 +214,7 @@ def _write_parquet(file: Path, columns: dict[str, type], rows: Iterator[Sequence
     schema = pyarrow.schema([(name, kinds[kind]) for name, kind in columns.items()])
     with parquet.ParquetWriter(file, schema) as writer:
         while some := list(islice(rows, AT_ONCE)):
-            columns_of = [[_encodable(value) for value in column]
-                          for column in zip(*some, strict=True)]
+            # Names that are not UTF-8 have what is none of it replaced.
+            columns_of = [[value.encode(errors="replace").decode() if isinstance(value, str)
+                           else value for value in column] for column in zip(*some, strict=True)]
             writer.write_table(pyarrow.table(dict(zip(columns, columns_of, strict=True)), schema))
-
-
-def _encodable(value: Any) -> Any:
-    """A name that is not UTF-8 with what is none of it replaced; other values as they are."""
-    return value.encode(errors="replace").decode() if isinstance(value, str) else value

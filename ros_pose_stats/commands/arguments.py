@@ -7,7 +7,7 @@ is one line, and every help ends with an example.
 import argparse
 import re
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from decimal import Decimal, InvalidOperation
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, TypeAlias
@@ -27,11 +27,14 @@ Commands: TypeAlias = "argparse._SubParsersAction[CommandParser]"
 class CommandParser(argparse.ArgumentParser):
     """A parser whose refusals are one line, and for whom -1e-3 and -1mm are no options.
 
-    `examples`: whole lines as they are typed, shown at the end of the help.
+    `examples`: whole lines as they are typed, shown at the end of the help; `run`: from options to
+    the exit status.
     """
 
-    def __init__(self, *, examples: Sequence[str] = (), **options: Any) -> None:
+    def __init__(self, *, examples: Sequence[str] = (),
+                 run: Callable[[argparse.Namespace], int] | None = None, **options: Any) -> None:
         super().__init__(**options)
+        self.set_defaults(run=run)
         self.advanced = self.add_argument_group("advanced options")
         self.examples = tuple(examples)
         self._negative_number_matcher = LENGTH

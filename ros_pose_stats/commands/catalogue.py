@@ -26,7 +26,7 @@ def register(commands: given.Commands) -> None:
         "changed files only.",
         examples=("ros_pose_stats catalogue demo --unit mm -o quotes",
                   "ros_pose_stats catalogue demo/clamp.stl demo/gear.stl --unit mm "
-                  "--target-error 0.02 -o dropped --json"))
+                  "--target-error 0.02 -o dropped --json"), run=run)
     command.add_argument("parts", metavar="PART", nargs="+",
                          help="files, or folders with all that is below them: STEP, STL, OBJ, "
                          "PLY, OFF or 3MF")
@@ -49,7 +49,6 @@ def register(commands: given.Commands) -> None:
                        "files are sent to it")
     given.add(command, "--json",
               help="print one JSON object that says what was written and refused, with all rows")
-    command.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:

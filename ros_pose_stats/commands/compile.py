@@ -9,13 +9,12 @@ from . import arguments as given, running
 
 def register(commands: given.Commands) -> None:
     """Add the command."""
-    command = commands.add_parser(
+    commands.add_parser(
         "compile", help="compile all kernels, once for this user",
         description="Compile all kernels, on all cores, and keep their machine code in "
         "`ros_pose_stats/` below `$NUMBA_CACHE_DIR`, else `$XDG_CACHE_HOME`, else `~/.cache`. "
         "Without it, the first command that needs one compiles all. `make setup` does it, too.",
-        examples=("ros_pose_stats compile",))
-    command.set_defaults(run=run)
+        examples=("ros_pose_stats compile",), run=run)
 
 
 def run(_: argparse.Namespace) -> int:
@@ -38,10 +37,9 @@ def register_shapes(commands: given.Commands) -> None:
     command = commands.add_parser("shapes", help="write the demo parts as STL files",
                                   description="Write the demo parts (clamp, bracket, hex bolt, "
                                   "gear, prism, cylinder) as STL files in millimetres.",
-                                  examples=("ros_pose_stats shapes demo",))
+                                  examples=("ros_pose_stats shapes demo",), run=run_shapes)
     command.add_argument("directory", metavar="DIR",
                          help="directory for the files; created if it is missing")
-    command.set_defaults(run=run_shapes)
 
 
 def run_shapes(options: argparse.Namespace) -> int:
@@ -78,9 +76,8 @@ def register_completion(commands: given.Commands, top: argparse.ArgumentParser) 
         "choices and file names when Tab is pressed: add the line "
         "`eval \"$(ros_pose_stats completion bash)\"` to `~/.bashrc`, or the same with `zsh` to "
         "`~/.zshrc` behind `compinit`.",
-        examples=("ros_pose_stats completion bash",))
+        examples=("ros_pose_stats completion bash",), run=partial(print_completion, top))
     command.add_argument("shell", choices=SHELLS, help="the shell: bash or zsh")
-    command.set_defaults(run=partial(print_completion, top))
 
 
 def print_completion(top: argparse.ArgumentParser, options: argparse.Namespace) -> int:

@@ -26,7 +26,8 @@ def register(commands: given.Commands) -> None:
                   "ros_pose_stats estimate demo/clamp.stl --unit auto --density 7850",
                   "ros_pose_stats estimate demo/clamp.stl --unit mm --target-error 0.02 --json",
                   "ros_pose_stats estimate demo/gear.stl --unit mm --method hybrid --drops 500",
-                  "ros_pose_stats estimate demo/hex_bolt.stl --unit mm --method all --each"))
+                  "ros_pose_stats estimate demo/hex_bolt.stl --unit mm --method all --each"),
+        run=run)
     given.add_part(command, *given.POSES_OF)
     command.add_argument("--method", choices=(*CHOICES, ALL),
                          default=DEFAULT_METHOD, metavar="NAME",
@@ -36,7 +37,6 @@ def register(commands: given.Commands) -> None:
     given.add_drop_options(command, None)
     given.add(command, "--json", help="print one JSON object, or with all methods a list "
               "of them, in SI units, which the key `units` names, and no table")
-    command.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -85,11 +85,11 @@ def register_simulate(commands: given.Commands) -> None:
         "simulate", help="drop a part many times and count its poses",
         description="Drop a part many times onto a rigid frictionless plate and count the "
         "poses in which it comes to rest. Ctrl-C stops and reports what has been done.",
-        examples=("ros_pose_stats simulate demo/clamp.stl --unit mm --drops 2e4 --seed 7",))
+        examples=("ros_pose_stats simulate demo/clamp.stl --unit mm --drops 2e4 --seed 7",),
+        run=run_simulate)
     given.add_part(command, *given.POSES_OF)
     given.add_drop_options(command, DEFAULT_DROPS)
     given.add(command, *given.SCENE, "--each", "--json")
-    command.set_defaults(run=run_simulate)
 
 
 def run_simulate(options: argparse.Namespace) -> int:

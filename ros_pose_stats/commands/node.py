@@ -56,8 +56,9 @@ def register(commands: given.Commands) -> None:
         "probabilities out, drop simulations in the background, all of it recorded.",
         epilog="Parameters go behind `--ros-args`, each as `-p NAME:=VALUE`, or all in a file: "
         "`--ros-args --params-file config/pose_stats.yaml`. docs/node.md lists them.",
-        examples=("ros_pose_stats node --ros-args -p restitution:=0.3 -p log_directory:=bags",))
-    command.set_defaults(run=run, takes_ros_arguments=True)
+        examples=("ros_pose_stats node --ros-args -p restitution:=0.3 -p log_directory:=bags",),
+        run=run)
+    command.set_defaults(takes_ros_arguments=True)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -92,7 +93,8 @@ def register_publish(commands: given.Commands) -> None:
         description="Publish a mesh file as PartMesh, latched, and print what the node answers. "
         "After five seconds without an answer it publishes on, for a node that starts later.",
         examples=("ros_pose_stats publish demo/clamp.stl --unit mm",
-                  "ros_pose_stats publish demo/clamp.stl --unit mm --mass 0.06 --restitution 0.3"))
+                  "ros_pose_stats publish demo/clamp.stl --unit mm --mass 0.06 --restitution 0.3"),
+        run=run_publish)
     given.add_part(command)
     given.add(command, "--restitution", default=None, help="coefficient of restitution for this "
               "part, 0 to below 1 (default: the node's)")
@@ -105,7 +107,7 @@ def register_publish(commands: given.Commands) -> None:
     command.add_argument("--seconds", type=float, metavar="S",
                          help="give up after this long (default: at Ctrl-C)")
     given.add(command, "--each", "--json")
-    command.set_defaults(run=run_publish, takes_ros_arguments=True)
+    command.set_defaults(takes_ros_arguments=True)
 
 
 def run_publish(options: argparse.Namespace) -> int:
@@ -137,7 +139,7 @@ def register_show(commands: given.Commands) -> None:
         "show", help="print what the node has latched",
         description="Print what a running node has latched: of one part the table of its poses, "
         "else a row for each part.",
-        examples=("ros_pose_stats show", "ros_pose_stats show clamp --watch"))
+        examples=("ros_pose_stats show", "ros_pose_stats show clamp --watch"), run=run_show)
     command.add_argument("part_id", nargs="?", default="", metavar="PART_ID",
                          help="name of a part (default: list all parts)")
     command.add_argument("--node", default="/pose_stats", metavar="NAME",
@@ -147,7 +149,7 @@ def register_show(commands: given.Commands) -> None:
     given.add(command, "--each")
     given.add(command, "--json", help="print one JSON object, or of all parts a list of them, in "
               "SI units, which the key `units` names, and no table")
-    command.set_defaults(run=run_show, takes_ros_arguments=True)
+    command.set_defaults(takes_ros_arguments=True)
 
 
 def run_show(options: argparse.Namespace) -> int:

@@ -51,12 +51,6 @@ class ProgressBar:
             self._stream.write("\r" + " " * self._drawn + "\r")
             self._stream.flush()
 
-    def _columns(self) -> int:
-        try:
-            return os.get_terminal_size(self._stream.fileno()).columns or COLUMNS
-        except (OSError, ValueError):
-            return COLUMNS
-
     def show(self, progress: "DropProgress") -> None:
         """Draw the state of a simulation, at most ten times a second."""
         share = progress.drops / progress.bound
@@ -81,7 +75,10 @@ class ProgressBar:
             return
         self._next = now + SECONDS_BETWEEN
         # Shorter than the terminal is wide; the text alone if that is narrow.
-        columns = self._columns()
+        try:
+            columns = os.get_terminal_size(self._stream.fileno()).columns or COLUMNS
+        except (OSError, ValueError):
+            columns = COLUMNS
         width = min(WIDTH, columns - len(text) - 4)
         bar = ("#" * int(share * width)).ljust(width, ".")
         line = f"[{bar}] {text}" if width >= NARROWEST else text[:columns - 1]

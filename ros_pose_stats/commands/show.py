@@ -29,7 +29,7 @@ def register(commands: given.Commands) -> None:
                   "ros_pose_stats report demo/clamp.stl --unit mm --wanted 0,1 --rate 60 "
                   "--kick 0.02 --cycle-time 0.5 -o clamp.html",
                   "ros_pose_stats report demo/clamp.stl --unit mm --wanted 0 --changes "
-                  "-o clamp.html"))
+                  "-o clamp.html"), run=run)
     given.add_part(command, *given.POSES_OF)
     given.add(command, "--output", required=True, help="the page to write, FILE.html")
     given.add(command, "--png", help="write the key figure, too: the poses, their probabilities "
@@ -47,7 +47,6 @@ def register(commands: given.Commands) -> None:
     given.add(command, "--drops", help="number of drops of the simulation (default: as many as "
               "bring the error over the poses within a point, at most 10000)")
     given.add(command, "--seed", *given.SCENE)
-    command.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -106,7 +105,7 @@ def register_animate(commands: given.Commands) -> None:
         description="Show one drop of a part: falling, bouncing, settling, with its energy and "
         "the poses still within reach. The horizontal motion is left out, as in the model.",
         examples=("ros_pose_stats animate demo/clamp.stl --unit mm --drop 10 --seed 7 "
-                  "-o drop.mcap",))
+                  "-o drop.mcap",), run=animate)
     given.add_part(command, *given.POSES_OF)
     command.add_argument("--drop", type=given.read_count, default=0, metavar="K",
                          help="number of the drop in the simulation with the same seed "
@@ -114,7 +113,6 @@ def register_animate(commands: given.Commands) -> None:
     given.add(command, "--output", required=True, help="the file to write: FILE.gif, FILE.mp4 "
               "(needs ffmpeg) or FILE.mcap (for Foxglove and RViz)")
     given.add(command, "--seed", *given.SCENE)
-    command.set_defaults(run=animate)
 
 
 def animate(options: argparse.Namespace) -> int:

@@ -205,16 +205,11 @@ def _differences(pairs: paired_drops.PairedDrops, tests: Tests, plate_error: flo
                 wanted_shares.counted_share(inside) if some else feeding.Bounded(0.0, 0.0, 0.0)
                 for inside, some in zip(both, poses, strict=True))
             difference = paired_drops.paired_difference(*both)
+            size = 0.0 if math.isnan(difference.value) else difference.value
             found[-1].append(comparison.ShareDifference(
                 first, second, difference, EXPORTED if is_round else 0.0,
-                plate_part(0.0 if math.isnan(difference.value) else difference.value,
-                           plate_error)))
+                min(math.sqrt(2.0) * plate_error, math.hypot(LEFT * plate_error, KEPT * size))))
     return found
-
-
-def plate_part(difference: float, plate_error: float) -> float:
-    """Standard deviation of what a plate of such an error adds to a difference of two shares."""
-    return min(math.sqrt(2.0) * plate_error, math.hypot(LEFT * plate_error, KEPT * difference))
 
 
 def _adjusted(tests: Tests, found: Tested, look: float) -> Tested:

@@ -3,14 +3,14 @@
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from importlib import import_module
 
 from .. import errors, methods
 from ..records import Array, DropScene, Part, PoseStatistics, scene as scenes, statistics
 from ..resting import poses, trust
 from . import published
-from .expected import ExpectedError, best_method, expected_error, explain_best
+from .expected import ExpectedError, best_method, expected_error
 
 
 @dataclass(frozen=True)
@@ -57,12 +57,11 @@ def estimate_in(part: Part, scene: DropScene, method: str = methods.AUTO) -> Pos
     remarks = trust.pose_remarks(resting)
     probability = chosen.function(resting, scene)
     expected = expected_error(chosen.name, resting, probability, scene)
-    found = statistics.pose_statistics(
+    return statistics.pose_statistics(
         part, resting.body.radius, resting.poses, expected.shares(probability), chosen.name, scene,
         knows_scene=chosen.knows_scene, seconds=time.perf_counter() - begin,
         warnings=(*remarks.warnings, *_warnings(resting, chosen, scene, expected)),
         notes=remarks.notes)
-    return replace(found, choice=explain_best(chosen.name)) if method == methods.AUTO else found
 
 
 def estimate_all(part: Part, *, restitution: float = scenes.DEFAULT_RESTITUTION,

@@ -64,11 +64,10 @@ class ExpectedError(NamedTuple):
 
     def shares(self, probability: Array) -> statistics.Shares:
         """Probabilities (P,) with their errors, and 90 % intervals cut at 0 and 1."""
-        return statistics.Shares(probability, np.maximum(probability - self.reach * self.each,
-                                                         0.0),
-                                 np.minimum(probability + self.reach * self.each, 1.0), self.each,
-                                 np.zeros(probability.shape, dtype=np.int64), self.here,
-                                 self.largest)
+        away = self.reach * self.each
+        return statistics.Shares(
+            probability, np.maximum(probability - away, 0.0), np.minimum(probability + away, 1.0),
+            self.each, np.zeros(len(probability), dtype=np.int64), self.here, self.largest)
 
     @property
     def unknown(self) -> bool:
@@ -176,12 +175,6 @@ def scatter(width: float) -> tuple[Array, Array]:
 def best_method(restitution: float) -> str:
     """The estimator that errs least on the reference parts at a restitution."""
     return min(fitted.USUAL_ERRORS, key=lambda name: _usual_square(name, restitution))
-
-
-def explain_best(method: str) -> str:
-    """Say why the best estimator answers where no error was asked for."""
-    return (f"{method} is expected to be the most accurate estimate of this part, and no target "
-            f"error was asked for.")
 
 
 def _usual_square(name: str, restitution: float) -> float:

@@ -1,6 +1,5 @@
 """Estimators that weigh each stable face by its size (section 4.B)."""
 
-
 import numpy as np
 
 from ..kernels.body.equilibria import settle_on_stable

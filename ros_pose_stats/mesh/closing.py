@@ -139,19 +139,12 @@ def _across(points: Array, loops: Sequence[Index]) -> Array:
     normals = np.array([_area_vector(points[loop]) for loop in loops])
     normal = normals[vectors.lengths(normals).argmax()]
     if float((normal * normal).sum()) > _SLIT * float((longest * longest).sum()) ** 2:
-        along = _least_axis(normal)
+        along = np.eye(3)[np.abs(normal).argmin()]  # the coordinate axis farthest from it
     else:  # any plane that holds the slit will do
-        along, normal = longest, np.cross(longest, _least_axis(longest))
+        along, normal = longest, np.cross(longest, np.eye(3)[np.abs(longest).argmin()])
     second = np.cross(normal, along)
     axes = np.array([np.cross(second, normal), second])
     return np.asarray((axes / vectors.lengths(axes)[:, None]).T)
-
-
-def _least_axis(vector: Array) -> Array:
-    """The coordinate axis that is farthest from the direction of a vector."""
-    axis = np.zeros(3)
-    axis[np.abs(vector).argmin()] = 1.0
-    return axis
 
 
 def _area_vector(corners: Array) -> Array:

@@ -225,14 +225,12 @@ def _announced_faces(suffix: str, data: bytes) -> int:
         return len(re.findall(rb"\bfacet[ \t]+normal\b", data, re.IGNORECASE))
     if suffix == ".obj":
         return len(re.findall(rb"^[ \t]*f[ \t]", data, re.MULTILINE))
+    count = None
     if suffix == ".ply":
         count = re.search(rb"^element[ \t]+face[ \t]+(\d+)", data, re.MULTILINE)
-        return int(count[1]) if count else 0
-    if suffix == ".off":
-        plain = re.sub(rb"#[^\n]*", b"", data)
-        count = re.search(rb"OFF\s+\d+\s+(\d+)", plain)
-        return int(count[1]) if count else 0
-    return 0
+    elif suffix == ".off":
+        count = re.search(rb"OFF\s+\d+\s+(\d+)", re.sub(rb"#[^\n]*", b"", data))
+    return int(count[1]) if count else 0
 
 
 def _is_binary_stl(data: bytes) -> bool:
@@ -268,18 +266,18 @@ def stl_bytes(vertices: Array, triangles: Corners) -> bytes:
     return bytes(export_stl(Trimesh(vertices, triangles, process=False)))
 
 
-def tessellate_step(path: Path, data: bytes, most_seconds: float = _MOST_SECONDS) -> bytes:
+def tessellate_step(path: Path, data: bytes) -> bytes:
     """GLB file in metres of a STEP file, every circle with 96 sides."""
     found = importlib.util.find_spec("cascadio")
     if found is None or found.origin is None:
         raise MeshFileError("the package cascadio, which reads STEP files", f"{path} without it",
                             "pip install cascadio, or export the part as STL or 3MF")
-    return _read_apart(path, data, "STEP", most_seconds, str(Path(found.origin).parents[1]))
+    return _read_apart(path, data, "STEP", str(Path(found.origin).parents[1]))
 
 
 def unpack_3mf(path: Path, data: bytes) -> tuple[str, list[Placed]]:
     """Unit of a 3MF file, and its objects, each as often as it is built."""
-    line, _, arrays = _read_apart(path, data, "3MF", _MOST_SECONDS, "").partition(b"\n")
+    line, _, arrays = _read_apart(path, data, "3MF", "").partition(b"\n")
     head = json.loads(line)
     if "unreadable" in head:
         raise MeshFileError("a readable 3MF file", f"{path} ({head['unreadable']})",
@@ -297,14 +295,14 @@ def unpack_3mf(path: Path, data: bytes) -> tuple[str, list[Placed]]:
                           for number, matrix in head["placed"]]
 
 
-def _read_apart(path: Path, data: bytes, kind: str, most_seconds: float, folder: str) -> bytes:
+def _read_apart(path: Path, data: bytes, kind: str, folder: str) -> bytes:
     # Neither the folder where this runs nor the user's Python settings can change what is loaded.
     command = [sys.executable, "-I", "-S", str(_PROGRAM), str(os.getpid()), folder]
     try:
-        ran = subprocess.run(command, input=data, capture_output=True, timeout=most_seconds,
+        ran = subprocess.run(command, input=data, capture_output=True, timeout=_MOST_SECONDS,
                              check=False)
     except subprocess.TimeoutExpired as error:
-        raise MeshFileError(f"a {kind} file that is read within {most_seconds:g} s",
+        raise MeshFileError(f"a {kind} file that is read within {_MOST_SECONDS:g} s",
                             f"{path} of {len(data) / 1e6:.3g} MB, which takes longer",
                             "export single parts, or export as STL") from error
     if ran.returncode != 0 or not ran.stdout:

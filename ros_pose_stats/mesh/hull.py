@@ -109,7 +109,7 @@ def hull_of_part(part: Part) -> Hull:
 
 def keep_hull(part: Part, hull: Hull) -> None:
     """Remember a hull that was computed from the part's `surface_vertices`."""
-    part.keep(hull, _hull_of_surface)
+    part.keep_all({(_hull_of_surface,): hull})
 
 
 def _hull_of_surface(part: Part) -> Hull:

@@ -54,10 +54,8 @@ class _Elements(NamedTuple):
     body: Index  # (N,)
 
     def pick(self, chosen: Mask) -> "_Elements":
-        if chosen.all():
-            return self
-        return _Elements(self.low[chosen], self.high[chosen], self.corners[chosen],
-                         self.body[chosen])
+        return self if chosen.all() else _Elements._make(
+            each[chosen] for each in self)
 
 
 class _Passages(NamedTuple):

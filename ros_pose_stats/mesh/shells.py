@@ -7,8 +7,6 @@ in nothing it was exported inverted and is turned, and from there on down the wi
 nothing: the shells in it are voids and bodies in turn.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from ..kernels.mesh.measures import bounds, tetrahedra
@@ -21,16 +19,6 @@ from .winding import Shells, crossings
 _NO_VOLUME = 1e-14
 
 _FEW = 4  # candidates that are asked at first
-
-
-class Nesting(NamedTuple):
-    """Nesting of the shells, from the largest to the smallest volume."""
-
-    parent: Index  # (S,); the smallest shell around each, -1 where there is none
-    outward: Mask  # (S,) bool; whether the shell has to bound material from outside
-    # (S,); number of the body a shell belongs to: a void to the body around it
-    body: Index
-    doubled: bool  # whether one body lies in the metal of another
 
 
 def oriented_outward(vertices: Array, shells: Shells) -> tuple[Index, float]:
@@ -51,12 +39,12 @@ def oriented_outward(vertices: Array, shells: Shells) -> tuple[Index, float]:
     order = np.argsort(rank[shells.shell], kind="stable")
     ranked = shells._replace(triangles=shells.triangles[order], shell=rank[shells.shell][order])
     volumes = volumes[np.argsort(rank)]
-    nesting = _nesting(points, ranked, volumes)
-    turn = (nesting.outward != (volumes > 0.0))[ranked.shell]
+    outward, owner, doubled = _nesting(points, ranked, volumes)
+    turn = (outward != (volumes > 0.0))[ranked.shell]
     triangles = np.empty_like(ranked.triangles)
     triangles[order] = np.where(turn[:, None], ranked.triangles[:, ::-1], ranked.triangles)
-    body = nesting.body[ranked.shell]
-    if not nesting.doubled and not reach_into_each_other(points, ranked.triangles, body):
+    body = owner[ranked.shell]
+    if not doubled and not reach_into_each_other(points, ranked.triangles, body):
         return triangles, 0.0
     return triangles, _share_counted_twice(points, triangles[order], body)
 
@@ -72,8 +60,12 @@ def _share_counted_twice(points: Array, triangles: Index, body: Index) -> float:
     return 1.0 - union.volume() / whole if union.status() == Error.NoError else 1.0
 
 
-def _nesting(points: Array, shells: Shells, volumes: Array) -> Nesting:
-    """Apply the rules of the module's docstring, from the outermost shells inward."""
+def _nesting(points: Array, shells: Shells, volumes: Array) -> tuple[Mask, Index, bool]:
+    """Apply the rules of the module's docstring to shells (S,) by falling volume, inward.
+
+    Whether each has to bound material from outside; number of its body, of a void that of the body
+    around it; whether one body lies in the metal of another.
+    """
     parent = _parents(points, shells, volumes)
     outward = volumes > 0.0
     body = np.arange(shells.total)
@@ -91,7 +83,7 @@ def _nesting(points: Array, shells: Shells, volumes: Array) -> Nesting:
         doubled |= bool(in_metal and outward[shell])
         if not outward[shell]:
             body[shell] = body[around]
-    return Nesting(parent, outward, body, doubled)
+    return outward, body, doubled
 
 
 def _parents(points: Array, shells: Shells, volumes: Array) -> Index:

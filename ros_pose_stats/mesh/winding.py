@@ -118,10 +118,8 @@ def _turned(vertices: Array, triangles: Index, pairs: Index, agree: Mask) -> Mas
     size = len(triangles)
     left, right = pairs.T
     swap = np.where(agree, 0, size)
-    cover = np.concatenate((
-        np.stack((left, right + swap), axis=1),
-        np.stack((left + size, right + size - swap), axis=1),
-    ))
+    cover = np.concatenate((np.stack((left, right + swap), axis=1),
+                            np.stack((left + size, right + size - swap), axis=1)))
     side = component_labels(2 * size, cover)
     as_given, turned = side[:size], side[size:]
     if (as_given == turned).any():

@@ -8,18 +8,17 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from .. import methods, text
 from ..errors import RequestError
 from ..estimators import estimator, expected as expectation
-from ..records import DropScene, PoseStatistics, StablePose, scene as scenes, statistics
+from ..records import Array, DropScene, Index, PoseStatistics, StablePose, scene as scenes
+from ..records.statistics import with_shares
 from ..resting.poses import RestingPoses
 from ..simulation.request import LEAST_TARGET
 from ..statistics import errors, fitted_prior
 from ..statistics.prior import PosePrior, PriorFit, prior_fit
-
-Counts = NDArray[np.int64]
 
 FIRST_LOOK = 10  # drops before the first look at the error: an estimate may need no more
 
@@ -87,7 +86,7 @@ def first_look(prior: PosePrior, target_error: float, helped: bool) -> int:
     return max(FIRST_LOOK, int(SOON * needed))
 
 
-def judge_drops(prior: PosePrior | None, counts: Counts) -> errors.Judged:
+def judge_drops(prior: PosePrior | None, counts: Index) -> errors.Judged:
     """What counts (P,) are worth with an estimate; alone without one, or where they refute it."""
     if prior is None or prior.contradicted(counts).any():
         return errors.judge_counts(counts)
@@ -132,7 +131,7 @@ def observe_counts(model: PoseStatistics, counts: ArrayLike,
     `expected_error` and `plate_error` both are the error against the plate. Without any count, the
     model itself. Raises RequestError if there are not P counts from 0 up.
     """
-    poses = sorted(model.poses, key=lambda pose: pose.index)
+    poses = list(model.by_index.values())
     counted = np.asarray(counts)
     if counted.shape != (len(poses),) or counted.dtype.kind not in "iu" or (counted < 0).any():
         raise RequestError(f"{len(poses)} whole numbers from 0 up, one a pose", f"{counted}",
@@ -155,18 +154,18 @@ def observe_counts(model: PoseStatistics, counts: ArrayLike,
             "the answer is that of the counts"))
         prior = plate_prior(replace(known, expected_error=math.nan))
     shares = prior.updated(counted).shares(counted)
-    return statistics.with_shares(
+    return with_shares(
         model, methods.OBSERVED, shares, plate_error=shares.expected_error, drops=0, unsettled=0,
         seed=0, observed=total, warnings=warnings)
 
 
-def plate_evidence(model: PoseStatistics, counts: ArrayLike) -> NDArray[np.float64]:
+def plate_evidence(model: PoseStatistics, counts: ArrayLike) -> Array:
     """Logarithm of the probability of counts (P,) of a part at each of `PLATE_ERRORS`."""
     return np.array([plate_prior(replace(model, plate_error=error)).log_evidence(counts)
                      for error in PLATE_ERRORS.tolist()])
 
 
-def learnt_plate_error(evidence: Iterable[NDArray[np.float64]]) -> float:
+def learnt_plate_error(evidence: Iterable[Array]) -> float:
     """The plate's error that parts' counts ask for, a geometric mean; without any, the default."""
     far = np.log(PLATE_ERRORS / scenes.DEFAULT_PLATE_ERROR)
     logarithm = sum(evidence, -0.5 * np.square(far / PLATE_ERROR_SPREAD))
@@ -176,7 +175,7 @@ def learnt_plate_error(evidence: Iterable[NDArray[np.float64]]) -> float:
 
 def plate_prior(model: PoseStatistics) -> PosePrior:
     """What a result says of the part on a plate, before anything was counted there."""
-    poses = sorted(model.poses, key=lambda pose: pose.index)
+    poses = list(model.by_index.values())
     error = math.hypot(model.expected_error, model.plate_error * _of_poses(poses))
     return PosePrior([pose.probability for pose in poses], [pose.group for pose in poses], error,
                      model.restitution, ON_PLATES)
@@ -192,7 +191,7 @@ def _of_poses(poses: Sequence[StablePose]) -> float:
         single.any()) else 1.0
 
 
-def describe_conflict(prior: PosePrior, counts: Counts, refuted: Counts, who: str, said: str,
+def describe_conflict(prior: PosePrior, counts: Index, refuted: Index, who: str, said: str,
                       then: str) -> str:
     """The warning that counts (P,) contradict a model in some poses, with the one farthest off."""
     expected = (prior.mean / prior.size)[prior.unit]

@@ -82,7 +82,7 @@ def hybrid_statistics(counted: PoseStatistics, prior: priors.PosePrior) -> PoseS
 
     Where they refute the estimate they stay as they are, with the warning `CONFLICT`.
     """
-    counts = np.array([pose.count for pose in sorted(counted.poses, key=lambda pose: pose.index)])
+    counts = np.array([pose.count for pose in counted.by_index.values()])
     refuted = np.flatnonzero(prior.contradicted(counts))
     if refuted.size:
         return replace(counted, warnings=(*counted.warnings, confidence.describe_conflict(

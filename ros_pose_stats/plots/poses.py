@@ -7,11 +7,10 @@ import numpy as np
 from matplotlib.figure import Figure
 from PIL import Image
 
-from .. import methods
+from .. import methods, text
 from ..mesh import decimation, vectors
 from ..records import Array, Part, PoseStatistics, StablePose
 from ..statistics.pose_groups import pose_groups
-from ..text import name_poses, shortened
 from .figures import INK, REFERENCE, Picture, in_digits, new_figure
 from .rendering import View, rendered, view_axes
 
@@ -41,14 +40,14 @@ def poses_figure(part: Part, found: PoseStatistics) -> Figure:
         axes = figure.add_axes((left / across, bottom / up, width / across, (high - HEAD) / up))
         axes.imshow(picture, interpolation="antialiased")
         axes.set_axis_off()
-        axes.set_title(f"{shortened(name_poses(group.indices), 30)}: "
+        axes.set_title(f"{text.shortened(text.name_poses(group.indices), 30)}: "
                        f"{100.0 * group.probability:.1f} %", fontsize=10.5, color=INK, pad=3.0)
         axes.annotate(f"centre of mass {in_digits(1e3 * group.first.height, 3)} mm up",
                       (0.5, 0.0), xycoords="axes fraction", ha="center", va="top", fontsize=9,
                       color=REFERENCE)
     rest = sum(group.size for group in groups[MOST:])
     more = f"; {rest} less probable poses not shown" if rest else ""
-    figure.suptitle(f"{shortened(found.part_id, int(4.5 * across))}: resting probabilities, "
+    figure.suptitle(f"{text.shortened(found.part_id, int(4.5 * across))}: resting probabilities, "
                     f"{name_source(found)}{more}\n{found.scene}", fontsize=12, color=INK,
                     y=1.0 - 0.1 / up, parse_math=False)
     return figure

@@ -120,9 +120,14 @@ def nearest_triangles(corners: Array, wide: int, high: int) -> tuple[Index, Arra
     depth = np.full(wide * high, -np.inf)
     owner, y, begin, end = _spans(corners, wide, high)
     span = end - begin
-    slope = _slopes(corners)
+    # Rise of the depth across and down each triangle; none where it is seen edge-on.
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    edge_on = np.abs(normal[:, 2:]) < 1e-9
+    slope = np.where(edge_on, 0.0, -normal[:, :2] / np.where(edge_on, 1.0, normal[:, 2:]))
+    covers = np.flatnonzero(span)
+    portion = np.cumsum(span[covers]) // AT_ONCE
     least, most = corners[:, :, 2].min(axis=1), corners[:, :, 2].max(axis=1)
-    for some in _batches(span):
+    for some in np.split(covers, np.flatnonzero(np.diff(portion)) + 1):
         row = np.repeat(some, span[some])
         first = np.repeat(np.cumsum(span[some]) - span[some], span[some])
         x = begin[row] + np.arange(len(row)) - first
@@ -155,19 +160,3 @@ def _spans(corners: Array, wide: int, high: int) -> tuple[Index, Index, Index, I
     begin = np.clip(np.ceil(np.clip(left, -1.0, wide + 1.0) - 0.5), 0, wide).astype(np.int64)
     end = np.clip(np.ceil(np.clip(right, -1.0, wide + 1.0) - 0.5), 0, wide).astype(np.int64)
     return owner, y, begin, np.maximum(end, begin)
-
-
-def _slopes(corners: Array) -> Array:
-    """Rise (t, 2) of the depth across and down each triangle; 0 where it is seen edge-on."""
-    one, two = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    normal = np.cross(one, two)
-    edge_on = np.abs(normal[:, 2]) < 1e-9
-    flat = np.where(edge_on, 1.0, normal[:, 2])
-    return np.where(edge_on[:, None], 0.0, -normal[:, :2] / flat[:, None])
-
-
-def _batches(counts: Index) -> list[Index]:
-    """Numbers of the triangles with any pixels, in portions."""
-    some = np.flatnonzero(counts)
-    portion = np.cumsum(counts[some]) // AT_ONCE
-    return np.split(some, np.flatnonzero(np.diff(portion)) + 1) if len(some) else []

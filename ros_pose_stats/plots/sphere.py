@@ -1,7 +1,6 @@
 """The sphere of poses: contours of r(u) and R(u), basins (Fig. 1C), and reachable sets (Eq. 7)."""
 
 from collections.abc import Iterator, Sequence
-from typing import Literal
 
 import numpy as np
 from matplotlib import colormaps, rc_context
@@ -17,8 +16,6 @@ from ..records import Array, Index
 from ..resting import pose_sphere, splitting_graph
 from .figures import INK, REFERENCE, in_digits, new_figure
 
-Function = Literal["r", "R"]
-
 CONTOURS = 12
 COLORS = "cividis"
 """Colour map from dark to light as in the paper, readable for the colour-blind and in grey."""
@@ -27,7 +24,7 @@ MOST_BORDERS = 60
 """Most poses whose basins have borders; the facets of a curve would be nothing but borders."""
 
 
-def sphere_figure(sphere: pose_sphere.PoseSphere, function: Function = "R",
+def sphere_figure(sphere: pose_sphere.PoseSphere, function: splitting_graph.Function = "R",
                   root: splitting_graph.SplittingNode | None = None) -> Figure:
     """Draw r or R over all poses, with basins, stable poses, saddles and peaks (Fig. 1C).
 
@@ -68,7 +65,7 @@ def sphere_figure(sphere: pose_sphere.PoseSphere, function: Function = "R",
 
 def _draw_borders(axes: Axes, pose: Index) -> None:
     """Lines between basins, seen on dark and light alike."""
-    across = across_disc(len(pose))
+    across = pose_sphere.across_disc(len(pose))
     for index in np.unique(pose[pose >= 0])[1:]:
         # Only the rows and columns of the basin, which saves most of the time.
         places = [np.flatnonzero((pose == index).any(axis=axis)) for axis in (1, 0)]
@@ -122,11 +119,6 @@ def _name_rim(axes: Axes, hemisphere: int) -> None:
               color=REFERENCE, ha="center", va="top")
 
 
-def across_disc(pixels: int) -> Array:
-    """Middles (n,) of the pixels across a disc of radius 1."""
-    return np.asarray((2.0 * np.arange(pixels) + 1.0) / pixels - 1.0)
-
-
 def mark(row: Sequence[Axes], sphere: pose_sphere.PoseSphere,
          root: splitting_graph.SplittingNode | None) -> None:
     """Draw peaks, saddles of the splitting graph, and the poses with their numbers."""
@@ -173,6 +165,7 @@ def _labels(downs: Array) -> Iterator[tuple[int, tuple[float, float], list[int]]
         left = [one for one in left if one not in near]
 
 
+DRAWN = 3  # energies whose reachable sets are drawn
 APART = 0.03  # least difference of the energies that are drawn, as a fraction
 BELOW = 1e-3  # how far below a split the reachable set is drawn, as a fraction of its level
 
@@ -190,7 +183,7 @@ def reachable_figure(sphere: pose_sphere.PoseSphere, root: splitting_graph.Split
     light, a shade a component, the others dark.
     """
     figure, discs = two_discs(len(energies), 0.25, 0.3)
-    across = across_disc(sphere.R.shape[1])
+    across = pose_sphere.across_disc(sphere.R.shape[1])
     for row, energy in zip(discs, energies, strict=True):
         parts = components_at(root, energy, sphere.heights)
         component = np.full(len(sphere.downs), -1)
@@ -232,12 +225,12 @@ def components_at(root: splitting_graph.SplittingNode, energy: float,
     return found
 
 
-def telling_energies(root: splitting_graph.SplittingNode, most: int = 3) -> list[float]:
+def telling_energies(root: splitting_graph.SplittingNode) -> list[float]:
     """Energies over weight, metres, just below the most probable splits, from the top down."""
     splits = {node.level: min(part.probability for part in node.parts)
               for node in root.walk() if node.level is not None}
     chosen: list[float] = []
     for level in sorted(splits, key=lambda level: -splits[level]):
-        if len(chosen) < most and all(abs(level - one) > APART * one for one in chosen):
+        if len(chosen) < DRAWN and all(abs(level - one) > APART * one for one in chosen):
             chosen.append(level)
     return [level * (1.0 - BELOW) for level in sorted(chosen, reverse=True)]

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from ..records import StablePose
 from ..resting.splitting_graph import SAME_LEVEL, SplittingNode
-from .figures import INK, REFERENCE, apart, in_digits, new_figure
+from .figures import BLUE, INK, REFERENCE, apart, in_digits, new_figure
 
 LONGEST = 8  # characters that name the poses of a component; a box of more would cover the next
 
@@ -19,7 +19,6 @@ UNDER = 0.45
 """Distance from the middle of its box, in places of ends, below which a line begins under it."""
 
 ROOM, TALL = 0.62, 0.93  # room below the lowest pose, inches; height of the axes, as a fraction
-LINE = "#0072B2"
 
 
 def splitting_figure(root: SplittingNode, poses: Sequence[StablePose]) -> Figure:
@@ -48,10 +47,10 @@ def _draw_lines(axes: Axes, branch: "Branch") -> None:
     """A bar at the level, and a line down to each part with its transition probability."""
     if not branch.parts:
         return
-    axes.plot([branch.parts[0].x, branch.parts[-1].x], [branch.y, branch.y], color=LINE,
+    axes.plot([branch.parts[0].x, branch.parts[-1].x], [branch.y, branch.y], color=BLUE,
               linewidth=1.0, zorder=1)
     for part in branch.parts:
-        axes.plot([part.x, part.x], [branch.y, part.y], color=LINE, zorder=1,
+        axes.plot([part.x, part.x], [branch.y, part.y], color=BLUE, zorder=1,
                   linewidth=_thickness(part), solid_capstyle="butt")
         before = branch.node.probability
         share = part.node.probability / before if before > 0.0 else 0.0
@@ -81,11 +80,11 @@ def _draw_node(axes: Axes, branch: "Branch", heights: dict[int, float]) -> None:
     text = named if len(named) <= LONGEST else f"{len(names)} poses"
     if branch.parts:
         axes.annotate(text, (branch.x, branch.y), ha="center", va="center", fontsize=8.5,
-                      color=INK, zorder=3, bbox={"facecolor": "#eef3f8", "edgecolor": LINE,
+                      color=INK, zorder=3, bbox={"facecolor": "#eef3f8", "edgecolor": BLUE,
                                                  "boxstyle": "square,pad=0.28"})
         return
     axes.annotate(text, (branch.x, branch.y), ha="center", va="center", fontsize=9, color=INK,
-                  zorder=3, bbox={"facecolor": "white", "edgecolor": LINE, "linewidth": 1.3,
+                  zorder=3, bbox={"facecolor": "white", "edgecolor": BLUE, "linewidth": 1.3,
                                   "boxstyle": "circle,pad=0.25" if len(names) == 1 else
                                   "round,pad=0.25"})
     low = 1e3 * heights[lowest_pose(branch, heights)]
@@ -135,7 +134,7 @@ class Branch:
             yield from part.walk()
 
 
-def drawn_tree(root: SplittingNode, most: int = MOST) -> Branch:
+def drawn_tree(root: SplittingNode) -> Branch:
     """Merge tied splits, and open the graph from the top where it is most probable."""
     top, order = Branch(root), count()
     waiting = [(-root.probability, next(order), top)]
@@ -143,7 +142,7 @@ def drawn_tree(root: SplittingNode, most: int = MOST) -> Branch:
     while waiting:
         _, _, branch = heapq.heappop(waiting)
         parts = _parts(branch.node)
-        if not parts or ends + len(parts) - 1 > most:
+        if not parts or ends + len(parts) - 1 > MOST:
             continue
         ends += len(parts) - 1
         branch.parts = [Branch(part) for part in parts]

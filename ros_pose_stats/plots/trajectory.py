@@ -12,7 +12,7 @@ from matplotlib.ticker import LogLocator, NullLocator
 from ..mesh import decimation, vectors
 from ..records import Array, Part, Trajectory
 from ..resting.splitting_graph import SplittingNode, levels_above, poses_within
-from ..simulation.frames import DropFrames
+from ..simulation.frames import DropFrames, first_still
 from ..text import shortened
 from .figures import INK, REFERENCE, Picture, apart, new_figure, open_axes
 from .rendering import View, rendered
@@ -37,7 +37,7 @@ def trajectory_figure(trajectory: Trajectory, root: SplittingNode) -> Figure:
     that part most. From release to where nothing moves that can be seen; below, a row for each
     kind of event, with how many of all there are.
     """
-    end = settling_time(trajectory)
+    end = float(trajectory.times[first_still(trajectory, SETTLED)])
     figure = new_figure(6.4, 4.6, layout="constrained")
     rows = _rows(trajectory, root, end)
     high = 0.25 + ROW * len(rows)
@@ -91,14 +91,6 @@ def telling_levels(levels: Sequence[tuple[float, tuple[int, ...]]], poses: int
 def energy_heights(trajectory: Trajectory) -> Array:
     """Mechanical energy over weight (n,), metres; the part is released at rest."""
     return np.asarray(trajectory.energies * (trajectory.heights[0] / trajectory.energies[0]))
-
-
-def settling_time(trajectory: Trajectory) -> float:
-    """Seconds after which the energy is as good as that at rest."""
-    energy = energy_heights(trajectory)
-    late = energy > energy[-1] + SETTLED * trajectory.radius
-    place = int(np.flatnonzero(late)[-1]) + 1 if late.any() else 0
-    return float(trajectory.times[min(place, len(late) - 1)])
 
 
 def component_name(poses: Sequence[int]) -> str:
@@ -201,16 +193,11 @@ def _stage(trajectory: Trajectory, frames: DropFrames, root: SplittingNode
     words = axes.annotate("", (0.0, 1.05), xycoords="axes fraction", fontsize=10.5, color=INK,
                           animated=True)
     where = f"pose {trajectory.pose}" if trajectory.pose >= 0 else "no pose"
+    pace = ("in true time" if frames.slower == 1.0 else f"slowed {frames.slower:g} times"
+            if frames.slower > 1.0 else f"{1.0 / frames.slower:g} times as fast")
     figure.text(0.02, 0.945, f"{shortened(trajectory.part_id, 22)}: {trajectory.scene}",
                 fontsize=9.5, color=INK, parse_math=False)
-    figure.text(0.02, 0.88, f"into {where}, {_pace(frames.slower)}", fontsize=9.5, color=REFERENCE)
+    figure.text(0.02, 0.88, f"into {where}, {pace}", fontsize=9.5, color=REFERENCE)
     clock = figure.text(0.985, 0.945, "", fontsize=10.5, color=REFERENCE, ha="right",
                         animated=True)
     return figure, axes, words, clock
-
-
-def _pace(slower: float) -> str:
-    """The speed of the film, in words."""
-    if slower == 1.0:
-        return "in true time"
-    return f"slowed {slower:g} times" if slower > 1.0 else f"{1.0 / slower:g} times as fast"

@@ -128,17 +128,12 @@ class Part:
             found = self._prepared[key] = make(self, *options)
         return found
 
-    def keep(self, prepared: object, make: Callable[..., object], *options: Hashable) -> None:
-        """Store what was made on the way to the part, for `prepare` to return."""
-        key = (make, *options)
-        self._prepared[key] = prepared
-
     def all_prepared(self) -> dict[Hashable, Any]:
         """All that is kept, for the same part in another process."""
         return dict(self._prepared)
 
     def keep_all(self, prepared: Mapping[Hashable, Any]) -> None:
-        """Take for the answers of `prepare` what another process has made of the same part."""
+        """Take for the answers of `prepare` what was made elsewhere: by function and options."""
         self._prepared.update(prepared)
 
     def has_prepared(self, make: Callable[..., object], *options: Hashable) -> bool:

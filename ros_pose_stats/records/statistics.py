@@ -19,7 +19,6 @@ from .tables import report, single_poses
 FORGOTTEN = "FORGOTTEN: "
 """Begins the warning of statistics without poses: their part is not known any more."""
 
-
 POSE_FIELDS = (
     "index", "group", "group_size", "height", "top", "margin", "barrier", "spread", "rolls",
     "yaw_symmetry", "probability", "probability_low", "probability_high", "standard_error",
@@ -242,13 +241,7 @@ class PoseStatistics:
         return {pose.index: pose for pose in sorted(self.poses, key=lambda pose: pose.index)}
 
     def to_frame(self) -> Any:
-        """The poses as a pandas DataFrame with the keys of JSON as columns, by `index`.
-
-        Raises
-        ------
-        RequestError
-            If pandas is not installed.
-        """
+        """The poses as a pandas DataFrame, if installed; by `index`, columns are JSON's keys."""
         try:
             pandas = import_module("pandas")
         except ImportError as error:

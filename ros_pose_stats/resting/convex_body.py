@@ -74,13 +74,18 @@ def convex_body(part: Part, round_sides: int) -> ConvexBody:
 
 def keep_body(part: Part, body: ConvexBody, round_sides: int) -> None:
     """Store a body that was made on another way, for `convex_body` to return."""
-    part.keep(body, _build, round_sides)
+    part.keep_all({(_build, round_sides): body})
 
 
 def _build(part: Part, round_sides: int) -> ConvexBody:
     """Body with round surfaces as polygons of so many sides, its radius the file's if can be."""
-    if not round_sides:
-        qhull, points, scale = _hull_points(part)
+    if not round_sides:  # points about the centre of mass, in radii
+        qhull, shift, unit = hull_of_part(part)
+        points = qhull.points[qhull.vertices] + (shift - part.center_of_mass) / unit
+        radius = float(lengths(points).max())
+        points /= radius
+        points.flags.writeable = False
+        scale = radius * unit
         arrays, tolerance = polyhedron(points, *_triangles(qhull), part.rounding / scale)
         return ConvexBody(scale, points, arrays, tolerance, (), np.full(len(arrays.area), -1), 0)
     plain = convex_body(part, 0)
@@ -110,16 +115,6 @@ def _build(part: Part, round_sides: int) -> ConvexBody:
     return ConvexBody(scale * farthest, scaled, arrays, tolerance,
                       tuple(chain.as_run(farthest) for chain in chains),
                       rims.strips(points, arrays, groups, chains), outline.rounded)
-
-
-def _hull_points(part: Part) -> tuple[Facets, Array, float]:
-    """Hull, its points about the centre of mass in radii, and metres a radius."""
-    hull, shift, scale = hull_of_part(part)
-    points = hull.points[hull.vertices] + (shift - part.center_of_mass) / scale
-    radius = float(lengths(points).max())
-    points /= radius
-    points.flags.writeable = False
-    return hull, points, radius * scale
 
 
 def _triangles(qhull: Facets) -> tuple[Index, Index]:

@@ -126,8 +126,12 @@ def clusters(found: Equilibria, tolerance: float) -> Clusters:
     """Gather stable faces into poses; tolerance 0 gathers nothing."""
     tree = found.arrays.tree
     of_run = max(tolerance, RUN_TOLERANCE) if tolerance > 0.0 else 0.0
+    # Of several faces the lowest stands for all, then the largest, but for rounding.
+    areas = found.body.arrays.area[found.faces]
+    order = ties((found.heights, SAME_HEIGHT), (-areas / areas.max(), SAME_HEIGHT))
     eldest, way_out = gather_poses(
-        found.body.arrays, found.rank[found.arrays.basin], found.heights, _rank(found),
+        found.body.arrays, found.rank[found.arrays.basin], found.heights,
+        np.argsort(np.argsort(order, kind="stable")),
         found.body.run_of_face[found.faces], tolerance, of_run)
     lowest, pose = np.unique(eldest, return_inverse=True)
     held, split = part_poses(tree, np.ascontiguousarray(pose[found.rank]))
@@ -138,13 +142,6 @@ def clusters(found: Equilibria, tolerance: float) -> Clusters:
     near[lowest] = True
     return Clusters(tolerance, lowest, pose, near, way_out[lowest], way_out[lowest] - heights,
                     node, held[node], split)
-
-
-def _rank(found: Equilibria) -> Index:
-    """Which stable face stands for several: the lowest, then the largest, but for rounding."""
-    areas = found.body.arrays.area[found.faces]
-    group = ties((found.heights, SAME_HEIGHT), (-areas / areas.max(), SAME_HEIGHT))
-    return np.argsort(np.argsort(group, kind="stable"))
 
 
 def tilt_margins(found: Equilibria, grouped: Clusters) -> Array:

@@ -52,6 +52,8 @@ def outline_at(part: Part, pose: StablePose, height: float | None = None) -> tup
     if level is not None and not np.isfinite(level):
         raise errors.RequestError("a height above the plate in metres", f"{height!r}",
                                   "leave it out for the silhouette")
+    from manifold3d import JoinType  # only outlines need it
+
     body = convex_body.convex_body(part, 0)
     unit = body.radius / UNITS
     rotation = vectors.rotation_matrices(pose.orientation[None])[0]
@@ -66,12 +68,14 @@ def outline_at(part: Part, pose: StablePose, height: float | None = None) -> tup
         standing[np.abs(standing[:, 2] - level) <= flat, 2] = level
         seen = _solid(part, standing).slice(level)
     step = min(flat, UNITS * tolerances.COPLANAR)
-    found = sorted(_without_spurs(seen, step).decompose(), key=lambda one: -one.area())
+    # Walls that stand upright but for rounding leave spurs without any width.
+    bare = seen.offset(-step, JoinType.Miter, 2.0).offset(step, JoinType.Miter, 2.0).simplify(step)
+    found = sorted(bare.decompose(), key=lambda one: -one.area())
     return tuple(_rings(one, unit) for one in found if not one.is_empty())
 
 
 def _solid(part: Part, points: Array) -> "Manifold":
-    from manifold3d import Error, Manifold, Mesh64  # only outlines need it
+    from manifold3d import Error, Manifold, Mesh64
 
     solid = Manifold(Mesh64(vert_properties=points,
                             tri_verts=part.surface_triangles.astype(np.uint64)))
@@ -79,13 +83,6 @@ def _solid(part: Part, points: Array) -> "Manifold":
         raise errors.MeshError("a closed surface", f"one that is none ({solid.status().name})",
                                "make the part with load_part or part_from_mesh")
     return solid
-
-
-def _without_spurs(seen: "CrossSection", step: float) -> "CrossSection":
-    """The same without what has no width: walls that stand upright but for rounding leave that."""
-    from manifold3d import JoinType
-
-    return seen.offset(-step, JoinType.Miter, 2.0).offset(step, JoinType.Miter, 2.0).simplify(step)
 
 
 def _rings(polygon: "CrossSection", unit: float) -> Polygon:

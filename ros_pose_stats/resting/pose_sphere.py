@@ -32,14 +32,11 @@ class PoseSphere(NamedTuple):
     peaks: Array  # (U, 3); maxima of r and R
 
 
-def pose_sphere(resting: poses.RestingPoses, pixels: int | None = None) -> PoseSphere:
-    """Map r, R and the basins of a part (section 2.C, Figs. 1C and 3D-F).
-
-    `pixels`: across a hemisphere; default: up to 200, as many as are quickly computed.
-    """
+def pose_sphere(resting: poses.RestingPoses) -> PoseSphere:
+    """Map r, R and the basins of a part (section 2.C, Figs. 1C and 3D-F)."""
     body = resting.body
     fine = math.sqrt(MOST_PRODUCTS / (body.faces + len(body.points)) / (0.5 * math.pi))
-    directions = _directions(pixels or int(min(max(fine, COARSEST), FINEST)))
+    directions = _directions(int(min(max(fine, COARSEST), FINEST)))
     inside = np.isfinite(directions[..., 0])
     asked = directions[inside]
     r, height, face = (np.empty(len(asked)), np.empty(len(asked)),
@@ -72,8 +69,13 @@ def on_map(directions: Array) -> tuple[Index, Array]:
     return upper, np.stack([across, y], axis=1) * scale[:, None]
 
 
+def across_disc(pixels: int) -> Array:
+    """Middles (n,) of the pixels across a disc of radius 1."""
+    return np.asarray((2.0 * np.arange(pixels) + 1.0) / pixels - 1.0)
+
+
 def _directions(pixels: int) -> Array:
-    middle = (2.0 * np.arange(pixels) + 1.0) / pixels - 1.0
+    middle = across_disc(pixels)
     across, up = np.meshgrid(middle, middle)
     square = across ** 2 + up ** 2
     with np.errstate(invalid="ignore"):

@@ -23,7 +23,6 @@ from .turns import axis_offsets, curves, rolling_axes, yaw_symmetries
 CORNER_REACHES = np.array([0.05, 0.3125])
 """Distances, in radii, within which corners count as one: for edges and bevels, and for shapes."""
 
-
 OTHER_SIDES_HEIGHT, OTHER_SIDES_TURN = 0.01, 0.996
 """Share of its height, and cosine of an angle (5 degrees), within which a pose is the same with
 another number of sides: facets of 48 lie 0.2 % nearer to the axis than the surface."""

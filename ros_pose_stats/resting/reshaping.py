@@ -92,9 +92,8 @@ def _redraw(outline: Outline, group: Group, wholes: list[Whole], parts: list[tup
                     between = outline.add(_on_circle(group, height, rim.radius, new))
                     changed = True
             sequence += [corner[:1], between]
-        last = mine[-1][0][-1:]
         if not rim.closed:
-            sequence.append(last)
+            sequence.append(mine[-1][0][-1:])
         outline.chains.append(Chain(rim, np.concatenate(sequence), rim.closed,
                                     sides if changed else 0))
 
@@ -137,15 +136,10 @@ def _pieces(points: Array, group: Group, rim: Rim, uses: Index) -> list[tuple[In
     step = np.diff(angle)
     step = step - 2.0 * np.pi * np.rint(step / (2.0 * np.pi))
     angle = np.append(angle[:1], angle[0] + np.cumsum(step))
-    places = np.flatnonzero(fixed).tolist()
-    found = []
-    for low, high in pairwise(places):
-        if stays[low]:
-            # Nothing is put between; the far end comes with the next stretch.
-            found.append((corner[[low, high]], np.array([angle[low], angle[low]])))
-        else:
-            found.append((corner[low:high + 1], angle[low:high + 1]))
-    return found
+    # Nothing is put between the ends of an edge that stays; the far one comes with the next.
+    return [(corner[[low, high]], angle[[low, low]]) if stays[low] else
+            (corner[low:high + 1], angle[low:high + 1])
+            for low, high in pairwise(np.flatnonzero(fixed).tolist())]
 
 
 def _grid(ends: Sequence[float], step: float) -> Array:

@@ -207,8 +207,7 @@ def _with_frame(points: Array, rims: Sequence[Rim]) -> Group:
         axis = principal_axes(tensor)[1][:, 0]
     if axis[int(np.abs(axis).argmax())] < 0.0:
         axis = -axis
-    across = np.zeros(3)
-    across[int(np.abs(axis).argmin())] = 1.0
+    across = np.eye(3)[np.abs(axis).argmin()]
     x_axis = across - (across * axis).sum() * axis
     x_axis = x_axis / length(x_axis)
     return Group(center, np.stack([x_axis, cross(axis, x_axis), axis]), list(rims))

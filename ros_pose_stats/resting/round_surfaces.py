@@ -46,10 +46,13 @@ def find_groups(part: Part, points: Array, arrays: BodyArrays, scale: float, rou
         closed = bool(runs.closed[k])
         corner = ends[edges, 0] if closed else np.append(ends[edges, 0], ends[edges, 1][-1])
         circle, on, long = runs.circle[k], surface[edges], chord[edges]
+        # Edges that bridge a gap, or are too long for a facet of their run, stay.
+        usual = _median(long[on]) if on.any() else 0.0
+        stays = ~on | (long > max(LONG_EDGE * usual, 4.0 * np.pi / sides * float(circle[RADIUS])))
         kind: Kind = "round" if long[on].sum() >= ROUND_SHARE * long.sum() else "toothed"
         rims.append(Rim(runs.side[edges], corner, closed, circle[CENTER:CENTER + 3],
                         circle[AXIS:AXIS + 3], float(circle[RADIUS]), float(circle[DEVIATION]),
-                        long, _staying(long, on, float(circle[RADIUS]), sides), kind))
+                        long, stays, kind))
     _absorb(rims, points, arrays, rounding)
     groups = [group for group in group_by_axis(points, rims, rounding)
               if keep_turned(points, arrays, group)]
@@ -89,18 +92,10 @@ def _on_surface(part: Part, ends: Index, tolerance: float) -> Mask:
         triangles = surface.weld(part.vertices, part.triangles.astype(np.int64))[1]
     vertex = hull.hull_of_part(part).qhull.vertices[ends]
     flat = vertex.ravel()
-    first = np.zeros(len(part.surface_vertices) + 1, dtype=np.int64)
-    np.cumsum(np.bincount(flat, minlength=len(first) - 1), out=first[1:])
+    first = np.append(0, np.cumsum(np.bincount(flat, minlength=len(part.surface_vertices))))
     found = edges_on_surface(part.surface_vertices, triangles, vertex, first,
                              np.argsort(flat, kind="stable"), tolerance)
     return np.asarray(found == 2)
-
-
-def _staying(chord: Array, surface: Mask, radius: float, sides: int) -> Mask:
-    """Edges of a run that bridge a gap, or are too long for a facet of their run."""
-    usual = _median(chord[surface]) if surface.any() else 0.0
-    flat = max(LONG_EDGE * usual, 4.0 * np.pi / sides * radius)
-    return np.asarray(~surface | (chord > flat))
 
 
 def _median(values: Array) -> float:

@@ -145,8 +145,4 @@ def levels_above(root: SplittingNode, pose: int) -> list[tuple[float, tuple[int,
 def poses_within(levels: Sequence[tuple[float, tuple[int, ...]]], energy: float,
                  every: Sequence[int]) -> tuple[int, ...]:
     """Poses that can still be reached at an energy over weight (metres)."""
-    reached = tuple(every)
-    for level, poses in levels:
-        if energy < level:
-            reached = poses
-    return reached
+    return [tuple(every), *(poses for level, poses in levels if energy < level)][-1]

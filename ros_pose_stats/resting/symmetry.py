@@ -37,7 +37,6 @@ equal facets that are not symmetric after all) the remaining poses stay separate
 MOST_FACES = 4096
 """Most stable faces that are compared; a finely tessellated ball has more and needs no groups."""
 
-
 FEW_PAIRS = 128
 """Pairs of like stable faces that are tried before the whole surface is measured. On a part
 without symmetry few faces are alike, by chance only, and none of the pairs fits."""

@@ -37,8 +37,7 @@ def thin_out(outline: Outline, arrays: convex_body.BodyArrays, sides: int) -> No
         return
     others = outline.count - len(outline.points) + int((outline.keeps & taken).sum())
     # Neighbours of each corner over the edges: where they begin, and their numbers.
-    first = np.zeros(len(outline.points) + 1, dtype=np.int64)
-    np.cumsum(np.bincount(arrays.corner, minlength=len(outline.points)), out=first[1:])
+    first = np.append(0, np.cumsum(np.bincount(arrays.corner, minlength=len(outline.points))))
     beside = arrays.corner[arrays.twin[np.argsort(arrays.corner, kind="stable")]]
     axes = np.ascontiguousarray(principal_axes(scatter(outline.points[arrays.corner]))[1].T)
     poles = axes
@@ -138,11 +137,8 @@ def _plan_profile(wholes: list[Whole], tolerance: float) -> None:
     for k, one in enumerate(wholes):
         one.rolls = bool(rolls[max(k - 1, 0):k + 1].any())
         fixed[k] |= one.rolls
-        one.sides = 0
-    places = np.flatnonzero(fixed).tolist()
-    waiting = list(pairwise(places))
-    for k in places:
-        wholes[k].sides = 1
+        one.sides = int(fixed[k])
+    waiting = list(pairwise(np.flatnonzero(fixed).tolist()))
     while waiting:
         low, high = waiting.pop()
         if high - low < 2:

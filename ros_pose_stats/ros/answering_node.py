@@ -41,7 +41,6 @@ warnings.filterwarnings("error", "failed to send response", RuntimeWarning, r"rc
 Those of its action servers it sends from another module, which takes no exception for that.
 """
 
-
 Steps = Generator[Future[Any], Any, None]
 """What a callback waits for in turn; it is given what comes of each."""
 

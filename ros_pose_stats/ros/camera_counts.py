@@ -23,8 +23,6 @@ from .recorder import POSE_COUNTS
 from .refusals import COUNTS, MINUTE, SequenceGaps
 
 MOST_BYTES = 2**20  # of a camera's message: counts of some 80 000 poses, or some 16 000 parts seen
-
-
 DEPTH = 1000  # messages that wait in the middleware
 MOST_AT_ONCE = 2**22  # bytes of messages that are taken together
 OVERHEAD = 1000  # bytes that a message is taken to occupy beside its own, decoded and on its way

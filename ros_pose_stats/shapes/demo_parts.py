@@ -29,11 +29,9 @@ def clamp() -> Surface:
     side = rounded_polygon([
         (0.0, 0.0, 5.0), (30.0, 0.0, 3.0), (42.0, 5.0, 1.5), (42.0, 13.0, 1.5),
         (36.5, 13.0, 1.0), (36.5, 10.0, 1.0), (11.0, 10.0, 4.0), (11.0, 25.0, 4.0),
-        (40.0, 25.0, 2.0), (40.0, 36.0, 5.0), (8.0, 36.0, 4.0), (0.0, 27.0, 4.0),
-    ])
-    slot = rounded_polygon(
-        [(4.0, 27.0, 2.9), (4.0, 50.0, 0.0), (-2.0, 50.0, 0.0), (-2.0, 27.0, 2.9)]
-    )
+        (40.0, 25.0, 2.0), (40.0, 36.0, 5.0), (8.0, 36.0, 4.0), (0.0, 27.0, 4.0)])
+    slot = rounded_polygon([
+        (4.0, 27.0, 2.9), (4.0, 50.0, 0.0), (-2.0, 50.0, 0.0), (-2.0, 27.0, 2.9)])
     body = extrude(side, "z", -9.0, 9.0) - extrude(slot, "y", 20.0, 40.0)
     body -= drill(2.75, "z", (34.0, 30.5), -10.0, 10.0)
     body -= drill(4.75, "z", (34.0, 30.5), 6.5, 10.0)
@@ -45,15 +43,12 @@ def bracket() -> Surface:
     """L bracket of 5 mm plate, 50 mm by 42 mm by 36 mm, with a rib and four holes."""
     angle = rounded_polygon([
         (0.0, 0.0, 2.0), (50.0, 0.0, 0.0), (50.0, 5.0, 0.0), (5.0, 5.0, 3.0),
-        (5.0, 42.0, 0.0), (0.0, 42.0, 0.0),
-    ])
+        (5.0, 42.0, 0.0), (0.0, 42.0, 0.0)])
     rib = np.array([(3.0, 3.0), (32.0, 3.0), (32.0, 6.0), (6.0, 28.0), (3.0, 28.0)])
-    base = rounded_polygon(
-        [(-18.0, -1.0, 0.0), (18.0, -1.0, 0.0), (18.0, 50.0, 6.0), (-18.0, 50.0, 6.0)]
-    )
-    wall = rounded_polygon(
-        [(-1.0, -18.0, 0.0), (42.0, -18.0, 6.0), (42.0, 18.0, 6.0), (-1.0, 18.0, 0.0)]
-    )
+    base = rounded_polygon([
+        (-18.0, -1.0, 0.0), (18.0, -1.0, 0.0), (18.0, 50.0, 6.0), (-18.0, 50.0, 6.0)])
+    wall = rounded_polygon([
+        (-1.0, -18.0, 0.0), (42.0, -18.0, 6.0), (42.0, 18.0, 6.0), (-1.0, 18.0, 0.0)])
     body = extrude(angle, "z", -18.0, 18.0) + extrude(rib, "z", -2.5, 2.5)
     body ^= extrude(base, "y", -1.0, 43.0) ^ extrude(wall, "x", -1.0, 51.0)
     for z in (-10.0, 10.0):
@@ -106,10 +101,8 @@ def write_demo_parts(directory: str | os.PathLike[str]) -> list[Path]:
         return paths
     except OSError as error:
         raise errors.MeshFileError(
-            "a directory that can be written to",
-            f"{folder} ({error.strerror or error})",
-            "name another directory or change its permissions",
-        ) from error
+            "a directory that can be written to", f"{folder} ({error.strerror or error})",
+            "name another directory or change its permissions") from error
 
 
 def extrude(outline: Outline, axis: str, start: float, stop: float) -> Manifold:

@@ -36,11 +36,9 @@ def unit_circle(sides: int) -> Outline:
 def rounded_polygon(corners: Sequence[tuple[float, float, float]], steps: int = 6) -> Outline:
     """Polygon (N, 2) of counter-clockwise corners with tangent arcs of their radii; 0 is sharp."""
     points = np.array([corner[:2] for corner in corners], dtype=np.float64)
-    arcs = [
+    return np.concatenate([
         _fillet(points[i - 1], points[i], points[(i + 1) % len(points)], corner[2], steps)
-        for i, corner in enumerate(corners)
-    ]
-    return np.concatenate(arcs)
+        for i, corner in enumerate(corners)])
 
 
 def _fillet(before: Outline, corner: Outline, after: Outline, radius: float, steps: int
@@ -58,15 +56,15 @@ def _fillet(before: Outline, corner: Outline, after: Outline, radius: float, ste
     return arc
 
 
-def spur_gear(teeth: int, module: float, pressure_angle: float = np.radians(20.0)) -> Outline:
+def spur_gear(teeth: int, module: float) -> Outline:
     """Involute spur gear (N, 2) with standard addendum (1 module) and dedendum (1.25 modules).
 
     The first tooth points along x; below the base circle flanks run radially to the root circle.
     """
-    pitch = teeth * module / 2.0
-    base, tip = pitch * np.cos(pressure_angle), pitch + module
+    pitch, pressure = teeth * module / 2.0, np.radians(20.0)
+    base, tip = pitch * np.cos(pressure), pitch + module
     radii = np.linspace(max(base, pitch - module), tip, 5)
-    half_tooth = np.pi / (2.0 * teeth) + np.tan(pressure_angle) - pressure_angle
+    half_tooth = np.pi / (2.0 * teeth) + np.tan(pressure) - pressure
     roll = np.sqrt(np.maximum((radii / base) ** 2 - 1.0, 0.0))
     half_widths = half_tooth - (roll - np.arctan(roll))  # less the involute's polar angle
     radii = np.concatenate(((pitch - 1.25 * module,), radii))
@@ -87,8 +85,6 @@ def prism(sides: int, radius: float, length: float) -> Surface:
     here = np.arange(sides)
     there = np.roll(here, -1)
     fan = np.column_stack((np.zeros(sides - 2, dtype=np.int64), here[1:-1], here[2:]))
-    walls = np.vstack((
-        np.column_stack((here, there, there + sides)),
-        np.column_stack((here, there + sides, here + sides)),
-    ))
+    walls = np.vstack((np.column_stack((here, there, there + sides)),
+                       np.column_stack((here, there + sides, here + sides))))
     return vertices, np.vstack((fan[:, ::-1], fan + sides, walls)).astype(np.int64)

@@ -11,7 +11,6 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from typing import NamedTuple
 
 from .drops import DropOutcomes
 
@@ -23,13 +22,6 @@ LAST_CHUNKS = 16  # least number of drops in the chunks near the end, which get 
 GROWTH = 8  # factor by which a chunk may have more drops than the largest one before
 POLL_SECONDS = 0.01  # time between two questions whether to stop, while workers are busy
 NICENESS = 10  # of workers in the background
-
-
-class Chunk(NamedTuple):
-    """Outcomes of drops first ... first + n - 1."""
-
-    first: int
-    outcomes: DropOutcomes
 
 
 class DropWorkers:
@@ -51,7 +43,9 @@ class DropWorkers:
         self._next = 0
         self._size = FIRST_CHUNK
         self._stopped = False
-        self._done: queue.SimpleQueue[Chunk | BaseException | None] = queue.SimpleQueue()
+        # outcomes with the number of the first drop among them; how a worker ended
+        self._done: queue.SimpleQueue[
+            tuple[int, DropOutcomes] | BaseException | None] = queue.SimpleQueue()
 
     def stop(self) -> None:
         """Hand out no more chunks."""
@@ -94,7 +88,8 @@ class DropWorkers:
             elif isinstance(came, BaseException):
                 raise came
             else:
-                waiting[came.first] = came.outcomes
+                first, outcomes = came
+                waiting[first] = outcomes
             while wanted in waiting:
                 outcomes = waiting.pop(wanted)
                 wanted += outcomes.pose.shape[0]
@@ -114,7 +109,7 @@ class DropWorkers:
                 with self._lock:
                     self._size = max(1, min(int(pace * CHUNK_SECONDS),
                                             GROWTH * max(count, self._size)))
-                self._done.put(Chunk(first, outcomes))
+                self._done.put((first, outcomes))
         except BaseException as error:  # handed on to the caller's thread
             self._done.put(error)
         else:

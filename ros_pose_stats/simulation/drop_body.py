@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from itertools import permutations
 from typing import NamedTuple
 
 import numpy as np
@@ -80,12 +81,10 @@ def _neighbours(points: Array) -> tuple[Index, Index, Array]:
     if valid and np.bincount(flat.corner, minlength=count).all():
         pairs = np.stack((flat.corner, flat.corner[flat.twin]), axis=1)
     else:
-        pairs = np.concatenate([triangles[:, [i, j]] for i in range(3) for j in range(3)
-                                if i != j])
+        pairs = np.concatenate([triangles[:, ends] for ends in permutations(range(3), 2)])
     code = np.unique(pairs[:, 0] * count + pairs[:, 1])
     first, second = np.divmod(code, count)
-    start = np.zeros(count + 1, dtype=np.int64)
-    np.cumsum(np.bincount(first, minlength=count), out=start[1:])
+    start = np.append(0, np.cumsum(np.bincount(first, minlength=count)))
     return start, second, vectors.lengths(points[first] - points[second])
 
 
@@ -97,8 +96,7 @@ def _sides(resting: poses.RestingPoses, corner: Index) -> tuple[Index, Index, In
     pose_of_face = resting.pose_of_face
     begins = place[arrays.corner]
     order = np.argsort(begins, kind="stable")
-    start = np.zeros(corner.shape[0] + 1, dtype=np.int64)
-    np.cumsum(np.bincount(begins, minlength=corner.shape[0]), out=start[1:])
+    start = np.append(0, np.cumsum(np.bincount(begins, minlength=corner.shape[0])))
     return (start, begins[arrays.twin][order], pose_of_face[arrays.face][order],
             pose_of_face[arrays.face[arrays.twin]][order])
 

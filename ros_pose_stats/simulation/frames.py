@@ -51,9 +51,12 @@ def drop_frames(part: Part, trajectory: Trajectory, resting: RestingPoses) -> Dr
     The last ones lie in the pose, on the stable face nearest to where the motion is cut off.
     """
     weight = trajectory.energies[0] / trajectory.heights[0]
-    begin = _begin_time(trajectory)
-    above = trajectory.energies > trajectory.energies[-1] + UNSEEN * weight * trajectory.radius
-    last = min(int(np.flatnonzero(above)[-1]) + 1 if above.any() else 0, len(above) - 1)
+    landing = next((event for event in trajectory.events if event.kind == "arrival"),
+                   trajectory.events[-1])
+    high = ((trajectory.heights > landing.height + FALL * trajectory.radius)
+            & (trajectory.times < landing.time))
+    begin = float(trajectory.times[np.flatnonzero(high)[-1]]) if high.any() else 0.0
+    last = first_still(trajectory, UNSEEN)
     orientation, height = _lay_down(trajectory, resting, last)
     end = float(trajectory.times[last])
     factors = [base * 10.0 ** power for power in range(-1, 6) for base in (1.0, 2.0, 5.0)]
@@ -68,13 +71,11 @@ def drop_frames(part: Part, trajectory: Trajectory, resting: RestingPoses) -> Dr
     return DropFrames(times, heights, orientations, energies, moving, slower, begin, end)
 
 
-def _begin_time(trajectory: Trajectory) -> float:
-    """Time at which the part is `FALL` radii above its first contact."""
-    landing = next((event for event in trajectory.events if event.kind == "arrival"),
-                   trajectory.events[-1])
-    high = trajectory.heights > landing.height + FALL * trajectory.radius
-    before = high & (trajectory.times < landing.time)
-    return float(trajectory.times[np.flatnonzero(before)[-1]]) if before.any() else 0.0
+def first_still(trajectory: Trajectory, unseen: float) -> int:
+    """First sample whose energy is that at rest but for `unseen`, in weight times radius."""
+    weight = trajectory.energies[0] / trajectory.heights[0]
+    above = trajectory.energies > trajectory.energies[-1] + unseen * weight * trajectory.radius
+    return min(int(np.flatnonzero(above)[-1]) + 1 if above.any() else 0, len(above) - 1)
 
 
 def _interpolate(trajectory: Trajectory, times: Array) -> tuple[Array, Array, Array]:
@@ -99,15 +100,11 @@ def _lay_down(trajectory: Trajectory, resting: RestingPoses, last: int) -> tuple
     members = np.flatnonzero(resting.clusters.pose == trajectory.pose)
     downs = found.downs[members]
     nearest = int(np.argmax(downs @ -trajectory.up[last]))
-    turn = rotation_matrices(trajectory.orientations[last:last + 1])[0]
-    # The smallest turn that brings the face's normal straight down.
-    low = turn @ downs[nearest]
+    turn = trajectory.orientations[last]
+    # The smallest turn that brings the face's normal straight down, after the one there is.
+    low = rotation_matrices(turn[None])[0] @ downs[nearest]
     tilt = np.append(np.cross(low, (0.0, 0.0, -1.0)), 1.0 - low[2])
-    orientation = _product(tilt / np.linalg.norm(tilt), trajectory.orientations[last])
+    tilt /= np.linalg.norm(tilt)
+    vector = tilt[3] * turn[:3] + turn[3] * tilt[:3] + np.cross(tilt[:3], turn[:3])
+    orientation = np.append(vector, tilt[3] * turn[3] - tilt[:3] @ turn[:3])
     return orientation, float(found.heights[members[nearest]]) * trajectory.radius
-
-
-def _product(one: Array, two: Array) -> Array:
-    """Quaternion x y z w of the second turn followed by the first."""
-    vector = one[3] * two[:3] + two[3] * one[:3] + np.cross(one[:3], two[:3])
-    return np.append(vector, one[3] * two[3] - one[:3] @ two[:3])

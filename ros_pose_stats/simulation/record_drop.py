@@ -140,11 +140,10 @@ def _samples(body: drop_body.PreparedBody, tape: Array, down: Array,
             np.minimum(inner, span, out=inner)
             state, orientation = np.empty((inner.size, at.STATE)), np.empty((inner.size, 4))
             mode = int(before[at.TAPE_MODE])
-            evolve.sample_motion(body.arrays.moment, body.axes,
-                                 mode if mode <= at.EDGE else at.FLIGHT,
-                                 _contact(body, before), before[STATE_ON_TAPE].copy(), turn, inner,
-                                 state,
-                                 orientation)
+            evolve.sample_motion(
+                body.arrays.moment, body.axes, mode if mode <= at.EDGE else at.FLIGHT,
+                _contact(body, before), before[STATE_ON_TAPE].copy(), turn, inner, state,
+                orientation)
             turn = orientation[-1]
             # The sum may round up beyond the event.
             times.append(np.minimum(begin + inner, after[at.TAPE_TIME]))

@@ -105,18 +105,18 @@ def homogeneity(first: ArrayLike, second: ArrayLike) -> ChiSquare:
                     pooled)
 
 
-def pooled_bins(expected: ArrayLike, least: float = LEAST_EXPECTED) -> tuple[Index, int]:
+def pooled_bins(expected: ArrayLike) -> tuple[Index, int]:
     """Put bins below the bound together, and the smallest others until the new one reaches it.
 
     Returns the new bin (K,) of each old one, and how many old ones share a new one.
     """
     values = np.asarray(expected, dtype=np.float64)
     order = np.argsort(values, kind="stable")
-    small = int(np.count_nonzero(values < least))
+    small = int(np.count_nonzero(values < LEAST_EXPECTED))
     if small:
         together = np.cumsum(values[order])
         # Rounding must not drag another bin in.
-        enough = np.flatnonzero(together >= least * (1.0 - 1e-12))
+        enough = np.flatnonzero(together >= LEAST_EXPECTED * (1.0 - 1e-12))
         small = max(small, int(enough[0]) + 1) if enough.size else values.size
     bins = np.empty(values.size, dtype=np.int64)
     bins[order[:small]] = 0

@@ -14,16 +14,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import RequestError
-from ..records import (
-    Array,
-    FlipStatistics,
-    Index,
-    Part,
-    PoseStatistics,
-    StablePose,
-    scene,
-    statistics,
-)
+from ..records import Array, FlipStatistics, Index, Part, PoseStatistics, StablePose
+from ..records.scene import real_number
+from ..records.statistics import with_units
 from . import feeding, plate_fill, pose_groups
 
 PICK, FLIP, LEAVE = "pick", "flip", "leave"
@@ -60,13 +53,13 @@ class FeederCell:
 
     def check(self) -> None:
         """Raise RequestError if a number is out of its range."""
-        feeding.check_rate(scene.real_number("rate", self.rate), self.cycle_time)
+        feeding.check_rate(real_number("rate", self.rate), self.cycle_time)
         if np.shape(self.plate) != (2,) or not all(
-                0.0 < scene.real_number("plate", side) < MOST_SIDE for side in self.plate):
+                0.0 < real_number("plate", side) < MOST_SIDE for side in self.plate):
             raise RequestError(f"a plate with sides above 0 m, two below {MOST_SIDE:g} m",
                                f"{self.plate}", "measure where the centres of parts come to rest")
         for field in fields(self)[2:]:
-            if not 0.0 <= scene.real_number(field.name, getattr(self, field.name)) < np.inf:
+            if not 0.0 <= real_number(field.name, getattr(self, field.name)) < np.inf:
                 raise RequestError(f"a {field.name} of 0 or more", f"{getattr(self, field.name)}",
                                    "in metres or seconds")
 
@@ -103,7 +96,7 @@ class FeedingPlan:
 
     def as_dict(self) -> dict[str, Any]:
         """The plan as plain values."""
-        return statistics.with_units({
+        return with_units({
             "actions": self.actions, "options": self.options, **self.best._asdict()})
 
 
@@ -145,7 +138,7 @@ def plan_feeding(dropped: PoseStatistics, wanted: Sequence[int], cell: FeederCel
     if not shares.probability @ picked > 0.0:
         raise RequestError("wanted poses that dropped parts come to rest in", "none of them",
                            "name others; `ros_pose_stats estimate` lists their probabilities")
-    poses = sorted(dropped.poses, key=lambda pose: pose.index)
+    poses = list(dropped.by_index.values())
     blocking = 1.0 if part is None else plate_fill.blocking_with_bays(
         part, poses, shares.probability, np.flatnonzero(picked), cell.clearance)
     plate = Plate(cell, picked, shares, poses,

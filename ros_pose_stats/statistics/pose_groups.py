@@ -25,7 +25,7 @@ def pose_groups(found: PoseStatistics) -> tuple[PoseGroup, ...]:
     `hybrid` share one error evenly among the poses: their bounds add up to those of the sum.
     """
     groups: dict[int, list[StablePose]] = {}
-    for pose in sorted(found.poses, key=lambda pose: pose.index):
+    for pose in found.by_index.values():
         groups.setdefault(pose.group, []).append(pose)
     settled = sum(pose.count for pose in found.poses)
     joined = [_joined(poses, settled if found.method == methods.SIMULATION else None, len(groups))
@@ -109,7 +109,7 @@ def pose_shares(found: PoseStatistics) -> PoseShares:
 
     Of counted poses each has an error of its own, else those that are alike share one evenly.
     """
-    poses = sorted(found.poses, key=lambda pose: pose.index)
+    poses = found.by_index.values()
     probability = np.array([pose.probability for pose in poses])
     if not np.isfinite(probability).all():
         raise errors.RequestError("probabilities of the poses", "none", "simulate more drops")

@@ -102,7 +102,9 @@ class Prefix:
         begin = 0
         while begin < outcomes.shape[0] and not self.finished:
             end = min(outcomes.shape[0], begin + self._next - self.drops)
-            self._count(outcomes[begin:end])
+            some = outcomes[begin:end]
+            self.counts += np.bincount(some + 1, minlength=self.counts.shape[0] + 1)[1:]
+            self.drops += some.shape[0]
             begin = end
             if self.drops == self._next:
                 self._look()
@@ -118,10 +120,6 @@ class Prefix:
                 sooner = sooner_checkpoint(self.drops, bound, self.target_error)
         self.finished = self.finished or self.drops >= self.bound
         self._next = int(min(next_checkpoint(self.drops, self.bound, self._first), sooner))
-
-    def _count(self, outcomes: Index) -> None:
-        self.counts += np.bincount(outcomes + 1, minlength=self.counts.shape[0] + 1)[1:]
-        self.drops += outcomes.shape[0]
 
     def judged(self) -> errors.Judged:
         """What the counts are worth, by themselves or by the judge."""

@@ -22,12 +22,11 @@ def register(commands: given.Commands) -> None:
         "bag", help="analyse recorded bags",
         description="Show results, jobs and camera counts in bags of the node, or recorded by "
         "`ros2 bag record`, and compare estimates, simulations and counts with each other.",
-        examples=("ros_pose_stats bag ~/.ros/pose_stats --csv tables",))
+        examples=("ros_pose_stats bag ~/.ros/pose_stats --csv tables",), run=run)
     command.add_argument("bags", metavar="DIR", nargs="+",
                          help="bag directory, directory of many bags, or single file")
     command.add_argument("--csv", metavar="DIR", help="write tables as CSV files into a directory")
     given.add(command, "--json")
-    command.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:

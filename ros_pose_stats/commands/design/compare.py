@@ -29,7 +29,8 @@ def register(commands: given.Commands) -> None:
         "are known to a point; as many afresh then give shares and differences.",
         examples=("ros_pose_stats compare demo/clamp.stl demo/clamp.stl --unit mm "
                   "--com 17mm 17mm 0 --com 17mm 17mm 2mm --wanted 0,1 -o clamps.html",
-                  "ros_pose_stats compare demo/prism.stl demo/cylinder.stl --unit mm --json"))
+                  "ros_pose_stats compare demo/prism.stl demo/cylinder.stl --unit mm --json"),
+        run=run)
     command.add_argument("parts", metavar="PART", nargs="+",
                          help="files of two variants or more, the one to compare with first: "
                          "STEP, STL, OBJ, PLY, OFF or 3MF")
@@ -46,7 +47,6 @@ def register(commands: given.Commands) -> None:
               "the verdict (default: %(default)s); as many are made afresh")
     given.add(command, "--seed", "--workers", "--json")
     given.add(command, "--output", help="write a page with pictures of the poses, too: FILE.html")
-    command.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -26,7 +26,7 @@ def register(commands: given.Commands) -> None:
         examples=("ros_pose_stats sensitivity demo/clamp.stl --unit mm --wanted 0 "
                   "--png sensitivity.png",
                   "ros_pose_stats sensitivity demo/clamp.stl --unit mm --wanted 0 --suggest "
-                  "--within 1mm --stl changed.stl"))
+                  "--within 1mm --stl changed.stl"), run=run)
     given.add_part(command, *given.POSES_OF)
     given.add(command, "--wanted", required=True)
     command.add_argument("--step", type=given.read_length, metavar="L",
@@ -47,7 +47,6 @@ def register(commands: given.Commands) -> None:
               "FILE.png")
     given.add(command, "--drops", default=2000, help="drops of each part (default: %(default)s)")
     given.add(command, *given.SCENE, "--seed", "--workers", "--json")
-    command.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -1,1 +1,1 @@
-"""Commands about a plate and what a feeder does on it: `fit` and `flips`."""
+"""Commands about a plate and what a feeder does on it: `fit`, `flips` and `feeding`."""

@@ -5,7 +5,7 @@ import math
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from ...errors import PoseStatsError, RequestError
 from ...records.scene import DEFAULT_DROP_RADII
@@ -13,7 +13,7 @@ from ...text import Column, columns, length_in_words, listed, percent, several
 from .. import arguments as given, running
 
 if TYPE_CHECKING:
-    from ...plates import CountedPart, PartEvidence, PlateFit, PlateProfile
+    from ...plates import CountedPart, PlateFit, PlateProfile
     from ...records import Part
 
 TABLES = (".csv", ".tsv", ".txt")
@@ -27,7 +27,8 @@ def register(commands: given.Commands) -> None:
         "what was counted on a plate, say how far to trust them, and write them into a file of "
         "plates.",
         examples=("ros_pose_stats fit counts.csv --unit mm --plate glass",
-                  "ros_pose_stats fit ~/.ros/pose_stats --plate glass --plates cell/plates.yaml"))
+                  "ros_pose_stats fit ~/.ros/pose_stats --plate glass --plates cell/plates.yaml"),
+        run=run)
     command.add_argument("counts", metavar="COUNTS", nargs="+",
                          help="CSV file with the columns part (its file), pose (index) and count; "
                          "or bag directory, directory of many bags, or single bag file")
@@ -41,7 +42,6 @@ def register(commands: given.Commands) -> None:
     given.add(command, *given.POSES_OF, help="with which the poses in the CSV are numbered "
               "(default: %(default)s)")
     given.add(command, "--json")
-    command.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -69,7 +69,13 @@ def run(options: argparse.Namespace) -> int:
         running.print_json({
             "plate": profile.name, **profile.as_dict(), "file": str(file),
             "seconds": found.seconds, "verdict": found.verdict,
-            "evidence": [_evidence(part) for part in found.parts], "notes": notes})
+            "evidence": [{
+                "part_id": part.part_id, "part_digest": part.part_digest, "counted": part.counted,
+                "groups": [{"poses": poses, "observed": observed, "expected": expected}
+                           for poses, observed, expected in zip(
+                               part.poses, part.observed, part.expected, strict=True)],
+                "error": part.error, "left_out_error": part.left_out_error}
+                for part in found.parts], "notes": notes})
     else:
         print("\n".join([*_lines(profile, found), "", f"wrote {file}"]))
     return 0
@@ -113,14 +119,6 @@ def _lines(profile: "PlateProfile", found: "PlateFit") -> list[str]:
             f"expected error on another part: {percent(found.plate_error)} points; {fits}", "",
             *columns(heads, rows),
             "error: of the part's shares in this scene, and in the one that the others ask for"]
-
-
-def _evidence(part: "PartEvidence") -> dict[str, Any]:
-    return {"part_id": part.part_id, "part_digest": part.part_digest, "counted": part.counted,
-            "groups": [{"poses": poses, "observed": observed, "expected": expected}
-                       for poses, observed, expected in zip(part.poses, part.observed,
-                                                            part.expected, strict=True)],
-            "error": part.error, "left_out_error": part.left_out_error}
 
 
 def counts_on_plate(paths: Sequence[Path], plate: str,

@@ -15,10 +15,9 @@ from ...records import Part, scene as scenes
 from ..reader import RawMessage
 
 PACKAGE = "ros_pose_stats_msgs"
-PART_MESH, POSE_STATISTICS, JOB_EVENT, POSE_COUNTS, DROP_RECORDS = (
+KINDS = PART_MESH, POSE_STATISTICS, JOB_EVENT, POSE_COUNTS, DROP_RECORDS = (
     "PartMesh", "PoseStatistics", "JobEvent", "PoseCounts", "DropRecords")
 CONVERT = "`ros2 bag convert` makes a plain MCAP bag of it"
-KINDS = frozenset((PART_MESH, POSE_STATISTICS, JOB_EVENT, POSE_COUNTS, DROP_RECORDS))
 SECOND = 1_000_000_000
 PACKED = b"\x28\xb5\x2f\xfd"  # how data compressed by zstd begins; a message begins with a zero
 

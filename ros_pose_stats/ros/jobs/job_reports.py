@@ -66,13 +66,12 @@ class JobReports(JobListener):
 
     def restore(self) -> None:
         """Know the jobs of earlier runs again; what had not ended is cancelled."""
-        rows: dict[str, tuple[JobEvent, bytes]] = {}
-        for job_id, _, event, answer in self._state.rows("jobs"):
+        rows: list[tuple[JobEvent, bytes]] = []
+        for _, _, event, answer in self._state.rows("jobs"):
             with suppress(Exception):  # of the bindings; the checksum was right: it is an old one
-                rows[job_id] = deserialize_message(event, JobEvent), answer
+                rows.append((deserialize_message(event, JobEvent), answer))
         cancelled = []
-        for job_id in sorted(rows, key=acceptance):
-            event, answer = rows[job_id]
+        for event, answer in sorted(rows, key=lambda row: acceptance(row[0].job_id)):
             if event.event < JobEvent.DONE:
                 event.event, event.message = JobEvent.CANCELLED, INTERRUPTED
                 self._state.put(job_change(event, answer))

@@ -204,10 +204,9 @@ def run_drops(job: Job, part: Part, listener: JobListener, stop: Stop) -> PoseSt
         drop_request(request.drops, job.seed, request.target_error, job.settings.threads()),
         Watch(on_progress if prior is None else hybrid.combined_progress(prior, on_progress),
               stop.is_due, on_drops, background=True), judge)
-    poses = sorted(counted.poses, key=lambda pose: pose.index)
+    counts = np.array([pose.count for pose in counted.by_index.values()])
     complete = counted.drops == request.drops or target_reached(
-        confidence.judge_drops(prior, np.array([pose.count for pose in poses])).bound,
-        request.target_error)
+        confidence.judge_drops(prior, counts).bound, request.target_error)
     if prior is not None:
         counted = hybrid.hybrid_statistics(counted, prior)
     return stop.judge(counted, complete, f"{counted.drops} of at most {request.drops} drops")

@@ -12,9 +12,7 @@ from ...errors import MeshError, RequestError
 from ...estimators import best_method
 from ...mesh.parts import part_from_mesh
 from ...methods import AT_ONCE, AUTO
-from ...records import Part
-
-Array = NDArray[np.float64]
+from ...records import Array, Part
 
 LONGEST_NAME = 200
 LONGEST_SHOWN = 40

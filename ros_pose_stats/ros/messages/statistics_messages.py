@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 from rclpy.duration import Duration
 from ros_pose_stats_msgs import msg
 
-from ... import records
+from ... import records, version
 from ...records.statistics import FORGOTTEN, POSE_FIELDS, STATISTICS_FIELDS
-from ...version import VERSION
 from .part_messages import flat
 from .times import now, time_message
 
@@ -142,7 +141,7 @@ def replaces(new: msg.PoseStatistics, old: msg.PoseStatistics) -> bool:
 def still_true(last: msg.PoseStatistics, scene: records.DropScene) -> bool:
     """Whether a result of the last run holds for its part in the present scene."""
     if (last.version, last.restitution, last.cluster_tolerance, last.round_sides) != (
-            VERSION, scene.restitution, scene.cluster_tolerance, scene.round_sides):
+            version.VERSION, scene.restitution, scene.cluster_tolerance, scene.round_sides):
         return False
     released = scene.release_height(last.radius)
     return math.isnan(last.drop_height) or math.isclose(last.drop_height, released)

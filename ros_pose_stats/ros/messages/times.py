@@ -8,7 +8,6 @@ from rclpy import callback_groups, clock as clocks, node as nodes, timer
 
 FIRST, LAST = -2**31 * 10**9, 2**31 * 10**9 - 1  # nanoseconds that a stamp can hold
 
-
 _read_clock: Callable[[], int] = time.time_ns
 
 

@@ -6,22 +6,19 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
 from rclpy import duration, event_handler, publisher as publishers, qos, serialization
 from ros_pose_stats_msgs.msg import PoseStatistics
 from visualization_msgs.msg import MarkerArray
 
 from ...mesh.decimation import visible_triangles
 from ...recording.writer import cdr as drawing
+from ...records import Array
 from ...text import most_probable
 from ..base import Base
 from ..messages import part_requests, statistics_messages, times
 from ..recorder import PART_MESH, POSE_STATISTICS
 from ..refusals import MOST_SWAPS
 from .known_part import KnownPart, Memory
-
-Array = NDArray[np.float64]
 
 MOST_POSES = 16  # poses drawn of a part, the most probable ones
 MOST_DRAWN = 400  # poses drawn in all; with many parts fewer of each

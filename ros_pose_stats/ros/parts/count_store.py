@@ -14,8 +14,7 @@ from ros_pose_stats_msgs.msg import PoseCounts, PoseStatistics
 from ... import errors, methods, records, text
 from ...planning.confidence import learnt_plate_error, observe_counts, plate_evidence
 from ...recording.analysis.decoding import numbering_of
-from ...records import Array, Index
-from ...records.scene import Numbering
+from ...records import Array, Index, scene as scenes
 from ...resting.poses import resting_poses
 from ...statistics.chi_square import homogeneity
 from ..base import Base
@@ -33,14 +32,14 @@ CHANCE = 1e-4
 class Ground(NamedTuple):
     """What counts must have in common to be added: numbers of the poses, and the plate."""
 
-    numbering: Numbering
+    numbering: scenes.Numbering
     plate: str
 
     def goes_on_as(self, other: "Ground", known: known_part.KnownPart) -> bool:
         """Whether only `round_sides` is new, as of a plate, and poses keep their numbers."""
         tolerance, sides = self.numbering
         new = other.numbering.round_sides
-        if other != Ground(Numbering(tolerance, new), self.plate):
+        if other != Ground(scenes.Numbering(tolerance, new), self.plate):
             return False
         try:
             part = known.part
@@ -114,7 +113,7 @@ class CountStore:
         counted = self._state.get("counts", known.part_id)
         if known.counts is None and counted is not None and counted[1] == known.digest:
             _, _, tolerance, sides, plate, total, series = counted
-            known.counts = CellCounts(Ground(Numbering(tolerance, sides), plate),
+            known.counts = CellCounts(Ground(scenes.Numbering(tolerance, sides), plate),
                                       np.frombuffer(total, np.int64).copy(), series)
             flipped = self._state.get("flips", known.part_id)
             if flipped is not None and flipped[1] == series:
@@ -230,7 +229,7 @@ class CountStore:
         profile = self._settings().profile
         left_out = profile.left_out.get(known.digest) if profile else None
         told = left_out.probability if left_out and Ground(
-            Numbering(*left_out[:2]), ground.plate).goes_on_as(ground, known) else ()
+            scenes.Numbering(*left_out[:2]), ground.plate).goes_on_as(ground, known) else ()
         model = statistics_messages.statistics_of_message(message)
         if profile is None:
             counts.evidence = plate_evidence(model, counts.total)

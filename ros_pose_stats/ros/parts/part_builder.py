@@ -148,10 +148,9 @@ class Outlines(PartWorker):
                 f"at most {most} outlines of {triangles} triangles in an answer",
                 f"{wanted} ({len(result.poses)} poses, {len(heights)} heights)",
                 "ask for fewer heights at once, or use outline_at of the library")
-
-        asked = (part, {pose.index: pose.pose_id for pose in result.poses}, list(heights),
-                 result.cluster_tolerance, int(result.round_sides))
-        return self.put(part, f"{wanted} outlines of {triangles} triangles", outlines_of, *asked)
+        return self.put(part, f"{wanted} outlines of {triangles} triangles", outlines_of, part,
+                        {pose.index: pose.pose_id for pose in result.poses}, list(heights),
+                        result.cluster_tolerance, int(result.round_sides))
 
     def put(self, part: Part, what: str, function: Callable[..., T], *arguments: Any) -> Future[T]:
         """Have a function called that outlines a part; `what` it does, in words."""

@@ -109,7 +109,7 @@ class FeedingService:
         if flips:
             basis += f" and {sum(kick.flips for kick in flips)} flips"
         if counted is not None:
-            poses = tuple(sorted(found.poses, key=lambda pose: pose.index))
+            poses = tuple(found.by_index.values())
             flips = [feeding.learn_flips([replace(kick, poses=poses) for kick in flips], counted,
                                          request.feeder_speed)]
             basis += f" and {flips[0].observed} seen"
@@ -118,7 +118,7 @@ class FeedingService:
             plan = yield self._outlines.put(known.part, "a plan", plan_feeding, found,
                                             list(request.wanted), cell, flips, known.part)
             place = plan.options.index(plan.best)
-            chosen = sorted(flips, key=lambda kick: kick.kick_height)[place - 1] if place else None
+            chosen = flips[place - 1] if place else None  # they are in that order, by height
             response.action = [getattr(response, action.upper()) for action in plan.actions]
             response.parts_on_plate, response.kicks = plan.best.parts, plan.best.kicks
             response.pickable = plan.best.pickable
@@ -152,17 +152,20 @@ class PlateFits:
 
     def answer(self, request: Any, response: Any) -> Steps:
         """Fit, and work with what was found if that is wanted."""
+        from ...plates import count_part, fit_plate, refuse_name
+
         settings = self._settings()
         plate = request.plate or settings.plate
         if request.apply:
-            from ...plates import refuse_name
-
             if not settings.plates:
                 raise RequestError("a file to write the plate into (parameter plates)",
                                    "none", "set the parameter, or ask without apply")
             refuse_name(plate)
         counted = counts_on(plate, settings.plate, self._parts.all())
-        fit = yield self._lanes.put(partial(fit_counts, counted), Rank.KNOWN, Lane.FIT)
+        fit = yield self._lanes.put(lambda: fit_plate([
+            count_part(known.part, dict(enumerate(seen.total.tolist())),  # builds it if need be
+                       **seen.ground.numbering._asdict())
+            for known, seen in counted]), Rank.KNOWN, Lane.FIT)
         fill_bounds(response, restitution=fit.restitution, drop_height=fit.drop_height,
                     round_sides=fit.round_sides)
         response.plate_error, response.p_value = fit.plate_error, fit.p_value
@@ -217,11 +220,3 @@ def counts_on(plate: str, present: str,
             "publish what cameras count there on ~/pose_counts, or what they see on "
             "~/observed_parts")
     return chosen
-
-
-def fit_counts(counted: list[tuple[known_part.KnownPart, count_store.CellCounts]]) -> PlateFit:
-    """Fit a plate to counts of parts, which are built for that where they are not yet."""
-    from ...plates import count_part, fit_plate
-
-    return fit_plate([count_part(known.part, dict(enumerate(seen.total.tolist())),
-                                 **seen.ground.numbering._asdict()) for known, seen in counted])

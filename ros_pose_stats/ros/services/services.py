@@ -7,11 +7,10 @@ from typing import Any
 from ros_pose_stats_msgs import srv
 from ros_pose_stats_msgs.msg import JobEvent, JobStatus
 
-from ... import errors, methods
+from ... import errors, methods, text
 from ...mesh import mass_properties, parts as meshes
 from ...records import Part
 from ...simulation.request import check_target
-from ...text import listed, millimetres
 from ..answering_node import Steps
 from ..base import Base
 from ..jobs import Job, JobRequest, Jobs, State, job_reports, refinement as refining
@@ -114,7 +113,7 @@ class Services:
                 request.method, known, request.target_error, scene,
                 BY_DROPS if known is received else AS_ITSELF)
         if known is not received:
-            shift = listed([millimetres(x) for x in offset.tolist()])
+            shift = text.listed([text.millimetres(x) for x in offset.tolist()])
             message = statistics_messages.with_warning(
                 message, f"COM_SHIFTED: the centre of mass is shifted by {shift} mm along the "
                 "part's axes, the inertia about it stays; what is latched is of the part as it "

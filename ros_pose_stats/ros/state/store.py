@@ -140,10 +140,7 @@ class State:
         return written
 
     def _release(self) -> None:
-        link, self._link = self._link, None
-        if link is not None:
-            with suppress(sqlite3.Error):
-                link.close()
+        self._use(None)
         self._let_go()
 
     def _let_go(self) -> None:
@@ -194,9 +191,10 @@ class State:
             raise
         return link
 
-    def _use(self, link: sqlite3.Connection) -> None:
-        """Work with a connection from now on."""
-        before, self._link, self._about = self._link, link, self.file.stat()
+    def _use(self, link: sqlite3.Connection | None) -> None:
+        """Work with a connection, or with none, from now on."""
+        about = None if link is None else self.file.stat()
+        before, self._link, self._about = self._link, link, about
         if before is not None:
             with suppress(sqlite3.Error):
                 before.close()
