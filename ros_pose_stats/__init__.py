@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from .estimators.estimate import estimate_all
     from .mesh.parts import load_part, part_from_mesh, shift_center
     from .planning.auto import auto, estimate
+    from .planning.feeding_plan import FeederCell, FeedingPlan, plan_feeding
     from .planning.hybrid import hybrid
     from .recording.analysis.comparisons import analyse_bags
     from .records.drops import DropEvent, DropProgress, FlipStatistics, Trajectory
@@ -44,7 +45,6 @@ if TYPE_CHECKING:
     from .simulation.record_drop import record_drop
     from .simulation.simulate import simulate
     from .statistics.feeding import learn_flips
-    from .statistics.feeding_plan import FeederCell, FeedingPlan, plan_feeding
 
 _HOMES = {name: home for home, names in (
     ("design.compare", "compare"),
@@ -54,6 +54,7 @@ _HOMES = {name: home for home, names in (
     ("estimators", "estimate_all"),
     ("mesh.parts", "load_part part_from_mesh shift_center"),
     ("planning.auto", "auto estimate"),
+    ("planning.feeding_plan", "FeederCell FeedingPlan plan_feeding"),
     ("planning.hybrid", "hybrid"),
     ("recording.analysis.comparisons", "analyse_bags"),
     ("records", "DropEvent DropProgress DropScene FlipStatistics Part PoseStatistics "
@@ -66,7 +67,6 @@ _HOMES = {name: home for home, names in (
     ("simulation.record_drop", "record_drop"),
     ("simulation.simulate", "simulate"),
     ("statistics.feeding", "learn_flips"),
-    ("statistics.feeding_plan", "FeederCell FeedingPlan plan_feeding"),
 ) for name in names.split()}
 
 __all__ = ["DropEvent", "DropProgress", "DropScene", "FeederCell", "FeedingPlan",

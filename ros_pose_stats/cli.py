@@ -8,11 +8,10 @@ import traceback
 from collections.abc import Sequence
 
 from . import errors, text, version
-from .commands import catalogue, compile, estimate, node, running, show
+from .commands import catalogue, compare, compile, estimate, node, running, sensitivity, show
 from .commands.arguments import REFUSED, CommandParser, Commands
 from .commands.bags import bag
-from .commands.design import compare, sensitivity
-from .commands.feeding import fit, flips
+from .commands.feeding import feeding, fit, flips
 
 FAILED = 1
 
@@ -30,11 +29,10 @@ def parser() -> argparse.ArgumentParser:
     commands: Commands = top.add_subparsers(
         dest="command", metavar="COMMAND", parser_class=CommandParser)
     for register in (
-            estimate.register, estimate.register_simulate, catalogue.register,
-            flips.register_feeding, flips.register, fit.register, compare.register,
-            sensitivity.register, show.register, show.register_animate, compile.register_shapes,
-            compile.register, bag.register, node.register, node.register_publish,
-            node.register_show):
+            estimate.register, estimate.register_simulate, catalogue.register, feeding.register,
+            flips.register, fit.register, compare.register, sensitivity.register, show.register,
+            show.register_animate, compile.register_shapes, compile.register, bag.register,
+            node.register, node.register_publish, node.register_show):
         register(commands)
     compile.register_completion(commands, top)
     return top

@@ -11,10 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..planning.plate_fill import area_and_length
 from ..records import Array, Index
 from ..resting.poses import RestingPoses
 from ..simulation.drops import random_starts
-from ..statistics.plate_fill import area_and_length
 
 FOOTPRINT = slice(0, 3)  # what of a pose's sizes does not hang on the centre of mass
 

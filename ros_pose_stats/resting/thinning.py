@@ -5,9 +5,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from ..kernels import elementary, principal_axes
 from ..kernels.body import convex_body, hull
-from ..kernels.elementary import sines_cosines
-from ..kernels.principal_axes import principal_axes
 from ..mesh.vectors import lengths, scatter
 from ..records import Array, Mask
 from .rims import Group, Outline, Rim
@@ -39,7 +38,8 @@ def thin_out(outline: Outline, arrays: convex_body.BodyArrays, sides: int) -> No
     # Neighbours of each corner over the edges: where they begin, and their numbers.
     first = np.append(0, np.cumsum(np.bincount(arrays.corner, minlength=len(outline.points))))
     beside = arrays.corner[arrays.twin[np.argsort(arrays.corner, kind="stable")]]
-    axes = np.ascontiguousarray(principal_axes(scatter(outline.points[arrays.corner]))[1].T)
+    moments = scatter(outline.points[arrays.corner])
+    axes = np.ascontiguousarray(principal_axes.principal_axes(moments)[1].T)
     poles = axes
     for twelfths in range(12, 3, -1):
         level = sides * twelfths // 12
@@ -113,7 +113,7 @@ def plan_sides(wholes: list[Whole], corners: int, sides: int) -> None:
               if sides % k == 0 and sides // k >= COARSEST]
     for rest, level in plans:
         # The height of the arc over one side of a polygon of radius 1.
-        tolerance = 1.0 - float(sines_cosines(np.array([np.pi / level]))[1][0])
+        tolerance = 1.0 - float(elementary.sines_cosines(np.array([np.pi / level]))[1][0])
         for group in groups.values():
             _plan_profile(group, tolerance)
         for one in wholes:

@@ -18,9 +18,8 @@ from ament_index_python.packages import PackageNotFoundError, get_package_share_
 from rclpy.serialization import serialize_message
 from ros_pose_stats_msgs import msg
 
-from ..recording import repair, run_log
+from ..recording import reader, repair, run_log
 from ..recording.analysis.decoding import Decoders
-from ..recording.reader import RawMessage
 from ..recording.writer import message_types
 from .refusals import Health
 from .settings import Settings
@@ -64,7 +63,7 @@ def as_of_today(kind: str, definition: str, data: bytes) -> bytes | None:
     """A message of another definition, by the names of its fields; None where it is unreadable."""
     if definition == message_type(kind).definition:
         return data
-    decoded = _decoders.decode(RawMessage("", f"{PACKAGE}/msg/{kind}", data, 0, definition))
+    decoded = _decoders.decode(reader.RawMessage("", f"{PACKAGE}/msg/{kind}", data, 0, definition))
     if decoded is None:
         return None
     return bytes(serialize_message(_filled(getattr(msg, kind)(), decoded)))

@@ -13,17 +13,16 @@ from ros_pose_stats_msgs.msg import PoseStatistics
 from ros_pose_stats_msgs.srv import FeedingAnswer, FitPlate
 
 from ...errors import RequestError
+from ...planning.feeding_plan import FeederCell, plan_feeding
 from ...records import FlipStatistics, Index
 from ...simulation.flips import check_kick, usual_kicks
 from ...statistics import feeding, pose_groups
-from ...statistics.feeding_plan import FeederCell, plan_feeding
 from ...text import several
 from ..answering_node import Steps
 from ..base import Base
 from ..jobs import FlipRequest, Jobs, State, run
 from ..lanes import Lane, Rank, done_with, ending
-from ..messages import part_messages
-from ..messages.part_requests import shown
+from ..messages import part_messages, part_requests
 from ..messages.statistics_messages import fill_bounds, statistics_of_message
 from ..parts import count_store, known_part, part_builder, result_store
 
@@ -53,7 +52,7 @@ class FeedingService:
         result = known.shown
         if result is None:
             raise RequestError("a part with a result",
-                               f"{shown(request.part_id)} without one yet",
+                               f"{part_requests.shown(request.part_id)} without one yet",
                                "ask again in a moment")
         latched, scene = result.latched, result.scene
         kick = settings.kick(request.kick_height)
@@ -215,8 +214,8 @@ def counts_on(plate: str, present: str,
     if not chosen:
         others = sorted({seen.ground.plate for _, seen in counted})
         raise RequestError(
-            f"counts of known parts on plate {shown(plate)}",
-            f"only those on {', '.join(map(shown, others))}" if others else "none",
+            f"counts of known parts on plate {part_requests.shown(plate)}",
+            f"only those on {', '.join(map(part_requests.shown, others))}" if others else "none",
             "publish what cameras count there on ~/pose_counts, or what they see on "
             "~/observed_parts")
     return chosen

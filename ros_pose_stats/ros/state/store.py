@@ -34,10 +34,10 @@ class State:
         self._about: os.stat_result | None = None  # the file that the connection is of
         self._pending: dict[tuple[str, str | bytes], tuple[Row | None]] = {}
         self._number = self._committed = 0  # of the last change, and of the last on the disk
-        self._writes = self._tried = 0  # times that the file was written, and up to which change
+        self.writes = self._tried = 0  # times that the file was written, and up to which change
         self._closed = False
         self._changing = threading.Lock()
-        self._using = threading.Lock()  # held while the file is written or read
+        self.in_use = threading.Lock()  # held while the file is written or read
         self._filing = threading.Lock()  # held while files of meshes come or go
         try:
             files.refuse_irregular(file)
@@ -80,12 +80,12 @@ class State:
         What comes while another thread writes is written together, by one of those who wait.
         """
         with self._changing:
-            wanted, writes = self._number if number is None else number, self._writes
+            wanted, writes = self._number if number is None else number, self.writes
             if self._committed >= wanted:
                 return True
-        with self._using:
+        with self.in_use:
             with self._changing:
-                is_tried = self._writes > writes and self._tried >= wanted
+                is_tried = self.writes > writes and self._tried >= wanted
                 if self._committed >= wanted or is_tried or self._closed:
                     return self._committed >= wanted
                 taken, self._tried, problem = dict(self._pending), self._number, ""
@@ -94,7 +94,7 @@ class State:
             except Exception as error:  # whoever waits hears of it
                 problem = tables.problem_of(self.file, error)
             with self._changing:
-                self._writes += 1
+                self.writes += 1
                 if not problem:
                     self._committed = self._tried
                     self._pending = {key: held for key, held in self._pending.items()
@@ -111,13 +111,13 @@ class State:
             held = self._pending.get((table, key))
         if held is not None:
             return held[0]
-        with self._using, suppress(sqlite3.Error):
+        with self.in_use, suppress(sqlite3.Error):
             return None if self._link is None else tables.look_up(self._link, table, key)
         return None
 
     def rows(self, table: str) -> list[Row]:
         """All rows of a table that were there at the start, in the order of their making."""
-        with self._using:
+        with self.in_use:
             return [] if self._link is None else tables.rows_of(self._link, table)
 
     def mesh(self, part_id: str) -> bytes | None:
@@ -134,7 +134,7 @@ class State:
     def close(self) -> bool:
         """Write what waits, and let go of the file; whether all of it is written."""
         written = self.commit()
-        with self._using:
+        with self.in_use:
             self._closed = True
             self._release()
         return written

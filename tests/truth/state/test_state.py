@@ -84,7 +84,7 @@ def test_what_a_kill_or_a_power_cut_leaves_is_what_had_come_up_to_a_moment(
         if waits:
             assert state.commit(number)
             committed = len(moments) - 1
-    with state._using:  # between two transactions
+    with state.in_use:  # between two transactions
         left = image(state.file, tmp_path / "image", cut)
     found = State(left)
     assert facts(found) in (moments if cut else moments[committed:])
@@ -98,7 +98,7 @@ def test_what_a_kill_or_a_power_cut_leaves_is_what_had_come_up_to_a_moment(
 
 def test_many_that_wait_share_transactions(opened):
     state = opened()
-    begun, before = threading.Barrier(16), state._writes
+    begun, before = threading.Barrier(16), state.writes
 
     def work(number):
         begun.wait()
@@ -108,7 +108,7 @@ def test_many_that_wait_share_transactions(opened):
     with ThreadPoolExecutor(16) as pool:
         list(pool.map(work, range(16)))
     assert {state.get("facts", f"{number}")[1] for number in range(16)} == {"4"}
-    assert state._writes - before < 80
+    assert state.writes - before < 80
 
 
 def damaged(content, random_):

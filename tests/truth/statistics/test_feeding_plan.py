@@ -8,8 +8,8 @@ import pytest
 from manifold3d import CrossSection, JoinType, Manifold
 
 from ros_pose_stats import estimate, part_from_mesh, simulate, simulate_flips
-from ros_pose_stats.statistics import feeding_plan
-from ros_pose_stats.statistics.plate_fill import blocking_with_bays, plate_fill
+from ros_pose_stats.planning import feeding_plan
+from ros_pose_stats.planning.plate_fill import blocking_with_bays, plate_fill
 from study import shapes
 from tests.bodies import by_index
 
@@ -160,7 +160,7 @@ def test_the_interval_is_that_of_redrawn_shares(dropped, flips):
                                   alone.by_index.values(), 0.03)
 
     told = plate(shares.probability).plan(kick, 4)
-    random, drops, rates = np.random.default_rng(8), plate(shares.probability)._drops, []
+    random, drops, rates = np.random.default_rng(8), plate(shares.probability).drops_as_unsure, []
     number = drops(shares.probability, shares.drops, 0.03)
     for _ in range(200):
         units = random.dirichlet(number * shares.shares)

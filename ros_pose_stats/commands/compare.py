@@ -7,14 +7,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ...errors import RequestError
-from ...records.scene import DEFAULT_PLATE_ERROR
-from ...text import Column, columns, interval, percent, points, ranges, remarks, several
-from .. import arguments as given, running
+from ..errors import RequestError
+from ..records.scene import DEFAULT_PLATE_ERROR
+from ..text import Column, columns, interval, percent, points, ranges, remarks, several
+from . import arguments as given, running
 
 if TYPE_CHECKING:
-    from ...design.comparison import Comparison, VariantComparison
-    from ...records import Part
+    from ..design.comparison import Comparison, VariantComparison
+    from ..records import Part
 
 MOST_DROPS = 20_000
 
@@ -54,7 +54,7 @@ def run(options: argparse.Namespace) -> int:
     page = (None if options.output is None
             else running.output_file(options.output, (".html", ".htm")))
     with running.preparing_kernels():
-        from ...design.compare import compare
+        from ..design.compare import compare
 
         parts = load_variants(options)
     with running.stop_on_interrupt() as interrupted, running.ProgressBar(sys.stderr) as bar:
@@ -68,8 +68,8 @@ def run(options: argparse.Namespace) -> int:
     written = []
     if page is not None and found.drops:
         with running.end_on_interrupt():
-            from ...files import write_file
-            from ...report.page import comparison_page
+            from ..files import write_file
+            from ..report.page import comparison_page
 
             write_file(page, comparison_page(found, (command_to_reproduce(options, found),)
                                              ).encode(errors="replace"))
@@ -81,7 +81,7 @@ def run(options: argparse.Namespace) -> int:
 
 def load_variants(options: argparse.Namespace) -> "list[Part]":
     """Load the parts that the options name."""
-    from ...mesh.parts import load_part
+    from ..mesh.parts import load_part
 
     centers = options.com or [None]
     if len(centers) not in (1, len(options.parts)):
@@ -111,7 +111,7 @@ MOST_ROWS = 40
 
 def comparison_table(found: "Comparison") -> list[str]:
     """Lines: the verdicts, then all variants beside the first one."""
-    from ...design import describe
+    from ..design import describe
 
     lines = [describe.describe_verdict(found, one) for one in found.variants]
     lines += ["", *(f"{describe.letter(place)} {one.part_id}: "
@@ -130,7 +130,7 @@ def comparison_table(found: "Comparison") -> list[str]:
 
 
 def _variant(one: "VariantComparison") -> list[str]:
-    from ...design import describe
+    from ..design import describe
 
     other = describe.letter(one.second)
     heads = [Column("A"), Column(other), Column("A", "%"), Column("90 %", "%"),

@@ -5,14 +5,13 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ...errors import RequestError
-from ...records.scene import describe_scene
-from ...text import Column, columns, name_poses, points, several
-from .. import arguments as given, running
+from ..errors import RequestError
+from ..records.scene import describe_scene
+from ..text import Column, columns, name_poses, points, several
+from . import arguments as given, running
 
 if TYPE_CHECKING:
-    from ...design.sensitivity import Sensitivity
-    from ...design.suggest import Suggestion
+    from ..design import sensitivity, suggest
 
 
 def register(commands: given.Commands) -> None:
@@ -58,9 +57,9 @@ def run(options: argparse.Namespace) -> int:
                            "give how far the outline may move, for instance --within 1mm")
     picture, hull = (None if name is None else running.output_file(name, (kind,))
                      for kind, name in ((".png", options.png), (".stl", options.stl)))
-    from ...design import changes, sensitivity, suggest
-    from ...files import write_file
-    from ...resting.poses import poses_in
+    from ..design import changes, sensitivity, suggest
+    from ..files import write_file
+    from ..resting.poses import poses_in
 
     part = running.load_part_and_kernels(options)
     if options.suggest:
@@ -83,11 +82,11 @@ def run(options: argparse.Namespace) -> int:
     files: dict[Path, bytes] = {}
     with running.end_on_interrupt():
         if picture is not None:
-            from ...plots import changes as drawing, figures
+            from ..plots import changes as drawing, figures
 
             files[picture] = figures.figure_png(drawing.changes_figure(found))
         if hull is not None and proposed is not None:
-            from ...mesh.files import stl_bytes
+            from ..mesh.files import stl_bytes
 
             hulled = proposed.changed.part
             files[hull] = stl_bytes(1e3 * hulled.vertices, hulled.triangles)
@@ -105,9 +104,9 @@ def run(options: argparse.Namespace) -> int:
 MOST_ROWS = 30
 
 
-def sensitivity_table(found: "Sensitivity") -> list[str]:
+def sensitivity_table(found: "sensitivity.Sensitivity") -> list[str]:
     """Lines: what gains most, the share as it is, and the steps that gain, with their checks."""
-    from ...design import describe
+    from ..design import describe
 
     space, best = found.space, found.best
     heads = [Column("step", left=True), Column("alike"), Column("gain", "points"),
@@ -139,9 +138,9 @@ def sensitivity_table(found: "Sensitivity") -> list[str]:
             "effects with their errors", describe.JUDGED]
 
 
-def suggestion_table(found: "Suggestion") -> list[str]:
+def suggestion_table(found: "suggest.Suggestion") -> list[str]:
     """Lines: the steps, and what they gain by estimate and by drops."""
-    from ...design import describe
+    from ..design import describe
 
     if not found.steps:
         return [f"suggestion: no change within {1e3 * found.within:g} mm raises the estimate"]

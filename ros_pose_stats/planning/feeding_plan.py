@@ -14,10 +14,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import RequestError
-from ..records import Array, FlipStatistics, Index, Part, PoseStatistics, StablePose
-from ..records.scene import real_number
+from ..records import Array, FlipStatistics, Index, Part, PoseStatistics, StablePose, scene
 from ..records.statistics import with_units
-from . import feeding, plate_fill, pose_groups
+from ..statistics import feeding, pose_groups
+from . import plate_fill
 
 PICK, FLIP, LEAVE = "pick", "flip", "leave"
 MOST_KICKS = 100  # kicks between two empty plates; more of them are worth hardly more
@@ -53,13 +53,13 @@ class FeederCell:
 
     def check(self) -> None:
         """Raise RequestError if a number is out of its range."""
-        feeding.check_rate(real_number("rate", self.rate), self.cycle_time)
+        feeding.check_rate(scene.real_number("rate", self.rate), self.cycle_time)
         if np.shape(self.plate) != (2,) or not all(
-                0.0 < real_number("plate", side) < MOST_SIDE for side in self.plate):
+                0.0 < scene.real_number("plate", side) < MOST_SIDE for side in self.plate):
             raise RequestError(f"a plate with sides above 0 m, two below {MOST_SIDE:g} m",
                                f"{self.plate}", "measure where the centres of parts come to rest")
         for field in fields(self)[2:]:
-            if not 0.0 <= real_number(field.name, getattr(self, field.name)) < np.inf:
+            if not 0.0 <= scene.real_number(field.name, getattr(self, field.name)) < np.inf:
                 raise RequestError(f"a {field.name} of 0 or more", f"{getattr(self, field.name)}",
                                    "in metres or seconds")
 
@@ -219,7 +219,7 @@ class Plate:
         lie at each picture.
         """
         fresh, picks = self.dropped.probability, float((lying @ seen).sum())
-        counted = self._drops(fresh, self.dropped.drops, self.plate_error)
+        counted = self.drops_as_unsure(fresh, self.dropped.drops, self.plate_error)
         if kick is None:
             return math.sqrt(mean_variance(self.dropped.shares, self.dropped.by_unit(seen),
                                            counted)) / picks
@@ -233,11 +233,11 @@ class Plate:
         row_gain = (lying[:-1] * left).T @ after
         for row, values, flips in zip(moves, row_gain, kick.counts.sum(axis=1).tolist(),
                                       strict=True):
-            drops = flips if kick.observed else self._drops(row, flips, FLIPS_ERROR)
+            drops = flips if kick.observed else self.drops_as_unsure(row, flips, FLIPS_ERROR)
             variance += mean_variance(row, values, drops)
         return math.sqrt(variance) / picks
 
-    def _drops(self, shares: Array, counted: float, error: float) -> float:
+    def drops_as_unsure(self, shares: Array, counted: float, error: float) -> float:
         """Drops that leave shares (K,) as uncertain as if counted so, and off in each group."""
         groups = np.bincount([pose.group for pose in self.poses], shares).astype(np.float64)
         inverse = 1.0 / counted + 1.0 / pose_groups.equivalent_drops(

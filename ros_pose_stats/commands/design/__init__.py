@@ -1,1 +1,0 @@
-"""Commands for whoever changes a part: `compare` and `sensitivity`."""
