@@ -92,7 +92,9 @@ def parse_mesh(path: Path, content: bytes, unit: str | float | None = None, *,
     data = _plain(path, suffix, content)
     declared = None
     if suffix == ".stl" and _is_binary_stl(data):
-        vertices, triangles = _binary_triangles(data)
+        corners = np.frombuffer(data, _STL_TRIANGLE, offset=84)["corners"]  # three a triangle
+        vertices: Array = corners.reshape(-1, 3).astype(np.float64)
+        triangles: Index = np.arange(len(vertices)).reshape(-1, 3)
     elif suffix in STEP_SUFFIXES:
         declared = declared_step_unit(data)
         metres, triangles = _joined(_parsed(path, ".glb", tessellate_step(path, data)))
@@ -132,13 +134,6 @@ def _plain(path: Path, suffix: str, data: bytes) -> bytes:
             # Only names and comments have other encodings, so any single-byte one will do.
             return data.decode("latin-1").encode("utf-8")
     return data
-
-
-def _binary_triangles(data: bytes) -> tuple[Array, Index]:
-    """Vertices and triangles of a binary STL file, three vertices a triangle."""
-    records = np.frombuffer(data, _STL_TRIANGLE, offset=84)
-    vertices = records["corners"].reshape(-1, 3).astype(np.float64)
-    return vertices, np.arange(len(vertices)).reshape(-1, 3)
 
 
 def _parsed(path: Path, suffix: str, data: bytes) -> list[Placed]:

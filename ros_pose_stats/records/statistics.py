@@ -241,7 +241,13 @@ class PoseStatistics:
         return {pose.index: pose for pose in sorted(self.poses, key=lambda pose: pose.index)}
 
     def to_frame(self) -> Any:
-        """The poses as a pandas DataFrame, if installed; by `index`, columns are JSON's keys."""
+        """The poses as a pandas DataFrame with the keys of JSON as columns, by `index`.
+
+        Raises
+        ------
+        RequestError
+            If pandas is not installed.
+        """
         try:
             pandas = import_module("pandas")
         except ImportError as error:

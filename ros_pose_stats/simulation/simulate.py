@@ -13,7 +13,7 @@ from ..resting import poses, trust
 from ..statistics.prefix import Judge, Prefix, counted_shares, target_reached
 from .chunks import DropWorkers
 from .drop_body import drop_body
-from .drops import DropChunk, DropOutcomes, compute_drops, drop_rules, random_starts
+from .drops import DropChunk, compute_drops, drop_rules, random_starts
 from .request import ALONE, FEWEST, DropRequest, Watch, drop_request
 
 
@@ -105,8 +105,9 @@ class _Simulation:
         def stop() -> bool:
             return prefix.finished or bool(watch.should_stop())
 
-        workers = DropWorkers(self._drop, request.drops, request.workers, stop, watch.background,
-                              prefix.wanted)
+        workers = DropWorkers(
+            lambda first, count: compute_drops(self._body, self._rules, self._downs(first, count)),
+            request.drops, request.workers, stop, watch.background, prefix.wanted)
         for outcomes in workers.outcomes_in_order():
             first, kept = prefix.drops, prefix.add(outcomes.pose)
             if watch.on_drops is not None and kept:
@@ -132,9 +133,6 @@ class _Simulation:
                     judged.expected_error, judged.bound, request.target_error,
                     time.perf_counter() - self._begin, self._statistics))
         return self._statistics()
-
-    def _drop(self, first: int, count: int) -> DropOutcomes:
-        return compute_drops(self._body, self._rules, self._downs(first, count))
 
     def _downs(self, first: int, count: int) -> Array:
         request = self._request
