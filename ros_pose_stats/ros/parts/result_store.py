@@ -11,9 +11,8 @@ from rclpy.serialization import deserialize_message, serialize_message
 from ros_pose_stats_msgs.msg import PoseStatistics
 from std_msgs.msg import Header
 
-from ... import records
+from ... import methods, records
 from ...estimators.estimate import estimate_in
-from ...methods import AUTO, OBSERVED
 from ...planning import hybrid
 from ...simulation.request import Watch, drop_request
 from ..base import Base
@@ -64,7 +63,7 @@ class ResultStore:
             last = last if behind else model
             known.shown = Shown(last, model, scene, time.monotonic())
             revisions.newest = revisions.shown = max(revisions.newest, last.revision)
-            observed = last.method == OBSERVED
+            observed = last.method == methods.OBSERVED
             if self._counts.counted_as(known, model) != last.observed * observed or (
                     observed and last.header.frame_id != settings.plate_frame):
                 self._latch(known, model, scene)
@@ -101,13 +100,14 @@ class ResultStore:
                 if model.drops and not model.job_id:
                     self._results.put(self._key(CHECKED, known, scene), model)
                 self.offer_result(known, scene, model)
-        checked = self.checked(known, scene) if settings.default_method == AUTO else None
+        checked = self.checked(known, scene) if settings.default_method == methods.AUTO else None
         self.offer_result(known, scene, checked or self.estimate(known, "", scene))
 
     def remembers(self, known: KnownPart, method: str, scene: records.DropScene) -> bool:
         """Whether an answer without a target is at hand; raises as `estimate`."""
         name = method or self._settings().default_method
-        role = CHECKED if name == AUTO else part_requests.estimator_name(name, scene.restitution)
+        role = CHECKED if name == methods.AUTO else part_requests.estimator_name(
+            name, scene.restitution)
         return self._results.get(self._key(role, known, scene)) is not None
 
     def checked(self, known: KnownPart, scene: records.DropScene) -> PoseStatistics | None:
@@ -119,7 +119,7 @@ class ResultStore:
         settings = self._settings()
         scene = settings.scene(known.scene_override)
         model = known.model_in(scene)
-        return (settings.default_method == AUTO and self.checked(known, scene) is None
+        return (settings.default_method == methods.AUTO and self.checked(known, scene) is None
                 and not (model is not None and model.drops))
 
     def check(self, known: KnownPart, scene: records.DropScene) -> PoseStatistics:
@@ -132,14 +132,14 @@ class ResultStore:
             part = known.part
             request = drop_request(hybrid.CHECK_DROPS, part.seed, 0.0, settings.threads())
             statistics, _ = hybrid.checked(
-                estimate_in(part, scene, AUTO), part, scene, request,
+                estimate_in(part, scene, methods.AUTO), part, scene, request,
                 Watch(None, lambda: self._lanes.closed, background=True))
             if self._lanes.closed:
                 raise CancelledError
             message = (self.number_result(known, statistics, settings) if statistics.drops
-                       else self.estimate(known, AUTO, scene))
+                       else self.estimate(known, methods.AUTO, scene))
             self._results.put(self._key(CHECKED, known, scene), message)
-        if settings.default_method == AUTO:
+        if settings.default_method == methods.AUTO:
             self.offer_result(known, scene, message)
         return message
 
@@ -162,7 +162,7 @@ class ResultStore:
     def number_result(self, known: KnownPart, statistics: records.PoseStatistics,
                       settings: Settings, job_id: str = "", final: bool = True) -> PoseStatistics:
         """Make the message of a new result of a part, with the error of the settings' plate."""
-        if statistics.method != OBSERVED:
+        if statistics.method != methods.OBSERVED:
             statistics = replace(statistics, plate_error=settings.plate_error)
         return messages.statistics_message(
             statistics, settings.plate_frame, plate=settings.plate,
@@ -203,7 +203,7 @@ class ResultStore:
         if again:
             message = copy.copy(message)
             message.revision = revisions.next()
-        if known.counts is not None and message.method == OBSERVED and not (
+        if known.counts is not None and message.method == methods.OBSERVED and not (
                 self._state.commit(known.counts.change)):
             message = self._announcer.warn_unrecorded(message)
         recorded = not again or at - revisions.recorded_at >= SECONDS_BETWEEN
@@ -214,9 +214,9 @@ class ResultStore:
         known.shown = Shown(message, model, scene, at, recorded)
         data = serialize_message(message)
         self._announcer.publish_result(known, data)
+        beside = serialize_message(model) if message.method == methods.OBSERVED else b""
         self._state.put(Change("results", known.part_id, (
-            known.part_id, data, serialize_message(model) if message.method == OBSERVED else b"",
-            revisions.newest)))
+            known.part_id, data, beside, revisions.newest)))
 
     def _key(self, role: str, known: KnownPart, scene: records.DropScene) -> Key:
         """The key of a role (`BEST`, `CHECKED` or a method) of a part in a scene."""
@@ -236,7 +236,7 @@ class Stores(NamedTuple):
 
 def _labelled(known: KnownPart, settings: Settings, message: PoseStatistics) -> PoseStatistics:
     """The same with the present frame and plate; itself if it has them or was counted."""
-    if message.method == OBSERVED or (
+    if message.method == methods.OBSERVED or (
             message.plate, message.header.frame_id, message.plate_error) == (
             settings.plate, settings.plate_frame, settings.plate_error):
         return message
