@@ -253,7 +253,7 @@ def ended(domain, tmp_path_factory):
         told["waited"] = [wait_for(one) for one in (slow, feeding)]
         told["many"] = [wait_for(one) for one in told["many"]]
         told["goal"] = goal.result()[1]
-        assert is_gone(builder)
+        until(lambda: is_gone(builder), "the end of the builder")
         goals.close()
     return folder, told
 
