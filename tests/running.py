@@ -49,9 +49,10 @@ def call(*arguments, program=cli.main):
             status = program([str(argument) for argument in arguments])
         except SystemExit as end:  # of the parser
             status = end.code if isinstance(end.code, int) else 1
-    for number, handler in handlers.items():
-        if signal.getsignal(number) is not handler:
-            signal.signal(number, handler)
+        finally:
+            for number, handler in handlers.items():
+                if signal.getsignal(number) is not handler:
+                    signal.signal(number, handler)
     return Done(status or 0, out.getvalue(), err.getvalue())
 
 

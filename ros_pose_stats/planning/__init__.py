@@ -1,1 +1,1 @@
-"""Which method answers a request: an estimate, drops, or both combined."""
+"""Which method answers a request, how sure its answer is, and the plan of a feeder's plate."""

@@ -116,7 +116,7 @@ def plan_feeding(dropped: PoseStatistics, wanted: Sequence[int], cell: FeederCel
         cell counted (`learn_flips`) the errors are their own, without the plate's.
     part : Part, optional
         The part, whose bays and holes let others in. Default: silhouettes count as convex, which
-        tells too few free parts, of a hex bolt 7 % (docs/measured/benchmarks.md).
+        tells too few free parts, of a hex bolt up to 8 % (docs/measured/benchmarks.md).
 
     Returns
     -------
@@ -163,7 +163,8 @@ class Plate:
     dropped: pose_groups.PoseShares
     poses: Sequence[StablePose]  # by their index
     plate_error: float  # of the shares on a real plate, beside that of the model; a fraction
-    # (K,); of the area in which convex silhouettes would block a part, the share in which it is
+    # (K,); of the area in which convex silhouettes would block a part, the share in which it is,
+    # among parts that were dropped
     blocking: Array | float = 1.0
 
     def fill(self, shares: Array) -> plate_fill.PlateFill:

@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy import ndimage, signal
 
 from ..records import Array, Index, Mask, Part, StablePose
 from ..resting.outlines import outline_at
@@ -16,6 +15,8 @@ GOLDEN = 0.5 * (5.0 ** 0.5 - 1.0)  # turns by it are spread evenly
 NODES, TURNS = 97, 32
 """Nodes along a side of the raster on which true silhouettes meet, and ways in which another part
 lies: finer ones change the area by less than 0.3 % (tests/truth/statistics)."""
+
+MOST_OUTLINED = 16  # kinds of picked poses, the likeliest; others are taken for their mean
 
 
 class PlateFill(NamedTuple):
@@ -72,35 +73,41 @@ def blocking_with_bays(part: Part, poses: Sequence[StablePose], shares: Array, p
                        clearance: float) -> Array:
     """Share (K,) of the area in which convex silhouettes block a part that its own ones leave.
 
-    Of the poses `picked`; of the others 1. The other part lies in some of its poses, by their
-    shares, and turned evenly; areas are counted on a raster, on which both kinds err alike.
+    Of the poses `picked`; of the others it is 1. The other part lies in its poses by their shares,
+    and turned evenly; areas are counted on a raster, on which both kinds err alike.
     """
+    from scipy import ndimage, signal  # slow to load, and only bays need them
+
     _, first, group = np.unique([pose.group for pose in poses], return_index=True,
                                 return_inverse=True)
     ways = shares.sum() * (np.arange(TURNS) + 0.5) / TURNS
     other = np.searchsorted(shares.cumsum(), ways).clip(max=len(poses) - 1)
     # Of poses that look alike the first stands for all.
-    mine, other = (first[group[some]].tolist() for some in (picked, other))
+    mine, other = first[group[picked]], first[group[other]]
+    kinds = sorted(set(mine.tolist()), key=lambda index: -shares[index])[:MOST_OUTLINED]
+    hulls = {index: [poses[index].outline] for index in {*kinds, *other.tolist()}}
+    # What has no width has no outline of its own.
     outlines = {index: [ring for polygon in outline_at(part, poses[index]) for ring in polygon]
-                for index in {*mine, *other}}
+                or hull for index, hull in hulls.items()}
     reach = clearance + max(np.hypot(*pose.outline.T).max() for pose in poses)
     # No node lies on the axes, to which parts are symmetric.
     node = (np.arange(NODES) - 0.5 * NODES + GOLDEN) * (2.0 * reach / (NODES - 1))
 
     def blocked(silhouettes: Mapping[int, Sequence[Array]]) -> Array:
-        """Nodes (picked,) at which a centre of another part is too near, in all turns."""
+        """Nodes (kinds,) at which a centre of another part is too near, in all turns."""
         others = [_covered(silhouettes[index], turn, node)[::-1, ::-1].astype(float)
                   for index, turn in zip(other, 2.0 * np.pi * GOLDEN * np.arange(TURNS),
                                          strict=True)]
         grown = [ndimage.distance_transform_edt(~_covered(silhouettes[index], 0.0, node),
                                         sampling=node[1] - node[0]) <= clearance
-                 for index in mine]
-        meeting = [[signal.fftconvolve(one, other) > 0.5 for other in others] for one in grown]
-        return np.asarray(np.count_nonzero(meeting, axis=(1, 2, 3)), dtype=np.float64)
+                 for index in kinds]
+        return np.array([sum(np.count_nonzero(signal.fftconvolve(one, each) > 0.5)
+                             for each in others) for one in grown], dtype=np.float64)
 
+    share = blocked(outlines) / blocked(hulls)
+    of_kind = dict(zip(kinds, share.tolist(), strict=True))
     found = np.ones(len(poses))
-    found[picked] = blocked(outlines) / blocked({
-        index: [poses[index].outline] for index in outlines})
+    found[picked] = [of_kind.get(index, share.mean()) for index in mine.tolist()]
     return found
 
 

@@ -68,7 +68,8 @@ class Rank(IntEnum):
 
 MOST_WAITING = {Lane.QUICK: (64, "meshes of a kind"), Lane.SLOW: (64, "large meshes of a kind"),
                 Lane.CHECK: (256, "estimates to be checked"),
-                Lane.OUTLINE: (16, "requests for outlines"), Lane.FIT: (16, "fits of plates")}
+                Lane.OUTLINE: (16, "requests for outlines and plans"),
+                Lane.FIT: (16, "fits of plates")}
 MOST_SENT = 8  # large meshes that wait with their requests; each may take a minute
 
 ROOM = 4  # times `max_mesh_bytes`, for all that wait or are in hand; half of it for large ones

@@ -84,7 +84,8 @@ class PoseStatsNode(AnsweringNode):
         asked = services.Services(base, stores, self.intake, refiner, jobs, reports, self.outlines)
         self.actions = [goals.SimulateDropsServer(base, asked, jobs, reports),
                         goals.SimulateFlipsServer(base, parts, self.intake, self.flip_jobs[0])]
-        cell.FeedingService(base, stores, self.flip_jobs[1], flips, self.outlines)
+        cell.FeedingService(base, stores, self.flip_jobs[1], flips, self.intake,
+                            self.outlines)
         cell.PlateFits(base, stores, self.table.use_plate)
         # Once a second: what was counted, the disk, and how the node is.
         steady_timer(self, 1.0, self._write_down)

@@ -73,7 +73,7 @@ def run(options: argparse.Namespace) -> int:
         options.pick_time, options.camera_time, options.drop_time)
     dropped = auto.estimate(part, **given.scene_keywords(options))
     # What is refused is refused at once.
-    plan = feeding_plan.plan_feeding(dropped, options.wanted, cell, part=part)
+    plan = feeding_plan.plan_feeding(dropped, options.wanted, cell)
     counted = read_flips(options.counts, len(dropped.poses))
     kicks = kicking.usual_kicks(dropped.radius) if options.kicks is None else options.kicks
     warnings = [*dropped.warnings, *pose_groups.warn_of_alike(dropped, options.wanted),
@@ -88,8 +88,7 @@ def run(options: argparse.Namespace) -> int:
     stopped = interrupted()
     if counted and flips and not stopped:
         flips = [feeding.learn_flips(flips, each, speed) for speed, each in counted.items()]
-    if flips:
-        plan = feeding_plan.plan_feeding(dropped, options.wanted, cell, flips, part)
+    plan = feeding_plan.plan_feeding(dropped, options.wanted, cell, flips, part)
     if picture is not None and flips:
         from ...files import write_file
         from ...plots import figures, shares

@@ -121,7 +121,7 @@ class JobReports(JobListener):
         self._recorder.record(DROP_RECORDS, serialize_message(record))
 
     def ended(self, job: Job, state: JobState) -> None:
-        """Keep the end and its result, put both on record, latch the result, and tell the end."""
+        """Keep the end and its result, put both on record, and latch the result."""
         known, event = self._part_of(job) or job.known(), job_event(job, state)
         answer, data = None, b""
         if job.snapshot is not None and known is not None:
@@ -142,10 +142,10 @@ class JobReports(JobListener):
             data = serialize_message(answer)
         if job_change(event, data) != change:  # warnings have come since
             self._state.put(job_change(event, data))
+        self._note_end(event, len(data))
         current = self._part_of(job)
         if answer is not None and current is not None and answer.drops > answer.unsettled:
             self._results.offer_result(current, job.request.scene, answer)
-        self._note_end(event, len(data))  # last: who hears of the end may ask for the result
         self._log.info(f"{job.job_id}: {state.name} after {job.drops_done} of "
                   f"{job.request.drops} drops of '{job.part_id}'"
                   + (f": {job.message}" if job.message else ""))

@@ -137,7 +137,8 @@ class Refinement:
             bound = credible_bound(known.part, result, scene)
             if bound <= target_error:
                 return result, confidence.enough(_means(result), bound, target_error)
-        spent = dropped if dropped and dropped.drops >= most else None
+        spent = next((result for result in (dropped, self._results.find_tried(known, scene))
+                      if result and result.drops >= most), None)
         bound = credible_bound(known.part, spent or best, scene)
         short = confidence.not_enough(_means(spent or best), bound, target_error)
         if spent is not None:

@@ -27,6 +27,7 @@ REMEMBERED_POSES = 20_000  # of results for parts and scenes that come again; so
 SECONDS_BETWEEN = 1.0  # a part that is being refined is published at most this often
 BEST = "best"  # of all that came for a scene; latched at once where that is the part's again
 CHECKED = "checked"  # the default estimate with some drops beside it, the usual answer
+TRIED = "tried"  # the end of the last job
 
 Key = tuple[str, str, str, records.DropScene, str, float, str]
 
@@ -159,6 +160,10 @@ class ResultStore:
         best = self._results.get(self._key(BEST, known, scene))
         return best if best is not None and best.drops else None
 
+    def find_tried(self, known: KnownPart, scene: records.DropScene) -> PoseStatistics | None:
+        """The end result of the last drops for a scene, which need not be the best."""
+        return self._results.get(self._key(TRIED, known, scene))
+
     def number_result(self, known: KnownPart, statistics: records.PoseStatistics,
                       settings: Settings, job_id: str = "", final: bool = True) -> PoseStatistics:
         """Make the message of a new result of a part, with the error of the settings' plate."""
@@ -182,6 +187,8 @@ class ResultStore:
         """
         key = self._key(BEST, known, scene)
         best = self._results.get(key)
+        if message.final and message.job_id:
+            self._results.put(self._key(TRIED, known, scene), message)
         if message.final and (best is None or messages.replaces(message, best)):
             self._results.put(key, message)
         with known.revisions.lock:
@@ -219,7 +226,7 @@ class ResultStore:
             known.part_id, data, beside, revisions.newest)))
 
     def _key(self, role: str, known: KnownPart, scene: records.DropScene) -> Key:
-        """The key of a role (`BEST`, `CHECKED` or a method) of a part in a scene."""
+        """The key of a role (`BEST`, `CHECKED`, `TRIED` or a method) of a part in a scene."""
         settings = self._settings()
         return (role, known.part_id, known.digest, scene, settings.plate, settings.plate_error,
                 settings.plate_frame)

@@ -24,7 +24,7 @@ from ..jobs import FlipRequest, Jobs, State, run
 from ..lanes import Lane, Rank, done_with, ending
 from ..messages import part_messages, part_requests
 from ..messages.statistics_messages import fill_bounds, statistics_of_message
-from ..parts import count_store, known_part, part_builder, result_store
+from ..parts import count_store, intake, known_part, part_builder, result_store
 
 if TYPE_CHECKING:
     from ...plates import PlateFit
@@ -39,8 +39,9 @@ class FeedingService:
     """Answers from flips of its own `jobs`, or of goals if there are enough, or from none."""
 
     def __init__(self, base: Base, stores: result_store.Stores, jobs: Jobs,
-                 reports: run.FlipReports, outlines: part_builder.Outlines) -> None:
-        self._settings, self._outlines = base.settings, outlines
+                 reports: run.FlipReports, ways_in: intake.Intake,
+                 outlines: part_builder.Outlines) -> None:
+        self._settings, self._ways_in, self._outlines = base.settings, ways_in, outlines
         self._parts, self._learnt, _, _ = stores
         self._jobs, self._reports = jobs, reports
         self._flipped: known_part.Memory[run.FlipKey, bool] = known_part.Memory(MOST_FLIPPED)
@@ -114,8 +115,9 @@ class FeedingService:
             basis += f" and {flips[0].observed} seen"
         chosen = flips[0] if flips else None
         if cell is not None:
-            plan = yield self._outlines.put(known.part, "a plan", plan_feeding, found,
-                                            list(request.wanted), cell, flips, known.part)
+            part = (yield self._ways_in.built(known)).part
+            plan = yield self._outlines.put(part, "a plan", plan_feeding, found,
+                                            list(request.wanted), cell, flips, part)
             place = plan.options.index(plan.best)
             chosen = flips[place - 1] if place else None  # they are in that order, by height
             response.action = [getattr(response, action.upper()) for action in plan.actions]
@@ -151,20 +153,17 @@ class PlateFits:
 
     def answer(self, request: Any, response: Any) -> Steps:
         """Fit, and work with what was found if that is wanted."""
-        from ...plates import count_part, fit_plate, refuse_name
-
         settings = self._settings()
         plate = request.plate or settings.plate
         if request.apply:
+            from ...plates import refuse_name
+
             if not settings.plates:
                 raise RequestError("a file to write the plate into (parameter plates)",
                                    "none", "set the parameter, or ask without apply")
             refuse_name(plate)
         counted = counts_on(plate, settings.plate, self._parts.all())
-        fit = yield self._lanes.put(lambda: fit_plate([
-            count_part(known.part, dict(enumerate(seen.total.tolist())),  # builds it if need be
-                       **seen.ground.numbering._asdict())
-            for known, seen in counted]), Rank.KNOWN, Lane.FIT)
+        fit = yield self._lanes.put(partial(fit_counts, counted), Rank.KNOWN, Lane.FIT)
         fill_bounds(response, restitution=fit.restitution, drop_height=fit.drop_height,
                     round_sides=fit.round_sides)
         response.plate_error, response.p_value = fit.plate_error, fit.p_value
@@ -219,3 +218,11 @@ def counts_on(plate: str, present: str,
             "publish what cameras count there on ~/pose_counts, or what they see on "
             "~/observed_parts")
     return chosen
+
+
+def fit_counts(counted: list[tuple[known_part.KnownPart, count_store.CellCounts]]) -> PlateFit:
+    """Fit a plate to counts of parts, which are built for that where they are not yet."""
+    from ...plates import count_part, fit_plate
+
+    return fit_plate([count_part(known.part, dict(enumerate(seen.total.tolist())),
+                                 **seen.ground.numbering._asdict()) for known, seen in counted])

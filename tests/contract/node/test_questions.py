@@ -176,6 +176,17 @@ class TestPlan:
         assert "a kick height of 0 m" in cell.refused("feeding", part_id=part_id, plate_length=0.3,
                                                       plate_width=0.2, kick_heights=[-1], **ASKED)
 
+    def test_a_part_of_many_triangles_is_planned_too(self, cell):
+        """In a process of its own."""
+        surface, part_id = WEDGE, new_id()
+        for _ in range(5):
+            surface = trimesh.remesh.subdivide(*surface)
+        cell.good("estimate", part=flat(surface, part_id))
+        answer = cell.good("feeding", part_id=part_id, plate_length=0.3, plate_width=0.2,
+                           kick_heights=[0.011], **ASKED)
+        low, value, high = interval(answer, "parts_per_minute")
+        assert answer.parts_on_plate > 1 and low < value < high
+
     def test_flips_that_were_counted_take_the_place_of_the_model_s(self, cell):
         part_id = known_part(cell)
         shown = latched(cell, part_id)
