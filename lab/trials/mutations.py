@@ -86,11 +86,11 @@ MUTATIONS: Final = (
              ("tests/contract/bags/test_drop_film.py",)),
     Mutation("ros", "a dropped lock: two nodes have one state file",
              "ros_pose_stats/ros/state/tables.py",
-             "fcntl.flock(self._number, fcntl.LOCK_EX | fcntl.LOCK_NB)", "pass",
+             "fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)", "pass",
              ("tests/contract/node/restart/test_lives.py",)),
     Mutation("commands", "an exit status: a run that Ctrl-C has ended is told as complete",
              "ros_pose_stats/commands/running.py",
-             "return INTERRUPTED if stopped else 0", "return 0",
+             "return INTERRUPTED if interrupted else 0", "return 0",
              ("tests/contract/commands/test_interrupts.py",)),
 )
 

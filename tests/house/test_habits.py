@@ -4,7 +4,8 @@ import ast
 
 import pytest
 
-from tests.house.weight import PACKAGE, python_files
+from lab.trials.mutations import MUTATIONS
+from tests.house.weight import PACKAGE, ROOT, python_files
 
 TREES = ("tests", "lab")
 
@@ -90,3 +91,8 @@ def test_no_file_has_a_habit():
 ])
 def test_the_habits_are_seen(habit, text):
     assert len(list(habit(ast.parse(text)))) == 1
+
+
+def test_mistakes_that_trials_make_have_a_place():
+    assert [one.room for one in MUTATIONS
+            if (ROOT / one.file).read_text(encoding="utf-8").count(one.text) != 1] == []
