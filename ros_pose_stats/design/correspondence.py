@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..planning.plate_fill import area_and_length
 from ..records import Array, Index
+from ..resting.outlines import area_and_length
 from ..resting.poses import RestingPoses
 from ..simulation.drops import random_starts
 

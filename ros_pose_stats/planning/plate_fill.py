@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..records import Array, Index, Mask, Part, StablePose
-from ..resting.outlines import outline_at
+from ..resting.outlines import area_and_length, outline_at
 
 PLACES, DIRECTIONS = 6, 96
 """Nodes along half a side of the plate, and directions in which its edge is looked for."""
@@ -14,7 +14,7 @@ PLACES, DIRECTIONS = 6, 96
 GOLDEN = 0.5 * (5.0 ** 0.5 - 1.0)  # turns by it are spread evenly
 NODES, TURNS = 97, 32
 """Nodes along a side of the raster on which true silhouettes meet, and ways in which another part
-lies: finer ones change the area by less than 0.3 % (tests/truth/statistics)."""
+lies: enough for the fill of real outlines to a percent or two (docs/measured/benchmarks.md)."""
 
 MOST_OUTLINED = 16  # kinds of picked poses, the likeliest; others are taken for their mean
 
@@ -59,14 +59,6 @@ def plate_fill(outlines: Sequence[Array], shares: Array, plate: tuple[float, flo
     inside = np.pi * np.minimum(disc[:, None, None], edge).mean(axis=-1)
     blocked: Array = np.minimum(1.0, inside / (plate[0] * plate[1]))
     return PlateFill(blocked, np.asarray(0.25 * np.outer(weight, weight).ravel(), np.float64))
-
-
-def area_and_length(outline: Array) -> tuple[float, float]:
-    """Area and length of a polygon's boundary."""
-    x, y = outline.T
-    ahead = np.roll(outline, -1, axis=0)
-    return (0.5 * abs(float(x @ ahead[:, 1] - y @ ahead[:, 0])),
-            float(np.hypot(*(ahead - outline).T).sum()))
 
 
 def blocking_with_bays(part: Part, poses: Sequence[StablePose], shares: Array, picked: Index,

@@ -91,3 +91,11 @@ def _rings(polygon: "CrossSection", unit: float) -> Polygon:
     twice = [float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum())
              for x, y in (ring.T for ring in rings)]
     return tuple(rings[k] * unit for k in sorted(range(len(rings)), key=lambda k: -twice[k]))
+
+
+def area_and_length(outline: Array) -> tuple[float, float]:
+    """Area and length of a polygon's boundary."""
+    x, y = outline.T
+    ahead = np.roll(outline, -1, axis=0)
+    return (0.5 * abs(float(x @ ahead[:, 1] - y @ ahead[:, 0])),
+            float(np.hypot(*(ahead - outline).T).sum()))

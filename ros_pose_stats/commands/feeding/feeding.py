@@ -73,7 +73,7 @@ def run(options: argparse.Namespace) -> int:
         options.pick_time, options.camera_time, options.drop_time)
     dropped = auto.estimate(part, **given.scene_keywords(options))
     # What is refused is refused at once.
-    plan = feeding_plan.plan_feeding(dropped, options.wanted, cell)
+    feeding_plan.plan_feeding(dropped, options.wanted, cell)
     counted = read_flips(options.counts, len(dropped.poses))
     kicks = kicking.usual_kicks(dropped.radius) if options.kicks is None else options.kicks
     warnings = [*dropped.warnings, *pose_groups.warn_of_alike(dropped, options.wanted),
