@@ -18,15 +18,24 @@ setup(
     maintainer_email="maintainers@users.noreply.github.com",
     python_requires=">=3.10",
     packages=find_packages(include=[PACKAGE, f"{PACKAGE}.*"]),
-    package_data={PACKAGE: ["py.typed"],
-                  f"{PACKAGE}.report": ["assets/*"], f"{PACKAGE}.catalogue": ["assets/*"],
-                  f"{PACKAGE}.estimators": ["weights/*.npz"]},
+    package_data={
+        PACKAGE: ["py.typed"],
+        f"{PACKAGE}.report": ["assets/*"],
+        f"{PACKAGE}.catalogue": ["assets/*"],
+        f"{PACKAGE}.estimators": ["weights/*.npz"],
+    },
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
         (f"share/{PACKAGE}/launch", ["launch/pose_stats.launch.py"]),
-        (f"share/{PACKAGE}/config", ["config/pose_stats.yaml", "config/pose_stats.rviz",
-                                     "config/pose_stats.foxglove.json"]),
+        (
+            f"share/{PACKAGE}/config",
+            [
+                "config/pose_stats.yaml",
+                "config/pose_stats.rviz",
+                "config/pose_stats.foxglove.json",
+            ],
+        ),
     ],
     install_requires=[
         "setuptools",
@@ -45,13 +54,19 @@ setup(
         "mcap-ros2-support>=0.5.3",
         "PyYAML",
     ],
-    extras_require={"test": ["pytest", "hypothesis"], "cluster": ["distributed>=2024.1"],
-                    "step": ["cascadio>=0.1.1"], "parquet": ["pyarrow>=14"]},
-    entry_points={"console_scripts": [
-        f"{PACKAGE} = {PACKAGE}.cli:main",
-        f"pose_stats_node = {PACKAGE}.commands.node:main",
-        f"example_planner = {PACKAGE}.ros.examples.planner:main",
-        f"example_camera = {PACKAGE}.ros.examples.camera:main",
-    ]},
+    extras_require={
+        "test": ["pytest", "hypothesis"],
+        "cluster": ["distributed>=2024.1"],
+        "step": ["cascadio>=0.1.1"],
+        "parquet": ["pyarrow>=14"],
+    },
+    entry_points={
+        "console_scripts": [
+            f"{PACKAGE} = {PACKAGE}.cli:main",
+            f"pose_stats_node = {PACKAGE}.commands.node:main",
+            f"example_planner = {PACKAGE}.ros.examples.planner:main",
+            f"example_camera = {PACKAGE}.ros.examples.camera:main",
+        ]
+    },
     zip_safe=False,
 )

@@ -44,8 +44,9 @@ def end_with_parent() -> None:
 def process(module: str, *arguments: str) -> Iterator[subprocess.Popen[bytes]]:
     """A module or a script of ours run in the background; ended with SIGINT, in any case."""
     how = [] if module.endswith(".py") else ["-m"]
-    child = subprocess.Popen([sys.executable, *how, module, *arguments], cwd=ROOT,
-                             preexec_fn=end_with_parent)
+    child = subprocess.Popen(
+        [sys.executable, *how, module, *arguments], cwd=ROOT, preexec_fn=end_with_parent
+    )
     try:
         yield child
     finally:
@@ -85,8 +86,11 @@ class Listener:
         self.executor.add_node(self.node)
         self._results: list[Any] = []
         self.node.create_subscription(
-            PoseStatistics, "/pose_stats/pose_statistics", self._results.append,
-            QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+            PoseStatistics,
+            "/pose_stats/pose_statistics",
+            self._results.append,
+            QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL),
+        )
         self.thread = threading.Thread(target=self.executor.spin)
         self.thread.start()
 

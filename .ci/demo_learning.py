@@ -20,12 +20,23 @@ TRUE_DROPS = 10_000
 
 def learn_plate(listener: Listener, node: subprocess.Popen[bytes]) -> Path:
     """Run a planner and a camera beside the node until it has seen enough; the picture of it."""
-    with process("ros_pose_stats.ros.examples.planner", *parameters(
-            file=PART, unit="mm", **FEEDER)) as planner, \
-            process(".ci/demo_camera.py", *parameters(
-                file=PART, unit="mm", batch=10, period=0.05, **PLATE)) as camera:
-        wait_for("result from what the camera saw", lambda: any(
-            one.observed >= PARTS for one in listener.results(PART.stem)), node, planner, camera)
+    with (
+        process(
+            "ros_pose_stats.ros.examples.planner",
+            *parameters(file=PART, unit="mm", **FEEDER),
+        ) as planner,
+        process(
+            ".ci/demo_camera.py",
+            *parameters(file=PART, unit="mm", batch=10, period=0.05, **PLATE),
+        ) as camera,
+    ):
+        wait_for(
+            "result from what the camera saw",
+            lambda: any(one.observed >= PARTS for one in listener.results(PART.stem)),
+            node,
+            planner,
+            camera,
+        )
     from learning_figure import learning_figure
 
     from ros_pose_stats import load_part, simulate
@@ -34,12 +45,18 @@ def learn_plate(listener: Listener, node: subprocess.Popen[bytes]) -> Path:
     results = [statistics_of_message(one) for one in listener.results(PART.stem)]
     truth = simulate(load_part(PART, unit="mm"), TRUE_DROPS, seed=1, **PLATE)
     true = {pose.index: pose.probability for pose in truth.poses}
-    print(f"\n{'pose':>4} {'predicted %':>12} {'calibrated':>10} {'90 %':>15} {'true %':>7}")
+    print(
+        f"\n{'pose':>4} {'predicted %':>12} {'calibrated':>10} {'90 %':>15} {'true %':>7}"
+    )
     predicted = {pose.index: pose.probability for pose in results[0].poses}
     for pose in results[-1].poses:
-        interval = f"{100 * pose.probability_low:.1f} - {100 * pose.probability_high:.1f}"
-        print(f"{pose.index:>4} {100 * predicted[pose.index]:>12.1f} "
-              f"{100 * pose.probability:>10.1f} {interval:>15} {100 * true[pose.index]:>7.1f}")
+        interval = (
+            f"{100 * pose.probability_low:.1f} - {100 * pose.probability_high:.1f}"
+        )
+        print(
+            f"{pose.index:>4} {100 * predicted[pose.index]:>12.1f} "
+            f"{100 * pose.probability:>10.1f} {interval:>15} {100 * true[pose.index]:>7.1f}"
+        )
     file = DEMO / f"{PART.stem}_learned.png"
     learning_figure(results, truth).savefig(file, dpi=110)
     return file
@@ -47,5 +64,11 @@ def learn_plate(listener: Listener, node: subprocess.Popen[bytes]) -> Path:
 
 def parameters(**values: object) -> list[str]:
     """ROS arguments that set parameters."""
-    return ["--ros-args", *(word for name, value in values.items()
-                            for word in ("-p", f"{name}:={value}"))]
+    return [
+        "--ros-args",
+        *(
+            word
+            for name, value in values.items()
+            for word in ("-p", f"{name}:={value}")
+        ),
+    ]

@@ -36,11 +36,16 @@ def learning_figure(results: Sequence[PoseStatistics], truth: PoseStatistics) ->
     """
     learned = [one for one in results if one.observed]
     if not learned:
-        raise RequestError("results with the method observed", "none",
-                           "wait until the camera has seen some parts")
+        raise RequestError(
+            "results with the method observed",
+            "none",
+            "wait until the camera has seen some parts",
+        )
     shown = [pose.index for pose in truth.poses[:MOST]]
     tables = {index: np.array([_row(one, index) for one in learned]) for index in shown}
-    known = {index: (_row(results[0], index)[0], _row(truth, index)[0]) for index in shown}
+    known = {
+        index: (_row(results[0], index)[0], _row(truth, index)[0]) for index in shown
+    }
     rows = -(-len(shown) // COLUMNS)
     figure = new_figure(9.0, 0.7 + 2.5 * rows, layout="constrained")
     grid = figure.subplots(rows, COLUMNS, sharex=True, squeeze=False)
@@ -53,15 +58,22 @@ def learning_figure(results: Sequence[PoseStatistics], truth: PoseStatistics) ->
         bottom = max(0.0, middle - 0.5 * span)
         axes.set_ylim(100.0 * bottom, 100.0 * (bottom + span))
         axes.set_title(f"pose {index}", fontsize=9.5, color=INK, loc="left")
-    for axes in grid.flat[len(shown):]:
+    for axes in grid.flat[len(shown) :]:
         axes.set_axis_off()
-    for axes in grid.flat[max(0, len(shown) - COLUMNS):len(shown)]:
+    for axes in grid.flat[max(0, len(shown) - COLUMNS) : len(shown)]:
         axes.tick_params(labelbottom=True)
     figure.supxlabel("parts seen", fontsize=9.5)
     figure.supylabel("probability, %", fontsize=9.5)
     handles, labels = grid[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper left", ncols=len(labels), frameon=False,
-                  fontsize=9, labelcolor=INK)
+    figure.legend(
+        handles,
+        labels,
+        loc="outside upper left",
+        ncols=len(labels),
+        frameon=False,
+        fontsize=9,
+        labelcolor=INK,
+    )
     return figure
 
 
@@ -73,19 +85,43 @@ def _row(one: PoseStatistics, index: int) -> tuple[float, float, float]:
 
 def _drawn_range(learned: Array, known: tuple[float, float]) -> tuple[float, float]:
     """Least and greatest probability that is drawn of a pose."""
-    return float(min(np.nanmin(learned), *known)), float(max(np.nanmax(learned), *known))
+    return float(min(np.nanmin(learned), *known)), float(
+        max(np.nanmax(learned), *known)
+    )
 
 
-def _draw_pose(axes: Axes, seen: Array, learned: Array, predicted: float,
-               true: float) -> None:
+def _draw_pose(
+    axes: Axes, seen: Array, learned: Array, predicted: float, true: float
+) -> None:
     value, low, high = 100.0 * learned.T
-    axes.plot(seen, value, color=BLUE, linewidth=1.5, marker=".", markersize=3.5,
-              label="learned from what the camera saw")
-    axes.fill_between(seen, low, high, color=BLUE, alpha=0.18, linewidth=0.0,
-                      label="its 90 % interval")
-    axes.axhline(100.0 * predicted, color=PREDICTED, linewidth=1.3, dashes=(5, 2),
-                 label="predicted by the model")
-    axes.axhline(100.0 * true, color="#111111", linewidth=1.2, label="true on this plate")
+    axes.plot(
+        seen,
+        value,
+        color=BLUE,
+        linewidth=1.5,
+        marker=".",
+        markersize=3.5,
+        label="learned from what the camera saw",
+    )
+    axes.fill_between(
+        seen,
+        low,
+        high,
+        color=BLUE,
+        alpha=0.18,
+        linewidth=0.0,
+        label="its 90 % interval",
+    )
+    axes.axhline(
+        100.0 * predicted,
+        color=PREDICTED,
+        linewidth=1.3,
+        dashes=(5, 2),
+        label="predicted by the model",
+    )
+    axes.axhline(
+        100.0 * true, color="#111111", linewidth=1.2, label="true on this plate"
+    )
     axes.set_xscale("log")
     axes.xaxis.set_major_locator(LogLocator(subs=TICKS))
     axes.xaxis.set_major_formatter(FuncFormatter(lambda at, _: f"{at:.0f}"))

@@ -46,36 +46,70 @@ if TYPE_CHECKING:
     from .simulation.simulate import simulate
     from .statistics.feeding import learn_flips
 
-_HOMES = {name: home for home, names in (
-    ("design.compare", "compare"),
-    ("design.sensitivity", "sensitivity"),
-    ("design.suggest", "suggest"),
-    ("errors", "PoseStatsError"),
-    ("estimators", "estimate_all"),
-    ("mesh.parts", "load_part part_from_mesh shift_center"),
-    ("planning.auto", "auto estimate"),
-    ("planning.feeding_plan", "FeederCell FeedingPlan plan_feeding"),
-    ("planning.hybrid", "hybrid"),
-    ("recording.analysis.comparisons", "analyse_bags"),
-    ("records", "DropEvent DropProgress DropScene FlipStatistics Part PoseStatistics "
-     "StablePose Trajectory"),
-    ("resting.observed_orientations", "classify_orientations"),
-    ("resting.outlines", "outline_at"),
-    ("resting.poses", "resting_poses"),
-    ("resting.splitting_graph", "splitting_graph"),
-    ("simulation.flips", "simulate_flips"),
-    ("simulation.record_drop", "record_drop"),
-    ("simulation.simulate", "simulate"),
-    ("statistics.feeding", "learn_flips"),
-) for name in names.split()}
+_HOMES = {
+    name: home
+    for home, names in (
+        ("design.compare", "compare"),
+        ("design.sensitivity", "sensitivity"),
+        ("design.suggest", "suggest"),
+        ("errors", "PoseStatsError"),
+        ("estimators", "estimate_all"),
+        ("mesh.parts", "load_part part_from_mesh shift_center"),
+        ("planning.auto", "auto estimate"),
+        ("planning.feeding_plan", "FeederCell FeedingPlan plan_feeding"),
+        ("planning.hybrid", "hybrid"),
+        ("recording.analysis.comparisons", "analyse_bags"),
+        (
+            "records",
+            "DropEvent DropProgress DropScene FlipStatistics Part PoseStatistics "
+            "StablePose Trajectory",
+        ),
+        ("resting.observed_orientations", "classify_orientations"),
+        ("resting.outlines", "outline_at"),
+        ("resting.poses", "resting_poses"),
+        ("resting.splitting_graph", "splitting_graph"),
+        ("simulation.flips", "simulate_flips"),
+        ("simulation.record_drop", "record_drop"),
+        ("simulation.simulate", "simulate"),
+        ("statistics.feeding", "learn_flips"),
+    )
+    for name in names.split()
+}
 
-__all__ = ["DropEvent", "DropProgress", "DropScene", "FeederCell", "FeedingPlan",
-           "FlipStatistics", "Part", "PoseStatistics", "PoseStatsError", "StablePose",
-           "Trajectory", "__version__", "analyse_bags", "auto", "classify_orientations",
-           "compare", "estimate", "estimate_all", "hybrid", "learn_flips", "load_part",
-           "outline_at", "part_from_mesh", "plan_feeding", "record_drop", "resting_poses",
-           "sensitivity", "shift_center", "simulate", "simulate_flips", "splitting_graph",
-           "suggest"]
+__all__ = [
+    "DropEvent",
+    "DropProgress",
+    "DropScene",
+    "FeederCell",
+    "FeedingPlan",
+    "FlipStatistics",
+    "Part",
+    "PoseStatistics",
+    "PoseStatsError",
+    "StablePose",
+    "Trajectory",
+    "__version__",
+    "analyse_bags",
+    "auto",
+    "classify_orientations",
+    "compare",
+    "estimate",
+    "estimate_all",
+    "hybrid",
+    "learn_flips",
+    "load_part",
+    "outline_at",
+    "part_from_mesh",
+    "plan_feeding",
+    "record_drop",
+    "resting_poses",
+    "sensitivity",
+    "shift_center",
+    "simulate",
+    "simulate_flips",
+    "splitting_graph",
+    "suggest",
+]
 
 
 def __getattr__(name: str) -> Any:

@@ -8,7 +8,16 @@ import traceback
 from collections.abc import Sequence
 
 from . import errors, text, version
-from .commands import catalogue, compare, compile, estimate, node, running, sensitivity, show
+from .commands import (
+    catalogue,
+    compare,
+    compile,
+    estimate,
+    node,
+    running,
+    sensitivity,
+    show,
+)
 from .commands.arguments import REFUSED, CommandParser, Commands
 from .commands.bags import bag
 from .commands.feeding import feeding, fit, flips
@@ -19,20 +28,43 @@ FAILED = 1
 def parser() -> argparse.ArgumentParser:
     """The whole command line."""
     top = CommandParser(
-        prog="ros_pose_stats", description=(
+        prog="ros_pose_stats",
+        description=(
             "Stable poses of a part on a feeder plate, and how probably it comes to rest in "
-            "each."),
-        examples=("ros_pose_stats shapes demo",
-                  "ros_pose_stats estimate demo/clamp.stl --unit mm"))
-    top.add_argument("--version", action="version", version=version.VERSION,
-                     help="print the version and exit")
+            "each."
+        ),
+        examples=(
+            "ros_pose_stats shapes demo",
+            "ros_pose_stats estimate demo/clamp.stl --unit mm",
+        ),
+    )
+    top.add_argument(
+        "--version",
+        action="version",
+        version=version.VERSION,
+        help="print the version and exit",
+    )
     commands: Commands = top.add_subparsers(
-        dest="command", metavar="COMMAND", parser_class=CommandParser)
+        dest="command", metavar="COMMAND", parser_class=CommandParser
+    )
     for register in (
-            estimate.register, estimate.register_simulate, catalogue.register, feeding.register,
-            flips.register, fit.register, compare.register, sensitivity.register, show.register,
-            show.register_animate, compile.register_shapes, compile.register, bag.register,
-            node.register, node.register_publish, node.register_show):
+        estimate.register,
+        estimate.register_simulate,
+        catalogue.register,
+        feeding.register,
+        flips.register,
+        fit.register,
+        compare.register,
+        sensitivity.register,
+        show.register,
+        show.register_animate,
+        compile.register_shapes,
+        compile.register,
+        bag.register,
+        node.register,
+        node.register_publish,
+        node.register_show,
+    ):
         register(commands)
     compile.register_completion(commands, top)
     return top
@@ -52,7 +84,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         reader.print_help()
         return 0
     if rest and not getattr(parsed, "takes_ros_arguments", False):
-        reader.error(f"--ros-args goes with node, publish and show, not with {parsed.command}")
+        reader.error(
+            f"--ros-args goes with node, publish and show, not with {parsed.command}"
+        )
     parsed.ros_arguments = rest
     return run_parsed(parsed)
 
@@ -63,7 +97,9 @@ def run_parsed(parsed: argparse.Namespace) -> int:
         status: int = parsed.run(parsed)
         sys.stdout.flush()
     except errors.PoseStatsError as refusal:
-        print(f"ros_pose_stats: {text.printable(str(refusal))}", file=sys.stderr)  # it names files
+        print(
+            f"ros_pose_stats: {text.printable(str(refusal))}", file=sys.stderr
+        )  # it names files
         return REFUSED
     except KeyboardInterrupt:
         print("ros_pose_stats: interrupted", file=sys.stderr)
@@ -73,14 +109,21 @@ def run_parsed(parsed: argparse.Namespace) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except OSError as error:
-        what = "" if error.filename is None else f" {text.printable(str(error.filename))}"
-        print(f"ros_pose_stats: cannot write{what}: {error.strerror or error}", file=sys.stderr)
+        what = (
+            "" if error.filename is None else f" {text.printable(str(error.filename))}"
+        )
+        print(
+            f"ros_pose_stats: cannot write{what}: {error.strerror or error}",
+            file=sys.stderr,
+        )
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return FAILED
     except Exception:
         traceback.print_exc()
-        print("ros_pose_stats: internal failure, please report it with the lines above",
-              file=sys.stderr)
+        print(
+            "ros_pose_stats: internal failure, please report it with the lines above",
+            file=sys.stderr,
+        )
         return FAILED
     return status
 
@@ -89,8 +132,11 @@ def _split(arguments: list[str]) -> tuple[list[str], list[str]]:
     """Divide the arguments into those of the command and those from --ros-args on."""
     if "--ros-args" not in arguments:
         if arguments[:1] == ["node"] and {"-p", "-r", "--params-file"} & set(arguments):
-            print("ros_pose_stats node: ROS arguments go behind --ros-args, for instance "
-                  "`ros_pose_stats node --ros-args -p restitution:=0.3`", file=sys.stderr)
+            print(
+                "ros_pose_stats node: ROS arguments go behind --ros-args, for instance "
+                "`ros_pose_stats node --ros-args -p restitution:=0.3`",
+                file=sys.stderr,
+            )
             raise SystemExit(REFUSED)
         return arguments, []
     place = arguments.index("--ros-args")

@@ -23,7 +23,7 @@ class PoseStatsError(ValueError):
 
     def __init__(self, expected: str, found: str, remedy: str) -> None:
         found = " ".join(part.strip() for part in found.splitlines())
-        found = found if len(found) <= _LONGEST else f"{found[:_LONGEST - 1]}…"
+        found = found if len(found) <= _LONGEST else f"{found[: _LONGEST - 1]}…"
         self.expected = expected
         self.found = found
         self.remedy = remedy
@@ -59,5 +59,9 @@ class BatchError(PoseStatsError):
 
 def reason(error: BaseException) -> str:
     """An error in one line, never empty."""
-    text = (isinstance(error, OSError) and error.strerror) or str(error) or type(error).__name__
+    text = (
+        (isinstance(error, OSError) and error.strerror)
+        or str(error)
+        or type(error).__name__
+    )
     return " ".join(text.split())

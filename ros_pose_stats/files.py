@@ -31,8 +31,12 @@ _GLANCE = 0.002  # seconds between two tries; looking takes microseconds
 LOCK_SECONDS = 10.0  # for which a writer waits for another one
 _TAKEN = frozenset((errno.EWOULDBLOCK, errno.EAGAIN, errno.EACCES))
 
-_KINDS = {stat.S_IFIFO: "a pipe", stat.S_IFSOCK: "a socket", stat.S_IFCHR: "a device",
-          stat.S_IFBLK: "a device"}
+_KINDS = {
+    stat.S_IFIFO: "a pipe",
+    stat.S_IFSOCK: "a socket",
+    stat.S_IFCHR: "a device",
+    stat.S_IFBLK: "a device",
+}
 
 
 class NotAFileError(OSError):
@@ -54,7 +58,9 @@ def open_file(file: str | os.PathLike[str]) -> BinaryIO:
 
 def _refuse_others(mode: int, file: str | os.PathLike[str]) -> None:
     if stat.S_ISDIR(mode):
-        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), os.fspath(file))
+        raise IsADirectoryError(
+            errno.EISDIR, os.strerror(errno.EISDIR), os.fspath(file)
+        )
     if not stat.S_ISREG(mode):
         kind = _KINDS.get(stat.S_IFMT(mode), "something else")
         raise NotAFileError(errno.EINVAL, f"{kind}, no file", os.fspath(file))
@@ -110,8 +116,11 @@ def refuse_unwritable(folder: Path) -> None:
         with TemporaryDirectory(prefix=PREFIX, dir=there):
             pass
     except OSError as error:
-        raise RequestError("a folder that can be written to",
-                           f"{folder} ({reason(error)})", "name another one") from error
+        raise RequestError(
+            "a folder that can be written to",
+            f"{folder} ({reason(error)})",
+            "name another one",
+        ) from error
 
 
 def folders_below(top: Path) -> Iterator[tuple[Path, list[str]]]:
@@ -140,8 +149,11 @@ def folders_below(top: Path) -> Iterator[tuple[Path, list[str]]]:
 
 
 def _refuse_folder(error: OSError) -> NoReturn:
-    raise RequestError("a folder that can be read", f"{error.filename} ({reason(error)})",
-                       "check its permissions") from error
+    raise RequestError(
+        "a folder that can be read",
+        f"{error.filename} ({reason(error)})",
+        "check its permissions",
+    ) from error
 
 
 def sync_directory(directory: Path) -> None:
@@ -254,9 +266,11 @@ def locked_directory(directory: Path) -> Iterator[None]:
         with suppress(OSError):  # of file systems that lock no directories
             while not _try(number, fcntl.LOCK_EX):
                 if time.monotonic() > until:
-                    raise RequestError(f"to write in {directory} within {LOCK_SECONDS:g} s",
-                                       "another process that writes there",
-                                       "end that one, or try again")
+                    raise RequestError(
+                        f"to write in {directory} within {LOCK_SECONDS:g} s",
+                        "another process that writes there",
+                        "end that one, or try again",
+                    )
                 time.sleep(0.02)
         yield
     finally:

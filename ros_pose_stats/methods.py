@@ -34,30 +34,84 @@ class Method:
 
 
 METHODS = (
-    Method("area", "area", "surface area of the stable faces",
-           "section 4.B, [24]", "published"),
+    Method(
+        "area",
+        "area",
+        "surface area of the stable faces",
+        "section 4.B, [24]",
+        "published",
+    ),
     Method("csae", "CSAE", "their centroid solid angle", "Eq. 5, [27]", "published"),
-    Method("adre", "ADRE", "centroid solid angle over height",
-           "section 4.B, [28], [29]", "published"),
-    Method("qse", "QSE", "centroid solid angle of every face, toppling until a face is stable",
-           "section 4.B, [26]", "published"),
-    Method("pqse", "PQSE", "the same, after moving probability to larger neighbours (our reading)",
-           "section 4.B, [25] in our reading", "published"),
+    Method(
+        "adre",
+        "ADRE",
+        "centroid solid angle over height",
+        "section 4.B, [28], [29]",
+        "published",
+    ),
+    Method(
+        "qse",
+        "QSE",
+        "centroid solid angle of every face, toppling until a face is stable",
+        "section 4.B, [26]",
+        "published",
+    ),
+    Method(
+        "pqse",
+        "PQSE",
+        "the same, after moving probability to larger neighbours (our reading)",
+        "section 4.B, [25] in our reading",
+        "published",
+    ),
     Method("nqse", "NQSE", "the fitted curve of Eq. 6 on `qse`", "Eq. 6", "published"),
-    Method("eae", "EAE", "a walk down the splitting graph of the energy, R",
-           "Eqs. 7, 8", "published"),
-    Method("meae", "MEAE", "the same with r, the distance to the surface",
-           "Eq. 8 with r, Appendix C", "published"),
+    Method(
+        "eae",
+        "EAE",
+        "a walk down the splitting graph of the energy, R",
+        "Eqs. 7, 8",
+        "published",
+    ),
+    Method(
+        "meae",
+        "MEAE",
+        "the same with r, the distance to the surface",
+        "Eq. 8 with r, Appendix C",
+        "published",
+    ),
     Method("combined", "combined", "0.75 `meae` + 0.25 `nqse`", "Eq. 9", "published"),
-    Method("split", "split", "the walk of `meae` with fitted weights; knows restitution, drop "
-           "height and inertia", "section 4.D, weights fitted to simulations", "split", True),
-    Method(HYBRID, "hybrid", "an estimate combined with drops until its expected error is down "
-           "to the target", knows_scene=True, drops="some"),
-    Method(AUTO, "auto", "the cheapest method whose error is within the target with 90 % "
-           "confidence, and without a target the most accurate estimator checked by drops",
-           knows_scene=True, drops="some"),
-    Method(SIMULATION, "simulation", "drops alone, counted", "section 3",
-           knows_scene=True, drops="all"),
+    Method(
+        "split",
+        "split",
+        "the walk of `meae` with fitted weights; knows restitution, drop "
+        "height and inertia",
+        "section 4.D, weights fitted to simulations",
+        "split",
+        True,
+    ),
+    Method(
+        HYBRID,
+        "hybrid",
+        "an estimate combined with drops until its expected error is down "
+        "to the target",
+        knows_scene=True,
+        drops="some",
+    ),
+    Method(
+        AUTO,
+        "auto",
+        "the cheapest method whose error is within the target with 90 % "
+        "confidence, and without a target the most accurate estimator checked by drops",
+        knows_scene=True,
+        drops="some",
+    ),
+    Method(
+        SIMULATION,
+        "simulation",
+        "drops alone, counted",
+        "section 3",
+        knows_scene=True,
+        drops="all",
+    ),
 )
 
 AT_ONCE = (*(one.name for one in METHODS if one.module), AUTO)

@@ -27,14 +27,22 @@ class Column(NamedTuple):
 
 def columns(heads: Sequence[Column], rows: Iterable[Sequence[str]]) -> list[str]:
     """Lines of a table, indented; the line of units is left out where there is none."""
-    cells = [[head.title for head in heads], [head.unit for head in heads],
-             *([printable(cell) for cell in row] for row in rows)]
+    cells = [
+        [head.title for head in heads],
+        [head.unit for head in heads],
+        *([printable(cell) for cell in row] for row in rows),
+    ]
     if not any(cells[1]):
         del cells[1]
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-    return [GAP + GAP.join(
-        cell.ljust(width) if head.left else cell.rjust(width)
-        for cell, width, head in zip(row, widths, heads, strict=True)).rstrip() for row in cells]
+    return [
+        GAP
+        + GAP.join(
+            cell.ljust(width) if head.left else cell.rjust(width)
+            for cell, width, head in zip(row, widths, heads, strict=True)
+        ).rstrip()
+        for row in cells
+    ]
 
 
 def printable(text: str) -> str:
@@ -44,12 +52,12 @@ def printable(text: str) -> str:
 
 def shortened(text: str, width: int) -> str:
     """At most `width` characters of a text, cut at its end."""
-    return text if len(text) <= width else text[:width - 3] + "..."
+    return text if len(text) <= width else text[: width - 3] + "..."
 
 
 def ending(text: str, width: int) -> str:
     """At most `width` characters of a text, cut at its beginning."""
-    return text if len(text) <= width else "..." + text[3 - width:]
+    return text if len(text) <= width else "..." + text[3 - width :]
 
 
 def percent(fraction: float) -> str:
@@ -59,7 +67,11 @@ def percent(fraction: float) -> str:
 
 def points(fraction: float, digits: int = 1) -> str:
     """A signed difference in points; a dash where it is not known."""
-    return "-" if math.isnan(fraction) else f"{round(100.0 * fraction, digits) + 0.0:+.{digits}f}"
+    return (
+        "-"
+        if math.isnan(fraction)
+        else f"{round(100.0 * fraction, digits) + 0.0:+.{digits}f}"
+    )
 
 
 def interval(low: float, high: float) -> str:
@@ -109,8 +121,10 @@ def ranges(numbers: Sequence[int]) -> str:
             runs[-1].append(number)
         else:
             runs.append([number])
-    return ", ".join(f"{run[0]}-{run[-1]}" if len(run) > 2 else ", ".join(map(str, run))
-                     for run in runs)
+    return ", ".join(
+        f"{run[0]}-{run[-1]}" if len(run) > 2 else ", ".join(map(str, run))
+        for run in runs
+    )
 
 
 def name_poses(poses: Sequence[int]) -> str:
@@ -128,9 +142,12 @@ def most_probable(poses: Sequence[Any]) -> str:
     """The first three groups of statistics or of their message, in per cent: 0-3: 90.1, 4+5: 9."""
     groups = {pose.group: pose.group_probability for pose in poses}
     return ", ".join(
-        ranges(sorted(pose.index for pose in poses if pose.group == group)).replace(", ", "+")
+        ranges(sorted(pose.index for pose in poses if pose.group == group)).replace(
+            ", ", "+"
+        )
         + f": {100 * share:.1f}"
-        for group, share in sorted(groups.items(), key=lambda item: -item[1])[:3])
+        for group, share in sorted(groups.items(), key=lambda item: -item[1])[:3]
+    )
 
 
 def utc(nanoseconds: int) -> str:
@@ -152,7 +169,9 @@ def csv_lines(heads: Iterable[str], rows: Iterable[Iterable[Any]]) -> Iterator[s
 def _cell(value: Any) -> Any:
     if isinstance(value, float):
         return repr(float(value)) if math.isfinite(value) else ""
-    return f"'{value}" if isinstance(value, str) and value.startswith(FORMULAS) else value
+    return (
+        f"'{value}" if isinstance(value, str) and value.startswith(FORMULAS) else value
+    )
 
 
 def code_of(warning: str) -> str:

@@ -16,12 +16,17 @@ from .commands import benchmark, dataset
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a study; the exit status is as of `ros_pose_stats`."""
     parser = CommandParser(
-        prog="study", description="Measure estimators and simulation on the paper's random "
+        prog="study",
+        description="Measure estimators and simulation on the paper's random "
         "polyhedra, on square prisms, on dice that were rolled and on fitted plates.",
-        examples=("python -m study dataset --bodies 40 --drops 200 -o small.npz",
-                  "python -m study table --dataset small.npz"))
+        examples=(
+            "python -m study dataset --bodies 40 --drops 200 -o small.npz",
+            "python -m study table --dataset small.npz",
+        ),
+    )
     kinds: argparse._SubParsersAction[Any] = parser.add_subparsers(
-        dest="kind", required=True, metavar="KIND", parser_class=CommandParser)
+        dest="kind", required=True, metavar="KIND", parser_class=CommandParser
+    )
     benchmark.register(kinds)
     dataset.register(kinds)
     return run_parsed(parser.parse_args(arguments))

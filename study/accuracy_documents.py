@@ -48,8 +48,9 @@ class Documents(NamedTuple):
     measured: ChartResults
 
 
-def measure_documents(*, quick: bool = False,
-                      say: Callable[[str], object] = lambda _: None) -> Documents:
+def measure_documents(
+    *, quick: bool = False, say: Callable[[str], object] = lambda _: None
+) -> Documents:
     """Measure everything; nothing is written.
 
     Parameters
@@ -85,12 +86,21 @@ def write_documents(found: Documents, folder: Path) -> list[Path]:
         What was written.
     """
     return write_page(
-        folder, PAGE, accuracy_page(found.tables, found.bars, found.measured),
-        {"noise": draw_noise(found.first, found.tables[0]),
-         "estimators": draw_estimators(found.first, found.tables[0]),
-         "prisms": draw_prisms(found.bars), "speed_accuracy": draw_chart(found.measured)},
-        {"table": [one.as_dict() for one in found.tables], "prisms": found.bars.as_dict(),
-         "chart": found.measured.as_dict()})
+        folder,
+        PAGE,
+        accuracy_page(found.tables, found.bars, found.measured),
+        {
+            "noise": draw_noise(found.first, found.tables[0]),
+            "estimators": draw_estimators(found.first, found.tables[0]),
+            "prisms": draw_prisms(found.bars),
+            "speed_accuracy": draw_chart(found.measured),
+        },
+        {
+            "table": [one.as_dict() for one in found.tables],
+            "prisms": found.bars.as_dict(),
+            "chart": found.measured.as_dict(),
+        },
+    )
 
 
 def write_chart(found: ChartResults, file: Path) -> list[Path]:
@@ -107,7 +117,9 @@ def write_chart(found: ChartResults, file: Path) -> list[Path]:
 def write_prisms(found: PrismResults, file: Path) -> list[Path]:
     """Draw the square prisms to a file."""
     figure = draw_prisms(found)
-    return write_whole(file.parent, lambda aside: save_figure(figure, aside / file.name))
+    return write_whole(
+        file.parent, lambda aside: save_figure(figure, aside / file.name)
+    )
 
 
 INTRODUCTION = """# Accuracy
@@ -156,13 +168,23 @@ PRISMS = """## Square prisms and dice that were rolled
 """
 
 
-def accuracy_page(tables: Sequence[TableResults], bars: PrismResults,
-                  measured: ChartResults) -> str:
+def accuracy_page(
+    tables: Sequence[TableResults], bars: PrismResults, measured: ChartResults
+) -> str:
     """The whole page, Markdown."""
-    return "\n".join([
-        INTRODUCTION, CHART, chart_text(measured), "", TABLES,
-        *(f"{table_text(one)}\n" for one in tables),
-        PRISMS, f"```text\n{prisms_text(bars)}\n```", ""])
+    return "\n".join(
+        [
+            INTRODUCTION,
+            CHART,
+            chart_text(measured),
+            "",
+            TABLES,
+            *(f"{table_text(one)}\n" for one in tables),
+            PRISMS,
+            f"```text\n{prisms_text(bars)}\n```",
+            "",
+        ]
+    )
 
 
 CURVE = np.arange(201) / 200.0
@@ -176,31 +198,47 @@ CURVED = "qse"
 def draw_noise(dataset: Dataset, found: TableResults) -> Figure:
     """Fig. 2: the simulated probabilities against binomial numbers drawn from them."""
     drops, simulated = found.first, _first(dataset, found)
-    drawn = np.random.default_rng(dataset.spec.seed).binomial(drops, simulated.probability)
-    return noise_figure(drawn / drops, simulated.probability, drops,
-                        noise_of(simulated, drops).error)
+    drawn = np.random.default_rng(dataset.spec.seed).binomial(
+        drops, simulated.probability
+    )
+    return noise_figure(
+        drawn / drops, simulated.probability, drops, noise_of(simulated, drops).error
+    )
 
 
 def draw_estimators(dataset: Dataset, found: TableResults) -> Figure:
     """Fig. 4: every estimator against the first drops, all restitutions."""
     simulated = _first(dataset, found).probability
     told = found.estimates.values()
-    panels = [Panel(row.title, np.concatenate([one[row.name] for one in told]), simulated,
-                    row.pooled.error, row.first.largest,
-                    (CURVE, nonlinear(CURVE)) if row.name == CURVED else None)
-              for row in found.rows]
+    panels = [
+        Panel(
+            row.title,
+            np.concatenate([one[row.name] for one in told]),
+            simulated,
+            row.pooled.error,
+            row.first.largest,
+            (CURVE, nonlinear(CURVE)) if row.name == CURVED else None,
+        )
+        for row in found.rows
+    ]
     return estimators_figure(panels, found.first)
 
 
 def draw_chart(found: ChartResults) -> Figure:
     """Time of a part against error, one panel a size of part."""
     restitutions = found.spec.restitutions
-    said = SUBTITLE if restitutions == PAPER_RESTITUTIONS else SUBTITLE.replace(
-        PAPER_SAID, ", ".join(f"{one:g}" for one in restitutions))
-    return speed_accuracy_figure([one.panel() for one in found.sizes], level=INTERVAL_LEVEL,
-                                 subtitle=said)
+    said = (
+        SUBTITLE
+        if restitutions == PAPER_RESTITUTIONS
+        else SUBTITLE.replace(PAPER_SAID, ", ".join(f"{one:g}" for one in restitutions))
+    )
+    return speed_accuracy_figure(
+        [one.panel() for one in found.sizes], level=INTERVAL_LEVEL, subtitle=said
+    )
 
 
 def _first(dataset: Dataset, found: TableResults) -> SimulatedPoses:
     """The first drops, as many as in the paper, at every restitution."""
-    return pooled([dataset.simulated(one, found.first) for one in dataset.spec.restitutions])
+    return pooled(
+        [dataset.simulated(one, found.first) for one in dataset.spec.restitutions]
+    )

@@ -17,8 +17,9 @@ from .errors.simulated_poses import SimulatedPoses
 Array = NDArray[np.float64]
 
 
-def restings(dataset: Dataset,
-             on_progress: Callable[[int], object] = lambda _: None) -> list[RestingPoses]:
+def restings(
+    dataset: Dataset, on_progress: Callable[[int], object] = lambda _: None
+) -> list[RestingPoses]:
     """Stable poses of every body, in the order of the counts.
 
     Parameters
@@ -28,14 +29,17 @@ def restings(dataset: Dataset,
         Called with the number of bodies done.
     """
     found = []
-    for number in range(dataset.spec.bodies):  # threads would wait for the lock and be slower
+    for number in range(
+        dataset.spec.bodies
+    ):  # threads would wait for the lock and be slower
         found.append(dataset.resting(number))
         on_progress(number + 1)
     return found
 
 
-def estimates(poses: list[RestingPoses], scene: DropScene,
-              known: dict[str, Array] | None = None) -> dict[str, Array]:
+def estimates(
+    poses: list[RestingPoses], scene: DropScene, known: dict[str, Array] | None = None
+) -> dict[str, Array]:
     """Probabilities (P,) of all bodies' poses in one scene, by the name of the method.
 
     Parameters
@@ -47,17 +51,24 @@ def estimates(poses: list[RestingPoses], scene: DropScene,
         Estimates for another scene; those of methods that do not know the scene are taken over.
     """
     again = {} if known is None else known
-    return {name: again[name] if name in again and not entry.knows_scene
-            else np.concatenate([entry.function(one, scene) for one in poses])
-            for name, entry in ESTIMATORS.items()}
+    return {
+        name: again[name]
+        if name in again and not entry.knows_scene
+        else np.concatenate([entry.function(one, scene) for one in poses])
+        for name, entry in ESTIMATORS.items()
+    }
 
 
-def scene_estimates(dataset: Dataset, poses: list[RestingPoses]) -> dict[float, dict[str, Array]]:
+def scene_estimates(
+    dataset: Dataset, poses: list[RestingPoses]
+) -> dict[float, dict[str, Array]]:
     """Estimates at each restitution of a dataset, as from `estimates`."""
     found: dict[float, dict[str, Array]] = {}
     known = None
     for restitution in dataset.spec.restitutions:
-        known = estimates(poses, DropScene(restitution, dataset.spec.drop_height, 0.0, 0), known)
+        known = estimates(
+            poses, DropScene(restitution, dataset.spec.drop_height, 0.0, 0), known
+        )
         found[restitution] = known
     return found
 
@@ -74,5 +85,7 @@ def square_errors(values: Array, reference: SimulatedPoses) -> Array:
     reference : SimulatedPoses
         Of bodies 0 ... B - 1 at one restitution.
     """
-    away = np.square(values - reference.probability) - reference.noise_variance(unbiased=True)
+    away = np.square(values - reference.probability) - reference.noise_variance(
+        unbiased=True
+    )
     return np.bincount(reference.body, away) / np.bincount(reference.body)

@@ -81,10 +81,16 @@ def contact(restitution: float, depth: float, steps: int) -> tuple[float, float,
         else:
             high = zeta
     omega = math.sqrt(2.0 * (HEIGHT - 1.0) * restitution) / depth
-    return omega**2, 2.0 * zeta * omega, (2.0 * phi / cmath.sin(phi)).real / omega / steps
+    return (
+        omega**2,
+        2.0 * zeta * omega,
+        (2.0 * phi / cmath.sin(phi)).real / omega / steps,
+    )
 
 
-def setting(plate: Plate, restitution: float, penetration: float, steps: int) -> Setting:
+def setting(
+    plate: Plate, restitution: float, penetration: float, steps: int
+) -> Setting:
     """Find a contact of so many time steps, correcting the aim by first impacts."""
     rng = np.random.default_rng(0)
     turns, phases = random_turns(rng, IMPACTS), rng.random(IMPACTS)
@@ -130,16 +136,29 @@ class MujocoRun:
     steps: int
 
 
-def drop_in_mujoco(plate: Plate, setting: Setting, drops: int, seed: int,
-                   to_rest: bool = False) -> MujocoRun:
+def drop_in_mujoco(
+    plate: Plate, setting: Setting, drops: int, seed: int, to_rest: bool = False
+) -> MujocoRun:
     """Drop the part at a given setting."""
     plate.soften(setting.stiffness, setting.damping, setting.step)
     levels = plate.rested if to_rest else plate.decided
     seconds, steps, downs, index = zip(
-        *(plate.drop(turn, levels) for turn in random_turns(np.random.default_rng(seed), drops)),
-        strict=True)
-    return MujocoRun(drops, sum(seconds), setting.step, setting.penetration,
-                     setting.restitution, np.array(downs), np.array(index), sum(steps))
+        *(
+            plate.drop(turn, levels)
+            for turn in random_turns(np.random.default_rng(seed), drops)
+        ),
+        strict=True,
+    )
+    return MujocoRun(
+        drops,
+        sum(seconds),
+        setting.step,
+        setting.penetration,
+        setting.restitution,
+        np.array(downs),
+        np.array(index),
+        sum(steps),
+    )
 
 
 HEIGHT = 20.0
@@ -165,14 +184,19 @@ def available() -> bool:
 class Plate:
     """A part, in its principal axes, over MuJoCo's plane."""
 
-    def __init__(self, part: Part,
-                 cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE) -> None:
+    def __init__(
+        self, part: Part, cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE
+    ) -> None:
         if not available():
-            raise ModuleNotFoundError("this comparison needs MuJoCo: pip install mujoco")
+            raise ModuleNotFoundError(
+                "this comparison needs MuJoCo: pip install mujoco"
+            )
         self.engine: Any = import_module("mujoco")
         resting = resting_poses(part, cluster_tolerance, 0)
         body, found, groups = resting.body, resting.equilibria, resting.clusters
-        self.moment, self.axes = np.linalg.eigh(part.inertia / (part.mass * body.radius**2))
+        self.moment, self.axes = np.linalg.eigh(
+            part.inertia / (part.mass * body.radius**2)
+        )
         self.axes[:, 0] *= np.linalg.det(self.axes)
         self.points = body.points @ self.axes
         self.nearness = body.arrays.normal @ self.axes / body.arrays.distance[:, None]
@@ -180,8 +204,10 @@ class Plate:
         self.pose = groups.pose[stable]
         self.decided = groups.way_out[self.pose]
         self.rested = np.minimum(self.decided, found.heights[stable] + AT_REST)
-        numbers = (" ".join(map(repr, values.ravel().tolist()))
-                   for values in (self.points, self.moment))
+        numbers = (
+            " ".join(map(repr, values.ravel().tolist()))
+            for values in (self.points, self.moment)
+        )
         self.model = self.engine.MjModel.from_xml_string(_XML.format(*numbers))
         self.data = self.engine.MjData(self.model)
 
@@ -201,7 +227,9 @@ class Plate:
     def up(self) -> Array:
         """Vertical direction in body axes."""
         w, x, y, z = self.data.qpos[3:].tolist()
-        return np.array((2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)))
+        return np.array(
+            (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y))
+        )
 
     def first_impact(self, turn: Array, phase: float) -> tuple[float, float]:
         """Greatest depth and restitution at the end of a fall from 20 radii.
@@ -211,12 +239,17 @@ class Plate:
         heights = self.place(turn, 0.0, 0.0)
         vertex = int(np.argmin(heights))
         speed = math.sqrt(2.0 * (HEIGHT + heights[vertex]))
-        self.place(turn, phase * speed * self.model.opt.timestep - heights[vertex], speed)
+        self.place(
+            turn, phase * speed * self.model.opt.timestep - heights[vertex], speed
+        )
         depth, touched = 0.0, False
         while not touched or heights[vertex] < 0.0:
             self.engine.mj_step(self.model, self.data)
             heights = self.points @ self.up() + self.data.qpos[2]
-            depth, touched = max(depth, -heights.min()), touched or heights[vertex] < 0.0
+            depth, touched = (
+                max(depth, -heights.min()),
+                touched or heights[vertex] < 0.0,
+            )
         turning = np.cross(self.data.qvel[3:], self.points[vertex]) @ self.up()
         return float(depth), float((self.data.qvel[2] + turning) / speed)
 
@@ -231,7 +264,9 @@ class Plate:
         mj_step, model, data = self.engine.mj_step, self.model, self.data
         self.place(turn, HEIGHT, 0.0)
         spring = -1.5 * float(model.geom_solref[0, 0])
-        while chunks * CHECK_EVERY * model.opt.timestep < LONGEST:  # data.time may start anew
+        while (
+            chunks * CHECK_EVERY * model.opt.timestep < LONGEST
+        ):  # data.time may start anew
             begin = time.perf_counter()
             mj_step(model, data, nstep=CHECK_EVERY)
             seconds += time.perf_counter() - begin
@@ -240,12 +275,23 @@ class Plate:
             face = int(np.argmax(self.nearness @ down))
             depth = max(0.0, (self.points @ down).max() - height)
             spin = (self.moment * down) @ velocity[3:]
-            energy = (height + spring * depth**2 + 0.5 * velocity[2]**2
-                      + 0.5 * self.moment @ velocity[3:]**2
-                      - 0.5 * spin**2 / (self.moment @ down**2))
+            energy = (
+                height
+                + spring * depth**2
+                + 0.5 * velocity[2] ** 2
+                + 0.5 * self.moment @ velocity[3:] ** 2
+                - 0.5 * spin**2 / (self.moment @ down**2)
+            )
             if energy < levels[face]:
-                return seconds, chunks * CHECK_EVERY, self.axes @ down, int(self.pose[face])
-        raise RuntimeError(f"a drop was still going on after {LONGEST:g} sqrt(radius / g)")
+                return (
+                    seconds,
+                    chunks * CHECK_EVERY,
+                    self.axes @ down,
+                    int(self.pose[face]),
+                )
+        raise RuntimeError(
+            f"a drop was still going on after {LONGEST:g} sqrt(radius / g)"
+        )
 
 
 def random_turns(rng: np.random.Generator, count: int) -> Array:

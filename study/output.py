@@ -20,7 +20,9 @@ if TYPE_CHECKING:
 def write_json(file: Path, values: Any) -> None:
     """Plain values as indented JSON; the folder is created. NaN and infinity are refused."""
     file.parent.mkdir(parents=True, exist_ok=True)
-    file.write_text(json.dumps(values, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    file.write_text(
+        json.dumps(values, indent=1, allow_nan=False) + "\n", encoding="utf-8"
+    )
 
 
 def plain(value: Any) -> Any:
@@ -44,10 +46,15 @@ def plain(value: Any) -> Any:
 def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """A table with as wide columns as needed, the first flush left, the others flush right."""
     cells = [list(head), *(list(row) for row in rows)]
-    widths = [max(3, *(len(cell) for cell in column)) for column in zip(*cells, strict=True)]
+    widths = [
+        max(3, *(len(cell) for cell in column)) for column in zip(*cells, strict=True)
+    ]
     rule = ["-" * widths[0], *("-" * (width - 1) + ":" for width in widths[1:])]
-    lines = [_line(cells[0], widths), "| " + " | ".join(rule) + " |",
-             *(_line(row, widths) for row in cells[1:])]
+    lines = [
+        _line(cells[0], widths),
+        "| " + " | ".join(rule) + " |",
+        *(_line(row, widths) for row in cells[1:]),
+    ]
     return "\n".join(lines)
 
 
@@ -63,12 +70,16 @@ def with_error(fraction: float, error: float, digits: int = 2) -> str:
 
 def plus_minus(value: float, error: float, digits: int) -> str:
     """A number and its standard error, where that is known."""
-    return f"{value:.{digits}f}" + ("" if math.isnan(error) else f" ± {error:.{digits}f}")
+    return f"{value:.{digits}f}" + (
+        "" if math.isnan(error) else f" ± {error:.{digits}f}"
+    )
 
 
 def _line(row: Sequence[str], widths: Sequence[int]) -> str:
-    padded = [row[0].ljust(widths[0]),
-              *(cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True))]
+    padded = [
+        row[0].ljust(widths[0]),
+        *(cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True)),
+    ]
     return "| " + " | ".join(padded) + " |"
 
 
@@ -78,12 +89,19 @@ def save_figure(figure: Figure, file: Path) -> None:
 
     file.parent.mkdir(parents=True, exist_ok=True)
     metadata = {"Date": None} if file.suffix == ".svg" else None
-    with matplotlib.rc_context({"svg.hashsalt": "ros_pose_stats", "svg.fonttype": "none"}):
+    with matplotlib.rc_context(
+        {"svg.hashsalt": "ros_pose_stats", "svg.fonttype": "none"}
+    ):
         figure.savefig(file, dpi=160, metadata=metadata)
 
 
-def write_page(folder: Path, page: str, text: str, figures: Mapping[str, Figure],
-               numbers: Mapping[str, Any]) -> list[Path]:
+def write_page(
+    folder: Path,
+    page: str,
+    text: str,
+    figures: Mapping[str, Figure],
+    numbers: Mapping[str, Any],
+) -> list[Path]:
     """Write `measured/PAGE`, `figures/NAME.png` and `measured/numbers/NAME.json`: all or none.
 
     Parameters
@@ -100,6 +118,7 @@ def write_page(folder: Path, page: str, text: str, figures: Mapping[str, Figure]
     list of Path
         What was written.
     """
+
     def write(aside: Path) -> None:
         measured = aside / "measured"
         measured.mkdir()

@@ -7,12 +7,29 @@ from typing import Final
 DROPS: Final = 100
 """Drops of each body at each restitution."""
 
-ERRORS: Final = {"area": 0.112, "csae": 0.085, "adre": 0.078, "qse": 0.070, "pqse": 0.072,
-                 "nqse": 0.062, "eae": 0.068, "meae": 0.040, "combined": 0.036}
+ERRORS: Final = {
+    "area": 0.112,
+    "csae": 0.085,
+    "adre": 0.078,
+    "qse": 0.070,
+    "pqse": 0.072,
+    "nqse": 0.062,
+    "eae": 0.068,
+    "meae": 0.040,
+    "combined": 0.036,
+}
 """Average error of each estimator; Table I, the area estimator's from section 4.B."""
 
-LARGEST: Final = {"csae": 0.435, "adre": 0.409, "qse": 0.458, "pqse": 0.425, "nqse": 0.449,
-                  "eae": 0.580, "meae": 0.327, "combined": 0.320}
+LARGEST: Final = {
+    "csae": 0.435,
+    "adre": 0.409,
+    "qse": 0.458,
+    "pqse": 0.425,
+    "nqse": 0.449,
+    "eae": 0.580,
+    "meae": 0.327,
+    "combined": 0.320,
+}
 """Largest observed deviation from simulation; Table I."""
 
 NOISE: Final = 0.0327

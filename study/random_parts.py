@@ -14,7 +14,12 @@ from manifold3d import Manifold
 from numpy.random import Generator
 
 from ros_pose_stats.shapes.demo_parts import drill, extrude, revolve, surface_of
-from ros_pose_stats.shapes.profiles import Outline, rounded_polygon, spur_gear, unit_circle
+from ros_pose_stats.shapes.profiles import (
+    Outline,
+    rounded_polygon,
+    spur_gear,
+    unit_circle,
+)
 
 from .shapes import Surface
 
@@ -46,7 +51,11 @@ def shaft(draw: Generator) -> Manifold:
     for _ in range(int(draw.integers(2, 6))):
         radius, length = draw.uniform(3.0, 12.0), 3.0 * math.exp(draw.uniform(0.0, 2.0))
         chamfer = min(0.15 * radius, 0.2 * length) * float(draw.random() < 0.6)
-        corners += [(radius - chamfer, at), (radius, at + chamfer), (radius, at + length)]
+        corners += [
+            (radius - chamfer, at),
+            (radius, at + chamfer),
+            (radius, at + length),
+        ]
         at, widest = at + length, max(widest, radius)
     solid = revolve(np.array([*corners, (0.0, at)]), sides)
     if draw.random() < 0.25:
@@ -57,9 +66,14 @@ def shaft(draw: Generator) -> Manifold:
 
 def ring(draw: Generator) -> Manifold:
     """A ring, bushing or washer, half of them with a collar; one in three is a cup."""
-    sides, height = _sides(draw), 10.0 * math.exp(draw.uniform(math.log(0.15), math.log(3.0)))
+    sides, height = (
+        _sides(draw),
+        10.0 * math.exp(draw.uniform(math.log(0.15), math.log(3.0))),
+    )
     bore, collar = draw.uniform(3.5, 9.0), draw.uniform(10.0, 15.0)
-    solid = revolve(np.array([(0.0, 0.0), (10.0, 0.0), (10.0, height), (0.0, height)]), sides)
+    solid = revolve(
+        np.array([(0.0, 0.0), (10.0, 0.0), (10.0, height), (0.0, height)]), sides
+    )
     if draw.random() < 0.5:
         solid += drill(collar, "z", (0.0, 0.0), 0.0, 0.3 * height, sides)
     floor = height * draw.uniform(0.1, 0.5) if draw.random() < 0.33 else -1.0
@@ -76,15 +90,26 @@ def gear(draw: Generator) -> Manifold:
     if draw.random() < 0.65:
         top = width * draw.uniform(1.2, 2.0)
         solid += drill(hub, "z", (0.0, 0.0), 0.5 * width, top, sides)
-    return solid - drill(hub * draw.uniform(0.3, 0.8), "z", (0.0, 0.0), -1.0, top + 1.0, sides)
+    return solid - drill(
+        hub * draw.uniform(0.3, 0.8), "z", (0.0, 0.0), -1.0, top + 1.0, sides
+    )
 
 
 def screw(draw: Generator) -> Manifold:
     """A hexagon or a round head on a shank."""
     sides, length, head = _sides(draw), draw.uniform(4.0, 40.0), draw.uniform(2.5, 8.0)
-    flat = extrude(7.5 * unit_circle(6 if draw.random() < 0.6 else sides), "z", -head, 0.0)
-    shank = np.array([(0.0, -1.0), (4.0, -1.0), (4.0, length), (3.4, length + 0.6),
-                      (0.0, length + 0.6)])
+    flat = extrude(
+        7.5 * unit_circle(6 if draw.random() < 0.6 else sides), "z", -head, 0.0
+    )
+    shank = np.array(
+        [
+            (0.0, -1.0),
+            (4.0, -1.0),
+            (4.0, length),
+            (3.4, length + 0.6),
+            (0.0, length + 0.6),
+        ]
+    )
     return flat + revolve(shank, sides)
 
 
@@ -92,26 +117,47 @@ def bracket(draw: Generator) -> Manifold:
     """An angle bracket with rounded corners and a hole in each leg."""
     wide, deep, rise = draw.uniform(20.0, 50.0, 3)
     thick = draw.uniform(2.0, 7.0)
-    side = rounded_polygon([(0.0, 0.0, 1.0), (wide, 0.0, 0.0), (wide, thick, 0.0),
-                            (thick, thick, 1.5), (thick, rise, 0.0), (0.0, rise, 0.0)])
+    side = rounded_polygon(
+        [
+            (0.0, 0.0, 1.0),
+            (wide, 0.0, 0.0),
+            (wide, thick, 0.0),
+            (thick, thick, 1.5),
+            (thick, rise, 0.0),
+            (0.0, rise, 0.0),
+        ]
+    )
     hole = draw.uniform(0.08, 0.3) * min(wide - thick, rise - thick, deep)
     body = extrude(side, "z", 0.0, deep)
     body -= drill(hole, "y", (0.5 * deep, 0.5 * (thick + wide)), -1.0, thick + 1.0)
-    return body - drill(hole, "x", (0.5 * (thick + rise), draw.uniform(0.4, 0.6) * deep), -1.0,
-                        thick + 1.0)
+    return body - drill(
+        hole,
+        "x",
+        (0.5 * (thick + rise), draw.uniform(0.4, 0.6) * deep),
+        -1.0,
+        thick + 1.0,
+    )
 
 
 def plate(draw: Generator) -> Manifold:
     """A milled plate with rounded corners, a boss, and one or two holes."""
     wide, deep = draw.uniform(20.0, 50.0, 2)
     thick, corner = draw.uniform(3.0, 15.0), draw.uniform(0.5, 6.0)
-    outline = rounded_polygon([(0.0, 0.0, corner), (wide, 0.0, corner), (wide, deep, corner),
-                               (0.0, deep, corner)])
+    outline = rounded_polygon(
+        [
+            (0.0, 0.0, corner),
+            (wide, 0.0, corner),
+            (wide, deep, corner),
+            (0.0, deep, corner),
+        ]
+    )
     least, x = min(wide, deep), draw.uniform(0.35, 0.65) * wide
     body = extrude(outline, "z", 0.0, thick)
     boss, top = 0.2 * least, thick + draw.uniform(1.0, 12.0)
     body += drill(boss, "z", (x, 0.5 * deep), 0.5 * thick, top, 64)
-    body -= drill(boss * draw.uniform(0.3, 0.8), "z", (x, 0.5 * deep), -1.0, top + 1.0, 64)
+    body -= drill(
+        boss * draw.uniform(0.3, 0.8), "z", (x, 0.5 * deep), -1.0, top + 1.0, 64
+    )
     if draw.random() < 0.5:
         body -= drill(0.07 * least, "z", (0.15 * wide, 0.5 * deep), -1.0, thick + 1.0)
     return body
@@ -125,4 +171,11 @@ def _square(begin: float, end: float, half: float) -> Outline:
     return np.array([(begin, -half), (end, -half), (end, half), (begin, half)])
 
 
-KINDS: tuple[Callable[[Generator], Manifold], ...] = (shaft, bracket, ring, screw, plate, gear)
+KINDS: tuple[Callable[[Generator], Manifold], ...] = (
+    shaft,
+    bracket,
+    ring,
+    screw,
+    plate,
+    gear,
+)

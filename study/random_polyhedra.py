@@ -36,11 +36,13 @@ _LN2_HIGH, _LN2_LOW = 0.6931471803691238, 1.9082149292705877e-10
 
 def uniforms(seed: int, number: int, attempt: int) -> Iterator[float]:
     """Yield numbers of 53 bits in [0, 1), different ones for each seed, number and attempt."""
-    bits = np.random.Philox(counter=np.array((0, attempt, number, 0), dtype=np.uint64),
-                            key=np.array((seed, _STREAM), dtype=np.uint64))
+    bits = np.random.Philox(
+        counter=np.array((0, attempt, number, 0), dtype=np.uint64),
+        key=np.array((seed, _STREAM), dtype=np.uint64),
+    )
     while True:
         for word in bits.random_raw(64):
-            yield (int(word) >> 11) * 2.0 ** -53
+            yield (int(word) >> 11) * 2.0**-53
 
 
 def normals(numbers: Iterator[float], count: int) -> NDArray[np.float64]:
@@ -83,7 +85,7 @@ _FEWEST_POINTS: Final = 4
 _LAST_POINT: Final = 0.1
 """Chance, after each of the points from the fourth on, that it is the last one."""
 
-_SEEDS: Final = 2 ** 64
+_SEEDS: Final = 2**64
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,12 +110,14 @@ class RandomPolyhedron:
 
     def part(self) -> Part:
         """Make a part, a unit being a metre, with the central inertia of the homogeneous body."""
-        return part_from_mesh(self.vertices, self.triangles,
-                              center_of_mass=self.center_of_mass)
+        return part_from_mesh(
+            self.vertices, self.triangles, center_of_mass=self.center_of_mass
+        )
 
 
-def random_polyhedron(seed: int, number: int, shift: float = 0.0,
-                      shift_moment: str = "inertia") -> RandomPolyhedron:
+def random_polyhedron(
+    seed: int, number: int, shift: float = 0.0, shift_moment: str = "inertia"
+) -> RandomPolyhedron:
     """One body of an endless series.
 
     It is the homogeneous, scaled hull of 4 + xi points with normally distributed coordinates, xi
@@ -140,8 +144,14 @@ def random_polyhedron(seed: int, number: int, shift: float = 0.0,
     """
     check_shift(shift, shift_moment)
     for name, value in (("seed", seed), ("number", number)):
-        if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < _SEEDS:
-            raise RequestError(f"a {name} from 0 to 2^64 - 1", f"{value!r}", "0 is a good start")
+        if (
+            isinstance(value, bool)
+            or not isinstance(value, int)
+            or not 0 <= value < _SEEDS
+        ):
+            raise RequestError(
+                f"a {name} from 0 to 2^64 - 1", f"{value!r}", "0 is a good start"
+            )
     for attempt in count():
         body = _draw_body(uniforms(seed, number, attempt), shift, shift_moment, attempt)
         if body is not None:
@@ -153,15 +163,22 @@ def check_shift(shift: float, shift_moment: str) -> None:
     """Refuse a shift scale or moment that `random_polyhedron` does not take."""
     number = isinstance(shift, (int, float)) and not isinstance(shift, bool)
     if not number or not 0.0 <= shift < math.inf:
-        raise RequestError("a shift scale of at least 0", f"{shift!r}",
-                           "1 is the paper's text, 0.25 comes near its figures")
+        raise RequestError(
+            "a shift scale of at least 0",
+            f"{shift!r}",
+            "1 is the paper's text, 0.25 comes near its figures",
+        )
     if shift_moment not in SHIFT_MOMENTS:
-        raise RequestError(f"a shift moment out of {', '.join(SHIFT_MOMENTS)}",
-                           f"{shift_moment!r}", "inertia is the paper's text")
+        raise RequestError(
+            f"a shift moment out of {', '.join(SHIFT_MOMENTS)}",
+            f"{shift_moment!r}",
+            "inertia is the paper's text",
+        )
 
 
-def _draw_body(numbers: Iterator[float], shift: float, shift_moment: str,
-               attempt: int) -> RandomPolyhedron | None:
+def _draw_body(
+    numbers: Iterator[float], shift: float, shift_moment: str, attempt: int
+) -> RandomPolyhedron | None:
     """Draw a body from uniform numbers in [0, 1); None where it is to be drawn anew."""
     count_of_points = _FEWEST_POINTS + failures(numbers, _LAST_POINT)
     points = normals(numbers, 3 * count_of_points).reshape(count_of_points, 3)
@@ -171,8 +188,9 @@ def _draw_body(numbers: Iterator[float], shift: float, shift_moment: str,
         plain = part_from_mesh(vertices, triangles)
         vertices = vertices - plain.center_of_mass
         scale = float(lengths(vertices).max())
-        moved = _shift_center(plain.inertia / (plain.mass * scale * scale), moves, shift,
-                              shift_moment)
+        moved = _shift_center(
+            plain.inertia / (plain.mass * scale * scale), moves, shift, shift_moment
+        )
         body = RandomPolyhedron(vertices / scale, triangles, moved, attempt)
         poses = resting_poses(body.part(), 0.0, 0).poses
     except (MeshError, MassPropertiesError):  # too flat, or the centre outside the hull
@@ -180,7 +198,9 @@ def _draw_body(numbers: Iterator[float], shift: float, shift_moment: str,
     return body if len(poses) > 1 else None
 
 
-def _shift_center(inertia: Array, moves: Array, shift: float, shift_moment: str) -> Array:
+def _shift_center(
+    inertia: Array, moves: Array, shift: float, shift_moment: str
+) -> Array:
     """The moved centre of mass (3,) from the inertia over the mass and moves in (-1, 1)."""
     moments, axes = principal_axes(inertia)
     if shift_moment == "second":

@@ -21,7 +21,9 @@ _GOLDEN = (1.0 + np.sqrt(5.0)) / 2.0
 
 def cube_corners() -> Array:
     """The eight points (±1, ±1, ±1)."""
-    return np.stack(np.meshgrid(*[(-1.0, 1.0)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+    return np.stack(np.meshgrid(*[(-1.0, 1.0)] * 3, indexing="ij"), axis=-1).reshape(
+        -1, 3
+    )
 
 
 def axis_ends() -> Array:
@@ -54,11 +56,15 @@ def polytope(vertices: Array, normals: Array) -> Surface:
 def _face_fan(vertices: Array, normal: Array) -> list[tuple[int, int, int]]:
     """Triangles of the face farthest along `normal`, counter-clockwise from outside."""
     reach = vertices @ normal
-    face = np.flatnonzero(reach > 0.5 * reach.max())  # others of a regular solid: below 0.24
+    face = np.flatnonzero(
+        reach > 0.5 * reach.max()
+    )  # others of a regular solid: below 0.24
     spokes = vertices[face] - vertices[face].mean(axis=0)
     x_axis = spokes[0]
     y_axis = np.cross(normal, x_axis) / np.linalg.norm(normal)
-    around = face[np.argsort(np.arctan2(spokes @ y_axis, spokes @ x_axis) % (2.0 * np.pi))]
+    around = face[
+        np.argsort(np.arctan2(spokes @ y_axis, spokes @ x_axis) % (2.0 * np.pi))
+    ]
     first, *rest = around.tolist()
     return [(first, a, b) for a, b in pairwise(rest)]
 

@@ -20,8 +20,18 @@ REGULAR_SOLIDS = {
     "dodecahedron": shapes.dodecahedron(),
     "icosahedron": shapes.icosahedron(),
 }
-METHODS = ("area", "csae", "adre", "qse", "pqse", "nqse", "eae", "meae", "combined",
-           "split")
+METHODS = (
+    "area",
+    "csae",
+    "adre",
+    "qse",
+    "pqse",
+    "nqse",
+    "eae",
+    "meae",
+    "combined",
+    "split",
+)
 
 
 def random_polyhedron(points, seed):
@@ -72,7 +82,9 @@ def shuffled(surface, seed):
     order = random.permutation(len(vertices))
     mixed = np.argsort(order)[triangles][random.permutation(len(triangles))]
     start = random.integers(3, size=len(mixed))[:, None]
-    return vertices[order], np.take_along_axis(mixed, (start + np.arange(3)) % 3, axis=1)
+    return vertices[order], np.take_along_axis(
+        mixed, (start + np.arange(3)) % 3, axis=1
+    )
 
 
 def subdivided(surface):
@@ -83,8 +95,12 @@ def subdivided(surface):
     middle = vertices[unique].mean(axis=1)
     a, b, c = triangles.T
     ab, bc, ca = (index.reshape(-1, 3) + len(vertices)).T
-    fine = np.concatenate([np.column_stack(corners) for corners in
-                           ((a, ab, ca), (b, bc, ab), (c, ca, bc), (ab, bc, ca))])
+    fine = np.concatenate(
+        [
+            np.column_stack(corners)
+            for corners in ((a, ab, ca), (b, bc, ab), (c, ca, bc), (ab, bc, ca))
+        ]
+    )
     return np.vstack((vertices, middle)), fine
 
 
@@ -95,8 +111,12 @@ def starred(surface, seed):
     inner = np.einsum("tc,tcx->tx", weights, vertices[triangles])
     a, b, c = triangles.T
     new = len(vertices) + np.arange(len(triangles))
-    fine = np.concatenate([np.column_stack(corners) for corners in
-                           ((a, b, new), (b, c, new), (c, a, new))])
+    fine = np.concatenate(
+        [
+            np.column_stack(corners)
+            for corners in ((a, b, new), (b, c, new), (c, a, new))
+        ]
+    )
     return np.vstack((vertices, inner)), fine
 
 
@@ -105,24 +125,31 @@ def convex_parts():
     """Parts by name, one of a kind: regular, loaded, leaning, real, thin, random."""
     return {
         "cube": part_from_mesh(*REGULAR_SOLIDS["cube"]),
-        "box, shifted centre": part_from_mesh(*shapes.box(1.0, 2.0, 3.0),
-                                              center_of_mass=(0.1, -0.6, 1.2)),
+        "box, shifted centre": part_from_mesh(
+            *shapes.box(1.0, 2.0, 3.0), center_of_mass=(0.1, -0.6, 1.2)
+        ),
         "prism": part_from_mesh(*shapes.prism(7, 1.0, 0.4)),
         "leaning prism": part_from_mesh(*oblique_prism(3.0, 4.0)),
         "clamp hull": part_from_mesh(*clamp_hull(), unit="mm"),
         "needle": part_from_mesh(*shapes.box(1.0, 0.001, 0.002)),
-        **{f"random {seed}": part_from_mesh(*random_polyhedron(5 + 2 * seed, seed))
-           for seed in (0, 6)},
+        **{
+            f"random {seed}": part_from_mesh(*random_polyhedron(5 + 2 * seed, seed))
+            for seed in (0, 6)
+        },
     }
 
 
 def write_stl(path: Path, surface) -> Path:
     """Binary STL, written without the help of the package under test."""
     vertices, triangles = surface
-    record = np.zeros(len(triangles), dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)),
-                                             ("attribute", "<u2")])
+    record = np.zeros(
+        len(triangles),
+        dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")],
+    )
     record["corners"] = np.asarray(vertices)[triangles]
-    path.write_bytes(bytes(80) + len(triangles).to_bytes(4, "little") + record.tobytes())
+    path.write_bytes(
+        bytes(80) + len(triangles).to_bytes(4, "little") + record.tobytes()
+    )
     return path
 
 

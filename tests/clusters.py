@@ -14,9 +14,18 @@ from tests.running import ROOT
 def dask(kind, *arguments, **environment):
     """A process of the cluster, killed in the end."""
     running = subprocess.Popen(
-        [sys.executable, "-m", f"distributed.cli.dask_{kind}", *map(str, arguments),
-         "--no-dashboard"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, cwd=ROOT,
-        env={**os.environ, **environment})
+        [
+            sys.executable,
+            "-m",
+            f"distributed.cli.dask_{kind}",
+            *map(str, arguments),
+            "--no-dashboard",
+        ],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        cwd=ROOT,
+        env={**os.environ, **environment},
+    )
     try:
         yield running
     finally:
@@ -28,9 +37,19 @@ def dask(kind, *arguments, **environment):
 def scheduler(folder, **environment):
     """Its process and address."""
     told = folder / "scheduler.json"
-    with dask("scheduler", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", told,
-              **environment) as running:
-        while not (told.exists() and told.read_text().endswith("}")):  # it appears empty
+    with dask(
+        "scheduler",
+        "--host",
+        "127.0.0.1",
+        "--port",
+        "0",
+        "--scheduler-file",
+        told,
+        **environment,
+    ) as running:
+        while not (
+            told.exists() and told.read_text().endswith("}")
+        ):  # it appears empty
             assert running.poll() is None
             time.sleep(0.05)
         yield running, json.loads(told.read_text())["address"]

@@ -13,7 +13,9 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 COMMON = {
-    "deadline": None, "database": None, "print_blob": True,
+    "deadline": None,
+    "database": None,
+    "print_blob": True,
     "suppress_health_check": [HealthCheck.too_slow, HealthCheck.data_too_large],
 }
 settings.register_profile("fixed", derandomize=True, max_examples=60, **COMMON)
@@ -40,7 +42,9 @@ class StartCount:
 
     def hear(self, event, details):
         """Called by Python for every audited event."""
-        if event == "subprocess.Popen" and _name(details) != "uname":  # of Python's platform
+        if (
+            event == "subprocess.Popen" and _name(details) != "uname"
+        ):  # of Python's platform
             self.starts += 1
             if "STARTS_LOG" in os.environ:
                 with Path(os.environ["STARTS_LOG"]).open("a", encoding="utf-8") as log:
@@ -62,8 +66,12 @@ COUNT_KEY = pytest.StashKey()
 def pytest_collection_modifyitems(items):
     for item in items:
         marks = {mark.name for mark in item.iter_markers()}
-        if "timeout" not in marks and ("long" in marks or "domain" in item.fixturenames):
-            item.add_marker(pytest.mark.timeout(LONG_SECONDS if "long" in marks else NODE_SECONDS))
+        if "timeout" not in marks and (
+            "long" in marks or "domain" in item.fixturenames
+        ):
+            item.add_marker(
+                pytest.mark.timeout(LONG_SECONDS if "long" in marks else NODE_SECONDS)
+            )
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -78,11 +86,18 @@ def pytest_sessionfinish(session):
         config.workeroutput[STARTS] = COUNT.starts
         return
     config.stash[COUNT_KEY] += COUNT.starts
-    whole = config.option.markexpr == "not long" and config.args == config.getini("testpaths")
-    if whole and (config.option.numprocesses or 1) <= 3 and config.stash[COUNT_KEY] > MOST_STARTS:
+    whole = config.option.markexpr == "not long" and config.args == config.getini(
+        "testpaths"
+    )
+    if (
+        whole
+        and (config.option.numprocesses or 1) <= 3
+        and config.stash[COUNT_KEY] > MOST_STARTS
+    ):
         session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
 
 def pytest_terminal_summary(terminalreporter, config):
     terminalreporter.write_line(
-        f"{config.stash[COUNT_KEY]} processes started by tests, {MOST_STARTS} allowed")
+        f"{config.stash[COUNT_KEY]} processes started by tests, {MOST_STARTS} allowed"
+    )

@@ -17,7 +17,9 @@ def surface(body):
     mesh = body.to_mesh64()
     first = np.arange(body.num_prop_vert())
     first[np.asarray(mesh.merge_from_vert, dtype=np.int64)] = mesh.merge_to_vert
-    return np.array(mesh.vert_properties)[:, :3], first[np.asarray(mesh.tri_verts, dtype=np.int64)]
+    return np.array(mesh.vert_properties)[:, :3], first[
+        np.asarray(mesh.tri_verts, dtype=np.int64)
+    ]
 
 
 def gear(division=1):
@@ -29,7 +31,9 @@ def gear(division=1):
     steps = 40 * division
     angles = 2.0 * np.pi * np.arange(TEETH * steps) / (TEETH * steps)
     wave = np.clip(0.8 * np.sin(TEETH * angles) + 0.5, 0.0, 1.0)
-    outline = (ROOT + (TIP - ROOT) * wave)[:, None] * np.stack([np.cos(angles), np.sin(angles)], 1)
+    outline = (ROOT + (TIP - ROOT) * wave)[:, None] * np.stack(
+        [np.cos(angles), np.sin(angles)], 1
+    )
     teeth = Manifold.extrude(CrossSection([outline]), FACE, 4 * division)
     hub = Manifold.cylinder(1.6 * FACE, 0.010, circular_segments=192 * division)
     bore = Manifold.cylinder(2.0 * FACE, BORE, circular_segments=192 * division)
@@ -47,18 +51,29 @@ def screw(sides=64):
     phase = (heights / PITCH - angles / (2.0 * np.pi)) % 1.0
     flank = np.clip(1.3 - 1.6 * np.abs(2.0 * phase - 1.0), 0.0, 1.0)
     radii = CORE + (CREST - CORE) * flank
-    corners = np.stack([radii * np.cos(angles), radii * np.sin(angles),
-                        np.broadcast_to(heights, radii.shape)], axis=2).reshape(-1, 3)
+    corners = np.stack(
+        [
+            radii * np.cos(angles),
+            radii * np.sin(angles),
+            np.broadcast_to(heights, radii.shape),
+        ],
+        axis=2,
+    ).reshape(-1, 3)
     ends = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, heights[-1, 0]]])
     here = np.arange(rings * sides)
     beside = here // sides * sides + (here + 1) % sides
     rim, after = np.arange(sides), (np.arange(sides) + 1) % sides
     last, middle = rings * sides, len(corners)
-    triangles = np.concatenate([
-        np.stack([here, beside, beside + sides], axis=1),
-        np.stack([here, beside + sides, here + sides], axis=1),
-        np.stack([np.full(sides, middle), after, rim], axis=1),
-        np.stack([np.full(sides, middle + 1), last + rim, last + after], axis=1)])
-    shank = Manifold(Mesh64(np.concatenate([corners, ends]), triangles.astype(np.uint64)))
+    triangles = np.concatenate(
+        [
+            np.stack([here, beside, beside + sides], axis=1),
+            np.stack([here, beside + sides, here + sides], axis=1),
+            np.stack([np.full(sides, middle), after, rim], axis=1),
+            np.stack([np.full(sides, middle + 1), last + rim, last + after], axis=1),
+        ]
+    )
+    shank = Manifold(
+        Mesh64(np.concatenate([corners, ends]), triangles.astype(np.uint64))
+    )
     head = Manifold.extrude(CrossSection([0.0075 * unit_circle(6)]), 0.0053)
     return surface(shank + head.translate((0.0, 0.0, -0.0053)))

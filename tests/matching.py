@@ -40,8 +40,10 @@ def group_sizes(surface, tolerance=0.0, **properties):
 def same(one, other):
     """Whether two messages of different classes hold the same values; NaN equals NaN."""
     if hasattr(other, "get_fields_and_field_types"):
-        return all(same(getattr(one, name), getattr(other, name))
-                   for name in other.get_fields_and_field_types())
+        return all(
+            same(getattr(one, name), getattr(other, name))
+            for name in other.get_fields_and_field_types()
+        )
     if isinstance(other, (bool, int, float, str)):
         return one == other or (one != one and other != other)
     return len(one) == len(other) and all(map(same, one, other))

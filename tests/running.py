@@ -17,15 +17,52 @@ from ros_pose_stats import PoseStatsError, cli
 ROOT = Path(ros_pose_stats.__file__).resolve().parents[1]
 
 STATISTICS_KEYS = {
-    "choice", "observed", "units", "part_id", "part_digest", "radius", "method", "restitution",
-    "drop_height", "cluster_tolerance", "round_sides", "drops", "unsettled", "seed",
-    "expected_error", "largest_error", "scene", "plate_error", "seconds", "version", "warnings",
-    "notes", "poses",
+    "choice",
+    "observed",
+    "units",
+    "part_id",
+    "part_digest",
+    "radius",
+    "method",
+    "restitution",
+    "drop_height",
+    "cluster_tolerance",
+    "round_sides",
+    "drops",
+    "unsettled",
+    "seed",
+    "expected_error",
+    "largest_error",
+    "scene",
+    "plate_error",
+    "seconds",
+    "version",
+    "warnings",
+    "notes",
+    "poses",
 }
 POSE_KEYS = {
-    "index", "group", "down", "height", "top", "margin", "barrier", "spread", "probability",
-    "probability_low", "probability_high", "standard_error", "count", "orientation", "members",
-    "group_size", "group_probability", "rolls", "roll_axis", "yaw_symmetry", "position",
+    "index",
+    "group",
+    "down",
+    "height",
+    "top",
+    "margin",
+    "barrier",
+    "spread",
+    "probability",
+    "probability_low",
+    "probability_high",
+    "standard_error",
+    "count",
+    "orientation",
+    "members",
+    "group_size",
+    "group_probability",
+    "rolls",
+    "roll_axis",
+    "yaw_symmetry",
+    "position",
 }
 
 
@@ -43,7 +80,9 @@ def call(*arguments, program=cli.main):
     Signals that it takes over are given back.
     """
     out, err = io.StringIO(), io.StringIO()
-    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    handlers = {
+        number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)
+    }
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         try:
             status = program([str(argument) for argument in arguments])
@@ -71,7 +110,9 @@ def answer_json(*arguments):
     assert all("units" in each for each in objects)
     if arguments[0] in ("estimate", "simulate"):
         assert all(each.keys() == STATISTICS_KEYS for each in objects)
-        assert all(pose.keys() == POSE_KEYS for each in objects for pose in each["poses"])
+        assert all(
+            pose.keys() == POSE_KEYS for each in objects for pose in each["poses"]
+        )
     return values
 
 
@@ -96,8 +137,12 @@ def refusal_of(call, *arguments, **options):
 
 def command(*arguments):
     """Run `python -m ros_pose_stats` in a process of its own, from the repository root."""
-    return subprocess.run([sys.executable, "-m", "ros_pose_stats", *map(str, arguments)],
-                          capture_output=True, text=True, cwd=ROOT)
+    return subprocess.run(
+        [sys.executable, "-m", "ros_pose_stats", *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        cwd=ROOT,
+    )
 
 
 def about(process, file):
@@ -110,8 +155,11 @@ def about(process, file):
 
 def children(process):
     """Ids of the processes that one has started."""
-    return [int(child) for task in Path(f"/proc/{process}/task").glob("*")
-            for child in about(process, f"task/{task.name}/children").split()]
+    return [
+        int(child)
+        for task in Path(f"/proc/{process}/task").glob("*")
+        for child in about(process, f"task/{task.name}/children").split()
+    ]
 
 
 def is_gone(process):
@@ -127,6 +175,7 @@ def complaints(error):
 
 def strict_json(text):
     """Parse JSON as the standard has it: neither NaN nor infinity."""
+
     def refuse(name):
         raise AssertionError(f"{name} is not JSON")
 

@@ -18,7 +18,9 @@ NEAR_SPHERE = (1.0, 0.96, 0.92)
 """Semi-axes of a near-sphere: about 700 of its facets are stable at 4 000 random vertices."""
 
 ROUNDED_AXES = np.array((1.0, 0.8, 0.6))
-_CUTS = np.array(((0.64, 0.66, 0.65), (0.67, 0.63, 0.66)))  # unequal: no symmetry, no ties
+_CUTS = np.array(
+    ((0.64, 0.66, 0.65), (0.67, 0.63, 0.66))
+)  # unequal: no symmetry, no ties
 _FLATS = np.array(((0.86, 0.80, 0.74), (0.83, 0.77, 0.71)))
 
 
@@ -33,7 +35,9 @@ class Body(NamedTuple):
 def random_polyhedron(vertices: int, seed: int) -> Body:
     """Hull of normally distributed points, the first from the seed on with that many vertices."""
     for trial in count(1000 * seed):
-        points = np.random.default_rng(trial).standard_normal((vertices * vertices // 6, 3))
+        points = np.random.default_rng(trial).standard_normal(
+            (vertices * vertices // 6, 3)
+        )
         surface = shapes.hull_mesh(points)
         if len(surface[0]) == vertices:
             return Body(f"random polyhedron {seed}", *surface)
@@ -52,7 +56,9 @@ def paper_polyhedron(seed: int) -> Body:
 
 def ellipsoid(vertices: int, seed: int = 1) -> Body:
     """Random points on an ellipsoid: few stable facets."""
-    return Body("ellipsoid", *shapes.hull_mesh(shapes.ellipsoid_points(vertices, seed, FEW)))
+    return Body(
+        "ellipsoid", *shapes.hull_mesh(shapes.ellipsoid_points(vertices, seed, FEW))
+    )
 
 
 def sphere(vertices: int, seed: int = 1) -> Body:
@@ -90,7 +96,9 @@ def _corner(side: NDArray[np.int64], fineness: int) -> NDArray[np.float64]:
     cut = _CUTS[side, np.arange(3)] ** 2
     i, j = np.meshgrid(np.arange(fineness + 1), np.arange(fineness + 1), indexing="ij")
     below = i + j <= fineness
-    weights = np.column_stack((i[below], j[below], fineness - (i + j)[below])) / fineness
+    weights = (
+        np.column_stack((i[below], j[below], fineness - (i + j)[below])) / fineness
+    )
     ends = np.tile(cut, (3, 1))
     np.fill_diagonal(ends, 1.0 - cut.sum() + cut)
     squares = np.where(weights == 0.0, cut, weights @ ends)
@@ -103,9 +111,16 @@ def flattened_ellipsoid(vertices: int) -> Body:
     Six stable faces from 200 vertices on; the curved points are a Fibonacci lattice. The
     number of vertices is met to about a tenth, closer for many.
     """
-    rims = np.vstack([_rim(axis, side, max(4, round(0.62 * vertices**0.5)))
-                      for axis in range(3) for side in range(2)])
-    limit = np.cos(np.arccos(_FLATS) + (np.pi / vertices) ** 0.5)  # leave a gap to the rims
+    rims = np.vstack(
+        [
+            _rim(axis, side, max(4, round(0.62 * vertices**0.5)))
+            for axis in range(3)
+            for side in range(2)
+        ]
+    )
+    limit = np.cos(
+        np.arccos(_FLATS) + (np.pi / vertices) ** 0.5
+    )  # leave a gap to the rims
     curved = 1.0 - float(((1.0 - limit) / 2.0).sum())
     k = np.arange(int((vertices - len(rims)) / curved)) + 0.5
     z, turn = 1.0 - 2.0 * k / k.size, k * np.pi * (1.0 + 5.0**0.5)

@@ -20,8 +20,17 @@ from .results import Results, Row, Section, Target
 
 Array = NDArray[np.float64]
 
-KNOWN = ("polyhedra 0.25", "prisms", "plates", "machined", "milled", "stepped", "hollow",
-         "flat balls", "lumps")
+KNOWN = (
+    "polyhedra 0.25",
+    "prisms",
+    "plates",
+    "machined",
+    "milled",
+    "stepped",
+    "hollow",
+    "flat balls",
+    "lumps",
+)
 """Families of the fits for comparison, in bodies that they have not seen."""
 
 SERIES, BODIES, QUICK = 4321, 8, 1
@@ -41,7 +50,8 @@ ABOUT = (
     "that estimate alone, and what it expects. `drops`: those of the checked estimate by "
     "themselves. `checked`, `its told`: `auto(part)` and what it expects. `largest`: share of "
     "the cases in which every pose is within `largest_error`, widened by the reference's noise, "
-    "in %; `5/3/2`: in which `auto` keeps a target of so many points. Not times.")
+    "in %; `5/3/2`: in which `auto` keeps a target of so many points. Not times."
+)
 
 
 class Case(NamedTuple):
@@ -58,16 +68,26 @@ class Case(NamedTuple):
 
 def by_index(found: PoseStatistics, name: str) -> Array:
     """A value of the poses (P,) by `index`."""
-    return np.array([getattr(pose, name) for pose in sorted(found.poses,
-                                                            key=lambda pose: pose.index)], float)
+    return np.array(
+        [
+            getattr(pose, name)
+            for pose in sorted(found.poses, key=lambda pose: pose.index)
+        ],
+        float,
+    )
 
 
 def judged(part: Part, restitution: float, options: dict[str, Any]) -> Case:
     """Drop a part often, and judge all answers by that."""
     scene = {"restitution": restitution, **options}
     impacts: list[int] = []
-    simulate(part, 30, seed=1, on_drops=lambda chunk: impacts.append(
-        int(chunk.outcomes.impacts.sum())), **scene)
+    simulate(
+        part,
+        30,
+        seed=1,
+        on_drops=lambda chunk: impacts.append(int(chunk.outcomes.impacts.sum())),
+        **scene,
+    )
     drops = min(max(30 * EVENTS // sum(impacts), FEWEST), MOST)
     true = by_index(simulate(part, drops, seed=2, **scene), "probability")
     noise = true * (1.0 - true) / (drops - 1)
@@ -76,48 +96,81 @@ def judged(part: Part, restitution: float, options: dict[str, Any]) -> Case:
         return float(np.mean(np.square(shares - true) - noise))
 
     alone, found = estimate(part, "split", **scene), auto(part, **scene)
-    counts, away = by_index(found, "count"), np.abs(by_index(found, "probability") - true)
+    counts, away = (
+        by_index(found, "count"),
+        np.abs(by_index(found, "probability") - true),
+    )
     return Case(
-        square(by_index(alone, "probability")), alone.expected_error ** 2,
+        square(by_index(alone, "probability")),
+        alone.expected_error**2,
         square(counts / counts.sum()) if counts.any() else math.nan,
-        square(by_index(found, "probability")), found.expected_error ** 2,
+        square(by_index(found, "probability")),
+        found.expected_error**2,
         bool((away <= found.largest_error + LARGEST * np.sqrt(noise)).all()),
-        tuple(square(by_index(auto(part, target, seed=3, **scene), "probability")) <= target ** 2
-              for target in TARGETS))
+        tuple(
+            square(by_index(auto(part, target, seed=3, **scene), "probability"))
+            <= target**2
+            for target in TARGETS
+        ),
+    )
 
 
 def row(name: str, cases: Sequence[Case], targets: bool) -> Row:
     """Root mean squares and shares of some cases."""
-    def root(of: Callable[[Case], float]) -> float:
-        return 100.0 * math.sqrt(max(float(np.nanmean([of(case) for case in cases])), 0.0))
 
-    checked, told, drops = (root(lambda case, name=name: getattr(case, name))  # type: ignore[misc]
-                            for name in ("checked", "told", "drops"))
+    def root(of: Callable[[Case], float]) -> float:
+        return 100.0 * math.sqrt(
+            max(float(np.nanmean([of(case) for case in cases])), 0.0)
+        )
+
+    checked, told, drops = (
+        root(lambda case, name=name: getattr(case, name))  # type: ignore[misc]
+        for name in ("checked", "told", "drops")
+    )
     largest = float(np.mean([case.largest for case in cases]))
     kept = np.mean([case.kept for case in cases], axis=0)
-    return Row(name, {
-        "cases": len(cases), "split": root(lambda case: case.split),
-        "told": root(lambda case: case.split_told), "drops": drops, "checked": checked,
-        "its told": told, "ratio": checked / told, "largest": 100.0 * largest,
-        "5/3/2": " / ".join(f"{100.0 * share:.0f}" for share in kept)},
-        (Target("checked / drops", checked / drops, 1.0), Target("ratio", checked / told, TRUE),
-         Target("largest", largest, KEPT, at_least=True),
-         Target("targets kept", float(kept.mean()), KEPT, at_least=True)) if targets else ())
+    return Row(
+        name,
+        {
+            "cases": len(cases),
+            "split": root(lambda case: case.split),
+            "told": root(lambda case: case.split_told),
+            "drops": drops,
+            "checked": checked,
+            "its told": told,
+            "ratio": checked / told,
+            "largest": 100.0 * largest,
+            "5/3/2": " / ".join(f"{100.0 * share:.0f}" for share in kept),
+        },
+        (
+            Target("checked / drops", checked / drops, 1.0),
+            Target("ratio", checked / told, TRUE),
+            Target("largest", largest, KEPT, at_least=True),
+            Target("targets kept", float(kept.mean()), KEPT, at_least=True),
+        )
+        if targets
+        else (),
+    )
 
 
 def sections(bodies: int) -> Iterator[Section]:
     """Measure the families that no fit has seen, and those of the fits."""
     about = ABOUT.format(FEWEST, MOST, bodies)
     for key, title, families in (
-            ("checked", "Checked estimates of parts that rock", tuple(ROCKING)),
-            ("checked_known", "Checked estimates of other families", KNOWN)):
+        ("checked", "Checked estimates of parts that rock", tuple(ROCKING)),
+        ("checked_known", "Checked estimates of other families", KNOWN),
+    ):
         rows, every = [], []
         for family in families:
             tolerance, sides = family_options(family)
             options = {"cluster_tolerance": tolerance, "round_sides": sides}
-            cases = [judged(part, rho, options) for part in (
-                family_part(family, SERIES, number) for number in range(bodies))
-                     for rho in RESTITUTIONS]
+            cases = [
+                judged(part, rho, options)
+                for part in (
+                    family_part(family, SERIES, number) for number in range(bodies)
+                )
+                for rho in RESTITUTIONS
+            ]
             rows.append(row(family, cases, False))
             every += cases
         rows.append(row("all", every, True))
@@ -130,4 +183,6 @@ def run(quick: bool) -> Results:
 
 
 if __name__ == "__main__":
-    command("checked", (__doc__ or "").partition("\n")[0], "one body a family", run, None)
+    command(
+        "checked", (__doc__ or "").partition("\n")[0], "one body a family", run, None
+    )

@@ -18,7 +18,7 @@ from ros_pose_stats.design.comparison import SHOWN
 from ros_pose_stats.design.paired_drops import PairedDrops, paired_difference
 from study import shapes
 
-TRUE_DROPS, TRUE_SEED = 100_000, 10 ** 6
+TRUE_DROPS, TRUE_SEED = 100_000, 10**6
 
 
 def pairs():
@@ -26,9 +26,21 @@ def pairs():
     side = 0.016
     die = part_from_mesh(*shapes.box(side, side, side))
     box = part_from_mesh(*shapes.box(0.02, 0.03, 0.012))
-    yield "die, 8 % shorter", [die, part_from_mesh(*shapes.box(side, side, 0.92 * side))], [0, 1]
-    yield "box, centre of mass 0.6 mm lower", [box, shift_center(box, (0.0, 0.0, -6e-4))], [0]
-    yield "box, 12 % longer", [box, part_from_mesh(*shapes.box(0.0224, 0.03, 0.012))], [2, 3]
+    yield (
+        "die, 8 % shorter",
+        [die, part_from_mesh(*shapes.box(side, side, 0.92 * side))],
+        [0, 1],
+    )
+    yield (
+        "box, centre of mass 0.6 mm lower",
+        [box, shift_center(box, (0.0, 0.0, -6e-4))],
+        [0],
+    )
+    yield (
+        "box, 12 % longer",
+        [box, part_from_mesh(*shapes.box(0.0224, 0.03, 0.012))],
+        [2, 3],
+    )
 
 
 def main() -> None:
@@ -50,10 +62,12 @@ def main() -> None:
         value = paired_difference(*map(many.is_in, (0, 1), poses)).value
         told = float(np.mean(shown)) if shown else float("nan")
         error = float(np.std(shown)) / max(len(shown), 1) ** 0.5
-        print(f"{name}: true {100.0 * value:+.2f} points ({TRUE_DROPS} drops), shown "
-              f"in {len(shown)} of {seeds} seeds after {np.median(drops):.0f} drops, told "
-              f"{100.0 * told:+.2f} +- {100.0 * error:.2f}, told / true {told / value:.2f}",
-              flush=True)
+        print(
+            f"{name}: true {100.0 * value:+.2f} points ({TRUE_DROPS} drops), shown "
+            f"in {len(shown)} of {seeds} seeds after {np.median(drops):.0f} drops, told "
+            f"{100.0 * told:+.2f} +- {100.0 * error:.2f}, told / true {told / value:.2f}",
+            flush=True,
+        )
 
 
 if __name__ == "__main__":

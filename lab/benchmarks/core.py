@@ -52,28 +52,50 @@ class Plan:
     quick: Pace = CALLS
 
 
-QUICK = Plan(smooth=(200, 2000), near_sphere=1000, fineness=(1, 3, 7, 16, 24, 35),
-             flattened=(300, 1000, 2000, 5000), fit_from=200, seeds=1,
-             slow=Pace(5, 1.0), quick=Pace(50, 0.5))
+QUICK = Plan(
+    smooth=(200, 2000),
+    near_sphere=1000,
+    fineness=(1, 3, 7, 16, 24, 35),
+    flattened=(300, 1000, 2000, 5000),
+    fit_from=200,
+    seeds=1,
+    slow=Pace(5, 1.0),
+    quick=Pace(50, 0.5),
+)
 
 
 def sections(plan: Plan) -> Iterator[Section]:
     """Measure, and yield one table after the other."""
-    polyhedra = [[bodies.random_polyhedron(vertices, seed) for seed in range(plan.seeds)]
-                 for vertices in plan.random]
+    polyhedra = [
+        [bodies.random_polyhedron(vertices, seed) for seed in range(plan.seeds)]
+        for vertices in plan.random
+    ]
     warm_up(polyhedra[0][0])
-    yield all_estimators([
-        *(some[0] for some in polyhedra),
-        *(make(vertices) for make in (bodies.ellipsoid, bodies.sphere)
-          for vertices in plan.smooth),
-    ], plan.slow)
+    yield all_estimators(
+        [
+            *(some[0] for some in polyhedra),
+            *(
+                make(vertices)
+                for make in (bodies.ellipsoid, bodies.sphere)
+                for vertices in plan.smooth
+            ),
+        ],
+        plan.slow,
+    )
     if plan.demo:
         yield all_estimators(bodies.demo_parts(), plan.slow, "demo", "The demo parts")
-    yield near_spheres([bodies.near_sphere(plan.near_sphere), bodies.sphere(plan.near_sphere)],
-                       plan.slow)
+    yield near_spheres(
+        [bodies.near_sphere(plan.near_sphere), bodies.sphere(plan.near_sphere)],
+        plan.slow,
+    )
     yield paper_size([body for some in polyhedra for body in some], plan.quick)
-    grown = growth([*map(bodies.rounded_box, plan.fineness),
-                    *map(bodies.flattened_ellipsoid, plan.flattened)], plan.slow)
+    grown = growth(
+        [
+            *map(bodies.rounded_box, plan.fineness),
+            *map(bodies.flattened_ellipsoid, plan.flattened),
+        ],
+        plan.slow,
+    )
     yield grown
     yield slopes(grown, plan.fit_from)
 
@@ -93,8 +115,13 @@ def run(plan: Plan, say: Callable[[str], object] = print) -> Results:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Measure, print, and with `--write` store the results and render the page."""
-    command("core", __doc__, "fewer and smaller bodies",
-            lambda quick: run(QUICK if quick else Plan()), arguments)
+    command(
+        "core",
+        __doc__,
+        "fewer and smaller bodies",
+        lambda quick: run(QUICK if quick else Plan()),
+        arguments,
+    )
 
 
 if __name__ == "__main__":

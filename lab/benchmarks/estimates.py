@@ -40,11 +40,16 @@ TIMED = (
     "arrays, whose construction is not timed. `stable` counts stable faces, `poses` what they "
     "merge into at the row's cluster tolerance. Ratios are medians of the ratios round by round; "
     "a contender stops after some seconds, so trimesh has one round on the largest sphere. The "
-    "garbage collector is off but for trimesh, whose copies would fill the memory.")
+    "garbage collector is off but for trimesh, whose copies would fill the memory."
+)
 
 
-def all_estimators(bodies: Sequence[Body], pace: Pace, name: str = "all_estimators",
-                   title: str = "All estimators from the mesh") -> Section:
+def all_estimators(
+    bodies: Sequence[Body],
+    pace: Pace,
+    name: str = "all_estimators",
+    title: str = "All estimators from the mesh",
+) -> Section:
     """Table with rows for each body at both cluster tolerances, with trimesh as the target."""
     rows = [row for body in bodies for row in _rows(body, pace)]
     return Section(name, title, TIMED, tuple(rows))
@@ -53,7 +58,9 @@ def all_estimators(bodies: Sequence[Body], pace: Pace, name: str = "all_estimato
 def near_spheres(bodies: Sequence[Body], pace: Pace) -> Section:
     """Table of bodies with many stable poses; the target is a second."""
     rows = [row for body in bodies for row in _rows(body, pace, NEAR_SPHERE_SECONDS)]
-    return Section("near_sphere", "Hundreds of stable poses and more", TIMED, tuple(rows))
+    return Section(
+        "near_sphere", "Hundreds of stable poses and more", TIMED, tuple(rows)
+    )
 
 
 def answers(body: Body, tolerance: float) -> tuple[Part, list[PoseStatistics]]:
@@ -66,19 +73,29 @@ def _rows(body: Body, pace: Pace, seconds: float | None = None) -> list[Row]:
     def mesh() -> trimesh.Trimesh:
         return trimesh.Trimesh(body.vertices, body.triangles, process=False)
 
-    timings = race([
-        *(Contender(f"{tolerance:g}", lambda _, t=tolerance: answers(body, t))
-          for tolerance in TOLERANCES),
-        Contender("hull", lambda _: ConvexHull(body.vertices)),
-        Contender("trimesh", lambda made: compute_stable_poses(made, n_samples=1), mesh,
-                  collected=True),
-    ], pace)
+    timings = race(
+        [
+            *(
+                Contender(f"{tolerance:g}", lambda _, t=tolerance: answers(body, t))
+                for tolerance in TOLERANCES
+            ),
+            Contender("hull", lambda _: ConvexHull(body.vertices)),
+            Contender(
+                "trimesh",
+                lambda made: compute_stable_poses(made, n_samples=1),
+                mesh,
+                collected=True,
+            ),
+        ],
+        pace,
+    )
     part = part_from_mesh(body.vertices, body.triangles, unit="mm")
     return [_row(body, part, tolerance, timings, seconds) for tolerance in TOLERANCES]
 
 
-def _row(body: Body, part: Part, tolerance: float, timings: Timings,
-         seconds: float | None) -> Row:
+def _row(
+    body: Body, part: Part, tolerance: float, timings: Timings, seconds: float | None
+) -> Row:
     own = f"{tolerance:g}"
     resting = resting_poses(part, tolerance, round_sides=0)
     stable = len(resting.equilibria.order)
@@ -88,15 +105,19 @@ def _row(body: Body, part: Part, tolerance: float, timings: Timings,
         targets.append(Target("all / hull", hulls, MOST_HULLS))
     if seconds is not None:
         targets.append(Target("all, s", timings.median(own), seconds))
-    return Row(f"{body.name}, {len(body.vertices)} vertices, tolerance {own}", {
-        "stable": stable,
-        "poses": len(resting.poses),
-        "all, ms": timings.milliseconds(own),
-        "hull, ms": timings.milliseconds("hull"),
-        "trimesh, ms": timings.milliseconds("trimesh"),
-        "all / hull": hulls,
-        "trimesh / all": timings.ratio("trimesh", own),
-    }, tuple(targets))
+    return Row(
+        f"{body.name}, {len(body.vertices)} vertices, tolerance {own}",
+        {
+            "stable": stable,
+            "poses": len(resting.poses),
+            "all, ms": timings.milliseconds(own),
+            "hull, ms": timings.milliseconds("hull"),
+            "trimesh, ms": timings.milliseconds("trimesh"),
+            "all / hull": hulls,
+            "trimesh / all": timings.ratio("trimesh", own),
+        },
+        tuple(targets),
+    )
 
 
 KERNEL_MILLISECONDS = 0.1
@@ -112,13 +133,18 @@ PAPER_TIMED = (
     "the poses known too and only the split probabilities forgotten. `split`: "
     "`estimate(part, 'split')` with the convex body known and nothing else. All of them tell "
     "their expected errors, for which EAE, MEAE and QSE are compared. `hull`: "
-    "`scipy.spatial.ConvexHull`, for scale. Cluster tolerance 0.")
+    "`scipy.spatial.ConvexHull`, for scale. Cluster tolerance 0."
+)
 
 
 def paper_size(bodies: Sequence[Body], pace: Pace) -> Section:
     """A row for each body."""
-    return Section("paper_size", "MEAE and split of a paper-size polyhedron, the body ready",
-                   PAPER_TIMED, tuple(_paper_row(body, pace) for body in bodies))
+    return Section(
+        "paper_size",
+        "MEAE and split of a paper-size polyhedron, the body ready",
+        PAPER_TIMED,
+        tuple(_paper_row(body, pace) for body in bodies),
+    )
 
 
 def _paper_row(body: Body, pace: Pace) -> Row:
@@ -139,25 +165,42 @@ def _paper_row(body: Body, pace: Pace) -> Row:
     def meae(part: Part) -> object:
         return estimate(part, "meae", cluster_tolerance=TOLERANCE, round_sides=0)
 
-    timings = race([
-        Contender("splits", lambda _: split_probabilities(arrays, tree, wanted, False)),
-        Contender("equilibria", lambda _: find_equilibria(points, arrays)),
-        Contender("estimate", meae, with_body),
-        Contender("again", meae, without_splits),
-        Contender("split", lambda part: estimate(
-            part, "split", cluster_tolerance=TOLERANCE, round_sides=0), with_body),
-        Contender("hull", lambda _: ConvexHull(body.vertices)),
-    ], pace)
+    timings = race(
+        [
+            Contender(
+                "splits", lambda _: split_probabilities(arrays, tree, wanted, False)
+            ),
+            Contender("equilibria", lambda _: find_equilibria(points, arrays)),
+            Contender("estimate", meae, with_body),
+            Contender("again", meae, without_splits),
+            Contender(
+                "split",
+                lambda part: estimate(
+                    part, "split", cluster_tolerance=TOLERANCE, round_sides=0
+                ),
+                with_body,
+            ),
+            Contender("hull", lambda _: ConvexHull(body.vertices)),
+        ],
+        pace,
+    )
     took = {name: timings.milliseconds(name) for name in timings.seconds}
-    return Row(f"{body.name}, {len(body.vertices)} vertices", {
-        "poses": len(resting.poses),
-        **{f"{name}, ms": value for name, value in took.items()},
-        "estimate / hull": timings.ratio("estimate", "hull"),
-    }, (
-        Target("splits, ms", took["splits"], KERNEL_MILLISECONDS),
-        Target("splits + equilibria, ms", took["splits"] + took["equilibria"],
-               KERNEL_MILLISECONDS),
-        Target("estimate, ms", took["estimate"], ESTIMATE_MILLISECONDS),
-        Target("again, ms", took["again"], ESTIMATE_MILLISECONDS),
-        Target("split, ms", took["split"], SPLIT_MILLISECONDS),
-    ))
+    return Row(
+        f"{body.name}, {len(body.vertices)} vertices",
+        {
+            "poses": len(resting.poses),
+            **{f"{name}, ms": value for name, value in took.items()},
+            "estimate / hull": timings.ratio("estimate", "hull"),
+        },
+        (
+            Target("splits, ms", took["splits"], KERNEL_MILLISECONDS),
+            Target(
+                "splits + equilibria, ms",
+                took["splits"] + took["equilibria"],
+                KERNEL_MILLISECONDS,
+            ),
+            Target("estimate, ms", took["estimate"], ESTIMATE_MILLISECONDS),
+            Target("again, ms", took["again"], ESTIMATE_MILLISECONDS),
+            Target("split, ms", took["split"], SPLIT_MILLISECONDS),
+        ),
+    )

@@ -51,7 +51,8 @@ MEASURED = (
     "one; `error, %`: its standard error; `convex, %`: off by as much if silhouettes counted as "
     "convex. `parts`, "
     "`kicks`, `a minute`: the plan for a kick of half a radius; `simulated`: whole cycles of it, "
-    "part by part, thrown anew at each kick.")
+    "part by part, thrown anew at each kick."
+)
 
 
 class Plate:
@@ -60,14 +61,24 @@ class Plate:
     A part is blocked where another one reaches into its outline grown by the clearance.
     """
 
-    def __init__(self, outlines: Sequence[Sequence[Array]], size: tuple[float, float],
-                 clearance: float) -> None:
+    def __init__(
+        self,
+        outlines: Sequence[Sequence[Array]],
+        size: tuple[float, float],
+        clearance: float,
+    ) -> None:
         self.size = np.array(size)
         self.outlines = [CrossSection(rings) for rings in outlines]
-        self.grown = [outline.offset(clearance, JoinType.Round, circular_segments=48)
-                      for outline in self.outlines]
-        self.reach = np.array([max(np.hypot(*ring.T).max() for ring in outline.to_polygons())
-                               for outline in self.outlines])
+        self.grown = [
+            outline.offset(clearance, JoinType.Round, circular_segments=48)
+            for outline in self.outlines
+        ]
+        self.reach = np.array(
+            [
+                max(np.hypot(*ring.T).max() for ring in outline.to_polygons())
+                for outline in self.outlines
+            ]
+        )
         self.clearance = clearance
 
     def free(self, pose: NDArray[np.int64], wanted: Flags, random: Generator) -> Flags:
@@ -75,18 +86,34 @@ class Plate:
         place = random.uniform(size=(len(pose), 2)) * self.size
         turn = random.uniform(0.0, 360.0, len(pose))
         far = self.reach[pose]
-        near = (np.hypot(*(place[:, None] - place).T) < far[:, None] + far + self.clearance)
+        near = (
+            np.hypot(*(place[:, None] - place).T) < far[:, None] + far + self.clearance
+        )
         np.fill_diagonal(near, False)
         free = wanted[pose]
         for mine in np.flatnonzero(free):
             here = self.grown[pose[mine]].rotate(turn[mine])
-            free[mine] = all((here ^ self.outlines[pose[other]].rotate(turn[other]).translate(
-                place[other] - place[mine])).is_empty() for other in np.flatnonzero(near[mine]))
+            free[mine] = all(
+                (
+                    here
+                    ^ self.outlines[pose[other]]
+                    .rotate(turn[other])
+                    .translate(place[other] - place[mine])
+                ).is_empty()
+                for other in np.flatnonzero(near[mine])
+            )
         return free
 
 
-def row(name: str, part: Part, dropped: PoseStatistics, flips: FlipStatistics,
-        plate: tuple[float, float, float], seconds: float, random: Generator) -> Row:
+def row(
+    name: str,
+    part: Part,
+    dropped: PoseStatistics,
+    flips: FlipStatistics,
+    plate: tuple[float, float, float],
+    seconds: float,
+    random: Generator,
+) -> Row:
     """One part on one plate; `seconds`: spent on each of two simulations."""
     poses = sorted(dropped.poses, key=lambda pose: pose.index)
     shares = np.array([pose.probability for pose in poses])
@@ -94,36 +121,87 @@ def row(name: str, part: Part, dropped: PoseStatistics, flips: FlipStatistics,
     wanted[[pose.index for pose in dropped.poses[:2]]] = True
     long, wide, clearance = (radii * dropped.radius for radii in plate)
     numbers = np.arange(1, 200)
-    told, convex = (numbers * (plate_fill([pose.outline for pose in poses], shares, (long, wide),
-                                          clearance, blocking).free(numbers) @ (shares * wanted))
-                    for blocking in (blocking_with_bays(part, poses, shares,
-                                                        np.flatnonzero(wanted), clearance), 1.0))
+    told, convex = (
+        numbers
+        * (
+            plate_fill(
+                [pose.outline for pose in poses],
+                shares,
+                (long, wide),
+                clearance,
+                blocking,
+            ).free(numbers)
+            @ (shares * wanted)
+        )
+        for blocking in (
+            blocking_with_bays(part, poses, shares, np.flatnonzero(wanted), clearance),
+            1.0,
+        )
+    )
     best = int(told.argmax())
-    thrown = Plate([[ring for polygon in outline_at(part, pose) for ring in polygon]
-                    for pose in poses], (long, wide), clearance)
+    thrown = Plate(
+        [
+            [ring for polygon in outline_at(part, pose) for ring in polygon]
+            for pose in poses
+        ],
+        (long, wide),
+        clearance,
+    )
     seen, until = [], time.monotonic() + seconds
     while time.monotonic() < until:
         pose = random.choice(len(poses), numbers[best], p=shares / shares.sum())
         seen.append(int(thrown.free(pose, wanted, random).sum()))
     mean, error = float(np.mean(seen)), float(np.std(seen)) / len(seen) ** 0.5
     cell = FeederCell(60.0, (long, wide), clearance)
-    plan = plan_feeding(dropped, np.flatnonzero(wanted).tolist(), cell, [flips], part).options[1]
-    rate = simulated_rate(plan, cell, thrown, shares / shares.sum(), wanted, flips.transition,
-                          seconds, random)
-    off, rate_off = 100.0 * (told[best] / mean - 1.0), 100.0 * (plan.per_minute.value / rate - 1.0)
-    return Row(f"{name}, {plate[0]:g} x {plate[1]:g}, {plate[2]:g}", {
-        "best": int(numbers[best]), "free": float(told[best]), "thrown": mean, "off, %": off,
-        "error, %": 100.0 * error / mean,
-        "convex, %": 100.0 * (convex[best] / mean - 1.0), "parts": plan.parts,
-        "kicks": plan.kicks, "a minute": plan.per_minute.value, "simulated": rate,
-        "rate off, %": rate_off},
-        (Target("free parts off, %", abs(off), LIMIT),
-         Target("rate off, %", abs(rate_off), LIMIT)))
+    plan = plan_feeding(
+        dropped, np.flatnonzero(wanted).tolist(), cell, [flips], part
+    ).options[1]
+    rate = simulated_rate(
+        plan,
+        cell,
+        thrown,
+        shares / shares.sum(),
+        wanted,
+        flips.transition,
+        seconds,
+        random,
+    )
+    off, rate_off = (
+        100.0 * (told[best] / mean - 1.0),
+        100.0 * (plan.per_minute.value / rate - 1.0),
+    )
+    return Row(
+        f"{name}, {plate[0]:g} x {plate[1]:g}, {plate[2]:g}",
+        {
+            "best": int(numbers[best]),
+            "free": float(told[best]),
+            "thrown": mean,
+            "off, %": off,
+            "error, %": 100.0 * error / mean,
+            "convex, %": 100.0 * (convex[best] / mean - 1.0),
+            "parts": plan.parts,
+            "kicks": plan.kicks,
+            "a minute": plan.per_minute.value,
+            "simulated": rate,
+            "rate off, %": rate_off,
+        },
+        (
+            Target("free parts off, %", abs(off), LIMIT),
+            Target("rate off, %", abs(rate_off), LIMIT),
+        ),
+    )
 
 
-def simulated_rate(plan: KickPlan, cell: FeederCell, plate: Plate, shares: Array,
-                   wanted: Flags, moves: Array, seconds: float, random: Generator
-                   ) -> float:
+def simulated_rate(
+    plan: KickPlan,
+    cell: FeederCell,
+    plate: Plate,
+    shares: Array,
+    wanted: Flags,
+    moves: Array,
+    seconds: float,
+    random: Generator,
+) -> float:
     """Parts picked a minute over whole cycles, at least one."""
     ends, picked, took, until = moves.cumsum(axis=1), 0, 0.0, time.monotonic() + seconds
     while not picked or time.monotonic() < until:
@@ -132,8 +210,13 @@ def simulated_rate(plan: KickPlan, cell: FeederCell, plate: Plate, shares: Array
             free = plate.free(pose, wanted, random)
             taken = int(free.sum())
             picked += taken
-            took += (cell.drop_time + cell.camera_time + cell.pick_time * taken
-                     + 60.0 / cell.rate * fresh + cell.cycle_time * (kick > 0))
+            took += (
+                cell.drop_time
+                + cell.camera_time
+                + cell.pick_time * taken
+                + 60.0 / cell.rate * fresh
+                + cell.cycle_time * (kick > 0)
+            )
             pose = (random.random((plan.parts, 1)) > ends[pose]).sum(axis=1)
             pose = pose.clip(0, len(shares) - 1)
             pose[free] = random.choice(len(shares), taken, p=shares)
@@ -149,18 +232,28 @@ def measure(seconds: float) -> Section:
         part = part_from_mesh(vertices * 1e-3, triangles, part_id=name)
         dropped = estimate(part, "split")
         flips = simulate_flips(part, KICK * dropped.radius, FLIPS, seed=SEED)
-        rows += [row(name, part, dropped, flips, plate, seconds, random) for plate in PLATES]
+        rows += [
+            row(name, part, dropped, flips, plate, seconds, random) for plate in PLATES
+        ]
     return Section("feeding", "Parts on a plate", MEASURED, tuple(rows))
 
 
 def main() -> None:
     """Measure, print, and with `--write` store the results and write the page."""
-    parser = argparse.ArgumentParser(prog="lab.benchmarks.feeding",
-                                     description=__doc__.partition("\n")[0])
-    parser.add_argument("--seconds", type=float, default=4.0, help="of each of two simulations "
-                        "of each case (default: %(default)s)")
-    parser.add_argument("--write", action="store_true", help="store numbers/feeding.json and "
-                        "render benchmarks.md in docs/measured")
+    parser = argparse.ArgumentParser(
+        prog="lab.benchmarks.feeding", description=__doc__.partition("\n")[0]
+    )
+    parser.add_argument(
+        "--seconds",
+        type=float,
+        default=4.0,
+        help="of each of two simulations of each case (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--write",
+        action="store_true",
+        help="store numbers/feeding.json and render benchmarks.md in docs/measured",
+    )
     section = measure((options := parser.parse_args()).seconds)
     print(table(section))
     if options.write:

@@ -24,7 +24,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(prog="lab.benchmarks.mujoco", description=__doc__)
     parser.add_argument("--drops", type=int, default=20)
     drops = parser.parse_args(arguments).drops
-    print("vertices   rho steps      step   depth  measured rho (10 % to 90 %)  drops/s  to rest")
+    print(
+        "vertices   rho steps      step   depth  measured rho (10 % to 90 %)  drops/s  to rest"
+    )
     for vertices in (6, 10, 23):
         plate = Plate(part_from_mesh(*bodies.random_polyhedron(vertices, 0)[1:]))
         for restitution in (0.2, 0.5, 0.8):
@@ -32,12 +34,18 @@ def main(arguments: Sequence[str] | None = None) -> None:
             for found in settings(plate, restitution, 0.01):
                 right = is_accepted(found, restitution, 0.01)
                 usable = abs(found.restitution / restitution - 1.0) <= MEDIAN
-                rates = [drops / drop_in_mujoco(plate, found, drops, 1, to_rest).seconds
-                         for to_rest in (False, True) if usable] or [math.nan] * 2
-                print(f"{vertices:8}{restitution:6.1f}{found.steps:6}{mark if right else ' '}"
-                      f"{found.step:9.2e}{found.penetration:8.4f}"
-                      f"{found.restitution:10.3f} ({found.low:.3f} to {found.high:.3f})"
-                      f"{rates[0]:14.1f}{rates[1]:9.1f}", flush=True)
+                rates = [
+                    drops / drop_in_mujoco(plate, found, drops, 1, to_rest).seconds
+                    for to_rest in (False, True)
+                    if usable
+                ] or [math.nan] * 2
+                print(
+                    f"{vertices:8}{restitution:6.1f}{found.steps:6}{mark if right else ' '}"
+                    f"{found.step:9.2e}{found.penetration:8.4f}"
+                    f"{found.restitution:10.3f} ({found.low:.3f} to {found.high:.3f})"
+                    f"{rates[0]:14.1f}{rates[1]:9.1f}",
+                    flush=True,
+                )
                 mark = " " if right else mark
 
 
@@ -49,9 +57,11 @@ def settings(plate: Plate, restitution: float, penetration: float) -> Iterator[S
 
 def is_accepted(found: Setting, restitution: float, penetration: float) -> bool:
     """Whether depth and restitution of a setting are right within the limits."""
-    return (DEPTHS[0] <= found.penetration / penetration <= DEPTHS[1]
-            and abs(found.restitution / restitution - 1.0) <= MEDIAN
-            and found.typical <= TYPICAL)
+    return (
+        DEPTHS[0] <= found.penetration / penetration <= DEPTHS[1]
+        and abs(found.restitution / restitution - 1.0) <= MEDIAN
+        and found.typical <= TYPICAL
+    )
 
 
 def choose_setting(plate: Plate, restitution: float, penetration: float) -> Setting:

@@ -70,14 +70,26 @@ def _stages(growth: Section) -> Figure:
 def _families(growth: Section) -> Figure:
     """Every family of bodies, time of a drop."""
     names = dict.fromkeys(map(family, growth.rows))
-    cells = {name: [row.cells for row in growth.rows if family(row) == name] for name in names}
-    return drop_cost_figure([(name, [float(each["vertices"]) for each in cells[name]],
-                              [float(each["µs a drop"]) for each in cells[name]])
-                             for name in names], growth.title)
+    cells = {
+        name: [row.cells for row in growth.rows if family(row) == name]
+        for name in names
+    }
+    return drop_cost_figure(
+        [
+            (
+                name,
+                [float(each["vertices"]) for each in cells[name]],
+                [float(each["µs a drop"]) for each in cells[name]],
+            )
+            for name in names
+        ],
+        growth.title,
+    )
 
 
-def cost_figure(vertices: ArrayLike, stages: Sequence[tuple[str, ArrayLike]],
-                title: str = "") -> Figure:
+def cost_figure(
+    vertices: ArrayLike, stages: Sequence[tuple[str, ArrayLike]], title: str = ""
+) -> Figure:
     """Draw the time of each stage against the number of vertices.
 
     Parameters
@@ -97,8 +109,15 @@ def cost_figure(vertices: ArrayLike, stages: Sequence[tuple[str, ArrayLike]],
     times = [(label, np.asarray(values, dtype=np.float64)) for label, values in stages]
     figure, axes = _log_log("time, ms", title)
     for (_, values), (colour, dash, marker) in zip(times, STYLES, strict=False):
-        axes.plot(count, values, color=colour, linestyle=dash, marker=marker, markersize=4.5,
-                  linewidth=1.6)
+        axes.plot(
+            count,
+            values,
+            color=colour,
+            linestyle=dash,
+            marker=marker,
+            markersize=4.5,
+            linewidth=1.6,
+        )
     low = min(float(values.min()) for _, values in times) / 1.6
     high = max(float(values.max()) for _, values in times) * 1.6
     axes.set_xlim(count[0] / 1.25, count[-1] * 1.25)
@@ -112,7 +131,9 @@ def _log_log(quantity: str, title: str) -> tuple[Figure, Axes]:
     """A figure with logarithmic axes over the number of vertices."""
     figure = new_figure(8.0, 5.2, layout="constrained")
     axes = figure.add_subplot()
-    axes.set(xscale="log", yscale="log", xlabel="hull vertices", ylabel=quantity, title=title)
+    axes.set(
+        xscale="log", yscale="log", xlabel="hull vertices", ylabel=quantity, title=title
+    )
     axes.xaxis.set_major_formatter(_plain)
     axes.yaxis.set_major_formatter(_plain)
     axes.grid(which="major", color="#dddddd", linewidth=0.7)
@@ -129,8 +150,16 @@ def _slope_one(axes: Axes, begin: float, end: float, low: float) -> None:
     """A thin line proportional to the number of vertices, below the data."""
     ends = np.array((begin, end))
     axes.plot(ends, low * ends / begin, color=REFERENCE, linewidth=1.0, linestyle=":")
-    axes.annotate("slope 1", (begin, low), xytext=(-5, 0), textcoords="offset points",
-                  ha="right", va="center", color=REFERENCE, fontsize=9)
+    axes.annotate(
+        "slope 1",
+        (begin, low),
+        xytext=(-5, 0),
+        textcoords="offset points",
+        ha="right",
+        va="center",
+        color=REFERENCE,
+        fontsize=9,
+    )
 
 
 def _label_ends(axes: Axes, times: Sequence[tuple[str, Array]]) -> None:
@@ -139,15 +168,28 @@ def _label_ends(axes: Axes, times: Sequence[tuple[str, Array]]) -> None:
     ends = np.array([(np.log(values[-1]) - low) / (high - low) for _, values in times])
     heights = apart(ends, LABEL_GAP)
     for number, (label, _) in enumerate(times):
-        axes.annotate(label, (1.0, ends[number]), xycoords="axes fraction",
-                      xytext=(1.03, heights[number]), textcoords="axes fraction",
-                      color=INK, fontsize=10, va="center",
-                      arrowprops={"arrowstyle": "-", "color": STYLES[number][0],
-                                  "linewidth": 1.2, "shrinkA": 0.0, "shrinkB": 0.0})
+        axes.annotate(
+            label,
+            (1.0, ends[number]),
+            xycoords="axes fraction",
+            xytext=(1.03, heights[number]),
+            textcoords="axes fraction",
+            color=INK,
+            fontsize=10,
+            va="center",
+            arrowprops={
+                "arrowstyle": "-",
+                "color": STYLES[number][0],
+                "linewidth": 1.2,
+                "shrinkA": 0.0,
+                "shrinkB": 0.0,
+            },
+        )
 
 
-def drop_cost_figure(families: Sequence[tuple[str, ArrayLike, ArrayLike]],
-                     title: str = "") -> Figure:
+def drop_cost_figure(
+    families: Sequence[tuple[str, ArrayLike, ArrayLike]], title: str = ""
+) -> Figure:
     """Draw the time of a drop against the number of vertices.
 
     Parameters
@@ -161,12 +203,24 @@ def drop_cost_figure(families: Sequence[tuple[str, ArrayLike, ArrayLike]],
     Figure
         Log-log, a legend, and a line of slope 1 to compare with.
     """
-    curves = [(label, np.asarray(count, dtype=np.float64), np.asarray(cost, dtype=np.float64))
-              for label, count, cost in families]
+    curves = [
+        (label, np.asarray(count, dtype=np.float64), np.asarray(cost, dtype=np.float64))
+        for label, count, cost in families
+    ]
     figure, axes = _log_log("time of a drop, µs", title)
-    for (label, count, cost), (colour, dash, marker) in zip(curves, STYLES, strict=False):
-        axes.plot(count, cost, color=colour, linestyle=dash, marker=marker, markersize=4.5,
-                  linewidth=1.6, label=label)
+    for (label, count, cost), (colour, dash, marker) in zip(
+        curves, STYLES, strict=False
+    ):
+        axes.plot(
+            count,
+            cost,
+            color=colour,
+            linestyle=dash,
+            marker=marker,
+            markersize=4.5,
+            linewidth=1.6,
+            label=label,
+        )
     axes.legend(loc="upper left", frameon=False, fontsize=10, labelcolor=INK)
     everything = np.concatenate([cost for _, _, cost in curves])
     axes.set_ylim(float(everything.min()) / 2.0, float(everything.max()) * 2.0)
@@ -177,8 +231,14 @@ def drop_cost_figure(families: Sequence[tuple[str, ArrayLike, ArrayLike]],
 
 FIGURES = Path("figures")
 PICTURES = {
-    "growth": Picture(FIGURES / "cost_against_vertices.png",
-                      "Time of each stage against hull vertices, log-log", _stages),
-    "drop_growth": Picture(FIGURES / "drops_against_vertices.png",
-                           "Time of a drop against hull vertices, log-log", _families),
+    "growth": Picture(
+        FIGURES / "cost_against_vertices.png",
+        "Time of each stage against hull vertices, log-log",
+        _stages,
+    ),
+    "drop_growth": Picture(
+        FIGURES / "drops_against_vertices.png",
+        "Time of a drop against hull vertices, log-log",
+        _families,
+    ),
 }

@@ -43,7 +43,8 @@ MEASURED = (
     "`estimate(part, 'split')` on a part made from the loaded arrays, nothing remembered, so that "
     "convex body, round surfaces, poses and symmetries are in it; median of five. Kernels were "
     "compiled before. `events`: impacts and steps of a drop, on the average. `corners`, `poses`: "
-    "of the convex body that is dropped.")
+    "of the convex body that is dropped."
+)
 
 
 class FileDropper(Dropper):
@@ -51,13 +52,20 @@ class FileDropper(Dropper):
 
     def __init__(self, part: Part, number: int) -> None:
         self.prepared, self.name = drop_body(part, DropScene()), f"file {number}"
-        self.vertices, self.poses = len(self.prepared.corner), len(self.prepared.resting.poses)
+        self.vertices, self.poses = (
+            len(self.prepared.corner),
+            len(self.prepared.resting.poses),
+        )
 
 
 def files_in(folders: Sequence[Path]) -> list[Path]:
     """Every mesh and STEP file under some folders, and files given by name."""
-    found = {file for one in folders for file in (one.rglob("*") if one.is_dir() else [one])
-             if file.suffix.lower() in SUFFIXES}
+    found = {
+        file
+        for one in folders
+        for file in (one.rglob("*") if one.is_dir() else [one])
+        if file.suffix.lower() in SUFFIXES
+    }
     return sorted(found)
 
 
@@ -115,28 +123,59 @@ def summary(rows: Sequence[Row]) -> Section:
     took = np.array([float(row.cells["estimate, ms"]) for row in rows])
     tenth, ninth = float(np.percentile(rate, 10)), float(np.percentile(took, 90))
     middle, least = float(np.median(rate)), float(rate.min())
-    return Section("real_files", "Files of real parts", MEASURED, (
-        Row("drops/s", {"files": len(rows), "median": middle, "worst tenth": tenth,
-                        "worst": least},
-            (Target("median", middle, MEDIAN, at_least=True),
-             Target("tenth percentile", tenth, TENTH, at_least=True),
-             Target("least", least, LEAST, at_least=True))),
-        Row("estimate, ms", {"files": len(rows), "median": float(np.median(took)),
-                             "worst tenth": ninth, "worst": float(took.max())},
-            (Target("90th percentile", ninth, MILLISECONDS),))))
+    return Section(
+        "real_files",
+        "Files of real parts",
+        MEASURED,
+        (
+            Row(
+                "drops/s",
+                {
+                    "files": len(rows),
+                    "median": middle,
+                    "worst tenth": tenth,
+                    "worst": least,
+                },
+                (
+                    Target("median", middle, MEDIAN, at_least=True),
+                    Target("tenth percentile", tenth, TENTH, at_least=True),
+                    Target("least", least, LEAST, at_least=True),
+                ),
+            ),
+            Row(
+                "estimate, ms",
+                {
+                    "files": len(rows),
+                    "median": float(np.median(took)),
+                    "worst tenth": ninth,
+                    "worst": float(took.max()),
+                },
+                (Target("90th percentile", ninth, MILLISECONDS),),
+            ),
+        ),
+    )
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Measure, print, and with `--write` store the results and write the page."""
-    parser = argparse.ArgumentParser(prog="lab.benchmarks.real_files",
-                                     description=__doc__.partition("\n")[0])
+    parser = argparse.ArgumentParser(
+        prog="lab.benchmarks.real_files", description=__doc__.partition("\n")[0]
+    )
     parser.add_argument("folders", nargs="+", type=Path, metavar="FOLDER")
-    parser.add_argument("--slow", type=int, nargs=2, metavar=("FILES", "DROPS"),
-                        help="drop the slowest files, and three of the paper's polyhedra, with "
-                             "other thresholds, too")
-    parser.add_argument("--write", action="store_true",
-                        help="store numbers/real_files.json, without names of files, "
-                             "and render benchmarks.md in docs/measured")
+    parser.add_argument(
+        "--slow",
+        type=int,
+        nargs=2,
+        metavar=("FILES", "DROPS"),
+        help="drop the slowest files, and three of the paper's polyhedra, with "
+        "other thresholds, too",
+    )
+    parser.add_argument(
+        "--write",
+        action="store_true",
+        help="store numbers/real_files.json, without names of files, "
+        "and render benchmarks.md in docs/measured",
+    )
     options = parser.parse_args(arguments)
     rows, parts = [], {}
     for name, part in loaded(files_in(options.folders)):
@@ -144,7 +183,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
             measure(part)  # compiles or loads every kernel
         rows.append(Row(name, measure(part)))
         parts[name] = part
-        print(name, {key: round(value, 1) for key, value in rows[-1].cells.items()}, flush=True)
+        print(
+            name,
+            {key: round(value, 1) for key, value in rows[-1].cells.items()},
+            flush=True,
+        )
     if not rows:
         parser.error("there is no mesh or STEP file that can be loaded")
     rows.sort(key=lambda row: float(row.cells["drops/s"]))
@@ -152,7 +195,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     sections = [summary(rows)]
     if options.slow:
         files, drops = options.slow
-        slow = [FileDropper(parts[row.name], k) for k, row in enumerate(rows[:files], start=1)]
+        slow = [
+            FileDropper(parts[row.name], k)
+            for k, row in enumerate(rows[:files], start=1)
+        ]
         sections.append(thresholds([*pick_evenly(paper_droppers(24), 3), *slow], drops))
     print(table(each), *map(table, sections), sep="\n\n")
     if options.write:

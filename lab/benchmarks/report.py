@@ -15,8 +15,18 @@ from . import pictures
 from .results import Results, Row, Section, format_cell, load, save
 from .speed import write_speed
 
-STORED = ("core", "start", "drops", "real_files", "catalogues", "feeding", "expected_errors",
-          "auto", "checked", "node")
+STORED = (
+    "core",
+    "start",
+    "drops",
+    "real_files",
+    "catalogues",
+    "feeding",
+    "expected_errors",
+    "auto",
+    "checked",
+    "node",
+)
 
 INTRODUCTION = """# Benchmarks
 
@@ -32,7 +42,9 @@ other, which `OPENBLAS_NUM_THREADS=1` avoids.
 """
 
 
-def collect_results(sections: Iterable[Section], say: Callable[[str], object]) -> Results:
+def collect_results(
+    sections: Iterable[Section], say: Callable[[str], object]
+) -> Results:
     """Collect the sections as they are measured, and say each table as it comes."""
     found, where = [], machine()
     begin = time.monotonic()
@@ -84,27 +96,45 @@ def table(section: Section) -> str:
     lines = [["", *columns, *(["target"] * judged)]]
     lines.append(["---", *(["---:"] * len(columns)), *(["---"] * judged)])
     for row in section.rows:
-        lines.append([row.name, *(format_cell(row.cells[column]) for column in columns),
-                      *([_judged(row)] * judged)])
+        lines.append(
+            [
+                row.name,
+                *(format_cell(row.cells[column]) for column in columns),
+                *([_judged(row)] * judged),
+            ]
+        )
     return "\n".join("| " + " | ".join(line) + " |" for line in lines)
 
 
 def _judged(row: Row) -> str:
     """Each target with its value and limit; a miss in bold."""
-    return "; ".join(f"{target}: PASS" if target.met else f"**{target}: short of target**"
-                     for target in row.targets)
+    return "; ".join(
+        f"{target}: PASS" if target.met else f"**{target}: short of target**"
+        for target in row.targets
+    )
 
 
 def _misses(runs: Sequence[Results]) -> str:
     """The targets that are missed, for the head of the page."""
-    targets = [(row, target) for run in runs for row in run.rows for target in row.targets]
+    targets = [
+        (row, target) for run in runs for row in run.rows for target in row.targets
+    ]
     short = [f"- {row.name}: {target}" for row, target in targets if not target.met]
     met = f"{len(targets) - len(short)} of {len(targets)} targets are met"
-    return f"{met}.\n" if not short else "\n".join([f"{met}; short of target:\n", *short, ""])
+    return (
+        f"{met}.\n"
+        if not short
+        else "\n".join([f"{met}; short of target:\n", *short, ""])
+    )
 
 
-def command(name: str, about: str | None, quick: str, run: Callable[[bool], Results],
-            arguments: Sequence[str] | None) -> None:
+def command(
+    name: str,
+    about: str | None,
+    quick: str,
+    run: Callable[[bool], Results],
+    arguments: Sequence[str] | None,
+) -> None:
     """Measure, print, and with `--write` store the results and render the page.
 
     Parameters
@@ -122,9 +152,11 @@ def command(name: str, about: str | None, quick: str, run: Callable[[bool], Resu
     """
     parser = argparse.ArgumentParser(prog=f"lab.benchmarks.{name}", description=about)
     parser.add_argument("--quick", action="store_true", help=quick)
-    parser.add_argument("--write", action="store_true",
-                        help=f"store numbers/{name}.json and render benchmarks.md in "
-                             "docs/measured")
+    parser.add_argument(
+        "--write",
+        action="store_true",
+        help=f"store numbers/{name}.json and render benchmarks.md in docs/measured",
+    )
     options = parser.parse_args(arguments)
     if options.quick and options.write:
         parser.error("--write stores full runs; leave --quick out")

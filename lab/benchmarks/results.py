@@ -103,15 +103,30 @@ def format_cell(value: Cell) -> str:
 def save(results: Results, file: Path) -> None:
     """Write as JSON."""
     file.parent.mkdir(parents=True, exist_ok=True)
-    file.write_text(json.dumps(asdict(results), indent=1, allow_nan=False) + "\n",
-                    encoding="utf-8")
+    file.write_text(
+        json.dumps(asdict(results), indent=1, allow_nan=False) + "\n", encoding="utf-8"
+    )
 
 
 def load(file: Path) -> Results:
     """Read what `save` wrote."""
     found: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
-    return Results(found["machine"], tuple(
-        Section(**{**section, "rows": tuple(
-            Row(row["name"], row["cells"], tuple(Target(**one) for one in row["targets"]))
-            for row in section["rows"])})
-        for section in found["sections"]))
+    return Results(
+        found["machine"],
+        tuple(
+            Section(
+                **{
+                    **section,
+                    "rows": tuple(
+                        Row(
+                            row["name"],
+                            row["cells"],
+                            tuple(Target(**one) for one in row["targets"]),
+                        )
+                        for row in section["rows"]
+                    ),
+                }
+            )
+            for section in found["sections"]
+        ),
+    )

@@ -62,12 +62,14 @@ WANTED_ERROR = """## A wanted error
 time a part, and the share of the cases that kept the error (90 % is promised).
 """
 
-CHOSEN = (("estimate (`split`)", None, "split"),
-          ("estimate and 100 drops (`hybrid`)", "hybrid", "n = 100"),
-          ("1 000 drops", "drop simulation", "n = 1 000"),
-          ("10 000 drops", "drop simulation", "n = 10 000"),
-          ("`trimesh.poses`", None, "trimesh.poses"),
-          ("100 drops in MuJoCo", "MuJoCo", "n = 100"))
+CHOSEN = (
+    ("estimate (`split`)", None, "split"),
+    ("estimate and 100 drops (`hybrid`)", "hybrid", "n = 100"),
+    ("1 000 drops", "drop simulation", "n = 1 000"),
+    ("10 000 drops", "drop simulation", "n = 10 000"),
+    ("`trimesh.poses`", None, "trimesh.poses"),
+    ("100 drops in MuJoCo", "MuJoCo", "n = 100"),
+)
 """Points of the chart that the table shows: words, series and name."""
 
 
@@ -96,8 +98,10 @@ def read_stored(docs: Path) -> Stored:
     folder = docs / "measured" / "numbers"
     files = {name: folder / f"{name}.json" for name in MEASURED}
     chart = folder / "chart.json"
-    return Stored({name: load(file) for name, file in files.items() if file.exists()},
-                  json.loads(chart.read_text(encoding="utf-8")) if chart.exists() else None)
+    return Stored(
+        {name: load(file) for name, file in files.items() if file.exists()},
+        json.loads(chart.read_text(encoding="utf-8")) if chart.exists() else None,
+    )
 
 
 def write_speed(docs: Path) -> Path:
@@ -112,14 +116,18 @@ def speed_page(stored: Stored) -> str:
     parts = [INTRODUCTION]
     if stored.chart is not None:
         parts += [CHART, f"{chart_table(stored.chart)}\n"]
-    for section, write in ((stored.find("demo"), _demo_parts),
-                           (stored.find("drop_growth"), _drop_growth),
-                           (stored.find("auto"), _targets)):
+    for section, write in (
+        (stored.find("demo"), _demo_parts),
+        (stored.find("drop_growth"), _drop_growth),
+        (stored.find("auto"), _targets),
+    ):
         if section is not None:
             parts.append(f"{write(section)}\n")
     waits = list(_waits(stored))
     if waits:
-        parts.append("## Waiting for an answer\n\n" + markdown_table(("", "time"), waits) + "\n")
+        parts.append(
+            "## Waiting for an answer\n\n" + markdown_table(("", "time"), waits) + "\n"
+        )
     parts.append("## Machines\n\n" + "\n".join(_machines(stored)) + "\n")
     return "\n".join(parts)
 
@@ -127,8 +135,10 @@ def speed_page(stored: Stored) -> str:
 def chart_table(chart: dict[str, Any]) -> str:
     """Time and error of the chosen methods at each size of part."""
     sizes = chart["sizes"]
-    rows = [(words, *(_point(size["points"], series, name) for size in sizes))
-            for words, series, name in CHOSEN]
+    rows = [
+        (words, *(_point(size["points"], series, name) for size in sizes))
+        for words, series, name in CHOSEN
+    ]
     return markdown_table(("time, error", *(size["title"] for size in sizes)), rows)
 
 
@@ -140,9 +150,16 @@ def _point(measured: Iterable[dict[str, Any]], series: str | None, name: str) ->
 
 
 def _demo_parts(section: Section) -> str:
-    rows = [(row.name.removesuffix(TOLERANCE), format_cell(row.cells["poses"]),
-             _milliseconds(row.cells["all, ms"]), _milliseconds(row.cells["trimesh, ms"]))
-            for row in section.rows if row.name.endswith(TOLERANCE)]
+    rows = [
+        (
+            row.name.removesuffix(TOLERANCE),
+            format_cell(row.cells["poses"]),
+            _milliseconds(row.cells["all, ms"]),
+            _milliseconds(row.cells["trimesh, ms"]),
+        )
+        for row in section.rows
+        if row.name.endswith(TOLERANCE)
+    ]
     head = ("part", "poses", "all estimators", "trimesh")
     return f"{DEMO_PARTS}\n{markdown_table(head, rows)}"
 
@@ -151,23 +168,38 @@ def _drop_growth(section: Section) -> str:
     families: dict[str, list[Row]] = {}
     for row in section.rows:
         families.setdefault(row.name.rpartition(", ")[0], []).append(row)
-    rows = [(family, *(_of_drop(found, vertices) for vertices in VERTICES))
-            for family, found in families.items()]
-    head = ("time (vertices)", *(f"about {format_cell(size)} vertices" for size in VERTICES))
+    rows = [
+        (family, *(_of_drop(found, vertices) for vertices in VERTICES))
+        for family, found in families.items()
+    ]
+    head = (
+        "time (vertices)",
+        *(f"about {format_cell(size)} vertices" for size in VERTICES),
+    )
     return f"{DROP}\n{markdown_table(head, rows)}"
 
 
 def _of_drop(rows: Sequence[Row], vertices: int) -> str:
     """Time for the body whose number of vertices is nearest, on a logarithmic scale."""
-    nearest = min(rows, key=lambda row: abs(math.log(float(row.cells["vertices"]) / vertices)))
-    return (f"{duration(1e-6 * float(nearest.cells['µs a drop']))} "
-            f"({format_cell(nearest.cells['vertices'])})")
+    nearest = min(
+        rows, key=lambda row: abs(math.log(float(row.cells["vertices"]) / vertices))
+    )
+    return (
+        f"{duration(1e-6 * float(nearest.cells['µs a drop']))} "
+        f"({format_cell(nearest.cells['vertices'])})"
+    )
 
 
 def _targets(section: Section) -> str:
-    rows = [(row.name.removeprefix("auto, ").replace("1 points", "1 point"),
-             _milliseconds(row.cells["auto, ms"]), f"{format_cell(row.cells['kept'])} %")
-            for row in section.rows if row.name.endswith("points")]
+    rows = [
+        (
+            row.name.removeprefix("auto, ").replace("1 points", "1 point"),
+            _milliseconds(row.cells["auto, ms"]),
+            f"{format_cell(row.cells['kept'])} %",
+        )
+        for row in section.rows
+        if row.name.endswith("points")
+    ]
     return f"{WANTED_ERROR}\n{markdown_table(('error', 'time', 'kept'), rows)}"
 
 
@@ -183,17 +215,43 @@ def _waits(stored: Stored) -> Iterable[tuple[str, str]]:
 ESTIMATE = "ros_pose_stats estimate clamp.stl --unit mm"
 SIMULATE = "ros_pose_stats simulate clamp.stl --unit mm --drops 1000"
 WAITS = (
-    ("compile", "ros_pose_stats compile", "wall, s", 1.0, "compiling all kernels, once a machine"),
+    (
+        "compile",
+        "ros_pose_stats compile",
+        "wall, s",
+        1.0,
+        "compiling all kernels, once a machine",
+    ),
     ("start", ESTIMATE, "wall, s", 1.0, f"`{ESTIMATE}`, from start to exit"),
     ("start", SIMULATE, "wall, s", 1.0, f"`{SIMULATE}`, likewise"),
     ("node_start", "node", "ready", 1.0, "the node, from its start to `ready`"),
-    *(("mesh_to_estimate", f"{body}, PartMesh", "median, ms", 1e-3,
-       f"from publishing a mesh to its latched estimate, {body}")
-      for body in ("ring, 1000 triangles", "ring, 9984 triangles", "ring, 100000 triangles")),
-    *(("services", f"estimate, known part, {load}", "median, ms", 1e-3,
-       f"`~/estimate` of a known part, {words}")
-      for load, words in (("idle", "nothing else running"),
-                          ("full load", "while a simulation takes all cores"))),
+    *(
+        (
+            "mesh_to_estimate",
+            f"{body}, PartMesh",
+            "median, ms",
+            1e-3,
+            f"from publishing a mesh to its latched estimate, {body}",
+        )
+        for body in (
+            "ring, 1000 triangles",
+            "ring, 9984 triangles",
+            "ring, 100000 triangles",
+        )
+    ),
+    *(
+        (
+            "services",
+            f"estimate, known part, {load}",
+            "median, ms",
+            1e-3,
+            f"`~/estimate` of a known part, {words}",
+        )
+        for load, words in (
+            ("idle", "nothing else running"),
+            ("full load", "while a simulation takes all cores"),
+        )
+    ),
 )
 """Section, row, column, seconds a unit, and what a user waits for."""
 
@@ -202,9 +260,17 @@ def _machines(stored: Stored) -> Iterable[str]:
     if stored.chart is not None:
         yield "- `numbers/chart.json` (by size): not recorded"
     for name, run in stored.runs.items():
-        told = {"processor": "{}", "cores": "{} cores", "python": "Python {}", "date": "{}"}
-        where = ", ".join(words.format(run.machine[key]) for key, words in told.items()
-                          if key in run.machine)
+        told = {
+            "processor": "{}",
+            "cores": "{} cores",
+            "python": "Python {}",
+            "date": "{}",
+        }
+        where = ", ".join(
+            words.format(run.machine[key])
+            for key, words in told.items()
+            if key in run.machine
+        )
         yield f"- `numbers/{name}.json`: {where}"
 
 
@@ -214,7 +280,9 @@ def _milliseconds(value: float | int | str) -> str:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Write the page from what is stored."""
-    argparse.ArgumentParser(prog="lab.benchmarks.speed", description=__doc__).parse_args(arguments)
+    argparse.ArgumentParser(
+        prog="lab.benchmarks.speed", description=__doc__
+    ).parse_args(arguments)
     print(write_speed(DOCS))
 
 

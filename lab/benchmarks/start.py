@@ -31,15 +31,18 @@ MOST_PACKAGES = 8
 
 WALL = (
     "Wall time of whole processes in turn, from start to exit, files in the page cache and "
-    "byte code compiled. `first` comes right after `compile`, once; the others take turns.")
+    "byte code compiled. `first` comes right after `compile`, once; the others take turns."
+)
 COMPILING = (
     "`ros_pose_stats compile` with an empty cache, as `make setup` runs it: every kernel, on all "
-    "cores. CPU: of all its processes. Once.")
+    "cores. CPU: of all its processes. Once."
+)
 IMPORTS = (
     "`python -X importtime` of the same command, warm: time spent in the modules of each "
     "package themselves, and the share of the process's wall time in that run. The trace itself "
     "costs some percent. All but imports: the interpreter's start and end, reading machine code, "
-    "and the estimate.")
+    "and the estimate."
+)
 
 
 def measure(runs: int, part: Path, cache: Path) -> tuple[Section, ...]:
@@ -57,18 +60,24 @@ def measure(runs: int, part: Path, cache: Path) -> tuple[Section, ...]:
     estimate = ["estimate", str(part), "--unit", "mm"]
     simulate = ["simulate", str(part), "--unit", "mm", "--drops", "1000"]
     script = Path(sys.executable).with_name("ros_pose_stats")
-    command = [str(script)] if script.exists() else [sys.executable, "-m", "ros_pose_stats"]
+    command = (
+        [str(script)] if script.exists() else [sys.executable, "-m", "ros_pose_stats"]
+    )
     compiling = _compile_section([*command, "compile"], cache)
-    first = race([Contender("first", lambda _: _process([*command, *estimate], cache))],
-                 Pace(1, 1.0))
+    first = race(
+        [Contender("first", lambda _: _process([*command, *estimate], cache))],
+        Pace(1, 1.0),
+    )
     calls = {
         COMMAND: [*command, *estimate],
         DROPPING: [*command, *simulate],
         f"import {LIBRARIES}": [sys.executable, "-c", f"import {LIBRARIES}"],
         "python -c pass": [sys.executable, "-c", "pass"],
     }
-    warm = race([Contender(name, _caller(call, cache)) for name, call in calls.items()],
-                Pace(runs, 600.0))
+    warm = race(
+        [Contender(name, _caller(call, cache)) for name, call in calls.items()],
+        Pace(runs, 600.0),
+    )
     traced = [sys.executable, "-X", "importtime", "-m", "ros_pose_stats", *estimate]
     return compiling, _wall_section(first, warm), _import_section(runs, traced, cache)
 
@@ -91,8 +100,9 @@ def _caller(call: list[str], cache: Path) -> Callable[[object], object]:
 def _process(call: list[str], cache: Path) -> str:
     """Run to the end and return standard error."""
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(cache)}
-    done = subprocess.run(call, cwd=ROOT, env=environment, capture_output=True, text=True,
-                          check=True)
+    done = subprocess.run(
+        call, cwd=ROOT, env=environment, capture_output=True, text=True, check=True
+    )
     return done.stderr
 
 
@@ -104,9 +114,21 @@ def _compile_section(call: list[str], cache: Path) -> Section:
     wall = time.perf_counter() - begin
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    return Section("compile", "Compiling the kernels", COMPILING, (
-        Row("ros_pose_stats compile", {"wall, s": wall, "CPU, s": spent},
-            (Target("wall, s", wall, COMPILE_WALL), Target("CPU, s", spent, COMPILE_CPU))),))
+    return Section(
+        "compile",
+        "Compiling the kernels",
+        COMPILING,
+        (
+            Row(
+                "ros_pose_stats compile",
+                {"wall, s": wall, "CPU, s": spent},
+                (
+                    Target("wall, s", wall, COMPILE_WALL),
+                    Target("CPU, s", spent, COMPILE_CPU),
+                ),
+            ),
+        ),
+    )
 
 
 def _wall_section(first: Timings, warm: Timings) -> Section:
@@ -115,12 +137,26 @@ def _wall_section(first: Timings, warm: Timings) -> Section:
         COMMAND: (Target("wall, s", whole, LIMIT), Target("aim: wall, s", whole, AIM)),
         DROPPING: (Target("wall, s", dropping, DROPS),),
     }
-    rows = [Row(name, {"wall, s": warm.median(name), "of the command": warm.ratio(name, COMMAND),
-                       "runs": len(seconds)}, targets.get(name, ()))
-            for name, seconds in warm.seconds.items()]
+    rows = [
+        Row(
+            name,
+            {
+                "wall, s": warm.median(name),
+                "of the command": warm.ratio(name, COMMAND),
+                "runs": len(seconds),
+            },
+            targets.get(name, ()),
+        )
+        for name, seconds in warm.seconds.items()
+    ]
     ever = first.median("first")
-    rows.append(Row("first", {"wall, s": ever, "of the command": ever / whole, "runs": 1},
-                    (Target("wall, s", ever, FIRST),)))
+    rows.append(
+        Row(
+            "first",
+            {"wall, s": ever, "of the command": ever / whole, "runs": 1},
+            (Target("wall, s", ever, FIRST),),
+        )
+    )
     return Section("start", "Start of the command", WALL, tuple(rows))
 
 
@@ -129,18 +165,36 @@ def _import_section(runs: int, traced: list[str], cache: Path) -> Section:
     found = []
     for _ in range(runs):
         traces: list[str] = []
-        took = race([Contender("traced", lambda _, kept=traces: kept.append(
-            _process(traced, cache)))], Pace(1, 1.0)).median("traced")
+        took = race(
+            [
+                Contender(
+                    "traced",
+                    lambda _, kept=traces: kept.append(_process(traced, cache)),
+                )
+            ],
+            Pace(1, 1.0),
+        ).median("traced")
         found.append((took, traces[0]))
     wall, trace = sorted(found)[len(found) // 2]
     spent = by_package(trace)
     largest = spent.most_common(MOST_PACKAGES)
     imports, whole = sum(spent.values()), round(1e6 * wall)
     others = imports - sum(own for _, own in largest)
-    cells = [*largest, ("all other modules", others), ("all imports", imports),
-             ("all but imports", whole - imports), ("whole process", whole)]
-    return Section("imports", "Imports of the command", IMPORTS, tuple(
-        Row(name, {"ms": own / 1e3, "share": own / whole}) for name, own in cells))
+    cells = [
+        *largest,
+        ("all other modules", others),
+        ("all imports", imports),
+        ("all but imports", whole - imports),
+        ("whole process", whole),
+    ]
+    return Section(
+        "imports",
+        "Imports of the command",
+        IMPORTS,
+        tuple(
+            Row(name, {"ms": own / 1e3, "share": own / whole}) for name, own in cells
+        ),
+    )
 
 
 def run(runs: int) -> Results:
@@ -157,9 +211,14 @@ def run(runs: int) -> Results:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Measure, print, and with `--write` store the results and render the page."""
     parser = argparse.ArgumentParser(prog="lab.benchmarks.start", description=__doc__)
-    parser.add_argument("--runs", type=int, default=9, help="warm processes (default: 9)")
-    parser.add_argument("--write", action="store_true",
-                        help="store numbers/start.json and render benchmarks.md in docs/measured")
+    parser.add_argument(
+        "--runs", type=int, default=9, help="warm processes (default: 9)"
+    )
+    parser.add_argument(
+        "--write",
+        action="store_true",
+        help="store numbers/start.json and render benchmarks.md in docs/measured",
+    )
     options = parser.parse_args(arguments)
     results = run(options.runs)
     for section in results.sections:

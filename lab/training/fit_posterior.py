@@ -24,7 +24,9 @@ from .posterior_samples import RESTITUTIONS, Sample, samples
 
 Array = NDArray[np.float64]
 
-MODULE = Path(__file__).resolve().parents[2] / "ros_pose_stats/statistics/fitted_prior.py"
+MODULE = (
+    Path(__file__).resolve().parents[2] / "ros_pose_stats/statistics/fitted_prior.py"
+)
 
 BEGIN = (0.0, math.log(0.5), math.log(5e-4), math.log(0.03), math.log(0.25))
 MOST = (0.0, 0.0, 0.0, math.log(0.9))
@@ -43,27 +45,36 @@ def fit_prior(some: Sequence[Sample]) -> PriorFit:
     """Fit the numbers to bodies at one restitution."""
     begin = np.array(BEGIN)
     simplex = np.vstack((begin, begin + STEP * np.eye(len(begin))))
-    found = minimize(lambda x: -log_likelihood(some, _fit(x)), begin, method="Nelder-Mead",
-                     options={"initial_simplex": simplex, "xatol": CLOSE, "fatol": LIKELY})
+    found = minimize(
+        lambda x: -log_likelihood(some, _fit(x)),
+        begin,
+        method="Nelder-Mead",
+        options={"initial_simplex": simplex, "xatol": CLOSE, "fatol": LIKELY},
+    )
     return _fit(found.x)
 
 
 def fit_priors(some: Sequence[Sample]) -> dict[float, PriorFit]:
     """Fit the numbers of each restitution."""
-    return {rho: fit_prior([one for one in some if one.restitution == rho])
-            for rho in RESTITUTIONS}
+    return {
+        rho: fit_prior([one for one in some if one.restitution == rho])
+        for rho in RESTITUTIONS
+    }
 
 
 def _fit(x: Array) -> PriorFit:
     """Numbers of a point of the search; all but the first are logarithms, at most `MOST`."""
-    return PriorFit(float(x[0]), *(math.exp(min(value, most))
-                                   for value, most in zip(x[1:], MOST, strict=True)))
+    return PriorFit(
+        float(x[0]),
+        *(math.exp(min(value, most)) for value, most in zip(x[1:], MOST, strict=True)),
+    )
 
 
 def source(method: str, fits: dict[float, PriorFit]) -> str:
     """Source of the module that holds the numbers."""
-    rows = "\n".join(f'    ({", ".join(f"{value:.4g}" for value in fit)}),'
-                     for fit in fits.values())
+    rows = "\n".join(
+        f"    ({', '.join(f'{value:.4g}' for value in fit)})," for fit in fits.values()
+    )
     return TEXT.format(method, tuple(fits), rows)
 
 
@@ -88,12 +99,21 @@ FITTED: Final = (
 
 def main() -> None:
     """Fit, and print or write."""
-    parser = argparse.ArgumentParser(prog="lab.training.fit_posterior",
-                                     description=__doc__.partition("\n")[0])
-    parser.add_argument("--method", default=FITTED_METHOD,
-                        help="the estimator to combine with drops (default: %(default)s)")
-    parser.add_argument("--every", type=int, default=12, help="take every so many bodies; the "
-                        "others are left to judge by (default: %(default)s)")
+    parser = argparse.ArgumentParser(
+        prog="lab.training.fit_posterior", description=__doc__.partition("\n")[0]
+    )
+    parser.add_argument(
+        "--method",
+        default=FITTED_METHOD,
+        help="the estimator to combine with drops (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--every",
+        type=int,
+        default=12,
+        help="take every so many bodies; the "
+        "others are left to judge by (default: %(default)s)",
+    )
     parser.add_argument("--write", action="store_true", help=f"write {MODULE.name}")
     options = parser.parse_args()
     text = source(options.method, fit_priors(samples(options.method, options.every)))

@@ -59,9 +59,12 @@ def lopsided_part(draw: Generator) -> Part:
         whole -= _cylinder(length + 2.0, radius).translate((beside, 0.0, -1.0))
     elif kind == 2:
         whole -= _cylinder(length + 2.0, radius).translate(
-            (beside, 0.0, length * draw.uniform(0.2, 0.8)))
+            (beside, 0.0, length * draw.uniform(0.2, 0.8))
+        )
     else:
-        whole += _cylinder(draw.uniform(0.1, 1.0), radius).translate((beside, 0.0, 0.999 * length))
+        whole += _cylinder(draw.uniform(0.1, 1.0), radius).translate(
+            (beside, 0.0, 0.999 * length)
+        )
     return part_from_mesh(*surface_of(whole))
 
 
@@ -74,27 +77,39 @@ def measure(number: int, workers: int | None = None) -> Case:
     draw = np.random.default_rng([SEED, number])
     part = lopsided_part(draw)
     resting = resting_poses(part)
-    scene = DropScene(float(draw.choice(RESTITUTIONS)),
-                      resting.body.radius * float(np.exp(draw.uniform(*np.log([2.0, 80.0])))))
+    scene = DropScene(
+        float(draw.choice(RESTITUTIONS)),
+        resting.body.radius * float(np.exp(draw.uniform(*np.log([2.0, 80.0])))),
+    )
     told = split(resting, scene)
     expected = expected_error("split", resting, told, scene)
-    found = simulate(part, DROPS, restitution=scene.restitution, drop_height=scene.drop_height,
-                     seed=number, workers=workers)
+    found = simulate(
+        part,
+        DROPS,
+        restitution=scene.restitution,
+        drop_height=scene.drop_height,
+        seed=number,
+        workers=workers,
+    )
     count = np.zeros(told.size)
     count[[pose.index for pose in found.poses]] = [pose.count for pose in found.poses]
     return _judge(resting, told, expected, count)
 
 
-def _judge(resting: RestingPoses, told: np.ndarray, expected: ExpectedError, count: np.ndarray
-           ) -> Case:
+def _judge(
+    resting: RestingPoses, told: np.ndarray, expected: ExpectedError, count: np.ndarray
+) -> Case:
     drops = float(count.sum())
     share, likely = count / drops, (count + 0.5) / (drops + 1.0)
     away, noise = share - told, likely * (1.0 - likely) / drops
     bound = largest_of(expected.each, resting.group, ERROR_FITS["split"], noise)
-    return Case(float(resting.axis_offsets.max()),
-                float(np.mean(away * away - share * (1.0 - share) / drops)),
-                math.sqrt(max(expected.here**2 - expected.rolled**2, 0.0)), expected.here,
-                bool(np.abs(away).max() <= bound))
+    return Case(
+        float(resting.axis_offsets.max()),
+        float(np.mean(away * away - share * (1.0 - share) / drops)),
+        math.sqrt(max(expected.here**2 - expected.rolled**2, 0.0)),
+        expected.here,
+        bool(np.abs(away).max() <= bound),
+    )
 
 
 def table(cases: Sequence[Case]) -> str:
@@ -105,18 +120,31 @@ def table(cases: Sequence[Case]) -> str:
         if some:
             rows.append((f"{low:g} to {high:g}", some))
     rows.append(("all", list(cases)))
-    head = ("offset, radii", "parts", "true, points", "told without rolling", "told",
-            "largest error kept, %")
-    return markdown_table(head, [(name, f"{len(some)}", *summary(some)) for name, some in rows])
+    head = (
+        "offset, radii",
+        "parts",
+        "true, points",
+        "told without rolling",
+        "told",
+        "largest error kept, %",
+    )
+    return markdown_table(
+        head, [(name, f"{len(some)}", *summary(some)) for name, some in rows]
+    )
 
 
 def summary(some: Sequence[Case]) -> tuple[str, str, str, str]:
     """True error, both told ones and the share that keeps `largest_error`, in words."""
-    square = [float(np.mean([getattr(one, name) ** 2 for one in some]))
-              for name in ("before", "told")]
+    square = [
+        float(np.mean([getattr(one, name) ** 2 for one in some]))
+        for name in ("before", "told")
+    ]
     true = math.sqrt(max(float(np.mean([one.square for one in some])), 0.0))
-    return (points(true), *(points(math.sqrt(one)) for one in square),
-            points(float(np.mean([one.kept for one in some])), 0))
+    return (
+        points(true),
+        *(points(math.sqrt(one)) for one in square),
+        points(float(np.mean([one.kept for one in some])), 0),
+    )
 
 
 def page(cases: Sequence[Case]) -> str:
@@ -136,10 +164,13 @@ error is kept where no pose's share of the drops is off by more, their noise all
 
 def main() -> None:
     """Measure, print the page, and write it where that is asked."""
-    parser = argparse.ArgumentParser(prog="lab.training.lopsided",
-                                     description=__doc__.partition("\n")[0])
+    parser = argparse.ArgumentParser(
+        prog="lab.training.lopsided", description=__doc__.partition("\n")[0]
+    )
     parser.add_argument("--parts", type=int, default=300, help="(default: %(default)s)")
-    parser.add_argument("--write", action="store_true", help="write what is found to its place")
+    parser.add_argument(
+        "--write", action="store_true", help="write what is found to its place"
+    )
     options = parser.parse_args()
     text = page([measure(number) for number in range(options.parts)])
     print(text)

@@ -50,17 +50,24 @@ class Sample(NamedTuple):
 
     def prior(self, fit: PriorFit | None = None) -> PosePrior:
         """Prior of this body around its estimate."""
-        return PosePrior(self.estimate, self.group, self.expected_error, self.restitution, fit)
+        return PosePrior(
+            self.estimate, self.group, self.expected_error, self.restitution, fit
+        )
 
 
 def samples(method: str, every: int = 1) -> list[Sample]:
     """Samples of every so many bodies of each reference dataset and each other family."""
-    found = [sample for dataset in shipped_datasets()
-             for sample in _of_dataset(dataset, method, range(0, dataset.spec.bodies, every))]
+    found = [
+        sample
+        for dataset in shipped_datasets()
+        for sample in _of_dataset(dataset, method, range(0, dataset.spec.bodies, every))
+    ]
     return [*found, *_of_families(method, every)]
 
 
-def _of_dataset(dataset: Dataset, method: str, numbers: Iterable[int]) -> Iterator[Sample]:
+def _of_dataset(
+    dataset: Dataset, method: str, numbers: Iterable[int]
+) -> Iterator[Sample]:
     for number in numbers:
         resting = dataset.resting(number)
         span = slice(dataset.pose_starts[number], dataset.pose_starts[number + 1])
@@ -75,20 +82,32 @@ def held_out(method: str) -> list[Sample]:
     return list(_of_families(method, 1, JUDGE_SEED, FAMILIES))
 
 
-def _of_families(method: str, every: int, seed: int = FIT_SEED,
-                 families: Collection[str] = tuple(MADE)) -> Iterator[Sample]:
+def _of_families(
+    method: str,
+    every: int,
+    seed: int = FIT_SEED,
+    families: Collection[str] = tuple(MADE),
+) -> Iterator[Sample]:
     """Samples of bodies from the usual height, by default of all but random polyhedra."""
-    wanted = (row for row in read_samples() if row.seed == seed and row.family in families
-              and row.number % every == 0 and row.height == HEIGHT
-              and row.restitution in RESTITUTIONS and row.count.any())
+    wanted = (
+        row
+        for row in read_samples()
+        if row.seed == seed
+        and row.family in families
+        and row.number % every == 0
+        and row.height == HEIGHT
+        and row.restitution in RESTITUTIONS
+        and row.count.any()
+    )
     for key, rows in groupby(wanted, lambda row: row[:3]):
         resting = family_poses(key[0], family_part(*key))
         for row in rows:
             yield sample_of(row.number, resting, row.restitution, method, row.count)
 
 
-def sample_of(number: int, resting: RestingPoses, restitution: float, method: str,
-              count: Index) -> Sample:
+def sample_of(
+    number: int, resting: RestingPoses, restitution: float, method: str, count: Index
+) -> Sample:
     """Make a sample: a body with its estimate."""
     scene = DropScene(restitution)
     estimate = estimator(method).function(resting, scene)

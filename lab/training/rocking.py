@@ -43,7 +43,9 @@ class Case(NamedTuple):
     noise: float  # of the drops
     before: float  # expected, without what rocking may change
     rocking: float  # that, for a coefficient of 1
-    kept: bool  # whether the largest difference is within its bound, widened by the noise
+    kept: (
+        bool  # whether the largest difference is within its bound, widened by the noise
+    )
 
     def told(self, coefficient: float) -> float:
         """The expected mean square."""
@@ -60,38 +62,59 @@ def measure(family: str, number: int) -> list[Case]:
     part, cases = family_part(family, SERIES, number), []
     resting = family_poses(family, part)
     for restitution in RESTITUTIONS:
-        scene = DropScene(restitution, HEIGHTS[number % len(HEIGHTS)] * resting.body.radius)
+        scene = DropScene(
+            restitution, HEIGHTS[number % len(HEIGHTS)] * resting.body.radius
+        )
         told = split(resting, scene)
         expected = expected_error("split", resting, told, scene)
         found = simulate(part, DROPS, restitution, number, scene.drop_height, workers=1)
         count = np.zeros(told.size)
-        count[[pose.index for pose in found.poses]] = [pose.count for pose in found.poses]
+        count[[pose.index for pose in found.poses]] = [
+            pose.count for pose in found.poses
+        ]
         drops = count.sum()
         share, likely = count / drops, (count + 0.5) / (drops + 1.0)
-        bound = largest_of(expected.each, resting.group, ERROR_FITS["split"],
-                           likely * (1.0 - likely) / drops)
+        bound = largest_of(
+            expected.each,
+            resting.group,
+            ERROR_FITS["split"],
+            likely * (1.0 - likely) / drops,
+        )
         own = float(np.mean(np.square(rocking_errors(resting, told))))
         across = resting.curves[1]
         plain = told * np.exp(ACROSS * (across - across.max()))
-        cases.append(Case(family, share, plain, across, float(np.mean(np.square(share - told))),
-                          float(np.mean(share * (1.0 - share))) / (drops - 1.0),
-                          expected.here**2 - own, own / SHIPPED**2,
-                          bool(np.abs(share - told).max() <= bound)))
+        cases.append(
+            Case(
+                family,
+                share,
+                plain,
+                across,
+                float(np.mean(np.square(share - told))),
+                float(np.mean(share * (1.0 - share))) / (drops - 1.0),
+                expected.here**2 - own,
+                own / SHIPPED**2,
+                bool(np.abs(share - told).max() <= bound),
+            )
+        )
     return cases
 
 
 def fit(cases: Sequence[Case]) -> float:
     """The likeliest coefficient; square errors scatter exponentially about the expected ones."""
+
     def unlikely(coefficient: float) -> float:
         whole = [one.told(coefficient) + one.noise for one in cases]
-        return sum(math.log(all_) + one.seen / all_
-                   for all_, one in zip(whole, cases, strict=True))
+        return sum(
+            math.log(all_) + one.seen / all_
+            for all_, one in zip(whole, cases, strict=True)
+        )
 
     return float(minimize_scalar(unlikely, bounds=BOUNDS, method="bounded").x)
 
 
 def fit_across(cases: Sequence[Case]) -> float:
     """The effect of curves across a pose with the least square error."""
+
     def square(across: float) -> float:
         return sum(one.true(across) for one in cases)
 
@@ -100,6 +123,7 @@ def fit_across(cases: Sequence[Case]) -> float:
 
 def row(name: str, some: Sequence[Case], others: Sequence[Case]) -> list[str]:
     """True and told errors of some cases, and true ones with the effect fitted to other cases."""
+
     def root(squares: Sequence[float]) -> float:
         return math.sqrt(max(float(np.mean(squares)), 0.0))
 
@@ -107,23 +131,49 @@ def row(name: str, some: Sequence[Case], others: Sequence[Case]) -> list[str]:
     told = root([one.told(SHIPPED) for one in some])
     effect = fit_across(others)
     twice = np.mean([one.seen > 4.0 * one.told(SHIPPED) + one.noise for one in some])
-    return [name, f"{len(some)}", *(points(root([one.true(each) for one in some]))
-                                    for each in (0.0, effect)),
-            points(true), points(root([one.before for one in some])), points(told),
-            f"{true / told:.2f}", points(float(twice), 0),
-            points(float(np.mean([one.kept for one in some])), 0)]
+    return [
+        name,
+        f"{len(some)}",
+        *(points(root([one.true(each) for one in some])) for each in (0.0, effect)),
+        points(true),
+        points(root([one.before for one in some])),
+        points(told),
+        f"{true / told:.2f}",
+        points(float(twice), 0),
+        points(float(np.mean([one.kept for one in some])), 0),
+    ]
 
 
 def page(cases: Sequence[Case], bodies: int) -> str:
     """The page docs/measured/rocking.md."""
-    rows = [row(family, [one for one in cases if one.family == family],
-                [one for one in cases if one.family != family])
-            for family in (*ROCKING, *CURVED)]
-    head = ("family", "cases", "without it, points", "held out", "true", "told without rocking",
-            "told", "true over told", "over twice, %", "largest error kept, %")
-    return HEAD.format(bodies=bodies, drops=DROPS, shipped=SHIPPED, fitted=fit(cases),
-                       across=ACROSS, best=fit_across(cases)) + (
-        markdown_table(head, [*rows, row("all", cases, cases)]) + "\n")
+    rows = [
+        row(
+            family,
+            [one for one in cases if one.family == family],
+            [one for one in cases if one.family != family],
+        )
+        for family in (*ROCKING, *CURVED)
+    ]
+    head = (
+        "family",
+        "cases",
+        "without it, points",
+        "held out",
+        "true",
+        "told without rocking",
+        "told",
+        "true over told",
+        "over twice, %",
+        "largest error kept, %",
+    )
+    return HEAD.format(
+        bodies=bodies,
+        drops=DROPS,
+        shipped=SHIPPED,
+        fitted=fit(cases),
+        across=ACROSS,
+        best=fit_across(cases),
+    ) + (markdown_table(head, [*rows, row("all", cases, cases)]) + "\n")
 
 
 HEAD = """# Parts that rock on a curve
@@ -159,13 +209,25 @@ turn, by their share of a turn, or not at all.
 
 def main() -> None:
     """Measure, print the page, and write it where that is asked."""
-    parser = argparse.ArgumentParser(prog="lab.training.rocking",
-                                     description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("--bodies", type=int, default=8, help="a family (default: %(default)s)")
-    parser.add_argument("--write", action="store_true", help="write what is found to its place")
+    parser = argparse.ArgumentParser(
+        prog="lab.training.rocking", description=(__doc__ or "").partition("\n")[0]
+    )
+    parser.add_argument(
+        "--bodies", type=int, default=8, help="a family (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--write", action="store_true", help="write what is found to its place"
+    )
     options = parser.parse_args()
-    text = page([case for family in (*ROCKING, *CURVED) for number in range(options.bodies)
-                 for case in measure(family, number)], options.bodies)
+    text = page(
+        [
+            case
+            for family in (*ROCKING, *CURVED)
+            for number in range(options.bodies)
+            for case in measure(family, number)
+        ],
+        options.bodies,
+    )
     print(text)
     if options.write:
         write_page(DOCS, "rocking.md", text, {}, {})

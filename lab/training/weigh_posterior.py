@@ -42,12 +42,19 @@ MODELS: dict[str, Callable[[Sequence[Sample]], PriorFit]] = {
 
 def _simplest(some: Sequence[Sample], begin: tuple[float, ...]) -> PriorFit:
     """The likeliest center, and the spread if that is wanted, with nothing said of rare poses."""
+
     def fit(x: Array) -> PriorFit:
-        return PriorFit(float(x[0]), math.exp(x[1]) if x.size > 1 else NO_SCATTER, 0.0, 0.0, 0.5)
+        return PriorFit(
+            float(x[0]), math.exp(x[1]) if x.size > 1 else NO_SCATTER, 0.0, 0.0, 0.5
+        )
 
     simplex = np.vstack((begin, np.array(begin) + STEP * np.eye(len(begin))))
-    found = minimize(lambda x: -log_likelihood(some, fit(x)), begin, method="Nelder-Mead",
-                     options={"initial_simplex": simplex, "xatol": CLOSE, "fatol": LIKELY})
+    found = minimize(
+        lambda x: -log_likelihood(some, fit(x)),
+        begin,
+        method="Nelder-Mead",
+        options={"initial_simplex": simplex, "xatol": CLOSE, "fatol": LIKELY},
+    )
     return fit(found.x)
 
 
@@ -57,20 +64,32 @@ def halve_drops(known: Sequence[Sample]) -> list[Case]:
     for one in known:
         outcomes = draw.permutation(np.repeat(np.arange(one.count.size), one.count))
         half = outcomes.size // 2
-        cases.append(Case(one.body, one.restitution, outcomes[:half].astype(np.int16),
-                          np.bincount(outcomes[half:], minlength=one.count.size)))
+        cases.append(
+            Case(
+                one.body,
+                one.restitution,
+                outcomes[:half].astype(np.int16),
+                np.bincount(outcomes[half:], minlength=one.count.size),
+            )
+        )
     return cases
 
 
 def long_cases(reference: int) -> tuple[list[Sample], list[Case]]:
     """Other parts that no fit has seen, dropped thousands of times."""
     cases = drop_parts(PARTS, print, (USUAL,), reference)
-    return [sample_of(one.number, one.resting(), USUAL, FITTED_METHOD, one.reference)
-            for one in cases], cases
+    return [
+        sample_of(one.number, one.resting(), USUAL, FITTED_METHOD, one.reference)
+        for one in cases
+    ], cases
 
 
-def compare(known: Sequence[Sample], cases: Sequence[Case], models: dict[str, Fits],
-            told: Sequence[int] = DROPS) -> list[list[str]]:
+def compare(
+    known: Sequence[Sample],
+    cases: Sequence[Case],
+    models: dict[str, Fits],
+    told: Sequence[int] = DROPS,
+) -> list[list[str]]:
     """Rows: model, drops, error in points, coverage of the poses and of the bound."""
     rare = [one.reference < RARE * one.reference.sum() for one in cases]
     rows = []
@@ -78,18 +97,36 @@ def compare(known: Sequence[Sample], cases: Sequence[Case], models: dict[str, Fi
         priors = [one.prior(fits[one.restitution]) for one in known]
         for drops in told:
             both = list(zip(cases, priors, strict=True))
-            squares = [case.square_error(prior.updated(case.counts(drops)).probability)
-                       for case, prior in both]
+            squares = [
+                case.square_error(prior.updated(case.counts(drops)).probability)
+                for case, prior in both
+            ]
             inside = [intervals_hold(case, prior, drops) for case, prior in both]
             poses = np.array([one.size for one in inside])
             error = math.sqrt(max(float(np.average(squares, weights=poses)), 0.0))
-            rows.append([name, f"{drops}", f"{100.0 * error:.3f}",
-                         _share(np.array([one.sum() for one in inside]), poses),
-                         _share(np.array([one[few].sum() for one, few in
-                                          zip(inside, rare, strict=True)]),
-                                np.array([few.sum() for few in rare])),
-                         _share(np.array([bound_holds(case, prior, drops)
-                                          for case, prior in both]), np.ones(len(both)))])
+            rows.append(
+                [
+                    name,
+                    f"{drops}",
+                    f"{100.0 * error:.3f}",
+                    _share(np.array([one.sum() for one in inside]), poses),
+                    _share(
+                        np.array(
+                            [
+                                one[few].sum()
+                                for one, few in zip(inside, rare, strict=True)
+                            ]
+                        ),
+                        np.array([few.sum() for few in rare]),
+                    ),
+                    _share(
+                        np.array(
+                            [bound_holds(case, prior, drops) for case, prior in both]
+                        ),
+                        np.ones(len(both)),
+                    ),
+                ]
+            )
     return rows
 
 
@@ -100,11 +137,17 @@ def _share(held: Array, of: Array) -> str:
     return f"{100.0 * share:.1f} ± {100.0 * error:.1f}"
 
 
-def page(rows: Sequence[Sequence[str]], parts: int, long: Sequence[Sequence[str]],
-         reference: int) -> str:
+def page(
+    rows: Sequence[Sequence[str]],
+    parts: int,
+    long: Sequence[Sequence[str]],
+    reference: int,
+) -> str:
     """The page with its tables, by the halves of many parts and by long references of some."""
-    return (f"{HEAD.format(parts=parts)}{_table(rows)}"
-            f"{LONG.format(parts=PARTS, reference=reference, at=USUAL)}{_table(long)}")
+    return (
+        f"{HEAD.format(parts=parts)}{_table(rows)}"
+        f"{LONG.format(parts=PARTS, reference=reference, at=USUAL)}{_table(long)}"
+    )
 
 
 def _table(rows: Sequence[Sequence[str]]) -> str:
@@ -146,22 +189,41 @@ COLUMNS = """| prior | drops | error | poses | rare poses | bound |
 
 def main() -> None:
     """Fit, compare, and print or write."""
-    parser = argparse.ArgumentParser(prog="lab.training.weigh_posterior",
-                                     description=__doc__.partition("\n")[0])
-    parser.add_argument("--every", type=int, default=24,
-                        help="fit to every so many bodies (default: %(default)s)")
-    parser.add_argument("--reference", type=int, default=20_000, metavar="DROPS",
-                        help=f"drop {PARTS} parts so often to judge (default: %(default)s)")
+    parser = argparse.ArgumentParser(
+        prog="lab.training.weigh_posterior", description=__doc__.partition("\n")[0]
+    )
+    parser.add_argument(
+        "--every",
+        type=int,
+        default=24,
+        help="fit to every so many bodies (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--reference",
+        type=int,
+        default=20_000,
+        metavar="DROPS",
+        help=f"drop {PARTS} parts so often to judge (default: %(default)s)",
+    )
     parser.add_argument("--write", action="store_true", help=f"write {PAGE.name}")
     options = parser.parse_args()
     some = samples(FITTED_METHOD, options.every)
-    models = {name: {rho: fit([one for one in some if one.restitution == rho])
-                     for rho in RESTITUTIONS} for name, fit in MODELS.items()}
+    models = {
+        name: {
+            rho: fit([one for one in some if one.restitution == rho])
+            for rho in RESTITUTIONS
+        }
+        for name, fit in MODELS.items()
+    }
     for name, fits in models.items():
         print(name, *(f"{rho:g}: {fit}" for rho, fit in fits.items()), sep="\n  ")
     known = held_out(FITTED_METHOD)
-    text = page(compare(known, halve_drops(known), models), len(known) // len(RESTITUTIONS),
-                compare(*long_cases(options.reference), models, MANY), options.reference)
+    text = page(
+        compare(known, halve_drops(known), models),
+        len(known) // len(RESTITUTIONS),
+        compare(*long_cases(options.reference), models, MANY),
+        options.reference,
+    )
     print(text)
     if options.write:
         PAGE.write_text(text, encoding="utf-8")

@@ -14,5 +14,7 @@ ROOT = Path(__file__).resolve().parents[2]
 os.environ |= {
     "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
     "ROS_PYTHON_CHECK_FIELDS": "0",
-    "FASTRTPS_DEFAULT_PROFILES_FILE": str(ROOT / "tests/contract/node/quick_discovery.xml"),
+    "FASTRTPS_DEFAULT_PROFILES_FILE": str(
+        ROOT / "tests/contract/node/quick_discovery.xml"
+    ),
 }

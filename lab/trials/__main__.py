@@ -17,8 +17,14 @@ from .frame import TITLES
 def main() -> int:
     """Run them with the options that were given; by default `--short`."""
     options = sys.argv[1:] or ["--short"]
-    broken = [name for name in TITLES if subprocess.run(
-        [sys.executable, "-m", f"lab.trials.{name}", *options], cwd=ROOT).returncode != 0]
+    broken = [
+        name
+        for name in TITLES
+        if subprocess.run(
+            [sys.executable, "-m", f"lab.trials.{name}", *options], cwd=ROOT
+        ).returncode
+        != 0
+    ]
     print(f"broken: {', '.join(broken)}" if broken else "all promises kept")
     return 1 if broken else 0
 

@@ -14,8 +14,10 @@ def smooth_body(triangles, length=0.04):
     """An ellipsoid: every vertex is a corner of the hull, which takes time."""
     rings = max(4, round((triangles / 4) ** 0.5))
     ball = trimesh.creation.uv_sphere(count=[rings, rings])
-    return (np.asarray(ball.vertices) * [0.5, 0.4, 0.3] * length,
-            np.asarray(ball.faces, dtype=np.uint32))
+    return (
+        np.asarray(ball.vertices) * [0.5, 0.4, 0.3] * length,
+        np.asarray(ball.faces, dtype=np.uint32),
+    )
 
 
 def slivers(triangles, length=0.04):

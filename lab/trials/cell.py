@@ -37,7 +37,10 @@ def domain():
     os.environ["ROS_LOG_DIR"] = stack.enter_context(tempfile.TemporaryDirectory())
     number = stack.enter_context(domain_id())
     os.environ["ROS_DOMAIN_ID"] = str(number)
-    for name in ("planner", "rcl.logging_rosout"):  # whom latched meshes do not reach, and such
+    for name in (
+        "planner",
+        "rcl.logging_rosout",
+    ):  # whom latched meshes do not reach, and such
         set_logger_level(name, LoggingSeverity.ERROR)
     return number
 
@@ -75,8 +78,12 @@ def assert_serves(client):
     """An estimate, a simulation and a published mesh, all as the library has them."""
     part_id = new_id()
     part = parts.library_part(WEDGE, part_id)
-    answer = client.good("estimate", part=flat(WEDGE, part_id), method="csae").statistics
-    assert parts.probabilities(answer.poses) == parts.probabilities(estimate(part, "csae").poses)
+    answer = client.good(
+        "estimate", part=flat(WEDGE, part_id), method="csae"
+    ).statistics
+    assert parts.probabilities(answer.poses) == parts.probabilities(
+        estimate(part, "csae").poses
+    )
     job = finished(client, start(client, part_id, 50, seed=5)).statistics
     assert parts.counts(job.poses) == parts.counts(simulate(part, 50, seed=5).poses)
     other = new_id()

@@ -44,7 +44,9 @@ def serve(kind: str) -> None:
     else:
         warnings.filterwarnings("ignore", message="failed to send response")
         node = rclpy.create_node("first_calls")
-        node.create_service(CancelDropSimulation, SERVICE, lambda request, response: response)
+        node.create_service(
+            CancelDropSimulation, SERVICE, lambda request, response: response
+        )
     executor = MultiThreadedExecutor(8)
     executor.add_node(node)
     threading.Thread(target=executor.spin, daemon=True).start()
@@ -72,7 +74,8 @@ def first_call(way: str) -> float:
         while time.monotonic() - begin < PATIENCE:
             coming = client.call_async(CancelDropSimulation.Request())
             executor.spin_until_future_complete(
-                coming, TIMEOUT if way == "again" else PATIENCE)
+                coming, TIMEOUT if way == "again" else PATIENCE
+            )
             if coming.done():
                 return time.monotonic() - begin
             client.remove_pending_request(coming)
@@ -89,31 +92,45 @@ def main() -> None:
     """Measure both servers and all ways of calling, and print a row each."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--calls", type=int, default=1000)
-    parser.add_argument("--busy", type=int, default=4, help="processes that only compute")
+    parser.add_argument(
+        "--busy", type=int, default=4, help="processes that only compute"
+    )
     parser.add_argument("--serve", choices=("plain", "node"), help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.serve:
         return serve(options.serve)
     with domain_id() as number:
         os.environ["ROS_DOMAIN_ID"] = str(number)
-        busy = [subprocess.Popen([sys.executable, "-c", BUSY]) for _ in range(options.busy)]
+        busy = [
+            subprocess.Popen([sys.executable, "-c", BUSY]) for _ in range(options.busy)
+        ]
         try:
             for kind in ("plain", "node"):
                 server = subprocess.Popen(
-                    [sys.executable, "-m", "lab.trials.first_calls", "--serve", kind], cwd=ROOT,
-                    stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+                    [sys.executable, "-m", "lab.trials.first_calls", "--serve", kind],
+                    cwd=ROOT,
+                    stdin=subprocess.PIPE,
+                    stdout=subprocess.PIPE,
+                    text=True,
+                )
                 assert server.stdout is not None
                 server.stdout.readline()
                 for way in WAYS:
                     with ThreadPoolExecutor(AT_ONCE) as pool:
-                        seconds = sorted(pool.map(lambda _, way=way: first_call(way),
-                                                  range(options.calls)))
+                        seconds = sorted(
+                            pool.map(
+                                lambda _, way=way: first_call(way), range(options.calls)
+                            )
+                        )
                     never = sum(one == float("inf") for one in seconds)
                     slow = sum(one > TIMEOUT for one in seconds) - never
-                    print(f"{kind:6} {way:17} {never} of {options.calls} never answered, {slow} "
-                          f"after more than {TIMEOUT:g} s; median "
-                          f"{1e3 * seconds[len(seconds) // 2]:.0f} ms, last "
-                          f"{seconds[-1 - never]:.2f} s", flush=True)
+                    print(
+                        f"{kind:6} {way:17} {never} of {options.calls} never answered, {slow} "
+                        f"after more than {TIMEOUT:g} s; median "
+                        f"{1e3 * seconds[len(seconds) // 2]:.0f} ms, last "
+                        f"{seconds[-1 - never]:.2f} s",
+                        flush=True,
+                    )
                 server.kill()
                 server.wait()
         finally:

@@ -42,9 +42,13 @@ class ClusterWork(Generic[Piece, Made]):
     stand_in: Callable[[Piece], Made] | None = None
 
 
-def work_on_cluster(address: str, work: ClusterWork[Piece, Made], pieces: Sequence[Piece],
-                    should_stop: Callable[[], bool], worker_seconds: float = WORKER_SECONDS
-                    ) -> Generator[tuple[Piece, Made], None, None]:
+def work_on_cluster(
+    address: str,
+    work: ClusterWork[Piece, Made],
+    pieces: Sequence[Piece],
+    should_stop: Callable[[], bool],
+    worker_seconds: float = WORKER_SECONDS,
+) -> Generator[tuple[Piece, Made], None, None]:
     """Have the workers of a scheduler do work; pieces of lost workers are done by others.
 
     `address`: such as `tcp://10.0.0.1:8786`; `worker_seconds`: longest without any worker.
@@ -56,16 +60,26 @@ def work_on_cluster(address: str, work: ClusterWork[Piece, Made], pieces: Sequen
             run = _Run(client, address, work, worker_seconds)
             executor = client.get_executor(pure=False)
             yield from in_flight(
-                lambda piece: executor.submit(work_there, VERSION, work.function,
-                                              *work.arguments(piece)),
-                run.receive, pieces, partial(run.is_over, should_stop), run.in_hand)
+                lambda piece: executor.submit(
+                    work_there, VERSION, work.function, *work.arguments(piece)
+                ),
+                run.receive,
+                pieces,
+                partial(run.is_over, should_stop),
+                run.in_hand,
+            )
 
 
 class _Run(Generic[Piece, Made]):
     """The state of a run on a cluster: lost pieces, and the time without workers."""
 
-    def __init__(self, client: Client, address: str, work: ClusterWork[Piece, Made],
-                 worker_seconds: float) -> None:
+    def __init__(
+        self,
+        client: Client,
+        address: str,
+        work: ClusterWork[Piece, Made],
+        worker_seconds: float,
+    ) -> None:
         self._client = client
         self._address = address
         self._work = work
@@ -87,9 +101,11 @@ class _Run(Generic[Piece, Made]):
                 raise _failed(error) from error
             return self._work.stand_in(piece)
         except CancelledError as error:
-            raise BatchError("a scheduler that stays", f"{self._address} gone",
-                             "start it again; the same command then goes on from here"
-                             ) from error
+            raise BatchError(
+                "a scheduler that stays",
+                f"{self._address} gone",
+                "start it again; the same command then goes on from here",
+            ) from error
         except Exception as error:
             raise _failed(error) from error
 
@@ -107,24 +123,32 @@ class _Run(Generic[Piece, Made]):
                 self._seen = now
             elif now > self._seen + self._worker_seconds:
                 raise BatchError(
-                    "a worker at the scheduler", f"none at {self._address}",
+                    "a worker at the scheduler",
+                    f"none at {self._address}",
                     f"start one with `dask worker {self._address}` where this package is "
-                    "installed; the same command then goes on from here")
+                    "installed; the same command then goes on from here",
+                )
         return should_stop()
 
 
 def work_there(version: str, function: Callable[..., Made], *arguments: Any) -> Made:
     """Do a piece on a worker that has the caller's version."""
     if version != VERSION:
-        raise BatchError(f"ros_pose_stats {version} on the worker", VERSION,
-                         "install the same version everywhere")
+        raise BatchError(
+            f"ros_pose_stats {version} on the worker",
+            VERSION,
+            "install the same version everywhere",
+        )
     return function(*arguments)
 
 
 def _failed(error: Exception) -> BatchError:
-    return BatchError("a piece from the cluster", f"{type(error).__name__}: {reason(error)}",
-                      "see the logs of scheduler and workers, which need this package in the "
-                      "same version; the same command goes on from here")
+    return BatchError(
+        "a piece from the cluster",
+        f"{type(error).__name__}: {reason(error)}",
+        "see the logs of scheduler and workers, which need this package in the "
+        "same version; the same command goes on from here",
+    )
 
 
 @contextmanager
@@ -143,8 +167,11 @@ def client_of(address: str, should_stop: Callable[[], bool]) -> Iterator[Client 
 @contextmanager
 def _quiet() -> Iterator[None]:
     """Keep tracebacks of lost connections off the terminal, since the errors say the same."""
-    loggers = [logging.getLogger(name) for name in tuple(logging.root.manager.loggerDict)
-               if name.partition(".")[0] == "distributed"]
+    loggers = [
+        logging.getLogger(name)
+        for name in tuple(logging.root.manager.loggerDict)
+        if name.partition(".")[0] == "distributed"
+    ]
     levels = [logger.level for logger in loggers]
     try:
         for logger in loggers:
@@ -165,9 +192,12 @@ def _client(address: str, should_stop: Callable[[], bool]) -> Client | None:
             raise TypeError(f"a {found.get('type')} answers")
         return Client(address, timeout=CONNECT_SECONDS, set_as_default=False)
     except Exception as error:  # whatever is behind the address may answer anything
-        raise BatchError("a scheduler that answers", f"none at {address!r} ({reason(error)})",
-                         "start one with `dask scheduler` and give its address, such as "
-                         "tcp://10.0.0.1:8786") from error
+        raise BatchError(
+            "a scheduler that answers",
+            f"none at {address!r} ({reason(error)})",
+            "start one with `dask scheduler` and give its address, such as "
+            "tcp://10.0.0.1:8786",
+        ) from error
 
 
 def _threads(client: Client) -> int:
@@ -178,7 +208,9 @@ def _threads(client: Client) -> int:
         return 0
 
 
-async def _identity(address: str, should_stop: Callable[[], bool]) -> dict[str, Any] | None:
+async def _identity(
+    address: str, should_stop: Callable[[], bool]
+) -> dict[str, Any] | None:
     """Identity of what answers at an address; None if stopped before."""
     asked = asyncio.ensure_future(_ask(address))
     begin = time.monotonic()

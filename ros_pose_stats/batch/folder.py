@@ -17,19 +17,34 @@ class WorkFolder:
     dataset`.
     """
 
-    def __init__(self, directory: Path, claim: str, request: dict[str, Any],
-                 has_work: Callable[[], bool], what: str) -> None:
-        self.directory, self._has_work, self._claimed = directory, has_work, directory / claim
+    def __init__(
+        self,
+        directory: Path,
+        claim: str,
+        request: dict[str, Any],
+        has_work: Callable[[], bool],
+        what: str,
+    ) -> None:
+        self.directory, self._has_work, self._claimed = (
+            directory,
+            has_work,
+            directory / claim,
+        )
         try:
             directory.mkdir(parents=True, exist_ok=True)
             lock = files.DirectoryLock.take(directory)
         except OSError as error:
-            raise errors.BatchError("a directory that can be written to",
-                                    f"{directory} ({errors.reason(error)})",
-                                    "name another one with -o") from error
+            raise errors.BatchError(
+                "a directory that can be written to",
+                f"{directory} ({errors.reason(error)})",
+                "name another one with -o",
+            ) from error
         if lock is None:
-            raise errors.BatchError(f"{what} that nobody else is making", f"{directory} in use",
-                                    "wait for the other run or name another one with -o")
+            raise errors.BatchError(
+                f"{what} that nobody else is making",
+                f"{directory} in use",
+                "wait for the other run or name another one with -o",
+            )
         self._lock = lock
         try:
             self._claim(request, what)
@@ -64,11 +79,17 @@ class WorkFolder:
         if self._has_work():
             found = f"files without a readable {path.name} in {self.directory}"
             if isinstance(theirs, dict):
-                others = [f"{name} {value}" for name, value in theirs.items()
-                          if value != mine.get(name)]
+                others = [
+                    f"{name} {value}"
+                    for name, value in theirs.items()
+                    if value != mine.get(name)
+                ]
                 found = f"that on another one in {self.directory} ({', '.join(others)})"
-            raise errors.BatchError(f"work on the same {what.removeprefix('a ')}", found,
-                                    "name another one, or finish the work that is there")
+            raise errors.BatchError(
+                f"work on the same {what.removeprefix('a ')}",
+                found,
+                "name another one, or finish the work that is there",
+            )
         write_durably(path, json.dumps(mine, indent=1).encode())
 
 
@@ -79,11 +100,15 @@ def write_durably(path: Path, content: bytes) -> None:
 
 
 @contextmanager
-def needing_room(what: str, place: Path, kinds: tuple[type[Exception], ...] = (OSError,)
-                 ) -> Iterator[None]:
+def needing_room(
+    what: str, place: Path, kinds: tuple[type[Exception], ...] = (OSError,)
+) -> Iterator[None]:
     """Refuse a disk that does not take what is written in the context; `kinds`: its errors."""
     try:
         yield
     except kinds as error:
-        raise errors.BatchError(f"a disk that takes {what}", f"{place} ({errors.reason(error)})",
-                                "make room; the same command then goes on from here") from error
+        raise errors.BatchError(
+            f"a disk that takes {what}",
+            f"{place} ({errors.reason(error)})",
+            "make room; the same command then goes on from here",
+        ) from error

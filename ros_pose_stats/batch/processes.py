@@ -13,13 +13,18 @@ Made = TypeVar("Made")
 
 POLL_SECONDS = 0.05
 
-TRIES = 2  # a process may have died for want of memory, while another was at a large piece
+TRIES = (
+    2  # a process may have died for want of memory, while another was at a large piece
+)
 
 
-def in_flight(submit: Callable[[Piece], Future[Made]],
-              receive: Callable[[Future[Made], Piece], Made | None],
-              pieces: Sequence[Piece], should_stop: Callable[[], bool],
-              most: Callable[[], int]) -> Generator[tuple[Piece, Made], None, None]:
+def in_flight(
+    submit: Callable[[Piece], Future[Made]],
+    receive: Callable[[Future[Made], Piece], Made | None],
+    pieces: Sequence[Piece],
+    should_stop: Callable[[], bool],
+    most: Callable[[], int],
+) -> Generator[tuple[Piece, Made], None, None]:
     """Hand out pieces, at `most` so many at a time, and give each as it is done.
 
     `receive` gives None where a piece is to be handed out anew.
@@ -39,10 +44,13 @@ def in_flight(submit: Callable[[Piece], Future[Made]],
                 yield piece, made
 
 
-def work_in_processes(workers: int, call: Callable[[WorkerProcess, Piece], Made],
-                      stand_in: Callable[[Piece, ProcessDiedError], Made], pieces: Sequence[Piece],
-                      should_stop: Callable[[], bool]
-                      ) -> Generator[tuple[Piece, Made], None, None]:
+def work_in_processes(
+    workers: int,
+    call: Callable[[WorkerProcess, Piece], Made],
+    stand_in: Callable[[Piece, ProcessDiedError], Made],
+    pieces: Sequence[Piece],
+    should_stop: Callable[[], bool],
+) -> Generator[tuple[Piece, Made], None, None]:
     """Have several processes do work; the death of one costs nobody else anything.
 
     `stand_in`: of a piece whose process died twice, or once for taking too long.
@@ -53,9 +61,13 @@ def work_in_processes(workers: int, call: Callable[[WorkerProcess, Piece], Made]
     lanes = _Lanes(call, stand_in)
     pool = ThreadPoolExecutor(threads)
     try:
-        yield from in_flight(lambda piece: pool.submit(lanes.do, piece),
-                             lambda future, _: future.result(), pieces, should_stop,
-                             lambda: 2 * threads)
+        yield from in_flight(
+            lambda piece: pool.submit(lanes.do, piece),
+            lambda future, _: future.result(),
+            pieces,
+            should_stop,
+            lambda: 2 * threads,
+        )
     finally:
         pool.shutdown(wait=False, cancel_futures=True)
         lanes.end()
@@ -65,8 +77,11 @@ def work_in_processes(workers: int, call: Callable[[WorkerProcess, Piece], Made]
 class _Lanes(Generic[Piece, Made]):
     """A process for each thread that asks."""
 
-    def __init__(self, call: Callable[[WorkerProcess, Piece], Made],
-                 stand_in: Callable[[Piece, ProcessDiedError], Made]) -> None:
+    def __init__(
+        self,
+        call: Callable[[WorkerProcess, Piece], Made],
+        stand_in: Callable[[Piece, ProcessDiedError], Made],
+    ) -> None:
         self._call, self._stand_in = call, stand_in
         self._processes: dict[int, WorkerProcess] = {}
         self._ended = False

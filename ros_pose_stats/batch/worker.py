@@ -25,9 +25,15 @@ Made = TypeVar("Made")
 READY = b"ready"
 FIRST_TO_GO = "1000"  # of all processes, when the memory of the machine is used up
 STEP_SECONDS = 1.0  # most of a time limit that is lost each time a run is suspended
-START_SECONDS = 60.0  # in which a process says that it is there; a machine may have much to do
-PREPARE_SECONDS = 900.0  # in which it prepares itself: without a cache, kernels are compiled
-IDLE_SECONDS = 60.0  # after which a process that nobody needs gives its memory back by ending
+START_SECONDS = (
+    60.0  # in which a process says that it is there; a machine may have much to do
+)
+PREPARE_SECONDS = (
+    900.0  # in which it prepares itself: without a cache, kernels are compiled
+)
+IDLE_SECONDS = (
+    60.0  # after which a process that nobody needs gives its memory back by ending
+)
 
 # `-m` would search the current folder first, where somebody else's files may lie.
 _PROGRAM = "import sys; sys.path[:] = {path!a}; from {module} import main; main()"
@@ -50,29 +56,39 @@ class WorkerProcess:
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
             try:
-                self._process = subprocess.Popen([sys.executable, "-c", program],
-                                                 stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+                self._process = subprocess.Popen(
+                    [sys.executable, "-c", program],
+                    stdin=subprocess.PIPE,
+                    stdout=subprocess.PIPE,
+                )
             finally:
                 signal.pthread_sigmask(signal.SIG_SETMASK, before)
             with self._ended_after(seconds):
                 ready = self._read()
         except (OSError, ProcessDiedError) as error:
-            raise BatchError("a process to work in", reason(error), "see what it printed above, "
-                             "or end others that use up the memory") from error
+            raise BatchError(
+                "a process to work in",
+                reason(error),
+                "see what it printed above, or end others that use up the memory",
+            ) from error
         assert ready == READY
 
     def call(self, function: Callable[..., Made], *arguments: Any) -> Made:
         """Have a function of a module called there."""
         assert self._process.stdin is not None
         try:
-            pickle.dump((function, arguments), self._process.stdin, pickle.HIGHEST_PROTOCOL)
+            pickle.dump(
+                (function, arguments), self._process.stdin, pickle.HIGHEST_PROTOCOL
+            )
             self._process.stdin.flush()
         except (OSError, ValueError) as error:  # closed by `kill`
             raise self._died() from error
         made: Made = self._read()
         return made
 
-    def call_within(self, seconds: float, function: Callable[..., Made], *arguments: Any) -> Made:
+    def call_within(
+        self, seconds: float, function: Callable[..., Made], *arguments: Any
+    ) -> Made:
         """Have a function called there; the process ends if that takes longer while it runs."""
         with self._ended_after(seconds):
             return self.call(function, *arguments)
@@ -84,7 +100,9 @@ class WorkerProcess:
 
         def guard() -> None:
             left = seconds
-            while left > 0.0:  # in steps, so that a run that is suspended does not grow old
+            while (
+                left > 0.0
+            ):  # in steps, so that a run that is suspended does not grow old
                 if done.wait(min(left, STEP_SECONDS)):
                     return
                 left -= STEP_SECONDS
@@ -140,7 +158,9 @@ class Worker:
         self._idle = threading.Timer(IDLE_SECONDS, self._rest)
         self.closed = False
 
-    def call_within(self, seconds: float, function: Callable[..., Made], *arguments: Any) -> Made:
+    def call_within(
+        self, seconds: float, function: Callable[..., Made], *arguments: Any
+    ) -> Made:
         """Have a function of a module called there; after a TookLongError in another process."""
         with self._turn:
             self._idle.cancel()
@@ -169,8 +189,11 @@ class Worker:
             try:
                 process.call_within(PREPARE_SECONDS, self._prepare)
             except TookLongError as error:  # which is not for the piece that waits
-                raise BatchError("a process that is ready to work", f"one that {error}",
-                                 "see what it printed above") from error
+                raise BatchError(
+                    "a process that is ready to work",
+                    f"one that {error}",
+                    "see what it printed above",
+                ) from error
         if self.closed:
             raise ProcessDiedError("is closed")
         return self._process
@@ -193,13 +216,19 @@ def main() -> None:
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # whatever prints must not come between the answers
     _answer(answers, READY)
-    waiting: queue.SimpleQueue[tuple[Callable[..., Any], tuple[Any, ...]]] = queue.SimpleQueue()
-    threading.Thread(target=_read_requests, args=(waiting,), name="requests", daemon=True).start()
+    waiting: queue.SimpleQueue[tuple[Callable[..., Any], tuple[Any, ...]]] = (
+        queue.SimpleQueue()
+    )
+    threading.Thread(
+        target=_read_requests, args=(waiting,), name="requests", daemon=True
+    ).start()
     while True:
         function, arguments = waiting.get()
         try:
             made = function(*arguments)
-        except BaseException:  # at a usual end Python would wait for the thread that reads
+        except (
+            BaseException
+        ):  # at a usual end Python would wait for the thread that reads
             traceback.print_exc()
             os._exit(1)
         _answer(answers, made)

@@ -24,8 +24,10 @@ PICTURES = "pictures"
 Piece = tuple[PartFile, bool]
 """A file, and whether the part is to be dropped where its estimate is not sure enough."""
 
-Maker = Callable[[CatalogueRequest, Sequence[Piece], Callable[[], bool]],
-                 Generator[tuple[Piece, Described], None, None]]
+Maker = Callable[
+    [CatalogueRequest, Sequence[Piece], Callable[[], bool]],
+    Generator[tuple[Piece, Described], None, None],
+]
 """Makes pieces and yields each when it is done, until told to stop."""
 
 
@@ -36,7 +38,9 @@ class CatalogueProgress:
     parts: int  # done in all, and wanted
     bound: int
     found: int  # number of those that were there when this run began
-    dropping: bool  # whether these are parts that are dropped, after the estimates of all
+    dropping: (
+        bool  # whether these are parts that are dropped, after the estimates of all
+    )
     seconds: float  # since this stage began
 
 
@@ -61,10 +65,17 @@ class Catalogue:
         return self.done == self.bound and not self.to_be_dropped
 
 
-def make_catalogue(folder: Path, parts: Sequence[PartFile], request: CatalogueRequest,
-                   maker: Maker, *, parquet: bool = False, keep_rows: bool = False,
-                   on_progress: Callable[[CatalogueProgress], object] = lambda _: None,
-                   should_stop: Callable[[], bool] = lambda: False) -> Catalogue:
+def make_catalogue(
+    folder: Path,
+    parts: Sequence[PartFile],
+    request: CatalogueRequest,
+    maker: Maker,
+    *,
+    parquet: bool = False,
+    keep_rows: bool = False,
+    on_progress: Callable[[CatalogueProgress], object] = lambda _: None,
+    should_stop: Callable[[], bool] = lambda: False,
+) -> Catalogue:
     """Make a catalogue, or go on where an earlier run was cut off.
 
     Rows of files that have not changed since are kept; so a folder to which parts were added costs
@@ -72,10 +83,16 @@ def make_catalogue(folder: Path, parts: Sequence[PartFile], request: CatalogueRe
     `keep_rows`: whether to return the rows; hundreds of thousands fill the memory.
     """
     ours = (ROWS, PAGE, *TABLES)
-    with (folders.WorkFolder(folder, CLAIM, request.as_dict(),
-                             lambda: any((folder / name).exists() for name in ours),
-                             "a catalogue"),
-          closing(RowStore(folder)) as store):
+    with (
+        folders.WorkFolder(
+            folder,
+            CLAIM,
+            request.as_dict(),
+            lambda: any((folder / name).exists() for name in ours),
+            "a catalogue",
+        ),
+        closing(RowStore(folder)) as store,
+    ):
         for place in (folder, folder / CHUNKS):
             files.remove_unfinished(place)
         run = _Run(folder, parts, store, on_progress)
@@ -87,32 +104,55 @@ def make_catalogue(folder: Path, parts: Sequence[PartFile], request: CatalogueRe
             run.collect(run.unsure(), True, partial(maker, request), should_stop)
         tables, counted = run.write(request, parquet)
         there = run.there()
-        return Catalogue(folder, folder / PAGE, tables, len(there), len(parts), found,
-                         len(run.unsure()), counted,
-                         [store.row(name) for name in there] if keep_rows else None)
+        return Catalogue(
+            folder,
+            folder / PAGE,
+            tables,
+            len(there),
+            len(parts),
+            found,
+            len(run.unsure()),
+            counted,
+            [store.row(name) for name in there] if keep_rows else None,
+        )
 
 
 class _Run:
     """A run in a folder."""
 
-    def __init__(self, folder: Path, parts: Sequence[PartFile], store: RowStore,
-                 on_progress: Callable[[CatalogueProgress], object]) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        parts: Sequence[PartFile],
+        store: RowStore,
+        on_progress: Callable[[CatalogueProgress], object],
+    ) -> None:
         self._folder, self._parts, self._store = folder, parts, store
         self._on_progress = on_progress
 
     def missing(self) -> list[PartFile]:
         """Files without a row, or about what they held before, or refused: that may go well."""
-        return [part for part in self._parts
-                if (entry := self._entry(part)) is None or entry.refused]
+        return [
+            part
+            for part in self._parts
+            if (entry := self._entry(part)) is None or entry.refused
+        ]
 
     def unsure(self) -> list[PartFile]:
         """Files whose rows are estimates that are not sure enough."""
-        return [part for part in self._parts
-                if (entry := self._entry(part)) is not None and entry.to_be_dropped]
+        return [
+            part
+            for part in self._parts
+            if (entry := self._entry(part)) is not None and entry.to_be_dropped
+        ]
 
-    def collect(self, parts: Sequence[PartFile], dropping: bool,
-                make: Callable[..., Generator[tuple[Piece, Described], None, None]],
-                should_stop: Callable[[], bool]) -> None:
+    def collect(
+        self,
+        parts: Sequence[PartFile],
+        dropping: bool,
+        make: Callable[..., Generator[tuple[Piece, Described], None, None]],
+        should_stop: Callable[[], bool],
+    ) -> None:
         """Have parts made and keep them as they come."""
         begin, bound = time.monotonic(), len(self._parts)
         found = done = bound - len(parts)
@@ -121,15 +161,20 @@ class _Run:
             for (part, _), described in made:
                 self._store.keep(part, described, self._keep_picture(described))
                 done += 1
-                self._on_progress(CatalogueProgress(done, bound, found, dropping,
-                                                    time.monotonic() - begin))
+                self._on_progress(
+                    CatalogueProgress(
+                        done, bound, found, dropping, time.monotonic() - begin
+                    )
+                )
         self._store.sync()
 
     def there(self) -> list[str]:
         """Names of the files that have a row."""
         return [part.name for part in self._parts if self._entry(part) is not None]
 
-    def write(self, request: CatalogueRequest, parquet: bool) -> tuple[list[Path], Tally]:
+    def write(
+        self, request: CatalogueRequest, parquet: bool
+    ) -> tuple[list[Path], Tally]:
         """Write tables and page of what is there, and count what it comes to."""
         there = self.there()
 
@@ -139,9 +184,16 @@ class _Run:
         tables = write_tables(self._folder, rows, parquet)
         counted = tally(rows())
         state = PageState(len(there), len(self._parts), len(self.unsure()), counted)
-        write_page(self._folder, request, state,
-                   ((self._store.row(name), entry.picture) for name in there
-                    if (entry := self._store.entry(name)) is not None))
+        write_page(
+            self._folder,
+            request,
+            state,
+            (
+                (self._store.row(name), entry.picture)
+                for name in there
+                if (entry := self._store.entry(name)) is not None
+            ),
+        )
         return tables, counted
 
     def _entry(self, part: PartFile) -> Entry | None:
@@ -150,7 +202,9 @@ class _Run:
         if entry is None or entry.part != part:
             return None
         try:
-            whole = not entry.picture or (self._folder / entry.picture).stat().st_size > 0
+            whole = (
+                not entry.picture or (self._folder / entry.picture).stat().st_size > 0
+            )
         except OSError:
             return None
         return entry if whole else None
@@ -183,33 +237,57 @@ def on_processes(workers: int | None = None) -> Maker:
     """Parts made by processes of this machine; one that dies costs its own part alone."""
     count = check_workers(workers)
 
-    def make(request: CatalogueRequest, pieces: Sequence[Piece],
-             should_stop: Callable[[], bool]) -> Generator[tuple[Piece, Described], None, None]:
+    def make(
+        request: CatalogueRequest,
+        pieces: Sequence[Piece],
+        should_stop: Callable[[], bool],
+    ) -> Generator[tuple[Piece, Described], None, None]:
         return processes.work_in_processes(
-            count, lambda process, piece: describe_within_limit(
-                process, request, piece, min(count, MOST_THREADS)), died, pieces, should_stop)
+            count,
+            lambda process, piece: describe_within_limit(
+                process, request, piece, min(count, MOST_THREADS)
+            ),
+            died,
+            pieces,
+            should_stop,
+        )
 
     return make
 
 
-def describe_within_limit(process: worker.WorkerProcess, request: CatalogueRequest,
-                          piece: Piece, threads: int = 1) -> Described:
+def describe_within_limit(
+    process: worker.WorkerProcess,
+    request: CatalogueRequest,
+    piece: Piece,
+    threads: int = 1,
+) -> Described:
     """Look at a part in a process, which is ended if that never ends."""
     part, drop = piece
-    return process.call_within(SECONDS[drop], describe_part, part.name, None, request, drop,
-                               threads)
+    return process.call_within(
+        SECONDS[drop], describe_part, part.name, None, request, drop, threads
+    )
 
 
 def died(piece: Piece, how: worker.ProcessDiedError) -> Described:
     """What comes of a part whose process died, from how it ended."""
     part, drop = piece
-    why = (f"the process that looked at it {how}, and so did a second one; export the part anew, "
-           "or in fewer faces")
+    why = (
+        f"the process that looked at it {how}, and so did a second one; export the part anew, "
+        "or in fewer faces"
+    )
     if isinstance(how, worker.TookLongError):
-        done, remedy = (("dropped", "ask for a larger target error") if drop else
-                        ("looked at", "export it in fewer faces"))
-        why = str(errors.RequestError(f"a part that is {done} within {SECONDS[drop]:g} s",
-                                      "one that takes longer", remedy))
+        done, remedy = (
+            ("dropped", "ask for a larger target error")
+            if drop
+            else ("looked at", "export it in fewer faces")
+        )
+        why = str(
+            errors.RequestError(
+                f"a part that is {done} within {SECONDS[drop]:g} s",
+                "one that takes longer",
+                remedy,
+            )
+        )
     return Described(refused(part.name, why), None, False, 0.0)
 
 
@@ -231,14 +309,23 @@ def on_cluster(address: str) -> Maker:
     """
     from ..batch.cluster import ClusterWork, work_on_cluster
 
-    def make(request: CatalogueRequest, pieces: Sequence[Piece],
-             should_stop: Callable[[], bool]) -> Generator[tuple[Piece, Described], None, None]:
+    def make(
+        request: CatalogueRequest,
+        pieces: Sequence[Piece],
+        should_stop: Callable[[], bool],
+    ) -> Generator[tuple[Piece, Described], None, None]:
         work: ClusterWork[Bundle, list[Described]] = ClusterWork(
-            describe_bundle, lambda bundle: ([
-                (part.name, content_of(part.name), drop) for part, drop in bundle], request),
+            describe_bundle,
+            lambda bundle: (
+                [(part.name, content_of(part.name), drop) for part, drop in bundle],
+                request,
+            ),
             lambda threads: max(FEWEST_IN_HAND, IN_HAND_A_THREAD * threads),
-            lambda bundle: [_make_here(request, piece) for piece in bundle])
-        for bundle, made in work_on_cluster(address, work, bundles(pieces), should_stop):
+            lambda bundle: [_make_here(request, piece) for piece in bundle],
+        )
+        for bundle, made in work_on_cluster(
+            address, work, bundles(pieces), should_stop
+        ):
             yield from zip(bundle, made, strict=True)
 
     return make
@@ -248,13 +335,19 @@ def bundles(pieces: Sequence[Piece]) -> list[Bundle]:
     """Pieces as they are handed out: those to be dropped, which take long, one by one."""
     dropping = any(drop for _, drop in pieces)
     size = 1 if dropping else max(1, min(MOST_TOGETHER, len(pieces) // FEWEST_BUNDLES))
-    return [tuple(pieces[first:first + size]) for first in range(0, len(pieces), size)]
+    return [
+        tuple(pieces[first : first + size]) for first in range(0, len(pieces), size)
+    ]
 
 
-def describe_bundle(contents: list[tuple[str, bytes | errors.PoseStatsError, bool]],
-                    request: CatalogueRequest) -> list[Described]:
+def describe_bundle(
+    contents: list[tuple[str, bytes | errors.PoseStatsError, bool]],
+    request: CatalogueRequest,
+) -> list[Described]:
     """Look at the parts of a bundle, one after the other."""
-    return [describe_part(name, content, request, drop) for name, content, drop in contents]
+    return [
+        describe_part(name, content, request, drop) for name, content, drop in contents
+    ]
 
 
 def _make_here(request: CatalogueRequest, piece: Piece) -> Described:

@@ -29,8 +29,12 @@ class CatalogueRequest:
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values, for JSON."""
-        return {"unit": self.unit, "density": self.density, **asdict(self.scene),
-                "target_error": self.target_error}
+        return {
+            "unit": self.unit,
+            "density": self.density,
+            **asdict(self.scene),
+            "target_error": self.target_error,
+        }
 
 
 class PartFile(NamedTuple):
@@ -52,17 +56,22 @@ def find_parts(paths: Sequence[str | os.PathLike[str]]) -> list[PartFile]:
     named = [str(name) for path in paths for name in _files_of(Path(path))]
     names = {f"./{name}" if name.startswith(text.FORMULAS) else name for name in named}
     if not names:
-        raise errors.RequestError(f"files of parts ({', '.join(meshes.SUFFIXES)})",
-                                  f"none in {', '.join(map(str, paths))}",
-                                  "name a folder that holds some, or the files themselves")
+        raise errors.RequestError(
+            f"files of parts ({', '.join(meshes.SUFFIXES)})",
+            f"none in {', '.join(map(str, paths))}",
+            "name a folder that holds some, or the files themselves",
+        )
     return [_looked_at(name) for name in sorted(names)]
 
 
 def _files_of(path: Path) -> Iterator[Path]:
     if not path.is_dir():
         if not path.exists():
-            raise errors.RequestError("files of parts, and folders of such", f"no file {path}",
-                                      "check the path")
+            raise errors.RequestError(
+                "files of parts, and folders of such",
+                f"no file {path}",
+                "check the path",
+            )
         yield path
         return
     for folder, below in files.folders_below(path):

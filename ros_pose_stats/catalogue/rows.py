@@ -37,8 +37,13 @@ class Described(NamedTuple):
     seconds: float  # that it took
 
 
-def describe_part(name: str, content: bytes | errors.PoseStatsError | None,
-                  request: CatalogueRequest, drop: bool, threads: int = 1) -> Described:
+def describe_part(
+    name: str,
+    content: bytes | errors.PoseStatsError | None,
+    request: CatalogueRequest,
+    drop: bool,
+    threads: int = 1,
+) -> Described:
     """Look at one part. The answer depends on file and request alone, wherever it is made.
 
     `content`: what the file holds, or why it cannot be read; None where it is to be read here;
@@ -50,9 +55,15 @@ def describe_part(name: str, content: bytes | errors.PoseStatsError | None,
     except errors.PoseStatsError as refusal:
         row, picture, open_ = refused(name, str(refusal)), None, False
     except Exception as error:  # one part must not cost all others their rows
-        row, picture, open_ = refused(
-            name, f"failed inside the program ({type(error).__name__}: {error}); please report "
-            "it with the file"), None, False
+        row, picture, open_ = (
+            refused(
+                name,
+                f"failed inside the program ({type(error).__name__}: {error}); please report "
+                "it with the file",
+            ),
+            None,
+            False,
+        )
     return Described(row, picture, open_, time.perf_counter() - begin)
 
 
@@ -69,8 +80,13 @@ def content_of(name: str) -> bytes | errors.PoseStatsError:
         return refusal
 
 
-def _described(name: str, content: bytes | errors.PoseStatsError | None, request: CatalogueRequest,
-               drop: bool, threads: int) -> tuple[Row, bytes, bool]:
+def _described(
+    name: str,
+    content: bytes | errors.PoseStatsError | None,
+    request: CatalogueRequest,
+    drop: bool,
+    threads: int,
+) -> tuple[Row, bytes, bool]:
     path, scene = Path(name), request.scene
     held = content_of(name) if content is None else content
     if isinstance(held, errors.PoseStatsError):
@@ -83,31 +99,61 @@ def _described(name: str, content: bytes | errors.PoseStatsError | None, request
     target = request.target_error or (TARGET_OUTSIDE if outside else 0.0)
     if drop or not target:
         # From a seed of the part's own: equal parts have equal rows, in whatever order.
-        found = auto.auto(part, target, None, seed=part.seed, workers=threads, **asdict(scene))
+        found = auto.auto(
+            part, target, None, seed=part.seed, workers=threads, **asdict(scene)
+        )
     groups = pose_groups.pose_groups(found)
-    row = {"file": name, "unit_declared": mesh.declared is not None,
-           **_row(part, found, groups), "refusal": "",
-           "poses": [_pose_row(group, pose) for group in groups for pose in group.poses]}
-    return (statistics.plain(row), pose_thumbnail(part, groups[0].first, found.radius),
-            bool(target) and not drop and confidence.estimate_bound(confidence.prior_of(
-                found, poses_in(part, scene), scene)) > target)
+    row = {
+        "file": name,
+        "unit_declared": mesh.declared is not None,
+        **_row(part, found, groups),
+        "refusal": "",
+        "poses": [_pose_row(group, pose) for group in groups for pose in group.poses],
+    }
+    return (
+        statistics.plain(row),
+        pose_thumbnail(part, groups[0].first, found.radius),
+        bool(target)
+        and not drop
+        and confidence.estimate_bound(
+            confidence.prior_of(found, poses_in(part, scene), scene)
+        )
+        > target,
+    )
 
 
-def _row(part: Part, found: PoseStatistics, groups: Sequence[pose_groups.PoseGroup]) -> Row:
+def _row(
+    part: Part, found: PoseStatistics, groups: Sequence[pose_groups.PoseGroup]
+) -> Row:
     size = np.ptp(part.surface_vertices, axis=0).tolist()
     best = groups[0]
     length, width = footprint(best.first.outline)
-    passes = feeding.passes_of(best.probability, best.probability_low, best.probability_high)
+    passes = feeding.passes_of(
+        best.probability, best.probability_low, best.probability_high
+    )
     return {
-        "part_digest": part.digest, "triangles": len(part.triangles), "size_x_m": size[0],
-        "size_y_m": size[1], "size_z_m": size[2], "stable_poses": len(found.poses),
-        "distinct_poses": len(groups), "method": found.method, "drops": found.drops,
-        "expected_error": found.expected_error, "largest_error": found.largest_error,
-        "best_pose": best.first.index, "best_share": best.probability,
-        "best_share_low": best.probability_low, "best_share_high": best.probability_high,
+        "part_digest": part.digest,
+        "triangles": len(part.triangles),
+        "size_x_m": size[0],
+        "size_y_m": size[1],
+        "size_z_m": size[2],
+        "stable_poses": len(found.poses),
+        "distinct_poses": len(groups),
+        "method": found.method,
+        "drops": found.drops,
+        "expected_error": found.expected_error,
+        "largest_error": found.largest_error,
+        "best_pose": best.first.index,
+        "best_share": best.probability,
+        "best_share_low": best.probability_low,
+        "best_share_high": best.probability_high,
         "entropy_bits": entropy([group.probability for group in groups]),
-        "passes": passes.value, "passes_low": passes.low, "passes_high": passes.high,
-        "footprint_length_m": length, "footprint_width_m": width, "top_m": best.first.top,
+        "passes": passes.value,
+        "passes_low": passes.low,
+        "passes_high": passes.high,
+        "footprint_length_m": length,
+        "footprint_width_m": width,
+        "top_m": best.first.top,
         "warnings": list(found.warnings),
     }
 
@@ -115,13 +161,24 @@ def _row(part: Part, found: PoseStatistics, groups: Sequence[pose_groups.PoseGro
 def _pose_row(group: pose_groups.PoseGroup, pose: Any) -> Row:
     length, width = footprint(pose.outline)
     return {
-        "pose": pose.index, "group": pose.group, "group_size": group.size,
-        "group_share": group.probability, "group_share_low": group.probability_low,
-        "group_share_high": group.probability_high, "probability": pose.probability,
-        "probability_low": pose.probability_low, "probability_high": pose.probability_high,
-        "standard_error": pose.standard_error, "count": pose.count, "footprint_length_m": length,
-        "footprint_width_m": width, "top_m": pose.top, "height_m": pose.height,
-        "margin_rad": pose.margin, "barrier_m": pose.barrier, "rolls": pose.rolls,
+        "pose": pose.index,
+        "group": pose.group,
+        "group_size": group.size,
+        "group_share": group.probability,
+        "group_share_low": group.probability_low,
+        "group_share_high": group.probability_high,
+        "probability": pose.probability,
+        "probability_low": pose.probability_low,
+        "probability_high": pose.probability_high,
+        "standard_error": pose.standard_error,
+        "count": pose.count,
+        "footprint_length_m": length,
+        "footprint_width_m": width,
+        "top_m": pose.top,
+        "height_m": pose.height,
+        "margin_rad": pose.margin,
+        "barrier_m": pose.barrier,
+        "rolls": pose.rolls,
     }
 
 

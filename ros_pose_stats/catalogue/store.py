@@ -18,7 +18,9 @@ from .request import PartFile
 from .rows import Described, Row
 
 ROWS = "parts.sqlite3"
-SYNC_SECONDS = 1.0  # a power cut costs the rows of this time; anything else, as a kill, costs none
+SYNC_SECONDS = (
+    1.0  # a power cut costs the rows of this time; anything else, as a kill, costs none
+)
 
 TABLE = """CREATE TABLE IF NOT EXISTS parts (
     name BLOB PRIMARY KEY, bytes INTEGER, mtime_ns INTEGER, picture TEXT, to_be_dropped INTEGER,
@@ -45,7 +47,8 @@ class RowStore:
             self._rows = sqlite3.connect(self.path, isolation_level=None)
             self._rows.executescript(
                 "PRAGMA locking_mode=EXCLUSIVE; PRAGMA journal_mode=WAL; "
-                f"PRAGMA synchronous=NORMAL; {TABLE}")
+                f"PRAGMA synchronous=NORMAL; {TABLE}"
+            )
         self._synced = time.monotonic()
 
     def close(self) -> None:
@@ -58,9 +61,19 @@ class RowStore:
     def keep(self, part: PartFile, made: Described, picture: str) -> None:
         """Add or replace the row of a file; `picture` as in `Entry`."""
         with self._refusing():
-            self._rows.execute("REPLACE INTO parts VALUES (?, ?, ?, ?, ?, ?, ?, ?)", (
-                os.fsencode(part.name), part.bytes, part.mtime_ns, picture, made.to_be_dropped,
-                bool(made.row["refusal"]), round(made.seconds, 4), json.dumps(made.row)))
+            self._rows.execute(
+                "REPLACE INTO parts VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
+                (
+                    os.fsencode(part.name),
+                    part.bytes,
+                    part.mtime_ns,
+                    picture,
+                    made.to_be_dropped,
+                    bool(made.row["refusal"]),
+                    round(made.seconds, 4),
+                    json.dumps(made.row),
+                ),
+            )
         if time.monotonic() >= self._synced + SYNC_SECONDS:
             self.sync()
 
@@ -72,33 +85,55 @@ class RowStore:
 
     def entry(self, name: str) -> Entry | None:
         """What is known of a file; None where it has no row."""
-        with self._refusing(), closing(self._rows.execute(
-                "SELECT bytes, mtime_ns, picture, to_be_dropped, refused FROM parts "
-                "WHERE name = ?", (os.fsencode(name),))) as rows:
+        with (
+            self._refusing(),
+            closing(
+                self._rows.execute(
+                    "SELECT bytes, mtime_ns, picture, to_be_dropped, refused FROM parts "
+                    "WHERE name = ?",
+                    (os.fsencode(name),),
+                )
+            ) as rows,
+        ):
             found = rows.fetchone()
         if found is None:
             return None
         size, mtime, picture, to_be_dropped, refused = found
-        return Entry(PartFile(name, size, mtime), picture, bool(to_be_dropped), bool(refused))
+        return Entry(
+            PartFile(name, size, mtime), picture, bool(to_be_dropped), bool(refused)
+        )
 
     def row(self, name: str) -> Row:
         """The row of a file that has one."""
-        with self._refusing(), closing(self._rows.execute(
-                "SELECT row FROM parts WHERE name = ?", (os.fsencode(name),))) as rows:
+        with (
+            self._refusing(),
+            closing(
+                self._rows.execute(
+                    "SELECT row FROM parts WHERE name = ?", (os.fsencode(name),)
+                )
+            ) as rows,
+        ):
             row: Row = json.loads(rows.fetchone()[0])
         return row
 
     @contextmanager
     def _refusing(self) -> Iterator[None]:
         try:
-            with needing_room("the rows", self.path, (OSError, sqlite3.OperationalError)):
+            with needing_room(
+                "the rows", self.path, (OSError, sqlite3.OperationalError)
+            ):
                 yield
         except sqlite3.DatabaseError as error:
-            raise errors.BatchError("the rows of an earlier run", f"{self.path} ({error})",
-                                    "delete it; all parts are then looked at again") from error
+            raise errors.BatchError(
+                "the rows of an earlier run",
+                f"{self.path} ({error})",
+                "delete it; all parts are then looked at again",
+            ) from error
 
 
-ALIKE = 1.05  # factor up to which lengths of a part differ by how finely its files are cut
+ALIKE = (
+    1.05  # factor up to which lengths of a part differ by how finely its files are cut
+)
 ONE_WAY = 0.9  # share of the best pose from which on a part is said to lie one way
 
 
@@ -112,14 +147,18 @@ class Tally:
     doubted: int = 0  # parts with warnings
     # parts by the code of a warning, the most frequent first when listed
     warnings: Counter[str] = field(default_factory=Counter)
-    refused: dict[str, str] = field(default_factory=dict)  # reasons by the names of the files
+    refused: dict[str, str] = field(
+        default_factory=dict
+    )  # reasons by the names of the files
     # likewise how long those are that have the name of another one, but for its suffix, and differ
     unlike: dict[str, str] = field(default_factory=dict)
 
     @property
     def codes(self) -> str:
         """The codes of warnings with their numbers, in words."""
-        return ", ".join(f"{code} {count}" for code, count in self.warnings.most_common())
+        return ", ".join(
+            f"{code} {count}" for code, count in self.warnings.most_common()
+        )
 
 
 def tally(rows: Iterable[Row]) -> Tally:
@@ -136,36 +175,77 @@ def tally(rows: Iterable[Row]) -> Tally:
         codes = set(map(text.code_of, row["warnings"]))
         counted.doubted += bool(codes)
         counted.warnings.update(sorted(codes))
-        length = max(pose["footprint_length_m"] for pose in row["poses"])  # however it is turned
-        file, other = first.setdefault(Path(row["file"]).with_suffix(""), (row["file"], length))
+        length = max(
+            pose["footprint_length_m"] for pose in row["poses"]
+        )  # however it is turned
+        file, other = first.setdefault(
+            Path(row["file"]).with_suffix(""), (row["file"], length)
+        )
         if not 1.0 / ALIKE <= length / other <= ALIKE:
-            counted.unlike[row["file"]] = (f"{text.length_in_words(length)} long, {file} "
-                                           f"{text.length_in_words(other)}")
+            counted.unlike[row["file"]] = (
+                f"{text.length_in_words(length)} long, {file} "
+                f"{text.length_in_words(other)}"
+            )
     return counted
 
 
 COLUMNS: dict[str, type] = {
-    "file": str, "part_digest": str, "triangles": int, "size_x_m": float, "size_y_m": float,
-    "size_z_m": float, "stable_poses": int, "distinct_poses": int, "method": str, "drops": int,
-    "expected_error": float, "largest_error": float, "best_pose": int, "best_share": float,
-    "best_share_low": float, "best_share_high": float, "entropy_bits": float, "passes": float,
-    "passes_low": float, "passes_high": float, "footprint_length_m": float,
-    "footprint_width_m": float, "top_m": float, "warnings": str, "refusal": str,
+    "file": str,
+    "part_digest": str,
+    "triangles": int,
+    "size_x_m": float,
+    "size_y_m": float,
+    "size_z_m": float,
+    "stable_poses": int,
+    "distinct_poses": int,
+    "method": str,
+    "drops": int,
+    "expected_error": float,
+    "largest_error": float,
+    "best_pose": int,
+    "best_share": float,
+    "best_share_low": float,
+    "best_share_high": float,
+    "entropy_bits": float,
+    "passes": float,
+    "passes_low": float,
+    "passes_high": float,
+    "footprint_length_m": float,
+    "footprint_width_m": float,
+    "top_m": float,
+    "warnings": str,
+    "refusal": str,
 }
 """Of `catalogue.csv`, with the kind of their values. Shares and errors are fractions."""
 
 POSE_COLUMNS: dict[str, type] = {
-    "file": str, "part_digest": str, "pose": int, "group": int, "group_size": int,
-    "group_share": float, "group_share_low": float, "group_share_high": float,
-    "probability": float, "probability_low": float, "probability_high": float,
-    "standard_error": float, "count": int, "footprint_length_m": float,
-    "footprint_width_m": float, "top_m": float, "height_m": float, "margin_rad": float,
-    "barrier_m": float, "rolls": bool,
+    "file": str,
+    "part_digest": str,
+    "pose": int,
+    "group": int,
+    "group_size": int,
+    "group_share": float,
+    "group_share_low": float,
+    "group_share_high": float,
+    "probability": float,
+    "probability_low": float,
+    "probability_high": float,
+    "standard_error": float,
+    "count": int,
+    "footprint_length_m": float,
+    "footprint_width_m": float,
+    "top_m": float,
+    "height_m": float,
+    "margin_rad": float,
+    "barrier_m": float,
+    "rolls": bool,
 }
 """Of `poses.csv`."""
 
 PARTS, POSES = "catalogue", "poses"
-TABLES = tuple(f"{name}.{kind}" for name in (PARTS, POSES) for kind in ("csv", "parquet"))
+TABLES = tuple(
+    f"{name}.{kind}" for name in (PARTS, POSES) for kind in ("csv", "parquet")
+)
 BETWEEN = " | "  # between the warnings of a part
 AT_ONCE = 20_000  # rows of a Parquet table in memory
 Table = tuple[dict[str, type], Iterator[Sequence[Any]]]
@@ -176,16 +256,20 @@ def load_parquet() -> None:
     import pyarrow.parquet  # noqa: F401
 
 
-def write_tables(folder: Path, rows: Callable[[], Iterable[Row]], parquet: bool) -> list[Path]:
+def write_tables(
+    folder: Path, rows: Callable[[], Iterable[Row]], parquet: bool
+) -> list[Path]:
     """Write all tables, each whole or not at all; Parquet of an earlier run goes.
 
     `rows`: gives all rows from the first one, each time anew.
     """
+
     def write(aside: Path) -> None:
         for name, (columns, values) in _tables(rows).items():
             # Names of files need not be UTF-8.
-            with (aside / f"{name}.csv").open("w", encoding="utf-8", errors="surrogateescape",
-                                              newline="") as stream:
+            with (aside / f"{name}.csv").open(
+                "w", encoding="utf-8", errors="surrogateescape", newline=""
+            ) as stream:
                 stream.writelines(text.csv_lines(columns, values))
         if parquet:
             for name, (columns, values) in _tables(rows).items():
@@ -199,22 +283,44 @@ def write_tables(folder: Path, rows: Callable[[], Iterable[Row]], parquet: bool)
 
 
 def _tables(rows: Callable[[], Iterable[Row]]) -> dict[str, Table]:
-    parts = ({**row, "warnings": BETWEEN.join(row.get("warnings", ()))} for row in rows())
+    parts = (
+        {**row, "warnings": BETWEEN.join(row.get("warnings", ()))} for row in rows()
+    )
     poses = ({**row, **pose} for row in rows() for pose in row.get("poses", ()))
-    return {PARTS: (COLUMNS, ([row.get(name) for name in COLUMNS] for row in parts)),
-            POSES: (POSE_COLUMNS, ([row.get(name) for name in POSE_COLUMNS] for row in poses))}
+    return {
+        PARTS: (COLUMNS, ([row.get(name) for name in COLUMNS] for row in parts)),
+        POSES: (
+            POSE_COLUMNS,
+            ([row.get(name) for name in POSE_COLUMNS] for row in poses),
+        ),
+    }
 
 
-def _write_parquet(file: Path, columns: dict[str, type], rows: Iterator[Sequence[Any]]) -> None:
+def _write_parquet(
+    file: Path, columns: dict[str, type], rows: Iterator[Sequence[Any]]
+) -> None:
     import pyarrow
     from pyarrow import parquet
 
-    kinds = {str: pyarrow.string(), int: pyarrow.int64(), float: pyarrow.float64(),
-             bool: pyarrow.bool_()}
+    kinds = {
+        str: pyarrow.string(),
+        int: pyarrow.int64(),
+        float: pyarrow.float64(),
+        bool: pyarrow.bool_(),
+    }
     schema = pyarrow.schema([(name, kinds[kind]) for name, kind in columns.items()])
     with parquet.ParquetWriter(file, schema) as writer:
         while some := list(islice(rows, AT_ONCE)):
             # Names that are not UTF-8 have what is none of it replaced.
-            columns_of = [[value.encode(errors="replace").decode() if isinstance(value, str)
-                           else value for value in column] for column in zip(*some, strict=True)]
-            writer.write_table(pyarrow.table(dict(zip(columns, columns_of, strict=True)), schema))
+            columns_of = [
+                [
+                    value.encode(errors="replace").decode()
+                    if isinstance(value, str)
+                    else value
+                    for value in column
+                ]
+                for column in zip(*some, strict=True)
+            ]
+            writer.write_table(
+                pyarrow.table(dict(zip(columns, columns_of, strict=True)), schema)
+            )

@@ -10,11 +10,14 @@ from . import arguments as given, running
 def register(commands: given.Commands) -> None:
     """Add the command."""
     commands.add_parser(
-        "compile", help="compile all kernels, once for this user",
+        "compile",
+        help="compile all kernels, once for this user",
         description="Compile all kernels, on all cores, and keep their machine code in "
         "`ros_pose_stats/` below `$NUMBA_CACHE_DIR`, else `$XDG_CACHE_HOME`, else `~/.cache`. "
         "Without it, the first command that needs one compiles all. `make setup` does it, too.",
-        examples=("ros_pose_stats compile",), run=run)
+        examples=("ros_pose_stats compile",),
+        run=run,
+    )
 
 
 def run(_: argparse.Namespace) -> int:
@@ -34,12 +37,19 @@ def run(_: argparse.Namespace) -> int:
 
 def register_shapes(commands: given.Commands) -> None:
     """Add the command."""
-    command = commands.add_parser("shapes", help="write the demo parts as STL files",
-                                  description="Write the demo parts (clamp, bracket, hex bolt, "
-                                  "gear, prism, cylinder) as STL files in millimetres.",
-                                  examples=("ros_pose_stats shapes demo",), run=run_shapes)
-    command.add_argument("directory", metavar="DIR",
-                         help="directory for the files; created if it is missing")
+    command = commands.add_parser(
+        "shapes",
+        help="write the demo parts as STL files",
+        description="Write the demo parts (clamp, bracket, hex bolt, "
+        "gear, prism, cylinder) as STL files in millimetres.",
+        examples=("ros_pose_stats shapes demo",),
+        run=run_shapes,
+    )
+    command.add_argument(
+        "directory",
+        metavar="DIR",
+        help="directory for the files; created if it is missing",
+    )
 
 
 def run_shapes(options: argparse.Namespace) -> int:
@@ -52,31 +62,51 @@ def run_shapes(options: argparse.Namespace) -> int:
 
 
 SHELLS = ("bash", "zsh")
-PATHS = ("DIR", "FILE", "PART", "STEM")  # metavars that stand for the name of a file or directory
+PATHS = (
+    "DIR",
+    "FILE",
+    "PART",
+    "STEM",
+)  # metavars that stand for the name of a file or directory
 
-FILE = {"bash": "_ros_pose_stats_files", "zsh": "_files", "preamble": {"bash": """\
+FILE = {
+    "bash": "_ros_pose_stats_files",
+    "zsh": "_files",
+    "preamble": {
+        "bash": """\
 # Names of files, also those begun with an escaped space.
 _ros_pose_stats_files() {
     compgen -f -- "$1"
-}"""}}
+}"""
+    },
+}
 
-ROS = {"bash": "_ros_pose_stats_ros_words", "zsh": "_files", "preamble": {"bash": """\
+ROS = {
+    "bash": "_ros_pose_stats_ros_words",
+    "zsh": "_files",
+    "preamble": {
+        "bash": """\
 # What goes behind --ros-args.
 _ros_pose_stats_ros_words() {
     compgen -W "-p -r --params-file" -- "${COMP_WORDS[COMP_CWORD]}"
     compgen -f -- "${COMP_WORDS[COMP_CWORD]}"
-}"""}}
+}"""
+    },
+}
 
 
 def register_completion(commands: given.Commands, top: argparse.ArgumentParser) -> None:
     """Add the command, which reads all parsers below `top` when it runs."""
     command = commands.add_parser(
-        "completion", help="print a script that completes commands and options on Tab",
+        "completion",
+        help="print a script that completes commands and options on Tab",
         description="Print a script for the shell that completes commands, options, their "
         "choices and file names when Tab is pressed: add the line "
-        "`eval \"$(ros_pose_stats completion bash)\"` to `~/.bashrc`, or the same with `zsh` to "
+        '`eval "$(ros_pose_stats completion bash)"` to `~/.bashrc`, or the same with `zsh` to '
         "`~/.zshrc` behind `compinit`.",
-        examples=("ros_pose_stats completion bash",), run=partial(print_completion, top))
+        examples=("ros_pose_stats completion bash",),
+        run=partial(print_completion, top),
+    )
     command.add_argument("shell", choices=SHELLS, help="the shell: bash or zsh")
 
 
@@ -98,6 +128,7 @@ def _mark_files(parser: argparse.ArgumentParser) -> None:
         elif action.metavar in PATHS:
             action.complete = FILE  # type: ignore[attr-defined]
     if parser.get_default("takes_ros_arguments"):
-        behind = parser.add_argument("--ros-args", nargs=argparse.REMAINDER,
-                                     help="arguments for ROS follow")
+        behind = parser.add_argument(
+            "--ros-args", nargs=argparse.REMAINDER, help="arguments for ROS follow"
+        )
         behind.complete = ROS  # type: ignore[attr-defined]

@@ -18,12 +18,17 @@ INTERFACES = "ros_pose_stats_msgs"
 def prepare_ros() -> None:
     """Check that ROS is there, and keep linear algebra off the cores that simulate."""
     if find_spec("rclpy") is None:
-        raise RequestError("ROS 2 Jazzy to be importable", "no module rclpy",
-                           "source /opt/ros/jazzy/setup.bash, or run `make setup` and use .venv")
+        raise RequestError(
+            "ROS 2 Jazzy to be importable",
+            "no module rclpy",
+            "source /opt/ros/jazzy/setup.bash, or run `make setup` and use .venv",
+        )
     if find_spec(INTERFACES) is None:
         raise RequestError(
-            f"the interface package {INTERFACES}", "none",
-            "build it: `make setup`, or in a workspace `colcon build --base-paths . msg_defs`")
+            f"the interface package {INTERFACES}",
+            "none",
+            "build it: `make setup`, or in a workspace `colcon build --base-paths . msg_defs`",
+        )
     if "numpy" not in sys.modules:
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
@@ -32,7 +37,9 @@ def prepare_answer() -> None:
     """The same for what prints an answer, which errors of DDS keep off: they go to stderr."""
     prepare_ros()
     if sys.__stdout__ is sys.stdout is not None and sys.__stderr__ is not None:
-        sys.stdout = os.fdopen(os.dup(1), "w", 1, sys.stdout.encoding, "backslashreplace")
+        sys.stdout = os.fdopen(
+            os.dup(1), "w", 1, sys.stdout.encoding, "backslashreplace"
+        )
         os.dup2(2, 1)
 
 
@@ -40,24 +47,35 @@ def ros_arguments(program: str, rest: list[str]) -> list[str]:
     """Arguments for rclpy, of which there is nothing before `--ros-args`."""
     for option, file in pairwise(rest):
         if option == "--params-file" and not Path(file).is_file():
-            raise RequestError("a file after --params-file", f"'{file}', which is none",
-                               "check the path")
+            raise RequestError(
+                "a file after --params-file",
+                f"'{file}', which is none",
+                "check the path",
+            )
     if rest and rest[0] != "--ros-args":
-        raise RequestError("ROS arguments after --ros-args", " ".join(rest),
-                         "for instance --ros-args -p log_directory:=/tmp/bags")
+        raise RequestError(
+            "ROS arguments after --ros-args",
+            " ".join(rest),
+            "for instance --ros-args -p log_directory:=/tmp/bags",
+        )
     return [program, *rest]
 
 
 def register(commands: given.Commands) -> None:
     """Add the command."""
     command = commands.add_parser(
-        "node", help="start the ROS 2 node", usage="%(prog)s [-h] [--ros-args ...]",
+        "node",
+        help="start the ROS 2 node",
+        usage="%(prog)s [-h] [--ros-args ...]",
         description="Start the ROS 2 node pose_stats: part meshes in, stable poses with "
         "probabilities out, drop simulations in the background, all of it recorded.",
         epilog="Parameters go behind `--ros-args`, each as `-p NAME:=VALUE`, or all in a file: "
         "`--ros-args --params-file config/pose_stats.yaml`. docs/node.md lists them.",
-        examples=("ros_pose_stats node --ros-args -p restitution:=0.3 -p log_directory:=bags",),
-        run=run)
+        examples=(
+            "ros_pose_stats node --ros-args -p restitution:=0.3 -p log_directory:=bags",
+        ),
+        run=run,
+    )
     command.set_defaults(takes_ros_arguments=True)
 
 
@@ -89,23 +107,48 @@ def _run(rest: list[str]) -> int:
 def register_publish(commands: given.Commands) -> None:
     """Add the command."""
     command = commands.add_parser(
-        "publish", help="send a part to the node and print its answer",
+        "publish",
+        help="send a part to the node and print its answer",
         description="Publish a mesh file as PartMesh, latched, and print what the node answers. "
         "After five seconds without an answer it publishes on, for a node that starts later.",
-        examples=("ros_pose_stats publish demo/clamp.stl --unit mm",
-                  "ros_pose_stats publish demo/clamp.stl --unit mm --mass 0.06 --restitution 0.3"),
-        run=run_publish)
+        examples=(
+            "ros_pose_stats publish demo/clamp.stl --unit mm",
+            "ros_pose_stats publish demo/clamp.stl --unit mm --mass 0.06 --restitution 0.3",
+        ),
+        run=run_publish,
+    )
     given.add_part(command)
-    given.add(command, "--restitution", default=None, help="coefficient of restitution for this "
-              "part, 0 to below 1 (default: the node's)")
-    given.add(command, "--drop-height", help="height of the centre of mass at release for this "
-              "part, as 0.2 (metres) or 200mm (default: the node's)")
-    command.add_argument("--part-id", default="", metavar="ID",
-                         help="name of the part (default: the file's name without its suffix)")
-    command.add_argument("--topic", default="/pose_stats/part_mesh", metavar="T",
-                         help="topic to publish on (default: %(default)s)")
-    command.add_argument("--seconds", type=float, metavar="S",
-                         help="give up after this long (default: at Ctrl-C)")
+    given.add(
+        command,
+        "--restitution",
+        default=None,
+        help="coefficient of restitution for this "
+        "part, 0 to below 1 (default: the node's)",
+    )
+    given.add(
+        command,
+        "--drop-height",
+        help="height of the centre of mass at release for this "
+        "part, as 0.2 (metres) or 200mm (default: the node's)",
+    )
+    command.add_argument(
+        "--part-id",
+        default="",
+        metavar="ID",
+        help="name of the part (default: the file's name without its suffix)",
+    )
+    command.add_argument(
+        "--topic",
+        default="/pose_stats/part_mesh",
+        metavar="T",
+        help="topic to publish on (default: %(default)s)",
+    )
+    command.add_argument(
+        "--seconds",
+        type=float,
+        metavar="S",
+        help="give up after this long (default: at Ctrl-C)",
+    )
     given.add(command, "--each", "--json")
     command.set_defaults(takes_ros_arguments=True)
 
@@ -117,15 +160,26 @@ def run_publish(options: argparse.Namespace) -> int:
     from ..ros.client import publish_part, read_part
 
     part_id = options.part_id or Path(options.part).stem
-    part, message = read_part(options.part, options.unit, options.com, part_id, options.mass,
-                              options.density)
+    part, message = read_part(
+        options.part, options.unit, options.com, part_id, options.mass, options.density
+    )
     status = running.INTERRUPTED
     for found in publish_part(
-            part, message, options.restitution, options.drop_height, options.topic,
-            options.seconds, arguments,
-            lambda line: print(line, file=sys.stderr if options.json else sys.stdout, end="\n\n",
-                               flush=True),
-            lambda line: print(line, file=sys.stderr)):
+        part,
+        message,
+        options.restitution,
+        options.drop_height,
+        options.topic,
+        options.seconds,
+        arguments,
+        lambda line: print(
+            line,
+            file=sys.stderr if options.json else sys.stdout,
+            end="\n\n",
+            flush=True,
+        ),
+        lambda line: print(line, file=sys.stderr),
+    ):
         warnings = dict.fromkeys((*part.warnings, *found.warnings))
         _print_result(replace(found, warnings=tuple(warnings)), part, options)
         sys.stdout.flush()
@@ -136,19 +190,36 @@ def run_publish(options: argparse.Namespace) -> int:
 def register_show(commands: given.Commands) -> None:
     """Add the command."""
     command = commands.add_parser(
-        "show", help="print what the node has latched",
+        "show",
+        help="print what the node has latched",
         description="Print what a running node has latched: of one part the table of its poses, "
         "else a row for each part.",
-        examples=("ros_pose_stats show", "ros_pose_stats show clamp --watch"), run=run_show)
-    command.add_argument("part_id", nargs="?", default="", metavar="PART_ID",
-                         help="name of a part (default: list all parts)")
-    command.add_argument("--node", default="/pose_stats", metavar="NAME",
-                         help="full name of the node (default: %(default)s)")
-    command.add_argument("--watch", action="store_true",
-                         help="go on with every new result, until Ctrl-C")
+        examples=("ros_pose_stats show", "ros_pose_stats show clamp --watch"),
+        run=run_show,
+    )
+    command.add_argument(
+        "part_id",
+        nargs="?",
+        default="",
+        metavar="PART_ID",
+        help="name of a part (default: list all parts)",
+    )
+    command.add_argument(
+        "--node",
+        default="/pose_stats",
+        metavar="NAME",
+        help="full name of the node (default: %(default)s)",
+    )
+    command.add_argument(
+        "--watch", action="store_true", help="go on with every new result, until Ctrl-C"
+    )
     given.add(command, "--each")
-    given.add(command, "--json", help="print one JSON object, or of all parts a list of them, in "
-              "SI units, which the key `units` names, and no table")
+    given.add(
+        command,
+        "--json",
+        help="print one JSON object, or of all parts a list of them, in "
+        "SI units, which the key `units` names, and no table",
+    )
     command.set_defaults(takes_ros_arguments=True)
 
 
@@ -159,7 +230,9 @@ def run_show(options: argparse.Namespace) -> int:
     from ..records.tables import parts_table
     from ..ros.client import latched_results
 
-    for results in latched_results(options.node, options.part_id, options.watch, arguments):
+    for results in latched_results(
+        options.node, options.part_id, options.watch, arguments
+    ):
         if options.part_id:
             for found in results:
                 _print_result(found, None, options)

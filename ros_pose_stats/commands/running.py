@@ -56,17 +56,27 @@ class ProgressBar:
         share = progress.drops / progress.bound
         if progress.target_error > 0.0 and math.isfinite(progress.error_bound):
             # The error falls with the root of the drops.
-            share = max(share, min(1.0, (progress.target_error / progress.error_bound) ** 2))
-        error = ("" if math.isnan(progress.expected_error)
-                 else f", error {100.0 * progress.expected_error:.2f} points")
-        self.draw(share, f"{progress.drops} of {progress.bound} drops, {progress.rate:.0f}/s, "
-                  f"{duration(progress.seconds_left)} left{error}")
+            share = max(
+                share, min(1.0, (progress.target_error / progress.error_bound) ** 2)
+            )
+        error = (
+            ""
+            if math.isnan(progress.expected_error)
+            else f", error {100.0 * progress.expected_error:.2f} points"
+        )
+        self.draw(
+            share,
+            f"{progress.drops} of {progress.bound} drops, {progress.rate:.0f}/s, "
+            f"{duration(progress.seconds_left)} left{error}",
+        )
 
     def show_bytes(self, done: int, total: int) -> None:
         """Draw how many bytes of files have been read, at most ten times a second."""
         left = (time.monotonic() - self._begin) * (total / max(done, 1) - 1.0)
-        self.draw(done / max(total, 1), f"{done / 1e6:.0f} of {total / 1e6:.0f} MB read, "
-                  f"{duration(left)} left")
+        self.draw(
+            done / max(total, 1),
+            f"{done / 1e6:.0f} of {total / 1e6:.0f} MB read, {duration(left)} left",
+        )
 
     def draw(self, share: float, text: str) -> None:
         """Draw a bar, filled from 0 to 1, and a text; at most ten times a second."""
@@ -81,7 +91,7 @@ class ProgressBar:
             columns = COLUMNS
         width = min(WIDTH, columns - len(text) - 4)
         bar = ("#" * int(share * width)).ljust(width, ".")
-        line = f"[{bar}] {text}" if width >= NARROWEST else text[:columns - 1]
+        line = f"[{bar}] {text}" if width >= NARROWEST else text[: columns - 1]
         self._stream.write("\r" + line.ljust(self._drawn))
         self._stream.flush()
         self._drawn = len(line)
@@ -104,6 +114,7 @@ INTERRUPTED = 130
 @contextmanager
 def end_on_interrupt() -> Iterator[None]:
     """End at once on SIGINT: the compiler's callbacks may swallow a handler's exception."""
+
     def on_interrupt(_number: int, _frame: FrameType | None) -> None:
         sys.stderr.write("ros_pose_stats: interrupted\n")
         sys.stderr.flush()
@@ -142,8 +153,12 @@ def compile_missing() -> int:
 
     begin = time.monotonic()
     with ProgressBar(sys.stderr) as bar:
-        return compilation.compile_missing(lambda done, total: bar.draw(
-            done / total, f"{done} of {total} kernels, {time.monotonic() - begin:.0f} s"))
+        return compilation.compile_missing(
+            lambda done, total: bar.draw(
+                done / total,
+                f"{done} of {total} kernels, {time.monotonic() - begin:.0f} s",
+            )
+        )
 
 
 @contextmanager
@@ -152,8 +167,10 @@ def announce_slow_start() -> Iterator[None]:
     from ..kernels.compilation import filling_store
 
     def fill() -> None:
-        print("ros_pose_stats: compiling kernels for this machine, once; it takes a minute or two",
-              file=sys.stderr)
+        print(
+            "ros_pose_stats: compiling kernels for this machine, once; it takes a minute or two",
+            file=sys.stderr,
+        )
         compile_missing()
 
     with filling_store(fill):
@@ -165,9 +182,11 @@ def output_file(name: str, endings: Sequence[str]) -> Path:
     path = Path(os.path.realpath(name)) if Path(name).is_symlink() else Path(name)
     is_other = path.exists() and not path.is_file()
     if path.suffix.lower() not in endings or is_other:
-        raise errors.RequestError(f"a file name that ends in {' or '.join(endings)}",
-                                  f"{name!r}{', which is no file' if is_other else ''}",
-                                  f"for instance part{endings[0]}")
+        raise errors.RequestError(
+            f"a file name that ends in {' or '.join(endings)}",
+            f"{name!r}{', which is no file' if is_other else ''}",
+            f"for instance part{endings[0]}",
+        )
     files.refuse_unwritable(path.parent)
     return path
 
@@ -178,8 +197,11 @@ def needing(package: str) -> Iterator[None]:
     try:
         yield
     except ImportError as error:
-        raise errors.RequestError(f"the package {package}", f"none that can be imported ({error})",
-                                  f"install it with `pip install {package}`") from error
+        raise errors.RequestError(
+            f"the package {package}",
+            f"none that can be imported ({error})",
+            f"install it with `pip install {package}`",
+        ) from error
 
 
 def print_json(values: Any, *, interrupted: bool = False) -> None:
@@ -195,8 +217,12 @@ def print_json(values: Any, *, interrupted: bool = False) -> None:
     print()
 
 
-def print_answer(options: argparse.Namespace, values: Callable[[], dict[str, Any]],
-                 lines: Callable[[], Iterable[str]], interrupted: str) -> int:
+def print_answer(
+    options: argparse.Namespace,
+    values: Callable[[], dict[str, Any]],
+    lines: Callable[[], Iterable[str]],
+    interrupted: str,
+) -> int:
     """Print an answer as JSON or in lines, and where Ctrl-C ended it, if so; the exit status."""
     if options.json:
         print_json(values(), interrupted=bool(interrupted))
@@ -224,22 +250,37 @@ def load_part_and_kernels(options: argparse.Namespace) -> "Part":
         return load_named_part(options)
 
 
-def run_and_report(part: "Part", simulate: "Callable[..., PoseStatistics]", bound: int,
-                   options: argparse.Namespace) -> int:
+def run_and_report(
+    part: "Part",
+    simulate: "Callable[..., PoseStatistics]",
+    bound: int,
+    options: argparse.Namespace,
+) -> int:
     """Run a simulation of `bound` drops under a bar and print its answer; the exit status."""
     with stop_on_interrupt() as interrupted, ProgressBar(sys.stderr) as bar:
-        answer = simulate(part, drops=bound, target_error=options.target_error or 0.0,
-                          seed=options.seed, workers=options.workers, on_progress=bar.show,
-                          should_stop=interrupted, **scene_keywords(options))
+        answer = simulate(
+            part,
+            drops=bound,
+            target_error=options.target_error or 0.0,
+            seed=options.seed,
+            workers=options.workers,
+            on_progress=bar.show,
+            should_stop=interrupted,
+            **scene_keywords(options),
+        )
     return print_answer(
-        options, answer.as_dict,
+        options,
+        answer.as_dict,
         lambda: [report_table(answer, part, options.each, bool(options.target_error))],
         f"interrupted after {answer.drops} of {bound} drops"
-        if interrupted() and answer.drops < bound else "")
+        if interrupted() and answer.drops < bound
+        else "",
+    )
 
 
-def report_table(found: "PoseStatistics", part: "Part | None", each: bool,
-                 explain: bool = False) -> str:
+def report_table(
+    found: "PoseStatistics", part: "Part | None", each: bool, explain: bool = False
+) -> str:
     """A method's answer, each pose by itself or those that are alike together."""
     from ..records.tables import report
     from ..statistics.pose_groups import listed_poses

@@ -51,12 +51,18 @@ def find_features(resting: poses.RestingPoses) -> tuple[Feature, ...]:
         face = int(found.faces[lowest])
         members = found.faces[(grouped.pose == pose) & grouped.near]
         strips = np.unique(body.run_of_face[members])
-        moved = np.union1d(members, np.flatnonzero(np.isin(body.run_of_face, strips[strips >= 0])))
+        moved = np.union1d(
+            members, np.flatnonzero(np.isin(body.run_of_face, strips[strips >= 0]))
+        )
         key = tuple(moved.tolist())
         before = features[key].poses if key in features else ()
-        features[key] = Feature("face", poses=(*before, pose), planes=moved,
-                                anchor=body.polygon(face).mean(axis=0),
-                                size=float(body.arrays.area[moved].sum()))
+        features[key] = Feature(
+            "face",
+            poses=(*before, pose),
+            planes=moved,
+            anchor=body.polygon(face).mean(axis=0),
+            size=float(body.arrays.area[moved].sum()),
+        )
     axes = [Feature(kind, axis) for kind in ("centre", "stretch") for axis in range(3)]
     return (*axes, *features.values())
 
@@ -64,9 +70,12 @@ def find_features(resting: poses.RestingPoses) -> tuple[Feature, ...]:
 def check_reach(what: str, reach: float, radius: float) -> None:
     """Raise RequestError for a length of a change that is none."""
     if not 0.0 < reach <= 0.5 * radius:
-        raise RequestError(f"a {what} above 0 and at most {500.0 * radius:.3g} mm, half the "
-                           "part's radius", f"{1e3 * reach:.3g} mm",
-                           f"give one, for instance {50.0 * radius:.2g}mm, or leave it out")
+        raise RequestError(
+            f"a {what} above 0 and at most {500.0 * radius:.3g} mm, half the "
+            "part's radius",
+            f"{1e3 * reach:.3g} mm",
+            f"give one, for instance {50.0 * radius:.2g}mm, or leave it out",
+        )
 
 
 class ChangedPart(NamedTuple):
@@ -85,7 +94,8 @@ class DesignSpace:
         self.body: convex_body.ConvexBody = self.resting.body
         self.features: tuple[Feature, ...] = find_features(self.resting)
         self._corners: Array = np.ascontiguousarray(
-            self.body.points[np.unique(self.body.arrays.corner)])
+            self.body.points[np.unique(self.body.arrays.corner)]
+        )
         self._hull = hull_of_corners(self._corners)
         self._moments = _moments_of(self._corners, self._hull[0])
 
@@ -106,7 +116,9 @@ class DesignSpace:
         center: Array = np.zeros(3)
         second = linear @ (0.5 * np.trace(inertia) * np.eye(3) - inertia) @ linear
         if values[6:].any():
-            for feature, value in zip(self.features[6:], values[6:].tolist(), strict=True):
+            for feature, value in zip(
+                self.features[6:], values[6:].tolist(), strict=True
+            ):
                 distances[feature.planes] += value / self.body.radius
             corners = corners_of_planes(normals, distances, corners)
             hull = hull_of_corners(corners)
@@ -115,13 +127,22 @@ class DesignSpace:
             density, after = 1.0 / (volume * grown), _moments_of(corners, hull[0])
             mass += density * (after[0] - grown * volume)
             if mass <= 0.0:
-                raise MeshError("a part of which something is left", "one that was cut away",
-                                "change the part less")
+                raise MeshError(
+                    "a part of which something is left",
+                    "one that was cut away",
+                    "change the part less",
+                )
             center = density * (after[1] - grown * linear @ first) / mass
             second = second + density * (after[2] - grown * linear @ squares @ linear)
             second = second - mass * np.outer(center, center)
-        return self._part(corners, hull, normals, center + values[:3] / self.body.radius, mass,
-                          np.trace(second) * np.eye(3) - second)
+        return self._part(
+            corners,
+            hull,
+            normals,
+            center + values[:3] / self.body.radius,
+            mass,
+            np.trace(second) * np.eye(3) - second,
+        )
 
     def change_one(self, number: int, step: float) -> ChangedPart:
         """Make the part with one changed feature; see `change`."""
@@ -129,27 +150,58 @@ class DesignSpace:
         steps[number] = step
         return self.change(steps)
 
-    def _part(self, corners: Array, hull: tuple[Index, Index], normals: Array, center: Array,
-              mass: float, inertia: Array) -> ChangedPart:
+    def _part(
+        self,
+        corners: Array,
+        hull: tuple[Index, Index],
+        normals: Array,
+        center: Array,
+        mass: float,
+        inertia: Array,
+    ) -> ChangedPart:
         """The hull as a part, with its body, which is not to be rounded once more."""
         part, before = self.part, self.body
         points = corners - center
         farthest = float(lengths(points).max())
         points /= farthest
         points.flags.writeable = False
-        arrays, tolerance = convex_body.polyhedron(points, *hull, part.rounding / before.radius)
+        arrays, tolerance = convex_body.polyhedron(
+            points, *hull, part.rounding / before.radius
+        )
         # A body has no two faces in one plane.
         plane = np.asarray(cKDTree(normals).query(arrays.normal)[1], dtype=np.int64)
-        runs = tuple(replace(run, center=(run.center - center) / farthest,
-                             radius=run.radius / farthest) for run in before.runs)
-        body = convex_body.ConvexBody(before.radius * farthest, points, arrays, tolerance, runs,
-                                      before.run_of_face[plane], before.rounded)
+        runs = tuple(
+            replace(
+                run,
+                center=(run.center - center) / farthest,
+                radius=run.radius / farthest,
+            )
+            for run in before.runs
+        )
+        body = convex_body.ConvexBody(
+            before.radius * farthest,
+            points,
+            arrays,
+            tolerance,
+            runs,
+            before.run_of_face[plane],
+            before.rounded,
+        )
         vertices = part.center_of_mass + before.radius * corners
         fans = fan_triangles(body)
-        changed = Part(part.part_id, vertices, fans.astype(np.uint32), vertices, fans,
-                       part.mass * mass, part.center_of_mass + before.radius * center,
-                       inertia * (part.mass * before.radius ** 2), part.warnings, part.rounding,
-                       notes=part.notes)
+        changed = Part(
+            part.part_id,
+            vertices,
+            fans.astype(np.uint32),
+            vertices,
+            fans,
+            part.mass * mass,
+            part.center_of_mass + before.radius * center,
+            inertia * (part.mass * before.radius**2),
+            part.warnings,
+            part.rounding,
+            notes=part.notes,
+        )
         convex_body.keep_body(changed, body, self.scene.round_sides)
         return ChangedPart(changed, plane)
 
@@ -159,8 +211,13 @@ def _moments_of(corners: Array, triangles: Index) -> tuple[float, Array, Array]:
     inward = np.linalg.det(corners[triangles] - corners.mean(axis=0)) < 0.0
     outward = np.where(inward[:, None], triangles[:, ::-1], triangles)
     volume, x, y, z, xx, yy, zz, xy, xz, yz = measures.solid_moments(
-        np.ascontiguousarray(corners), outward).tolist()
-    return volume, np.array([x, y, z]), np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        np.ascontiguousarray(corners), outward
+    ).tolist()
+    return (
+        volume,
+        np.array([x, y, z]),
+        np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]),
+    )
 
 
 SNAP = 2e-5
@@ -176,10 +233,14 @@ def corners_of_planes(normals: Array, distances: Array, before: Array) -> Array:
     `normals` (K, 3): outward; `distances` (K,); `before` (H, 3): corners before the change.
     """
     if distances.min() <= 0.0:
-        raise MeshError("faces around the centre of mass", "a face that was moved beyond it",
-                        "change the part less")
-    opened = MeshError("planes that bound a body", "planes that leave it open",
-                       "change the part less")
+        raise MeshError(
+            "faces around the centre of mass",
+            "a face that was moved beyond it",
+            "change the part less",
+        )
+    opened = MeshError(
+        "planes that bound a body", "planes that leave it open", "change the part less"
+    )
     try:
         dual = np.unique(ConvexHull(normals / distances[:, None]).equations, axis=0)
     except QhullError as error:
@@ -193,7 +254,9 @@ def corners_of_planes(normals: Array, distances: Array, before: Array) -> Array:
     if len(fresh):
         first = nearness.first_of_coincident(fresh, fresh.min(axis=0), SAME)[1]
         fresh = fresh[np.unique(first)]
-    return np.ascontiguousarray(np.concatenate((before[np.unique(nearest[stays])], fresh)))
+    return np.ascontiguousarray(
+        np.concatenate((before[np.unique(nearest[stays])], fresh))
+    )
 
 
 def fan_triangles(body: convex_body.ConvexBody) -> Index:
@@ -204,4 +267,6 @@ def fan_triangles(body: convex_body.ConvexBody) -> Index:
     place = side - arrays.face_start[arrays.face]
     inner = side[(place > 0) & (place < sizes[arrays.face] - 1)]
     first = arrays.face_start[arrays.face[inner]]
-    return np.stack((arrays.corner[first], arrays.corner[inner], arrays.corner[inner + 1]), axis=1)
+    return np.stack(
+        (arrays.corner[first], arrays.corner[inner], arrays.corner[inner + 1]), axis=1
+    )

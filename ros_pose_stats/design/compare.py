@@ -19,7 +19,13 @@ from ..records import DropScene, Part, PoseStatistics, scene as scenes
 from ..resting import poses as stable
 from ..simulation import request, simulate
 from ..statistics import feeding, pose_groups
-from . import comparison, correspondence, describe, paired_drops, shares as wanted_shares
+from . import (
+    comparison,
+    correspondence,
+    describe,
+    paired_drops,
+    shares as wanted_shares,
+)
 
 FIRST_LOOK = 1250
 """Drops of each variant before the first look; each look has twice as many as the one before."""
@@ -45,14 +51,21 @@ EXPORTED = 0.005
 facets of the file, not the part (docs/measured/exports.md)."""
 
 
-def compare(parts: Sequence[Part], wanted: Sequence[int] = (), drops: int = MOST_DROPS,
-            restitution: float = scenes.DEFAULT_RESTITUTION, seed: int | None = None,
-            drop_height: float | None = None, workers: int | None = None,
-            on_progress: Callable[[int, int], object] = lambda done, most: None,
-            should_stop: Callable[[], bool] = lambda: False, *,
-            cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
-            round_sides: int = scenes.DEFAULT_ROUND_SIDES,
-            plate_error: float = scenes.DEFAULT_PLATE_ERROR) -> comparison.Comparison:
+def compare(
+    parts: Sequence[Part],
+    wanted: Sequence[int] = (),
+    drops: int = MOST_DROPS,
+    restitution: float = scenes.DEFAULT_RESTITUTION,
+    seed: int | None = None,
+    drop_height: float | None = None,
+    workers: int | None = None,
+    on_progress: Callable[[int, int], object] = lambda done, most: None,
+    should_stop: Callable[[], bool] = lambda: False,
+    *,
+    cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
+    round_sides: int = scenes.DEFAULT_ROUND_SIDES,
+    plate_error: float = scenes.DEFAULT_PLATE_ERROR,
+) -> comparison.Comparison:
     """Compare the first variant of a part with each of the others, dropped from the same starts.
 
     The drops that give the verdicts end where each of the others is expected to differ on a
@@ -101,44 +114,95 @@ def compare(parts: Sequence[Part], wanted: Sequence[int] = (), drops: int = MOST
     asked = request.drop_request(drops, seed, 0.0, workers)
     resting = _prepared(parts, scene, wanted, plate_error)
     accepted = tuple(sorted(set(map(int, wanted))))
-    matches = [correspondence.find_correspondence(resting[0], other) for other in resting[1:]]
-    tests = [[*match.matches, *([match.follow(accepted)] if accepted else [])]
-             for match in matches]
+    matches = [
+        correspondence.find_correspondence(resting[0], other) for other in resting[1:]
+    ]
+    tests = [
+        [*match.matches, *([match.follow(accepted)] if accepted else [])]
+        for match in matches
+    ]
 
     turns = [None, *(match.turn for match in matches)]
-    judged, afresh = (paired_drops.PairedDrops(parts, scene, each % request.SEEDS, asked.workers,
-                                               should_stop, turns)
-                      for each in (asked.seed + request.SEEDS // 2, asked.seed))
+    judged, afresh = (
+        paired_drops.PairedDrops(
+            parts, scene, each % request.SEEDS, asked.workers, should_stop, turns
+        )
+        for each in (asked.seed + request.SEEDS // 2, asked.seed)
+    )
     most = 2 * asked.drops * len(parts)
-    verdicts = _judge(judged, tests, bool(accepted), plate_error, asked.drops,
-                      lambda done: on_progress(done, most))
-    afresh.drop_until(judged.drops, lambda done: on_progress(judged.outcome.size + done, most))
+    verdicts = _judge(
+        judged,
+        tests,
+        bool(accepted),
+        plate_error,
+        asked.drops,
+        lambda done: on_progress(done, most),
+    )
+    afresh.drop_until(
+        judged.drops, lambda done: on_progress(judged.outcome.size + done, most)
+    )
 
     pairs = afresh if afresh.drops else judged
     variants = tuple(
-        _compare_variant(second, match, accepted, [
-            share._replace(chance=one.chance, chance_on_plate=one.chance_on_plate)
-            for share, one in zip(shares, judgements, strict=True)])
+        _compare_variant(
+            second,
+            match,
+            accepted,
+            [
+                share._replace(chance=one.chance, chance_on_plate=one.chance_on_plate)
+                for share, one in zip(shares, judgements, strict=True)
+            ],
+        )
         for second, match, shares, judgements in zip(
-            range(1, len(parts)), matches, _differences(pairs, tests, plate_error), verdicts,
-            strict=True))
+            range(1, len(parts)),
+            matches,
+            _differences(pairs, tests, plate_error),
+            verdicts,
+            strict=True,
+        )
+    )
     own = [accepted, *(match.follow(accepted).second for match in matches)]
-    found = tuple(_statistics(part, pairs, place, own[place]) for place, part in enumerate(parts))
-    return comparison.Comparison(tuple(parts), found, variants, pairs.scene, asked.seed, accepted,
-                                 plate_error, time.perf_counter() - begin)
+    found = tuple(
+        _statistics(part, pairs, place, own[place]) for place, part in enumerate(parts)
+    )
+    return comparison.Comparison(
+        tuple(parts),
+        found,
+        variants,
+        pairs.scene,
+        asked.seed,
+        accepted,
+        plate_error,
+        time.perf_counter() - begin,
+    )
 
 
-def _compare_variant(second: int, match: correspondence.Correspondence,
-                     accepted: tuple[int, ...], shares: list[comparison.ShareDifference]
-                     ) -> comparison.VariantComparison:
+def _compare_variant(
+    second: int,
+    match: correspondence.Correspondence,
+    accepted: tuple[int, ...],
+    shares: list[comparison.ShareDifference],
+) -> comparison.VariantComparison:
     """What was found of a variant beside the first, pairs of poses and frequent ones first."""
-    poses = [comparison.PoseComparison(some, share)
-             for some, share in zip(match.matches, shares, strict=False)]
-    poses.sort(key=lambda one: (not one.poses.is_pair, -max(one.share.first.value,
-                                                            one.share.second.value)))
-    feeder = comparison.FeederComparison(
-        match.follow(accepted), shares[-1],
-        tuple(one for one in accepted if match.partner[one] < 0)) if accepted else None
+    poses = [
+        comparison.PoseComparison(some, share)
+        for some, share in zip(match.matches, shares, strict=False)
+    ]
+    poses.sort(
+        key=lambda one: (
+            not one.poses.is_pair,
+            -max(one.share.first.value, one.share.second.value),
+        )
+    )
+    feeder = (
+        comparison.FeederComparison(
+            match.follow(accepted),
+            shares[-1],
+            tuple(one for one in accepted if match.partner[one] < 0),
+        )
+        if accepted
+        else None
+    )
     return comparison.VariantComparison(second, match, tuple(poses), feeder)
 
 
@@ -148,8 +212,14 @@ Tests = Sequence[Sequence[correspondence.MatchedPoses]]
 Tested = list[list[comparison.ShareDifference]]
 
 
-def _judge(pairs: paired_drops.PairedDrops, tests: Tests, has_feeder: bool, plate_error: float,
-           most: int, on_progress: Callable[[int], object]) -> Tested:
+def _judge(
+    pairs: paired_drops.PairedDrops,
+    tests: Tests,
+    has_feeder: bool,
+    plate_error: float,
+    most: int,
+    on_progress: Callable[[int], object],
+) -> Tested:
     """Drop until the verdicts stand; the differences with their chances.
 
     A look has a share of the 5 % in proportion to its drops: all looks together are wrong in no
@@ -160,25 +230,44 @@ def _judge(pairs: paired_drops.PairedDrops, tests: Tests, has_feeder: bool, plat
         looks.insert(0, looks[0] // 2)
     for size in looks:
         pairs.drop_until(size, on_progress)
-        found = _adjusted(tests, _differences(pairs, tests, plate_error), size / sum(looks))
-        if pairs.drops < size or all(
-                any(one.on_plate == comparison.SHOWN for one in (
-                    some[-1:] if has_feeder else some)) for some in found) or all(
+        found = _adjusted(
+            tests, _differences(pairs, tests, plate_error), size / sum(looks)
+        )
+        if (
+            pairs.drops < size
+            or all(
+                any(
+                    one.on_plate == comparison.SHOWN
+                    for one in (some[-1:] if has_feeder else some)
+                )
+                for some in found
+            )
+            or all(
                 one.difference.high - one.difference.low <= 2.0 * ONE_POINT
-                for some in found for one in some):
+                for some in found
+                for one in some
+            )
+        ):
             break
     return found
 
 
-def _prepared(parts: Sequence[Part], scene: DropScene, wanted: Sequence[int],
-              plate_error: float) -> list[stable.RestingPoses]:
+def _prepared(
+    parts: Sequence[Part], scene: DropScene, wanted: Sequence[int], plate_error: float
+) -> list[stable.RestingPoses]:
     """The variants at rest; raises RequestError where they cannot be compared as is asked."""
     if not 0.0 <= plate_error <= 1.0:
-        raise errors.RequestError("a plate error from 0 to 1, as a fraction", f"{plate_error}",
-                                  "0.05 is a plate that nobody has counted on")
+        raise errors.RequestError(
+            "a plate error from 0 to 1, as a fraction",
+            f"{plate_error}",
+            "0.05 is a plate that nobody has counted on",
+        )
     if not 2 <= len(parts) <= MOST_VARIANTS:
-        raise errors.RequestError(f"2 to {MOST_VARIANTS} variants to compare", f"{len(parts)}",
-                                  "give the files of the variants, the one to compare with first")
+        raise errors.RequestError(
+            f"2 to {MOST_VARIANTS} variants to compare",
+            f"{len(parts)}",
+            "give the files of the variants, the one to compare with first",
+        )
     resting = [stable.poses_in(part, scene) for part in parts]
     first = resting[0].body.radius
     for place, radius in enumerate(one.body.radius for one in resting):
@@ -186,13 +275,17 @@ def _prepared(parts: Sequence[Part], scene: DropScene, wanted: Sequence[int],
             raise errors.RequestError(
                 f"variants of one scale, radii at most {LARGEST_RATIO:g} times apart",
                 f"A with a radius of {1e3 * first:.4g} mm and {describe.letter(place)} with "
-                f"{1e3 * radius:.4g} mm", "export them in one unit")
+                f"{1e3 * radius:.4g} mm",
+                "export them in one unit",
+            )
     if wanted:
         feeding.check_wanted(wanted, len(resting[0].poses))
     return resting
 
 
-def _differences(pairs: paired_drops.PairedDrops, tests: Tests, plate_error: float) -> Tested:
+def _differences(
+    pairs: paired_drops.PairedDrops, tests: Tests, plate_error: float
+) -> Tested:
     """What is tested, by some drops."""
     found: Tested = []
     for variant, listed in enumerate(tests, start=1):
@@ -202,13 +295,25 @@ def _differences(pairs: paired_drops.PairedDrops, tests: Tests, plate_error: flo
             both = (pairs.is_in(0, poses.first), pairs.is_in(variant, poses.second))
             # A variant that has no such pose never comes to rest in it.
             first, second = (
-                wanted_shares.counted_share(inside) if some else feeding.Bounded(0.0, 0.0, 0.0)
-                for inside, some in zip(both, poses, strict=True))
+                wanted_shares.counted_share(inside)
+                if some
+                else feeding.Bounded(0.0, 0.0, 0.0)
+                for inside, some in zip(both, poses, strict=True)
+            )
             difference = paired_drops.paired_difference(*both)
             size = 0.0 if math.isnan(difference.value) else difference.value
-            found[-1].append(comparison.ShareDifference(
-                first, second, difference, EXPORTED if is_round else 0.0,
-                min(math.sqrt(2.0) * plate_error, math.hypot(LEFT * plate_error, KEPT * size))))
+            found[-1].append(
+                comparison.ShareDifference(
+                    first,
+                    second,
+                    difference,
+                    EXPORTED if is_round else 0.0,
+                    min(
+                        math.sqrt(2.0) * plate_error,
+                        math.hypot(LEFT * plate_error, KEPT * size),
+                    ),
+                )
+            )
     return found
 
 
@@ -220,21 +325,54 @@ def _adjusted(tests: Tests, found: Tested, look: float) -> Tested:
     # Where some poses gain, all others together lose as much: that is one test, not two.
     keys: list[list[Hashable]] = []
     for variant, listed in enumerate(tests):
-        inside = [frozenset((side, index) for side, those in enumerate(poses) for index in those)
-                  for poses in listed]
+        inside = [
+            frozenset(
+                (side, index) for side, those in enumerate(poses) for index in those
+            )
+            for poses in listed
+        ]
         every = frozenset().union(*inside)
         keys.append([(variant, frozenset((some, every - some))) for some in inside])
-    each = {key: share for some, shares in zip(keys, found, strict=True)
-            for key, share in zip(some, shares, strict=True)}
-    alone, of_files = (paired_drops.adjust_together(some).tolist() for some in (
-        [share.difference.p_value for share in each.values()],
-        [_chance_beyond(share.difference, share.file_error) for share in each.values()]))
-    chances = {key: {"chance": min(1.0, chance / look), "chance_on_plate": min(1.0, max(
-        of_file / look, _chance_beyond(share.difference, math.hypot(
-            share.file_error, share.plate_error))))}
-        for (key, share), chance, of_file in zip(each.items(), alone, of_files, strict=True)}
-    return [[share._replace(**chances[key]) for key, share in zip(some, shares, strict=True)]
-            for some, shares in zip(keys, found, strict=True)]
+    each = {
+        key: share
+        for some, shares in zip(keys, found, strict=True)
+        for key, share in zip(some, shares, strict=True)
+    }
+    alone, of_files = (
+        paired_drops.adjust_together(some).tolist()
+        for some in (
+            [share.difference.p_value for share in each.values()],
+            [
+                _chance_beyond(share.difference, share.file_error)
+                for share in each.values()
+            ],
+        )
+    )
+    chances = {
+        key: {
+            "chance": min(1.0, chance / look),
+            "chance_on_plate": min(
+                1.0,
+                max(
+                    of_file / look,
+                    _chance_beyond(
+                        share.difference,
+                        math.hypot(share.file_error, share.plate_error),
+                    ),
+                ),
+            ),
+        }
+        for (key, share), chance, of_file in zip(
+            each.items(), alone, of_files, strict=True
+        )
+    }
+    return [
+        [
+            share._replace(**chances[key])
+            for key, share in zip(some, shares, strict=True)
+        ]
+        for some, shares in zip(keys, found, strict=True)
+    ]
 
 
 def _chance_beyond(known: paired_drops.PairedDifference, error: float) -> float:
@@ -245,12 +383,25 @@ def _chance_beyond(known: paired_drops.PairedDifference, error: float) -> float:
     return max(known.p_value, math.erfc(abs(known.value) / (spread * math.sqrt(2.0))))
 
 
-def _statistics(part: Part, pairs: paired_drops.PairedDrops, variant: int,
-                accepted: Sequence[int]) -> PoseStatistics:
+def _statistics(
+    part: Part, pairs: paired_drops.PairedDrops, variant: int, accepted: Sequence[int]
+) -> PoseStatistics:
     """Statistics of one variant, from the starts that all variants settled from."""
     resting = pairs.resting[variant]
-    counts = np.bincount(pairs.outcome[variant, pairs.settled], minlength=len(resting.poses))
+    counts = np.bincount(
+        pairs.outcome[variant, pairs.settled], minlength=len(resting.poses)
+    )
     found = simulate.counted_statistics(
-        part, resting, pairs.scene, counts, pairs.drops, int(pairs.touched[variant].sum()),
-        pairs.seed, math.nan, uncertain="the pose of every variant")
-    return replace(found, warnings=(*found.warnings, *pose_groups.warn_of_alike(found, accepted)))
+        part,
+        resting,
+        pairs.scene,
+        counts,
+        pairs.drops,
+        int(pairs.touched[variant].sum()),
+        pairs.seed,
+        math.nan,
+        uncertain="the pose of every variant",
+    )
+    return replace(
+        found, warnings=(*found.warnings, *pose_groups.warn_of_alike(found, accepted))
+    )

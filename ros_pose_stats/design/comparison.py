@@ -49,11 +49,15 @@ class ShareDifference(NamedTuple):
             "probability_low": [self.first.low, self.second.low],
             "probability_high": [self.first.high, self.second.high],
             "difference": self.difference.value,
-            "difference_low": self.difference.low, "difference_high": self.difference.high,
+            "difference_low": self.difference.low,
+            "difference_high": self.difference.high,
             "standard_error": self.difference.standard_error,
             "model_error": math.hypot(self.file_error, self.plate_error),
-            "p_value_in_model": self.chance, "p_value_on_plate": self.chance_on_plate,
-            "in_model": self.in_model, "on_plate": self.on_plate}
+            "p_value_in_model": self.chance,
+            "p_value_on_plate": self.chance_on_plate,
+            "in_model": self.in_model,
+            "on_plate": self.on_plate,
+        }
 
 
 class PoseComparison(NamedTuple):
@@ -68,12 +72,16 @@ class FeederComparison(NamedTuple):
 
     poses: MatchedPoses  # those accepted in each
     share: ShareDifference  # of the accepted parts
-    lost: tuple[int, ...]  # wanted poses of the first variant that have no partner in the second
+    lost: tuple[
+        int, ...
+    ]  # wanted poses of the first variant that have no partner in the second
 
     @property
     def passes(self) -> tuple[feeding.Bounded, feeding.Bounded]:
         """Drops for each accepted part, where those that lie wrong are dropped again."""
-        return feeding.passes_of(*self.share.first), feeding.passes_of(*self.share.second)
+        return feeding.passes_of(*self.share.first), feeding.passes_of(
+            *self.share.second
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,8 +105,14 @@ class VariantComparison:
         """What the verdict is about: what is accepted, else the largest difference shown."""
         if self.feeder is not None:
             return self.feeder.share
-        return max(self.shares, key=lambda one: (
-            one.on_plate == SHOWN, one.in_model == SHOWN, abs(one.difference.value)))
+        return max(
+            self.shares,
+            key=lambda one: (
+                one.on_plate == SHOWN,
+                one.in_model == SHOWN,
+                abs(one.difference.value),
+            ),
+        )
 
     @property
     def in_model(self) -> str:
@@ -108,23 +122,39 @@ class VariantComparison:
     @property
     def on_plate(self) -> str:
         """Whether any share is expected to differ on a plate."""
-        return SHOWN if any(one.chance_on_plate <= LEVEL for one in self.shares) else NONE_SHOWN
+        return (
+            SHOWN
+            if any(one.chance_on_plate <= LEVEL for one in self.shares)
+            else NONE_SHOWN
+        )
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values for JSON."""
         match = self.correspondence
         entry: dict[str, Any] = {
-            "first": 0, "second": self.second,
-            "matched_by": "orientation and footprint" if match.by_orientation
-            else "footprint and height", "turned_degrees": round(math.degrees(match.angle), 3),
-            "same_body": match.same_body, "in_model": self.in_model, "on_plate": self.on_plate,
-            "poses": [{**pose.poses._asdict(), **pose.share.as_dict()} for pose in self.poses]}
+            "first": 0,
+            "second": self.second,
+            "matched_by": "orientation and footprint"
+            if match.by_orientation
+            else "footprint and height",
+            "turned_degrees": round(math.degrees(match.angle), 3),
+            "same_body": match.same_body,
+            "in_model": self.in_model,
+            "on_plate": self.on_plate,
+            "poses": [
+                {**pose.poses._asdict(), **pose.share.as_dict()} for pose in self.poses
+            ],
+        }
         if self.feeder is not None:
             entry["feeder"] = {
-                **self.feeder.poses._asdict(), "without_partner": self.feeder.lost,
-                **self.feeder.share.as_dict(), **{
+                **self.feeder.poses._asdict(),
+                "without_partner": self.feeder.lost,
+                **self.feeder.share.as_dict(),
+                **{
                     f"passes{end}": [one[place] for one in self.feeder.passes]
-                    for place, end in enumerate(("", "_low", "_high"))}}
+                    for place, end in enumerate(("", "_low", "_high"))
+                },
+            }
         found: dict[str, Any] = statistics.plain(entry)
         return found
 
@@ -136,7 +166,9 @@ class Comparison:
     parts: tuple[Part, ...]
     # of each variant, from the drops from which all came to rest
     found: tuple[PoseStatistics, ...]
-    variants: tuple[VariantComparison, ...]  # the first variant beside each of the others
+    variants: tuple[
+        VariantComparison, ...
+    ]  # the first variant beside each of the others
     scene: DropScene
     seed: int
     wanted: tuple[int, ...]
@@ -151,9 +183,18 @@ class Comparison:
     def as_dict(self) -> dict[str, Any]:
         """Plain values under the keys of the JSON contract."""
         first = self.found[0]
-        return statistics.with_units({
-            "scene": first.scene, **asdict(self.scene), "seed": self.seed, "drops": self.drops,
-            "unsettled": first.unsettled, "plate_error": self.plate_error,
-            "seconds": self.seconds, "version": VERSION, "wanted": self.wanted,
-            "variants": [one.as_dict() for one in self.found],
-            "comparisons": [one.as_dict() for one in self.variants]})
+        return statistics.with_units(
+            {
+                "scene": first.scene,
+                **asdict(self.scene),
+                "seed": self.seed,
+                "drops": self.drops,
+                "unsettled": first.unsettled,
+                "plate_error": self.plate_error,
+                "seconds": self.seconds,
+                "version": VERSION,
+                "wanted": self.wanted,
+                "variants": [one.as_dict() for one in self.found],
+                "comparisons": [one.as_dict() for one in self.variants],
+            }
+        )

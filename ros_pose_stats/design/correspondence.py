@@ -54,25 +54,36 @@ class MatchedPoses(NamedTuple):
 class Correspondence:
     """How the poses of two variants correspond."""
 
-    partner: Index  # (P,); pose of the second variant that each of the first is; -1 for none
+    partner: (
+        Index  # (P,); pose of the second variant that each of the first is; -1 for none
+    )
     # each pose of both is in one of them; pairs first, by the index in the first variant
     matches: tuple[MatchedPoses, ...]
     # (3, 3); takes directions of the first frame to the second's; None where they are equal
     turn: Array | None
     # whether the second variant is the first one, turned in its file, and nothing else
     same_body: bool
-    by_orientation: bool  # whether sides were told apart; else footprints and heights alone were
+    by_orientation: (
+        bool  # whether sides were told apart; else footprints and heights alone were
+    )
 
     @property
     def angle(self) -> float:
         """By how much the second variant is turned in its file, radians."""
-        return 0.0 if self.turn is None else math.acos(
-            min(1.0, max(-1.0, 0.5 * (float(np.trace(self.turn)) - 1.0))))
+        return (
+            0.0
+            if self.turn is None
+            else math.acos(
+                min(1.0, max(-1.0, 0.5 * (float(np.trace(self.turn)) - 1.0)))
+            )
+        )
 
     def follow(self, poses: tuple[int, ...]) -> MatchedPoses:
         """Some poses of the first variant, and what they are in the second, rising."""
-        return MatchedPoses(poses, tuple(sorted(
-            {int(one) for one in self.partner[list(poses)] if one >= 0})))
+        return MatchedPoses(
+            poses,
+            tuple(sorted({int(one) for one in self.partner[list(poses)] if one >= 0})),
+        )
 
 
 def find_correspondence(first: RestingPoses, second: RestingPoses) -> Correspondence:
@@ -93,8 +104,13 @@ def find_correspondence(first: RestingPoses, second: RestingPoses) -> Correspond
     if not by_orientation:
         ratio = _size_ratios(first, second)
         partner = _match(np.where(ratio <= SAME_SIZE, ratio, np.inf))
-    return Correspondence(partner, _join_alike(first, second, partner), turn, same_body,
-                          bool(by_orientation))
+    return Correspondence(
+        partner,
+        _join_alike(first, second, partner),
+        turn,
+        same_body,
+        bool(by_orientation),
+    )
 
 
 def find_turn(first: RestingPoses, second: RestingPoses) -> tuple[Array | None, bool]:
@@ -106,8 +122,11 @@ def find_turn(first: RestingPoses, second: RestingPoses) -> tuple[Array | None, 
 
     def apart(turn: Array) -> Array:
         """Distance between the surfaces once the first is turned, in radii."""
-        return np.asarray(first.body.R(directions) - second.body.R(directions @ turn.T)
-                          * (second.body.radius / first.body.radius))
+        return np.asarray(
+            first.body.R(directions)
+            - second.body.R(directions @ turn.T)
+            * (second.body.radius / first.body.radius)
+        )
 
     away = apart(np.eye(3))
     shifted = directions @ np.linalg.lstsq(directions, away, rcond=None)[0]
@@ -117,14 +136,22 @@ def find_turn(first: RestingPoses, second: RestingPoses) -> tuple[Array | None, 
     ways = []
     for turn in (np.eye(3), *_turns(first, second)):
         near = (first.downs @ turn.T) @ second.downs.T >= NEARLY
-        ways.append((int((near & footprint).any(axis=1).sum()),
-                     float(np.abs(apart(turn)).max()), turn))
+        ways.append(
+            (
+                int((near & footprint).any(axis=1).sum()),
+                float(np.abs(apart(turn)).max()),
+                turn,
+            )
+        )
     alike, misfit, turn = max(ways, key=lambda way: (way[0], -way[1]))
-    one = first.body.radius ** 2 * (turn @ first.inertia @ turn.T)
-    other = second.body.radius ** 2 * second.inertia
+    one = first.body.radius**2 * (turn @ first.inertia @ turn.T)
+    other = second.body.radius**2 * second.inertia
     same_body = misfit <= SAME_BODY and (
-        np.abs(one - other).max() <= SAME_INERTIA * np.abs(one).max())
-    enough = max(LEAST_ALIKE, MOSTLY * min(len(first.poses), len(second.poses)), 2 * ways[0][0])
+        np.abs(one - other).max() <= SAME_INERTIA * np.abs(one).max()
+    )
+    enough = max(
+        LEAST_ALIKE, MOSTLY * min(len(first.poses), len(second.poses)), 2 * ways[0][0]
+    )
     return (turn, bool(same_body)) if same_body or alike >= enough else (None, False)
 
 
@@ -151,31 +178,61 @@ def _frame(first: Array, second: Array) -> Array:
     return np.stack((first, np.cross(across, first), across), axis=1)
 
 
-def _size_ratios(first: RestingPoses, second: RestingPoses, which: slice = slice(None)) -> Array:
+def _size_ratios(
+    first: RestingPoses, second: RestingPoses, which: slice = slice(None)
+) -> Array:
     """Largest logarithm (P, Q) of the ratio of two poses' sizes, all of them lengths.
 
     They are those of the outline's area, its girth, the highest point and the height.
     """
-    one, other = (np.log([(math.sqrt(area), girth, pose.top, pose.height) for pose in resting.poses
-                          for area, girth in [area_and_length(pose.outline)]])
-                  for resting in (first, second))
+    one, other = (
+        np.log(
+            [
+                (math.sqrt(area), girth, pose.top, pose.height)
+                for pose in resting.poses
+                for area, girth in [area_and_length(pose.outline)]
+            ]
+        )
+        for resting in (first, second)
+    )
     return np.asarray(np.abs(one[:, None, which] - other[None, :, which]).max(axis=2))
 
 
-def _join_alike(first: RestingPoses, second: RestingPoses, partner: Index
-                ) -> tuple[MatchedPoses, ...]:
+def _join_alike(
+    first: RestingPoses, second: RestingPoses, partner: Index
+) -> tuple[MatchedPoses, ...]:
     """Join pairs whose poses are alike in both variants, and poses without a partner likewise."""
     joined: dict[tuple[int, int], tuple[list[int], list[int]]] = {}
-    for one, other in [*enumerate(partner.tolist()), *(
-            (-1, other) for other in np.setdiff1d(range(len(second.poses)), partner).tolist())]:
-        entry = joined.setdefault((int(first.group[one]) if one >= 0 else -1,
-                                   int(second.group[other]) if other >= 0 else -1), ([], []))
+    for one, other in [
+        *enumerate(partner.tolist()),
+        *(
+            (-1, other)
+            for other in np.setdiff1d(range(len(second.poses)), partner).tolist()
+        ),
+    ]:
+        entry = joined.setdefault(
+            (
+                int(first.group[one]) if one >= 0 else -1,
+                int(second.group[other]) if other >= 0 else -1,
+            ),
+            ([], []),
+        )
         for side, index in zip(entry, (one, other), strict=True):
             if index >= 0:
                 side.append(index)
-    found = [MatchedPoses(tuple(one), tuple(sorted(other))) for one, other in joined.values()]
-    return tuple(sorted(found, key=lambda match: (
-        not match.is_pair, not match.first, match.first or match.second)))
+    found = [
+        MatchedPoses(tuple(one), tuple(sorted(other))) for one, other in joined.values()
+    ]
+    return tuple(
+        sorted(
+            found,
+            key=lambda match: (
+                not match.is_pair,
+                not match.first,
+                match.first or match.second,
+            ),
+        )
+    )
 
 
 def _match(cost: Array) -> Index:

@@ -32,13 +32,22 @@ class PairedDrops:
     its own, None where these are equal; `first`: drops of the seed that are passed over.
     """
 
-    def __init__(self, parts: Sequence[Part], scene: DropScene, seed: int, workers: int,
-                 should_stop: Callable[[], bool] = lambda: False,
-                 turns: Sequence[Array | None] = (), first: int = 0) -> None:
+    def __init__(
+        self,
+        parts: Sequence[Part],
+        scene: DropScene,
+        seed: int,
+        workers: int,
+        should_stop: Callable[[], bool] = lambda: False,
+        turns: Sequence[Array | None] = (),
+        first: int = 0,
+    ) -> None:
         self.parts, self.seed = parts, seed
         self._workers, self._should_stop = workers, should_stop
         self.resting = tuple(poses_in(part, scene) for part in parts)
-        self.scene = replace(scene, drop_height=scene.release_height(self.resting[0].body.radius))
+        self.scene = replace(
+            scene, drop_height=scene.release_height(self.resting[0].body.radius)
+        )
         # (V, n): pose that each variant came to rest in, or -1; whether it was released touching
         self.outcome: Index = np.zeros((len(parts), 0), dtype=np.int64)
         self.touched: Index = self.outcome
@@ -58,8 +67,9 @@ class PairedDrops:
         """From which of the settled starts a variant came to rest in one of some poses."""
         return np.isin(self.outcome[variant, self.settled], list(poses))
 
-    def drop_until(self, drops: int,
-                   on_progress: Callable[[int], object] = lambda done: None) -> None:
+    def drop_until(
+        self, drops: int, on_progress: Callable[[int], object] = lambda done: None
+    ) -> None:
         """Drop all variants from the next starts, until there are so many, whatever the steps.
 
         `on_progress` takes the drops made of all variants together.
@@ -77,19 +87,28 @@ class PairedDrops:
         kept = min(row.shape[1] for row in rows)
         self.outcome, self.touched = (
             np.concatenate((before, [row[which, :kept] for row in rows]), axis=1)
-            for which, before in enumerate((self.outcome, self.touched)))
+            for which, before in enumerate((self.outcome, self.touched))
+        )
 
     def _drop(self, place: int, drops: int) -> Iterator[motions.DropOutcomes]:
-        body, turn = drop_body.drop_body(self.parts[place], self.scene), self._turns[place]
-        rules, begin = motions.drop_rules(self.scene, body.radius), self._first + self.drops
+        body, turn = (
+            drop_body.drop_body(self.parts[place], self.scene),
+            self._turns[place],
+        )
+        rules, begin = (
+            motions.drop_rules(self.scene, body.radius),
+            self._first + self.drops,
+        )
 
         def drop(first: int, count: int) -> motions.DropOutcomes:
             starts = motions.random_starts(self.seed, begin + first, count)
             return motions.compute_drops(
-                body, rules, starts if turn is None else turn_vectors(starts, turn.T))
+                body, rules, starts if turn is None else turn_vectors(starts, turn.T)
+            )
 
-        return chunks.DropWorkers(drop, drops - self.drops, self._workers,
-                                  self._should_stop).outcomes_in_order()
+        return chunks.DropWorkers(
+            drop, drops - self.drops, self._workers, self._should_stop
+        ).outcomes_in_order()
 
 
 class PairedDifference(NamedTuple):
@@ -120,9 +139,16 @@ def paired_difference(first: Mask, second: Mask) -> PairedDifference:
     z = -float(ndtri(0.5 * (1.0 - DEFAULT_LEVEL)))
     value, error = _normal(gained, lost, first.size)
     middle, spread = _normal(gained + 0.5, lost + 0.5, first.size + 2.0)
-    return PairedDifference(value, error, max(-1.0, middle - z * spread),
-                            min(1.0, middle + z * spread), gained, lost, first.size,
-                            chance_of_split(gained, lost))
+    return PairedDifference(
+        value,
+        error,
+        max(-1.0, middle - z * spread),
+        min(1.0, middle + z * spread),
+        gained,
+        lost,
+        first.size,
+        chance_of_split(gained, lost),
+    )
 
 
 def _normal(gained: float, lost: float, trials: float) -> tuple[float, float]:
@@ -142,7 +168,9 @@ def adjust_together(p_values: ArrayLike) -> Array:
     """Chances (K,) of tests, adjusted so that all are wrong as seldom as one (Holm 1979)."""
     chances = np.asarray(p_values, dtype=np.float64)
     order = np.argsort(chances, kind="stable")
-    steps = np.maximum.accumulate(chances[order] * (chances.size - np.arange(chances.size)))
+    steps = np.maximum.accumulate(
+        chances[order] * (chances.size - np.arange(chances.size))
+    )
     adjusted = np.empty_like(chances)
     adjusted[order] = np.minimum(steps, 1.0)
     return adjusted

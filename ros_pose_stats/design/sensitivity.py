@@ -64,7 +64,10 @@ class Effect:
         """Whether drops leave out the estimated change, and do not show one to the same side."""
         if self.check is None or math.isnan(self.check.value):
             return False
-        return self.check.low <= 0.0 and not self.check.low <= self.change <= self.check.high
+        return (
+            self.check.low <= 0.0
+            and not self.check.low <= self.change <= self.check.high
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +78,9 @@ class Sensitivity:
     wanted: tuple[int, ...]
     scene: DropScene  # with the drop height in metres
     method: str  # the estimator
-    accepted: feeding.Bounded  # estimated share of the wanted poses of the part as it is
+    accepted: (
+        feeding.Bounded
+    )  # estimated share of the wanted poses of the part as it is
     step: float  # the change that is meant, metres; stretching is by the same share of the radius
     effects: tuple[Effect, ...]  # the greatest first, by what their step changes
     drops: int  # of each check
@@ -105,21 +110,42 @@ class Sensitivity:
         The `unit` of an effect is that of its step, `slope_unit` that of its slope and its error.
         """
         space = self.space
-        return statistics.with_units({
-            "part_id": space.part.part_id, "part_digest": space.part.digest,
-            "radius": space.body.radius, "method": self.method,
-            **asdict(self.scene),
-            "wanted": self.wanted, "share": self.accepted.value,
-            "share_low": self.accepted.low, "share_high": self.accepted.high,
-            "step": self.step, "effects": [
-                {**describe.feature_as_dict(space, one.number), "alike": len(one.alike),
-                 "slope": one.slope, "error": one.error,
-                 "slope_unit": "1/m" if one.feature.is_length else "1", "step": one.step,
-                 "change": one.change, "lost": one.lost,
-                 "contradicted": one.contradicted, "check": None if one.check is None
-                 else describe.difference_as_dict(one.check)} for one in self.effects],
-            "drops": self.drops, "seed": self.seed, "seconds": self.seconds,
-            "warnings": self.warnings, "version": version.VERSION})
+        return statistics.with_units(
+            {
+                "part_id": space.part.part_id,
+                "part_digest": space.part.digest,
+                "radius": space.body.radius,
+                "method": self.method,
+                **asdict(self.scene),
+                "wanted": self.wanted,
+                "share": self.accepted.value,
+                "share_low": self.accepted.low,
+                "share_high": self.accepted.high,
+                "step": self.step,
+                "effects": [
+                    {
+                        **describe.feature_as_dict(space, one.number),
+                        "alike": len(one.alike),
+                        "slope": one.slope,
+                        "error": one.error,
+                        "slope_unit": "1/m" if one.feature.is_length else "1",
+                        "step": one.step,
+                        "change": one.change,
+                        "lost": one.lost,
+                        "contradicted": one.contradicted,
+                        "check": None
+                        if one.check is None
+                        else describe.difference_as_dict(one.check),
+                    }
+                    for one in self.effects
+                ],
+                "drops": self.drops,
+                "seed": self.seed,
+                "seconds": self.seconds,
+                "warnings": self.warnings,
+                "version": version.VERSION,
+            }
+        )
 
 
 def effect_error(slope: float, uneven: float) -> float:
@@ -130,13 +156,22 @@ def effect_error(slope: float, uneven: float) -> float:
     return math.hypot(SCATTER, SCATTER_OF_SLOPE * slope, SCATTER_OF_UNEVEN * uneven)
 
 
-def sensitivity(part: Part, wanted: Sequence[int], *, step: float | None = None,
-                checks: int = CHECKS, drops: int = CHECK_DROPS, seed: int | None = None,
-                restitution: float = scenes.DEFAULT_RESTITUTION, drop_height: float | None = None,
-                cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
-                round_sides: int = scenes.DEFAULT_ROUND_SIDES, workers: int | None = None,
-                on_progress: Callable[[float], object] = lambda share: None,
-                should_stop: Callable[[], bool] = lambda: False) -> Sensitivity:
+def sensitivity(
+    part: Part,
+    wanted: Sequence[int],
+    *,
+    step: float | None = None,
+    checks: int = CHECKS,
+    drops: int = CHECK_DROPS,
+    seed: int | None = None,
+    restitution: float = scenes.DEFAULT_RESTITUTION,
+    drop_height: float | None = None,
+    cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
+    round_sides: int = scenes.DEFAULT_ROUND_SIDES,
+    workers: int | None = None,
+    on_progress: Callable[[float], object] = lambda share: None,
+    should_stop: Callable[[], bool] = lambda: False,
+) -> Sensitivity:
     """How the share of wanted poses changes with centre of mass, proportions and faces.
 
     Parameters
@@ -170,14 +205,22 @@ def sensitivity(part: Part, wanted: Sequence[int], *, step: float | None = None,
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
     asked = drop_request(drops, seed, 0.0, workers)
     if checks < 0:
-        raise errors.RequestError("a number of checks from 0", f"{checks}", "0 drops none of them")
+        raise errors.RequestError(
+            "a number of checks from 0", f"{checks}", "0 drops none of them"
+        )
     space = changes.DesignSpace(part, scene)
     model = shares.WantedShare(space, wanted)
     reach = STEP * space.body.radius if step is None else step
     changes.check_reach("step", reach, space.body.radius)
     estimated = estimate_in(part, model.scene, methods.AUTO)
-    effects = _effects(space, model, reach, asked.workers,
-                       lambda share: on_progress(0.5 * share), should_stop)
+    effects = _effects(
+        space,
+        model,
+        reach,
+        asked.workers,
+        lambda share: on_progress(0.5 * share),
+        should_stop,
+    )
     best = [place for place, one in enumerate(effects) if one.helps][:checks]
     for number, place in enumerate(best):
         if should_stop():
@@ -188,18 +231,40 @@ def sensitivity(part: Part, wanted: Sequence[int], *, step: float | None = None,
 
         one = effects[place]
         before, after = model.drop(
-            [space.change_one(one.number, step) for step in (0.0, one.step)], asked.drops,
-            asked.seed, asked.workers, tell, should_stop, number * asked.drops)
-        effects[place] = replace(one, check=paired_drops.paired_difference(before, after))
-    return Sensitivity(space, model.wanted, model.scene, estimated.method, feeding.drop_afresh(
-        pose_groups.pose_shares(estimated), model.wanted).accepted, reach, tuple(effects),
-        asked.drops, asked.seed, time.perf_counter() - begin, (
-            *estimated.warnings, *pose_groups.warn_of_alike(estimated, model.wanted)))
+            [space.change_one(one.number, step) for step in (0.0, one.step)],
+            asked.drops,
+            asked.seed,
+            asked.workers,
+            tell,
+            should_stop,
+            number * asked.drops,
+        )
+        effects[place] = replace(
+            one, check=paired_drops.paired_difference(before, after)
+        )
+    return Sensitivity(
+        space,
+        model.wanted,
+        model.scene,
+        estimated.method,
+        feeding.drop_afresh(pose_groups.pose_shares(estimated), model.wanted).accepted,
+        reach,
+        tuple(effects),
+        asked.drops,
+        asked.seed,
+        time.perf_counter() - begin,
+        (*estimated.warnings, *pose_groups.warn_of_alike(estimated, model.wanted)),
+    )
 
 
-def _effects(space: changes.DesignSpace, model: shares.WantedShare, reach: float, workers: int,
-             on_progress: Callable[[float], object], should_stop: Callable[[], bool]
-             ) -> list[Effect]:
+def _effects(
+    space: changes.DesignSpace,
+    model: shares.WantedShare,
+    reach: float,
+    workers: int,
+    on_progress: Callable[[float], object],
+    should_stop: Callable[[], bool],
+) -> list[Effect]:
     """Effects of all features; those of which no body remains after the step are left out."""
     first = alike.first_alike(space, model.kept)
     numbers, base = np.unique(first).tolist(), model.estimate(space.change_one(0, 0.0))
@@ -220,11 +285,22 @@ def _effects(space: changes.DesignSpace, model: shares.WantedShare, reach: float
         slope = 0.5 * (change - other)
         error = effect_error(slope, 0.5 * abs(change + other))
         place = 0 if other > change + SAME_CHANGE else 1
-        return [Effect(feature, number, tuple(np.flatnonzero(first == number).tolist()),
-                       slope / unit, error / unit, (-unit, unit)[place], (other, change)[place],
-                       model.lost(after[place]))]
+        return [
+            Effect(
+                feature,
+                number,
+                tuple(np.flatnonzero(first == number).tolist()),
+                slope / unit,
+                error / unit,
+                (-unit, unit)[place],
+                (other, change)[place],
+                model.lost(after[place]),
+            )
+        ]
 
     with ThreadPoolExecutor(workers) as pool:
         found = [effect for some in pool.map(effect_of, numbers) for effect in some]
-    rank = tolerances.number_equal([-abs(effect.change) for effect in found], SAME_CHANGE)
+    rank = tolerances.number_equal(
+        [-abs(effect.change) for effect in found], SAME_CHANGE
+    )
     return [found[k] for k in sorted(range(len(found)), key=rank.__getitem__)]

@@ -27,10 +27,16 @@ class WantedShare:
 
     def __init__(self, space: changes.DesignSpace, wanted: Sequence[int]) -> None:
         resting, body = space.resting, space.body
-        self.scene = replace(space.scene, drop_height=space.scene.release_height(body.radius))
-        self._function = ESTIMATORS[expected.best_method(self.scene.restitution)].function
+        self.scene = replace(
+            space.scene, drop_height=space.scene.release_height(body.radius)
+        )
+        self._function = ESTIMATORS[
+            expected.best_method(self.scene.restitution)
+        ].function
         self.kept: Mask = feeding.check_wanted(wanted, len(resting.poses))
-        self.wanted: tuple[int, ...] = tuple(np.flatnonzero(self.kept).tolist())  # rising
+        self.wanted: tuple[int, ...] = tuple(
+            np.flatnonzero(self.kept).tolist()
+        )  # rising
         found = resting.equilibria
         # of each face (F,): the pose that it descends to, and whether that pose rests on it;
         # facets that the part rolls on are one with the stable ones among them
@@ -49,21 +55,43 @@ class WantedShare:
     def lost(self, changed: changes.ChangedPart) -> tuple[int, ...]:
         """Wanted poses that a changed part has no more."""
         resting = bare_poses(changed.part, self.scene)
-        return tuple(np.setdiff1d(self.wanted, self._before(resting, changed.origin)).tolist())
+        return tuple(
+            np.setdiff1d(self.wanted, self._before(resting, changed.origin)).tolist()
+        )
 
-    def drop(self, changed: Sequence[changes.ChangedPart], drops: int, seed: int, workers: int,
-             on_progress: Callable[[int], object] = lambda done: None,
-             should_stop: Callable[[], bool] = lambda: False, first: int = 0) -> Mask:
+    def drop(
+        self,
+        changed: Sequence[changes.ChangedPart],
+        drops: int,
+        seed: int,
+        workers: int,
+        on_progress: Callable[[int], object] = lambda done: None,
+        should_stop: Callable[[], bool] = lambda: False,
+        first: int = 0,
+    ) -> Mask:
         """Whether each changed part (V, n), dropped from the same starts, rests as is wanted.
 
         `first`: drops of the seed that are passed over; starts count from which all came to rest.
         """
-        pairs = paired_drops.PairedDrops([one.part for one in changed], self.scene, seed, workers,
-                                         should_stop, first=first)
+        pairs = paired_drops.PairedDrops(
+            [one.part for one in changed],
+            self.scene,
+            seed,
+            workers,
+            should_stop,
+            first=first,
+        )
         pairs.drop_until(drops, on_progress)
-        return np.array([
-            pairs.is_in(place, np.flatnonzero(self._accepted(resting, one.origin)).tolist())
-            for place, (resting, one) in enumerate(zip(pairs.resting, changed, strict=True))])
+        return np.array(
+            [
+                pairs.is_in(
+                    place, np.flatnonzero(self._accepted(resting, one.origin)).tolist()
+                )
+                for place, (resting, one) in enumerate(
+                    zip(pairs.resting, changed, strict=True)
+                )
+            ]
+        )
 
     def _accepted(self, resting: RestingPoses, origin: Index) -> Mask:
         """Which poses (P,) of a changed part are wanted."""

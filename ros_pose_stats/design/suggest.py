@@ -41,7 +41,9 @@ class Suggestion:
 
     space: changes.DesignSpace
     within: float  # bound of what is moved, metres
-    steps: tuple[Step, ...]  # the one that gains most first; none where nothing was found
+    steps: tuple[
+        Step, ...
+    ]  # the one that gains most first; none where nothing was found
     changed: changes.ChangedPart  # the part after all steps
     outline: float  # how far its outline and its centre of mass moved, metres
     center_shift: float
@@ -64,31 +66,63 @@ class Suggestion:
     def as_dict(self) -> dict[str, Any]:
         """Plain values; lengths in metres, shares as fractions."""
         space = self.space
-        return statistics.with_units({
-            "within": self.within, "outline": self.outline,
-            "center_shift": self.center_shift, "judged": describe.JUDGED,
-            "steps": [{"changes": [
-                {**describe.feature_as_dict(space, number), "step": float(one.moves[number])}
-                for number in np.flatnonzero(one.moves).tolist()],
-                "estimated": one.estimated, "gain": describe.difference_as_dict(one.gain)}
-                for one in self.steps],
-            "estimate": {"before": self.before, "after": self.after,
-                         "gain": self.after - self.before, "error": self.gain_error},
-            "lost": self.lost,
-            "by_drops": {"before": self.dropped_before, "after": self.dropped_after,
-                         "gain": describe.difference_as_dict(self.gain)},
-            "center_of_mass": statistics.without_rounding(
-                self.changed.part.center_of_mass, space.body.radius),
-            "drops": self.drops, "seed": self.seed, "seconds": self.seconds})
+        return statistics.with_units(
+            {
+                "within": self.within,
+                "outline": self.outline,
+                "center_shift": self.center_shift,
+                "judged": describe.JUDGED,
+                "steps": [
+                    {
+                        "changes": [
+                            {
+                                **describe.feature_as_dict(space, number),
+                                "step": float(one.moves[number]),
+                            }
+                            for number in np.flatnonzero(one.moves).tolist()
+                        ],
+                        "estimated": one.estimated,
+                        "gain": describe.difference_as_dict(one.gain),
+                    }
+                    for one in self.steps
+                ],
+                "estimate": {
+                    "before": self.before,
+                    "after": self.after,
+                    "gain": self.after - self.before,
+                    "error": self.gain_error,
+                },
+                "lost": self.lost,
+                "by_drops": {
+                    "before": self.dropped_before,
+                    "after": self.dropped_after,
+                    "gain": describe.difference_as_dict(self.gain),
+                },
+                "center_of_mass": statistics.without_rounding(
+                    self.changed.part.center_of_mass, space.body.radius
+                ),
+                "drops": self.drops,
+                "seed": self.seed,
+                "seconds": self.seconds,
+            }
+        )
 
 
-def suggest(part: Part, wanted: Sequence[int], within: float, *, drops: int = GAIN_DROPS,
-            seed: int | None = None, restitution: float = scenes.DEFAULT_RESTITUTION,
-            drop_height: float | None = None,
-            cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
-            round_sides: int = scenes.DEFAULT_ROUND_SIDES, workers: int | None = None,
-            on_progress: Callable[[float], object] = lambda share: None,
-            should_stop: Callable[[], bool] = lambda: False) -> Suggestion:
+def suggest(
+    part: Part,
+    wanted: Sequence[int],
+    within: float,
+    *,
+    drops: int = GAIN_DROPS,
+    seed: int | None = None,
+    restitution: float = scenes.DEFAULT_RESTITUTION,
+    drop_height: float | None = None,
+    cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
+    round_sides: int = scenes.DEFAULT_ROUND_SIDES,
+    workers: int | None = None,
+    on_progress: Callable[[float], object] = lambda share: None,
+    should_stop: Callable[[], bool] = lambda: False,
+) -> Suggestion:
     """Find up to three changes of a part, within bounds, so that it rests as wanted more often.
 
     Parameters
@@ -119,29 +153,65 @@ def suggest(part: Part, wanted: Sequence[int], within: float, *, drops: int = GA
     space = changes.DesignSpace(part, scene)
     model = shares.WantedShare(space, wanted)
     changes.check_reach("bound", within, space.body.radius)
-    moves, estimates = _climb(space, model, within,
-                              lambda taken: on_progress(0.5 * taken / MOST_STEPS), should_stop)
-    parts = [space.change(sum(moves[:taken], np.zeros(len(space.features))))
-             for taken in range(len(moves) + 1)]
-    dropped = model.drop(parts, asked.drops, asked.seed, asked.workers, lambda done: on_progress(
-        0.5 + 0.5 * done / (asked.drops * len(parts))), should_stop)
-    steps = tuple(Step(move, estimates[k + 1] - estimates[k],
-                       paired_drops.paired_difference(dropped[k], dropped[k + 1]))
-                  for k, move in enumerate(moves))
+    moves, estimates = _climb(
+        space,
+        model,
+        within,
+        lambda taken: on_progress(0.5 * taken / MOST_STEPS),
+        should_stop,
+    )
+    parts = [
+        space.change(sum(moves[:taken], np.zeros(len(space.features))))
+        for taken in range(len(moves) + 1)
+    ]
+    dropped = model.drop(
+        parts,
+        asked.drops,
+        asked.seed,
+        asked.workers,
+        lambda done: on_progress(0.5 + 0.5 * done / (asked.drops * len(parts))),
+        should_stop,
+    )
+    steps = tuple(
+        Step(
+            move,
+            estimates[k + 1] - estimates[k],
+            paired_drops.paired_difference(dropped[k], dropped[k + 1]),
+        )
+        for k, move in enumerate(moves)
+    )
     return Suggestion(
-        space, within, steps, parts[-1], outline_move(space, parts[-1]),
-        center_move(space, parts[-1]), estimates[0], estimates[-1], model.lost(parts[-1]),
+        space,
+        within,
+        steps,
+        parts[-1],
+        outline_move(space, parts[-1]),
+        center_move(space, parts[-1]),
+        estimates[0],
+        estimates[-1],
+        model.lost(parts[-1]),
         paired_drops.paired_difference(dropped[0], dropped[-1]),
-        shares.counted_share(dropped[0]), shares.counted_share(dropped[-1]), dropped.shape[1],
-        asked.seed, time.perf_counter() - begin)
+        shares.counted_share(dropped[0]),
+        shares.counted_share(dropped[-1]),
+        dropped.shape[1],
+        asked.seed,
+        time.perf_counter() - begin,
+    )
 
 
-def _climb(space: changes.DesignSpace, model: shares.WantedShare, within: float,
-           on_progress: Callable[[int], object], should_stop: Callable[[], bool]
-           ) -> tuple[list[Array], list[float]]:
+def _climb(
+    space: changes.DesignSpace,
+    model: shares.WantedShare,
+    within: float,
+    on_progress: Callable[[int], object],
+    should_stop: Callable[[], bool],
+) -> tuple[list[Array], list[float]]:
     """Steps, each the one that gains most after those before, and the shares without and with."""
-    ways = [(tied, stride * step) for tied, step in enumerate(alike.symmetric_steps(space, within))
-            for stride in STRIDES]
+    ways = [
+        (tied, stride * step)
+        for tied, step in enumerate(alike.symmetric_steps(space, within))
+        for stride in STRIDES
+    ]
     taken: list[Array] = []
     estimates = [model.estimate(space.change_one(0, 0.0))]
     begun: Array = np.zeros(len(space.features))
@@ -151,15 +221,20 @@ def _climb(space: changes.DesignSpace, model: shares.WantedShare, within: float,
         try:
             changed = space.change(begun + move)
             moved = max(outline_move(space, changed), center_move(space, changed))
-            return model.estimate(changed) - estimates[-1] if (
-                moved <= within * (1.0 + SLACK)) else -np.inf
+            return (
+                model.estimate(changed) - estimates[-1]
+                if (moved <= within * (1.0 + SLACK))
+                else -np.inf
+            )
         except errors.MeshError:
             return -np.inf
 
     while ways and len(taken) < MOST_STEPS:
         gains = [-np.inf if should_stop() else gain(move) for _, move in ways]
         # Mirror twins gain the same but for rounding: of those the first.
-        rank = tolerances.number_equal([-gain for gain in gains], sensitivity.SAME_CHANGE)
+        rank = tolerances.number_equal(
+            [-gain for gain in gains], sensitivity.SAME_CHANGE
+        )
         order = sorted(range(len(ways)), key=rank.__getitem__)
         best = order[0]
         if gains[best] < LEAST_GAIN:
@@ -167,8 +242,7 @@ def _climb(space: changes.DesignSpace, model: shares.WantedShare, within: float,
         taken.append(ways[best][1])
         begun = begun + taken[-1]
         estimates.append(estimates[-1] + gains[best])
-        ways = [ways[k] for k in order[:LOOKED_AT]
-                if ways[k][0] != ways[best][0]]
+        ways = [ways[k] for k in order[:LOOKED_AT] if ways[k][0] != ways[best][0]]
         on_progress(len(taken))
     return taken, estimates
 
@@ -178,11 +252,17 @@ def outline_move(space: changes.DesignSpace, changed: changes.ChangedPart) -> fl
     before, after = space.body, convex_body(changed.part, space.scene.round_sides)
     shift = changed.part.center_of_mass - space.part.center_of_mass
     old, new = before.points * before.radius, after.points * after.radius + shift
-    beyond = (new @ before.arrays.normal.T - before.arrays.distance * before.radius).max()
-    left = ((old - shift) @ after.arrays.normal.T - after.arrays.distance * after.radius).max()
+    beyond = (
+        new @ before.arrays.normal.T - before.arrays.distance * before.radius
+    ).max()
+    left = (
+        (old - shift) @ after.arrays.normal.T - after.arrays.distance * after.radius
+    ).max()
     return float(max(beyond, left, 0.0))
 
 
 def center_move(space: changes.DesignSpace, changed: changes.ChangedPart) -> float:
     """How far the centre of mass has moved, metres, be it by itself or with the outline."""
-    return float(np.linalg.norm(changed.part.center_of_mass - space.part.center_of_mass))
+    return float(
+        np.linalg.norm(changed.part.center_of_mass - space.part.center_of_mass)
+    )

@@ -3,4 +3,11 @@
 from .estimate import ESTIMATORS, Estimator, estimate_all, estimate_in, estimator
 from .expected import best_method
 
-__all__ = ["ESTIMATORS", "Estimator", "best_method", "estimate_all", "estimate_in", "estimator"]
+__all__ = [
+    "ESTIMATORS",
+    "Estimator",
+    "best_method",
+    "estimate_all",
+    "estimate_in",
+    "estimator",
+]

@@ -66,8 +66,14 @@ class ExpectedError(NamedTuple):
         """Probabilities (P,) with their errors, and 90 % intervals cut at 0 and 1."""
         away = self.reach * self.each
         return statistics.Shares(
-            probability, np.maximum(probability - away, 0.0), np.minimum(probability + away, 1.0),
-            self.each, np.zeros(len(probability), dtype=np.int64), self.here, self.largest)
+            probability,
+            np.maximum(probability - away, 0.0),
+            np.minimum(probability + away, 1.0),
+            self.each,
+            np.zeros(len(probability), dtype=np.int64),
+            self.here,
+            self.largest,
+        )
 
     @property
     def unknown(self) -> bool:
@@ -85,35 +91,56 @@ class ExpectedError(NamedTuple):
         return self.measured > UNUSUAL * self.usual
 
 
-def expected_error(name: str, resting: RestingPoses, probability: Array, scene: DropScene,
-                   fits: dict[str, fitted.ErrorFit] = fitted.ERROR_FITS) -> ExpectedError:
+def expected_error(
+    name: str,
+    resting: RestingPoses,
+    probability: Array,
+    scene: DropScene,
+    fits: dict[str, fitted.ErrorFit] = fitted.ERROR_FITS,
+) -> ExpectedError:
     """Expected error of one estimate (P,), by index."""
     if name not in fits:
-        return ExpectedError(math.nan, math.nan, math.nan, np.full(probability.shape, math.nan))
+        return ExpectedError(
+            math.nan, math.nan, math.nan, np.full(probability.shape, math.nan)
+        )
     fit, known = fits[name], fitted.known_answers(resting)
     scale = fitted.error_scale(resting, probability, known)
     mean_scale, square, outside = float(scale.mean()), 0.0, 0.0
     if mean_scale > DECIDED:
         inputs = fitted.error_inputs(resting, probability, scene, known, scale)
         outside = fit.outside(inputs)
-        square = max(mean_scale * math.exp(float(fit(inputs))),
-                     LEAST_SHARE * float(np.mean(np.square(probability - known[1]))))
+        square = max(
+            mean_scale * math.exp(float(fit(inputs))),
+            LEAST_SHARE * float(np.mean(np.square(probability - known[1]))),
+        )
     here = math.sqrt(square) * (1.0 + GROWTH * outside)
     # Shared as for drops, in proportion to p (1 - p); where symmetry decides all, no pose has an
     # error, and where an estimate is certain and may be wrong, all have the same.
     spread = fitted.single_drop(resting, probability)
     total = float(spread.sum())
-    each = (here * np.sqrt(spread * (spread.size / total)) if total > DECIDED
-            else np.full(spread.shape, here))
+    each = (
+        here * np.sqrt(spread * (spread.size / total))
+        if total > DECIDED
+        else np.full(spread.shape, here)
+    )
     by_rolling = rolling_errors(resting, probability)
     for beside in (rocking_errors(resting, probability), by_rolling):
         if beside.any():
-            here, each = math.hypot(here, root_mean_square(beside)), np.hypot(each, beside)
+            here, each = (
+                math.hypot(here, root_mean_square(beside)),
+                np.hypot(each, beside),
+            )
     here, each = min(here, 1.0), np.minimum(each, 1.0)
-    return ExpectedError(here, math.sqrt(_usual_square(name, scene.restitution)),
-                         float(np.ptp(known, axis=0).max()), each, single_reach(fit.scatter),
-                         largest_of(each, resting.group, fit), outside,
-                         root_mean_square(by_rolling))
+    return ExpectedError(
+        here,
+        math.sqrt(_usual_square(name, scene.restitution)),
+        float(np.ptp(known, axis=0).max()),
+        each,
+        single_reach(fit.scatter),
+        largest_of(each, resting.group, fit),
+        outside,
+        root_mean_square(by_rolling),
+    )
 
 
 def rocking_errors(resting: RestingPoses, probability: Array) -> Array:
@@ -123,7 +150,9 @@ def rocking_errors(resting: RestingPoses, probability: Array) -> Array:
     so its error grows with the scatter of curves over the poses that the part may come to rest in.
     """
     curved = np.square(resting.curves[0])
-    return np.asarray(ROCKING * np.sqrt(probability) * np.abs(curved - probability @ curved))
+    return np.asarray(
+        ROCKING * np.sqrt(probability) * np.abs(curved - probability @ curved)
+    )
 
 
 def rolling_errors(resting: RestingPoses, probability: Array) -> Array:
@@ -140,20 +169,26 @@ def rolling_errors(resting: RestingPoses, probability: Array) -> Array:
     return np.asarray(np.abs(published.normalized(probability + gain) - probability))
 
 
-def largest_of(errors: Array, group: Index, fit: fitted.ErrorFit,
-               noise: Array | None = None) -> float:
+def largest_of(
+    errors: Array, group: Index, fit: fitted.ErrorFit, noise: Array | None = None
+) -> float:
     """Bound that errors of poses keep together with 90 % confidence, by the scatter over parts.
 
     Poses of one `group` share their error; `noise`: variances of the drops to compare with.
     """
     weight, factor = scatter(fit.scatter)
     if noise is not None:  # each pose has its own
-        return largest_error(np.sqrt(np.square(factor[:, None] * errors) + noise), DEFAULT_LEVEL,
-                             weight=weight)
+        return largest_error(
+            np.sqrt(np.square(factor[:, None] * errors) + noise),
+            DEFAULT_LEVEL,
+            weight=weight,
+        )
     size = np.bincount(group)
     whole = np.zeros(size.shape[0])
     whole[group] = errors
-    return largest_error(factor[:, None] * whole * size, DEFAULT_LEVEL, weight=weight, size=size)
+    return largest_error(
+        factor[:, None] * whole * size, DEFAULT_LEVEL, weight=weight, size=size
+    )
 
 
 @cache
@@ -178,4 +213,6 @@ def best_method(restitution: float) -> str:
 
 
 def _usual_square(name: str, restitution: float) -> float:
-    return float(np.interp(restitution, fitted.USUAL_AT, np.square(fitted.USUAL_ERRORS[name])))
+    return float(
+        np.interp(restitution, fitted.USUAL_AT, np.square(fitted.USUAL_ERRORS[name]))
+    )

@@ -32,15 +32,18 @@ class TanhNetwork(NamedTuple):
     def __call__(self, inputs: Array) -> Array:
         """Values (...) for inputs (..., K)."""
         hidden = np.tanh(inputs @ self.hidden_weights + self.hidden_bias)
-        return np.asarray(self.bias + inputs @ self.skip + hidden @ self.output_weights,
-                          dtype=float)
+        return np.asarray(
+            self.bias + inputs @ self.skip + hidden @ self.output_weights, dtype=float
+        )
 
 
 def _networks(stored: Mapping[str, Array], prefix: str) -> list[TanhNetwork]:
     """Read networks of one size, which are stored field by field."""
     columns = [stored[prefix + name] for name in TanhNetwork._fields]
-    return [TanhNetwork(float(bias), *(np.array(row) for row in rows))
-            for bias, *rows in zip(*columns, strict=True)]
+    return [
+        TanhNetwork(float(bias), *(np.array(row) for row in rows))
+        for bias, *rows in zip(*columns, strict=True)
+    ]
 
 
 class SplitFit(NamedTuple):
@@ -75,7 +78,9 @@ class ErrorFit(NamedTuple):
 
 
 with np.load(SPLIT_FILE) as _stored:
-    SPLIT_FITS = tuple(map(SplitFit, _networks(_stored, "left_"), _networks(_stored, "held_")))
+    SPLIT_FITS = tuple(
+        map(SplitFit, _networks(_stored, "left_"), _networks(_stored, "held_"))
+    )
     """Fits from several random starts, whose logarithms are averaged."""
 
     HIGHEST_RESTITUTION, LOWEST_DROP, HIGHEST_DROP = _stored["scenes"].tolist()
@@ -84,17 +89,28 @@ with np.load(SPLIT_FILE) as _stored:
 with np.load(ERROR_FILE) as _stored:
     _methods: list[str] = _stored["method"].tolist()
 
-    ERROR_FITS = dict(zip(_methods, map(
-        ErrorFit, _stored["lowest"], _stored["highest"], _networks(_stored, ""),
-        _stored["scatter"].tolist()),
-        strict=True))
+    ERROR_FITS = dict(
+        zip(
+            _methods,
+            map(
+                ErrorFit,
+                _stored["lowest"],
+                _stored["highest"],
+                _networks(_stored, ""),
+                _stored["scatter"].tolist(),
+            ),
+            strict=True,
+        )
+    )
     """By method; their inputs are `error_inputs`."""
 
     USUAL_AT: tuple[float, ...] = tuple(_stored["usual_at"].tolist())
     """Restitutions of the tuples below."""
 
     USUAL_ERRORS: dict[str, tuple[float, ...]] = {
-        name: tuple(row) for name, row in zip(_methods, _stored["usual"].tolist(), strict=True)}
+        name: tuple(row)
+        for name, row in zip(_methods, _stored["usual"].tolist(), strict=True)
+    }
     """Root mean square error over the parts of the reference datasets, as a fraction."""
 
 
@@ -104,13 +120,19 @@ LEAST_APART = 1e-3
 """Added to square distances of two methods, over the `error_scale`, before the logarithm."""
 
 LEAST_ANGLE = 1e-12  # solid angle by which shares of a component are taken, at least
-SHALLOWEST = 1e-3  # added to the barrier of a pose, in radii, before its logarithm is taken
+SHALLOWEST = (
+    1e-3  # added to the barrier of a pose, in radii, before its logarithm is taken
+)
 
 
 def scene_inputs(resting: RestingPoses, scene: DropScene) -> Array:
     """-log(1 - restitution), log of the drop height in radii (2,), cut to the range of the fit."""
-    return np.array([-math.log1p(-min(scene.restitution, HIGHEST_RESTITUTION)),
-                     math.log(min(max(drop_radii(resting, scene), LOWEST_DROP), HIGHEST_DROP))])
+    return np.array(
+        [
+            -math.log1p(-min(scene.restitution, HIGHEST_RESTITUTION)),
+            math.log(min(max(drop_radii(resting, scene), LOWEST_DROP), HIGHEST_DROP)),
+        ]
+    )
 
 
 def drop_radii(resting: RestingPoses, scene: DropScene) -> float:
@@ -133,7 +155,9 @@ def rolling_inputs(resting: RestingPoses) -> Array:
     """
     body, tree = resting.body, resting.equilibria.arrays.tree
     joins = np.flatnonzero(resting.clusters.split)
-    nodes = np.column_stack((tree.child[joins], tree.level.shape[0] + 1 + joins)).ravel()
+    nodes = np.column_stack(
+        (tree.child[joins], tree.level.shape[0] + 1 + joins)
+    ).ravel()
     rolls = body.run_of_face >= 0
     if not rolls.any():
         return np.zeros((nodes.shape[0], 2))
@@ -148,8 +172,13 @@ def rolling_inputs(resting: RestingPoses) -> Array:
     return np.asarray(found[:, 1:] / np.maximum(found[:, :1], LEAST_ANGLE))
 
 
-def error_inputs(resting: RestingPoses, probability: Array, scene: DropScene,
-                 known: Array, scale: Array) -> Array:
+def error_inputs(
+    resting: RestingPoses,
+    probability: Array,
+    scene: DropScene,
+    known: Array,
+    scale: Array,
+) -> Array:
     """Inputs (17,) of `ErrorFit`; the scale of an error must be above 0 for some pose.
 
     Scene; how far the methods are apart over the mean scale; the poses, their scales and barriers;
@@ -158,14 +187,32 @@ def error_inputs(resting: RestingPoses, probability: Array, scene: DropScene,
     energy, around, toppled = known
     total = float(scale.sum())
     # Of the estimate from MEAE, and of MEAE from NQSE, EAE and QSE.
-    apart = np.array([probability - around, around - normalized(nonlinear(toppled)),
-                      around - energy, around - toppled])
+    apart = np.array(
+        [
+            probability - around,
+            around - normalized(nonlinear(toppled)),
+            around - energy,
+            around - toppled,
+        ]
+    )
     far = np.log((apart * apart).sum(axis=1) / total + LEAST_APART)
     depth = np.log(np.minimum(resting.clusters.barrier, 1.0) + SHALLOWEST)
-    poses = (math.log(scale.size), math.log(total), scale @ depth / total, probability @ depth)
+    poses = (
+        math.log(scale.size),
+        math.log(total),
+        scale @ depth / total,
+        probability @ depth,
+    )
     height = math.log(max(drop_radii(resting, scene), LOWEST_DROP))
-    return np.concatenate(((-math.log1p(-scene.restitution), height), far, poses,
-                           resting.shape_features, corner_inputs(resting)))
+    return np.concatenate(
+        (
+            (-math.log1p(-scene.restitution), height),
+            far,
+            poses,
+            resting.shape_features,
+            corner_inputs(resting),
+        )
+    )
 
 
 def error_scale(resting: RestingPoses, probability: Array, known: Array) -> Array:
@@ -174,13 +221,19 @@ def error_scale(resting: RestingPoses, probability: Array, known: Array) -> Arra
     The first is the square error of a single drop, the second is for an estimate that is certain
     and wrong. Poses that symmetry makes equal count as one in p (1 - p).
     """
-    return np.asarray(single_drop(resting, probability) + np.square(probability - known[1]))
+    return np.asarray(
+        single_drop(resting, probability) + np.square(probability - known[1])
+    )
 
 
 def known_answers(resting: RestingPoses) -> Array:
     """Answers (3, P) of EAE, MEAE and QSE."""
-    return np.array([share_in_groups(values, resting.group)
-                     for values in (eae(resting), meae(resting), qse(resting))])
+    return np.array(
+        [
+            share_in_groups(values, resting.group)
+            for values in (eae(resting), meae(resting), qse(resting))
+        ]
+    )
 
 
 def single_drop(resting: RestingPoses, probability: Array) -> Array:

@@ -33,10 +33,17 @@ def adre(resting: poses.RestingPoses) -> Array:
     """Angle-distance ratio estimator [28], [29]: Eq. 5 with the solid angle over the distance."""
     found = resting.equilibria
     arrays = found.body.arrays
-    return normalized(resting.gather(arrays.angle[found.faces] / arrays.distance[found.faces]))
+    return normalized(
+        resting.gather(arrays.angle[found.faces] / arrays.distance[found.faces])
+    )
 
 
-NQSE_COEFFICIENTS = (-0.874, 8.03, -16.3, 7.70)  # c0 … c3 of Eq. 6 as published (section 4.C).
+NQSE_COEFFICIENTS = (
+    -0.874,
+    8.03,
+    -16.3,
+    7.70,
+)  # c0 … c3 of Eq. 6 as published (section 4.C).
 
 PQSE_SHARE = 0.4
 """Redistributed share of PQSE: with it the estimator errs on the paper's kind of bodies as in the
@@ -89,14 +96,18 @@ def _redistribute(body: convex_body.ConvexBody, surface: Index) -> Array:
     areas = np.bincount(surface, arrays.area)
     larger = ((areas / areas.mean())[surface])[arrays.face]
     giver = arrays.face[arrays.twin]
-    arcs = _arctangents(arrays.start / arrays.reach) + _arctangents(arrays.stop / arrays.reach)
+    arcs = _arctangents(arrays.start / arrays.reach) + _arctangents(
+        arrays.stop / arrays.reach
+    )
     flow = PQSE_SHARE * arcs / (4.0 * np.pi) * (larger - larger[arrays.twin])
     flow = np.maximum(flow, 0.0)
     outflow = np.bincount(giver, flow, body.faces)
     with np.errstate(divide="ignore", invalid="ignore"):
         limit = np.where(outflow > start, start / outflow, 1.0)
     flow *= limit[giver]
-    change = np.bincount(arrays.face, flow, body.faces) - np.bincount(giver, flow, body.faces)
+    change = np.bincount(arrays.face, flow, body.faces) - np.bincount(
+        giver, flow, body.faces
+    )
     return np.asarray(np.maximum(start + change, 0.0))
 
 
@@ -114,7 +125,9 @@ def _arctangents(values: Array) -> Array:
     return np.asarray(8.0 * values * series)
 
 
-COMBINED_WEIGHT = 0.75  # c of Eq. 9 as published: the weight of MEAE beside NQSE (section 4.E).
+COMBINED_WEIGHT = (
+    0.75  # c of Eq. 9 as published: the weight of MEAE beside NQSE (section 4.E).
+)
 
 
 def eae(resting: poses.RestingPoses) -> Array:

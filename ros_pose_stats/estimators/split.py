@@ -47,8 +47,9 @@ def split(resting: RestingPoses, scene: DropScene) -> Array:
     weight[wanted] = component_weights(rows).reshape(-1, 3)
     probability = descend_splits(weight, kept_shares(resting), tree, wanted)
     across = resting.curves[1]
-    return published.normalized(resting.clusters.gather(probability)
-                                * np.exp(ACROSS * (across.min() - across)))
+    return published.normalized(
+        resting.clusters.gather(probability) * np.exp(ACROSS * (across.min() - across))
+    )
 
 
 def split_inputs(resting: RestingPoses, scene: DropScene) -> Array:
@@ -56,8 +57,13 @@ def split_inputs(resting: RestingPoses, scene: DropScene) -> Array:
     wanted = resting.clusters.split
     features = resting.split_features[wanted]
     rows = features.reshape(-1, features.shape[2])
-    about = np.concatenate((resting.shape_features, fitted.scene_inputs(resting, scene),
-                            fitted.corner_inputs(resting)))
+    about = np.concatenate(
+        (
+            resting.shape_features,
+            fitted.scene_inputs(resting, scene),
+            fitted.corner_inputs(resting),
+        )
+    )
     same = np.broadcast_to(about, (rows.shape[0], about.shape[0]))
     return np.hstack((rows, same, fitted.rolling_inputs(resting)))
 
@@ -85,7 +91,9 @@ def kept_shares(resting: RestingPoses) -> Array:
     return kept
 
 
-def component_weights(rows: Array, fits: Sequence[fitted.SplitFit] = fitted.SPLIT_FITS) -> Array:
+def component_weights(
+    rows: Array, fits: Sequence[fitted.SplitFit] = fitted.SPLIT_FITS
+) -> Array:
     """Logarithm (n,) of the weights of components from their inputs (n, 26)."""
     left, held = component_bases(rows)
     told = [np.logaddexp(left + fit.left(rows), held + fit.held(rows)) for fit in fits]

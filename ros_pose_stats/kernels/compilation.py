@@ -19,8 +19,13 @@ from .machine_code import NAME, KernelDispatcher, KernelFile, cache_directory, c
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 # No fastmath: "no event" is infinity, and it would be assumed away.
-OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "nopython": True,
-                           "boundscheck": None, "no_cfunc_wrapper": True}  # none is called from C
+OPTIONS: dict[str, Any] = {
+    "nogil": True,
+    "error_model": "numpy",
+    "nopython": True,
+    "boundscheck": None,
+    "no_cfunc_wrapper": True,
+}  # none is called from C
 
 # `_nrt`, an option that numba keeps to itself: without its run time a helper counts no
 # references, and can make no arrays.
@@ -54,7 +59,9 @@ class Helper:
         return self._alone(*arguments)
 
 
-typeof_impl.register(Helper, lambda helper, context: typeof_impl(helper.within, context))
+typeof_impl.register(
+    Helper, lambda helper, context: typeof_impl(helper.within, context)
+)
 
 
 class EntryKernel(KernelDispatcher):
@@ -132,7 +139,9 @@ def all_kernels() -> list[EntryKernel]:
     package = import_module(__package__)
     for module in walk_packages(package.__path__, f"{__package__}."):
         import_module(module.name)
-    return [one for one in _entry_kernels if one.py_func.__module__.startswith(__package__)]
+    return [
+        one for one in _entry_kernels if one.py_func.__module__.startswith(__package__)
+    ]
 
 
 def prepare_kernels() -> None:
@@ -178,9 +187,14 @@ def compile_missing(on_progress: Callable[[int, int], object]) -> int:
         module = one.py_func.__module__.partition(".kernels.")[2]
         place = next((k for k, modules in enumerate(TOGETHER) if module in modules), -1)
         families[place].append(one.name)
-    with ProcessPoolExecutor(min(len(families), os.cpu_count() or 1),
-                             multiprocessing.get_context("spawn"), _end_quietly) as pool:
-        pending = {pool.submit(_compile_family, family) for family in families if family}
+    with ProcessPoolExecutor(
+        min(len(families), os.cpu_count() or 1),
+        multiprocessing.get_context("spawn"),
+        _end_quietly,
+    ) as pool:
+        pending = {
+            pool.submit(_compile_family, family) for family in families if family
+        }
         while pending:
             finished, pending = wait(pending, GLANCE)
             for future in finished:

@@ -82,7 +82,9 @@ class KernelLibrary(core.codegen.JITCodeLibrary):
 
     def _finalize_final_module(self) -> None:
         """Emit what comes from the disk; all else is closed (`_finalized`), to be linked."""
-        if self._object_caching_enabled and self._compiled_object is not None:  # from the disk
+        if (
+            self._object_caching_enabled and self._compiled_object is not None
+        ):  # from the disk
             self._emitted = True
             super()._finalize_final_module()
         else:
@@ -102,17 +104,27 @@ class KernelLibrary(core.codegen.JITCodeLibrary):
     def serialize_using_object_code(self) -> tuple[str, str, tuple[bytes, bytes]]:
         """Machine code and the names in it; LLVM's form would make files five times as large."""
         self._ensure_finalized()
-        return self.name, "object", (self._get_compiled_object(), _names_of(self._final_module))
+        return (
+            self.name,
+            "object",
+            (self._get_compiled_object(), _names_of(self._final_module)),
+        )
 
 
 def _names_of(module: Any) -> bytes:
     """A module with the names by which a kernel is called, and nothing behind them."""
-    functions = [function.name for function in module.functions
-                 if not function.is_declaration and function.linkage == llvm.Linkage.external]
+    functions = [
+        function.name
+        for function in module.functions
+        if not function.is_declaration and function.linkage == llvm.Linkage.external
+    ]
     environments = {ENVIRONMENT + name.removeprefix("_ZN") for name in functions}
     text = [f'define void @"{name}"() {{ ret void }}' for name in functions]
-    text += [f'@"{variable.name}" = global i8 0' for variable in module.global_variables
-             if variable.name in environments]
+    text += [
+        f'@"{variable.name}" = global i8 0'
+        for variable in module.global_variables
+        if variable.name in environments
+    ]
     return bytes(llvm.parse_assembly("\n".join(text)).as_bitcode())
 
 
@@ -182,8 +194,15 @@ def _compile_overload(function: Any = None, **options: Any) -> Any:
     """Compile a function of numba's own, such as `np.zeros`, that a kernel calls."""
     if function is None:
         return partial(_compile_overload, **options)
-    return KernelDispatcher(function, targetoptions={
-        "nopython": True, "boundscheck": None, "no_cfunc_wrapper": True, **options})
+    return KernelDispatcher(
+        function,
+        targetoptions={
+            "nopython": True,
+            "boundscheck": None,
+            "no_cfunc_wrapper": True,
+            **options,
+        },
+    )
 
 
 core.target_extension.target_registry[NAME] = Kernels
@@ -209,7 +228,11 @@ def cache_directory() -> Path:
     Else a folder for this process alone. The code is unpickled, so none of another owner is taken.
     """
     name = source_digest()
-    roots = [os.environ.get("NUMBA_CACHE_DIR"), os.environ.get("XDG_CACHE_HOME"), "~/.cache"]
+    roots = [
+        os.environ.get("NUMBA_CACHE_DIR"),
+        os.environ.get("XDG_CACHE_HOME"),
+        "~/.cache",
+    ]
     for root in roots:
         if not root:
             continue
@@ -269,7 +292,11 @@ class KernelFile:
             fill, KernelFile.fill_store = KernelFile.fill_store, None
             fill()
             stored = self.read()
-        return None if stored is None else core.compiler.CompileResult._rebuild(context, *stored)
+        return (
+            None
+            if stored is None
+            else core.compiler.CompileResult._rebuild(context, *stored)
+        )
 
     def save_overload(self, _: Any, compiled: Any) -> None:
         """Keep a compiled kernel."""
@@ -285,5 +312,9 @@ class KernelFile:
             self._warn("written", error)
 
     def _warn(self, done: str, error: Exception) -> None:
-        warnings.warn(f"machine code of {self._name} in {self.file.parent} cannot be {done} "
-                      f"({type(error).__name__}: {error})", RuntimeWarning, stacklevel=2)
+        warnings.warn(
+            f"machine code of {self._name} in {self.file.parent} cannot be {done} "
+            f"({type(error).__name__}: {error})",
+            RuntimeWarning,
+            stacklevel=2,
+        )

@@ -15,7 +15,7 @@ from .vectors import dot, point_at, turned
 _SWEEPS = 12
 """Convergence is quadratic: five sweeps do for any tensor of doubles."""
 
-_NEGLIGIBLE = 2.0 ** -53
+_NEGLIGIBLE = 2.0**-53
 """Entries below this share of both diagonal ones are lost in their rounding."""
 
 _PAIRS = ((0, 1, 2), (0, 2, 1), (1, 2, 0))
@@ -69,7 +69,10 @@ def _annihilate(a: Array, axes: Array, p: int, q: int, other: int) -> None:
     i, j, k, m = min(p, other), max(p, other), min(q, other), max(q, other)
     a[i, j], a[k, m] = c * a[i, j] - s * a[k, m], s * a[i, j] + c * a[k, m]
     for r in range(3):
-        axes[r, p], axes[r, q] = c * axes[r, p] - s * axes[r, q], s * axes[r, p] + c * axes[r, q]
+        axes[r, p], axes[r, q] = (
+            c * axes[r, p] - s * axes[r, q],
+            s * axes[r, p] + c * axes[r, q],
+        )
 
 
 @kernel

@@ -75,7 +75,9 @@ def stable_order(values: Array) -> Index:
             middle, end = min(begin + width, count), min(begin + 2 * width, count)
             left, right = begin, middle
             for k in range(begin, end):
-                if right == end or (left < middle and values[order[left]] <= values[order[right]]):
+                if right == end or (
+                    left < middle and values[order[left]] <= values[order[right]]
+                ):
                     other[k] = order[left]
                     left += 1
                 else:
@@ -87,8 +89,9 @@ def stable_order(values: Array) -> Index:
 
 
 @entry_kernel
-def number_ties(values: Fixed1, tolerance: float, group: FixedIndex1,
-                order: FixedIndex1) -> tuple[Index, int]:
+def number_ties(
+    values: Fixed1, tolerance: float, group: FixedIndex1, order: FixedIndex1
+) -> tuple[Index, int]:
     """Numbers of the ties, each of which opens at its smallest value, and how many there are.
 
     `order` (S,): by rising group, within a group by rising value.
@@ -97,7 +100,11 @@ def number_ties(values: Fixed1, tolerance: float, group: FixedIndex1,
     number, opened = -1, 0
     for i in range(order.shape[0]):
         here = order[i]
-        if i == 0 or group[here] > group[opened] or values[here] - values[opened] > tolerance:
+        if (
+            i == 0
+            or group[here] > group[opened]
+            or values[here] - values[opened] > tolerance
+        ):
             number += 1
             opened = here
         numbers[here] = number

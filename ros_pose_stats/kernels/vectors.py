@@ -42,8 +42,11 @@ def point_at(points: Array, i: int) -> Vec3:
 @inlined
 def triangle_at(points: Array, triangles: Index, t: int) -> tuple[Vec3, Vec3, Vec3]:
     """Corners of triangle t of an array (m, 3) of numbers of points."""
-    return (point_at(points, triangles[t, 0]), point_at(points, triangles[t, 1]),
-            point_at(points, triangles[t, 2]))
+    return (
+        point_at(points, triangles[t, 0]),
+        point_at(points, triangles[t, 1]),
+        point_at(points, triangles[t, 2]),
+    )
 
 
 @inlined
@@ -121,8 +124,11 @@ def length(a: Vec3) -> float:
 @inlined
 def turned(matrix: Array, a: Vec3) -> Vec3:
     """Product of a matrix (3, 3) and a vector."""
-    return Vec3(dot(point_at(matrix, 0), a), dot(point_at(matrix, 1), a),
-                dot(point_at(matrix, 2), a))
+    return Vec3(
+        dot(point_at(matrix, 0), a),
+        dot(point_at(matrix, 1), a),
+        dot(point_at(matrix, 2), a),
+    )
 
 
 @kernel
@@ -134,8 +140,11 @@ def inverse_of(matrix: Array) -> Array:
         for c in range(3):
             d, e = (c + 1) % 3, (c + 2) % 3
             cofactors[c, i] = matrix[j, d] * matrix[k, e] - matrix[j, e] * matrix[k, d]
-    determinant = (matrix[0, 0] * cofactors[0, 0] + matrix[0, 1] * cofactors[1, 0]
-                   + matrix[0, 2] * cofactors[2, 0])
+    determinant = (
+        matrix[0, 0] * cofactors[0, 0]
+        + matrix[0, 1] * cofactors[1, 0]
+        + matrix[0, 2] * cofactors[2, 0]
+    )
     cofactors /= determinant
     return cofactors
 

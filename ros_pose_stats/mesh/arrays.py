@@ -34,7 +34,9 @@ def unmasked(values: Any) -> NDArray[Any]:
 
 def real_array(values: Any) -> Array:
     """Convert to float64, without a copy where it is that already; too large numbers: infinite."""
-    with np.errstate(over="ignore", invalid="ignore"):  # a signalling NaN becomes a quiet one
+    with np.errstate(
+        over="ignore", invalid="ignore"
+    ):  # a signalling NaN becomes a quiet one
         return unmasked(values).astype(np.float64, copy=False)
 
 
@@ -53,24 +55,34 @@ def number_or_nan(value: Any) -> float:
         return np.nan
 
 
-def checked_mesh(vertices: ArrayLike, triangles: ArrayLike, unit: float
-                 ) -> tuple[Array, NDArray[np.uint32]]:
+def checked_mesh(
+    vertices: ArrayLike, triangles: ArrayLike, unit: float
+) -> tuple[Array, NDArray[np.uint32]]:
     """Copy a mesh into arrays of its own: vertices (V, 3) in metres, triangles (T, 3) uint32."""
     with np.errstate(over="ignore", invalid="ignore"):  # refused below
         places = np.ascontiguousarray(_numbers(vertices, "vertices") * unit)
     if places.ndim != 2 or places.shape[1] != 3:
-        raise MeshError("vertices of shape (V, 3)", f"shape {places.shape}",
-                        "give one x y z row a vertex")
+        raise MeshError(
+            "vertices of shape (V, 3)",
+            f"shape {places.shape}",
+            "give one x y z row a vertex",
+        )
     if not np.isfinite(places).all():
         row = int(np.flatnonzero(~np.isfinite(places).all(axis=1))[0])
-        raise MeshError("finite vertices", f"{places[row].tolist()} at vertex {row}",
-                        "export the mesh again")
+        raise MeshError(
+            "finite vertices",
+            f"{places[row].tolist()} at vertex {row}",
+            "export the mesh again",
+        )
     corners = _indices(triangles, len(places))
     with np.errstate(over="ignore"):
         extent = max(float(np.ptp(along)) for along in used_points(places, corners).T)
     if extent != 0.0 and not _SMALLEST_EXTENT < extent < _LARGEST_EXTENT:
-        raise MeshError(f"an extent from {_SMALLEST_EXTENT:g} to {_LARGEST_EXTENT:g} m",
-                        f"{extent:g} m", "check the unit")
+        raise MeshError(
+            f"an extent from {_SMALLEST_EXTENT:g} to {_LARGEST_EXTENT:g} m",
+            f"{extent:g} m",
+            "check the unit",
+        )
     return places, corners
 
 
@@ -79,8 +91,11 @@ def _numbers(values: ArrayLike, what: str) -> Array:
     try:
         return real_array(values)
     except NOT_NUMBERS as error:
-        raise MeshError(f"{what} as rows of three numbers", f"{type(values).__name__} ({error})",
-                        "give a list of rows or an array") from error
+        raise MeshError(
+            f"{what} as rows of three numbers",
+            f"{type(values).__name__} ({error})",
+            "give a list of rows or an array",
+        ) from error
 
 
 def _indices(triangles: ArrayLike, vertex_count: int) -> NDArray[np.uint32]:
@@ -88,29 +103,43 @@ def _indices(triangles: ArrayLike, vertex_count: int) -> NDArray[np.uint32]:
     try:
         given = unmasked(triangles)
     except ValueError as error:
-        raise MeshError("triangles of shape (T, 3)", f"{error}",
-                        "split polygons into triangles") from error
+        raise MeshError(
+            "triangles of shape (T, 3)", f"{error}", "split polygons into triangles"
+        ) from error
     except TypeError as error:
-        raise MeshError("triangles as rows of three numbers", f"{error}",
-                        "give a list of rows or an array of integers") from error
+        raise MeshError(
+            "triangles as rows of three numbers",
+            f"{error}",
+            "give a list of rows or an array of integers",
+        ) from error
     if given.size == 0:
-        raise MeshError("at least four triangles", "none", "a point cloud is not a part")
+        raise MeshError(
+            "at least four triangles", "none", "a point cloud is not a part"
+        )
     if given.ndim != 2 or given.shape[1] != 3:
-        raise MeshError("triangles of shape (T, 3)", f"shape {given.shape}",
-                        "split polygons into triangles")
+        raise MeshError(
+            "triangles of shape (T, 3)",
+            f"shape {given.shape}",
+            "split polygons into triangles",
+        )
     if given.dtype.kind not in "iu":
         given = _numbers(given, "triangles")
         whole = np.isfinite(given) & (np.floor(given) == given)
         if not whole.all():
             row, column = (int(k[0]) for k in np.nonzero(~whole))
-            raise MeshError("whole vertex numbers", f"{given[row, column]} in triangle {row}",
-                            "give integers")
+            raise MeshError(
+                "whole vertex numbers",
+                f"{given[row, column]} in triangle {row}",
+                "give integers",
+            )
     if given.min() < 0 or given.max() >= vertex_count:
         outside = (given < 0) | (given >= vertex_count)
         row, column = (int(k[0]) for k in np.nonzero(outside))
-        raise MeshError(f"vertex numbers from 0 to {vertex_count - 1}",
-                        f"{int(given[row, column])} in triangle {row}",
-                        "count vertices from 0")
+        raise MeshError(
+            f"vertex numbers from 0 to {vertex_count - 1}",
+            f"{int(given[row, column])} in triangle {row}",
+            "count vertices from 0",
+        )
     return np.ascontiguousarray(given.astype(np.uint32))
 
 
@@ -136,6 +165,7 @@ def coordinate_rounding(vertices: ArrayLike, triangles: NDArray[np.uint32]) -> f
     points = used_points(real_array(vertices), triangles)
     largest = float(np.abs(points).max())
     if largest < float(np.finfo(np.float32).max) and np.array_equal(
-            points, points.astype(np.float32)):
+        points, points.astype(np.float32)
+    ):
         return largest * 2.0**-24
     return largest * 2.0**-53

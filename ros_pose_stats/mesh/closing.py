@@ -38,7 +38,9 @@ _MOST_OPEN_EDGES = 1.0
 class Closing(NamedTuple):
     """What came of closing the holes of a mesh."""
 
-    shells: winding.Shells | None  # the closed surface; None where it is not plain how to close it
+    shells: (
+        winding.Shells | None
+    )  # the closed surface; None where it is not plain how to close it
     problem: str = ""  # why there is none, to go on from "the mesh"
     holes: int = 0  # loops of open edges
     # largest volume that other caps without corners of their own may add or remove: that of the
@@ -68,8 +70,10 @@ def close_holes(vertices: Array, triangles: Index) -> Closing:
         return Closing(None, f"has {holes}, of which two may be the ends of one bore")
     caps = [_cap(points, together) for together in _coplanar(points, loops)]
     closed = np.concatenate([wound, *caps])
-    if _area(points, closed[len(wound):]) > LARGEST_SHARE * _area(points, wound):
-        return Closing(None, f"is a sheet, with {holes}, rather than the surface of a solid")
+    if _area(points, closed[len(wound) :]) > LARGEST_SHARE * _area(points, wound):
+        return Closing(
+            None, f"is a sheet, with {holes}, rather than the surface of a solid"
+        )
     cap = np.repeat(np.arange(len(caps) + 1), [len(wound), *map(len, caps)])
     if overlap.reach_into_each_other(points, closed, cap):
         return Closing(None, f"has {holes}, whose caps would cross the surface")
@@ -88,14 +92,25 @@ def _wall_lost(points: Array, edges: "OpenEdges", rims: Sequence[Index]) -> bool
             continue
         corners, beside = points[edges.begin[rim]], points[edges.beside[rim]]
         normal, center = _normal(corners), corners.sum(axis=0) / len(rim)
-        if np.abs(((np.concatenate((corners, beside)) - center) * normal).sum(axis=1)
-                  ).max() > tolerances.COPLANAR:
+        if (
+            np.abs(
+                ((np.concatenate((corners, beside)) - center) * normal).sum(axis=1)
+            ).max()
+            > tolerances.COPLANAR
+        ):
             continue
         away = np.sort(vectors.lengths(corners - center))
         away /= away[-1]
         for other, its_center, its_normal in shapes:
-            apart = abs(float(((center - its_center) * its_normal).sum())) > tolerances.COPLANAR
-            if apart and len(other) == len(away) and np.allclose(other, away, 0.0, 1e-3):
+            apart = (
+                abs(float(((center - its_center) * its_normal).sum()))
+                > tolerances.COPLANAR
+            )
+            if (
+                apart
+                and len(other) == len(away)
+                and np.allclose(other, away, 0.0, 1e-3)
+            ):
                 return True
         shapes.append((away, center, normal))
     return False
@@ -111,8 +126,14 @@ def _coplanar(points: Array, loops: Sequence[Index]) -> list[list[Index]]:
         plane: Array = np.full(4, np.nan)  # of a loop alone: equal to none
         if normal.any() and float(np.ptp(heights)) < tolerances.COPLANAR:
             plane = np.append(normal, heights.mean())
-        same = [k for k, other in enumerate(planes) if any(
-            (np.abs(plane - side * other) < SAME_PLANE).all() for side in (1.0, -1.0))]
+        same = [
+            k
+            for k, other in enumerate(planes)
+            if any(
+                (np.abs(plane - side * other) < SAME_PLANE).all()
+                for side in (1.0, -1.0)
+            )
+        ]
         if same:
             groups[same[0]].append(loop)
         else:
@@ -139,7 +160,9 @@ def _across(points: Array, loops: Sequence[Index]) -> Array:
     normals = np.array([_area_vector(points[loop]) for loop in loops])
     normal = normals[vectors.lengths(normals).argmax()]
     if float((normal * normal).sum()) > _SLIT * float((longest * longest).sum()) ** 2:
-        along = np.eye(3)[np.abs(normal).argmin()]  # the coordinate axis farthest from it
+        along = np.eye(3)[
+            np.abs(normal).argmin()
+        ]  # the coordinate axis farthest from it
     else:  # any plane that holds the slit will do
         along, normal = longest, np.cross(longest, np.eye(3)[np.abs(longest).argmin()])
     second = np.cross(normal, along)
@@ -164,7 +187,12 @@ def _normal(corners: Array) -> Array:
 def _area(points: Array, triangles: Index) -> float:
     """Area of triangles (T, 3)."""
     a, b, c = (points[triangles[:, k]] for k in range(3))
-    return float(vectors.lengths(np.asarray(np.cross(b - a, c - a), dtype=np.float64)).sum()) / 2.0
+    return (
+        float(
+            vectors.lengths(np.asarray(np.cross(b - a, c - a), dtype=np.float64)).sum()
+        )
+        / 2.0
+    )
 
 
 def _hull_volume(corners: Array) -> float:
@@ -196,14 +224,17 @@ def open_edges(triangles: Index) -> OpenEdges | None:
     if (np.abs(surplus) > 1).any():
         return None
     one, two = order[first[uses == 2]], order[first[uses == 2] + 1]
-    links = np.concatenate((np.stack((one, after[two]), axis=1),
-                            np.stack((after[one], two), axis=1)))
+    links = np.concatenate(
+        (np.stack((one, after[two]), axis=1), np.stack((after[one], two), axis=1))
+    )
     fan = connections.component_labels(len(begin), links)
     lacking = np.flatnonzero(surplus)
     # Of three along an edge any one of the surplus direction stands for the edge.
     place = np.flatnonzero(sense == np.repeat(surplus, uses))
     owner = order[place[np.searchsorted(place, first[lacking])]]
-    return OpenEdges(end[owner], begin[owner], end[after[owner]], fan[after[owner]], fan[owner])
+    return OpenEdges(
+        end[owner], begin[owner], end[after[owner]], fan[after[owner]], fan[owner]
+    )
 
 
 def join_loops(edges: OpenEdges) -> list[Index]:
@@ -223,13 +254,15 @@ def join_loops(edges: OpenEdges) -> list[Index]:
         while leaving[vertex]:
             at[vertex] = len(path)
             ways = leaving[vertex]
-            other = next((k for k, way in enumerate(ways) if edges.begin_fan[way] != fan), 0)
+            other = next(
+                (k for k, way in enumerate(ways) if edges.begin_fan[way] != fan), 0
+            )
             edge = ways.pop(other)
             path.append(edge)
             vertex, fan = end[edge], int(edges.end_fan[edge])
             if vertex in at:
-                loop = path[at[vertex]:]
-                del path[at[vertex]:]
+                loop = path[at[vertex] :]
+                del path[at[vertex] :]
                 loops.append(np.array(loop))
                 for one in loop:
                     del at[begin[one]]

@@ -20,7 +20,9 @@ def visible_triangles(part: Part, most: int = FINEST) -> Array:
     if len(triangles) > most:
         vertices, triangles = part.prepare(_fewer_triangles, most)
     corners = vertices[triangles]
-    return np.concatenate([corners, corners[:, ::-1]]) if is_open else np.asarray(corners)
+    return (
+        np.concatenate([corners, corners[:, ::-1]]) if is_open else np.asarray(corners)
+    )
 
 
 def _is_open(part: Part) -> bool:
@@ -36,7 +38,9 @@ def _drawn_surface(part: Part) -> tuple[Array, Corners]:
 
 def _fewer_triangles(part: Part, most: int) -> tuple[Array, Corners]:
     surface = _drawn_surface(part)
-    if most < FINEST < len(surface[1]):  # a large mesh is gone through once, for all sizes
+    if (
+        most < FINEST < len(surface[1])
+    ):  # a large mesh is gone through once, for all sizes
         surface = part.prepare(_fewer_triangles, FINEST)
     return decimate(*surface, most)
 
@@ -46,9 +50,13 @@ def decimate(vertices: Array, triangles: Corners, most: int) -> tuple[Array, Cor
     from manifold3d import Manifold, Mesh64  # loaded for pictures alone
 
     extent = float(np.ptp(vertices, axis=0).max()) or 1.0
-    apex = vertices.max(axis=0) + extent * np.array([3.0, 5.0, 7.0])  # in no plane of the mesh
+    apex = vertices.max(axis=0) + extent * np.array(
+        [3.0, 5.0, 7.0]
+    )  # in no plane of the mesh
     cone = _cone(triangles, len(vertices))
-    if len(cone) <= len(triangles):  # more rims have only meshes of loose triangles and pairs
+    if len(cone) <= len(
+        triangles
+    ):  # more rims have only meshes of loose triangles and pairs
         closed = np.concatenate([triangles, cone]).astype(np.uint64)
         body = Manifold(Mesh64(np.concatenate([vertices, apex[None]]), closed))
         for tolerance in extent * TOLERANCES:
@@ -69,11 +77,21 @@ def decimate(vertices: Array, triangles: Corners, most: int) -> tuple[Array, Cor
 
 def _cone(triangles: Corners, apex: int) -> Corners:
     """Triangles (r, 3) from all rims of a mesh to an apex, to close it as the modeller demands."""
-    ends = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    ends = np.concatenate(
+        [triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]
+    )
     ends = ends.astype(np.int64)
-    edges, edge = np.unique(ends.min(axis=1) * apex + ends.max(axis=1), return_inverse=True)
+    edges, edge = np.unique(
+        ends.min(axis=1) * apex + ends.max(axis=1), return_inverse=True
+    )
     upward = np.bincount(edge, np.sign(ends[:, 1] - ends[:, 0])).astype(np.int64)
     low, high = edges // apex, edges % apex
-    rims = np.stack([np.where(upward > 0, high, low), np.where(upward > 0, low, high),
-                     np.full_like(low, apex)], axis=1)
+    rims = np.stack(
+        [
+            np.where(upward > 0, high, low),
+            np.where(upward > 0, low, high),
+            np.full_like(low, apex),
+        ],
+        axis=1,
+    )
     return np.repeat(rims, abs(upward), axis=0)

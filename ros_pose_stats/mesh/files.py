@@ -38,8 +38,17 @@ _MOST_SECONDS = 120.0
 
 _PROGRAM = Path(__file__).with_name("reading_process.py")
 
-_SI_PREFIXES = {b"$": 1.0, b".KILO.": 1e3, b".HECTO.": 1e2, b".DECA.": 1e1, b".DECI.": 1e-1,
-                b".CENTI.": 1e-2, b".MILLI.": 1e-3, b".MICRO.": 1e-6, b".NANO.": 1e-9}
+_SI_PREFIXES = {
+    b"$": 1.0,
+    b".KILO.": 1e3,
+    b".HECTO.": 1e2,
+    b".DECA.": 1e1,
+    b".DECI.": 1e-1,
+    b".CENTI.": 1e-2,
+    b".MILLI.": 1e-3,
+    b".MICRO.": 1e-6,
+    b".NANO.": 1e-9,
+}
 _UNITS = re.compile(rb"GLOBAL_UNIT_ASSIGNED_CONTEXT\s*\(\s*\(([^)]*)\)")
 _SI_LENGTH = re.compile(rb"SI_UNIT\s*\(\s*([^,\s]+)\s*,\s*\.METRE\.")
 _CONVERSION = re.compile(rb"CONVERSION_BASED_UNIT\s*\(\s*'[^']*'\s*,\s*#(\d+)")
@@ -48,16 +57,26 @@ _MEASURE = re.compile(rb"LENGTH_MEASURE\s*\(\s*([-+.\dEe]+)\s*\)\s*,\s*#(\d+)")
 SUFFIXES = (".stl", ".obj", ".ply", ".off", ".3mf", *STEP_SUFFIXES)
 
 # The six units of the 3MF core specification.
-_3MF_UNITS = {"micron": 1e-6, "millimeter": 1e-3, "centimeter": 1e-2,
-              "inch": 0.0254, "foot": 0.3048, "meter": 1.0}
+_3MF_UNITS = {
+    "micron": 1e-6,
+    "millimeter": 1e-3,
+    "centimeter": 1e-2,
+    "inch": 0.0254,
+    "foot": 0.3048,
+    "meter": 1.0,
+}
 
 # Lines of an OBJ file that make trimesh cut it into pieces with a copy of all vertices each.
-_OBJ_GROUPS = re.compile(rb"^[ \t]*(?:usemtl|mtllib|o|g)(?:[ \t][^\r\n]*)?$", re.MULTILINE)
+_OBJ_GROUPS = re.compile(
+    rb"^[ \t]*(?:usemtl|mtllib|o|g)(?:[ \t][^\r\n]*)?$", re.MULTILINE
+)
 
 # A face that counts its vertices back, which trimesh does from the end of the file.
 _OBJ_BACKWARDS = re.compile(rb"^[ \t]*f[ \t][^\r\n]*-", re.MULTILINE)
 
-_STL_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+_STL_TRIANGLE = np.dtype(
+    [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")]
+)
 
 
 class FileMesh(NamedTuple):
@@ -74,25 +93,39 @@ class FileMesh(NamedTuple):
     declared: float | None = None
 
 
-def read_mesh(file: str | os.PathLike[str], unit: str | float | None = None, *,
-              unless_declared: bool = False) -> "FileMesh":
+def read_mesh(
+    file: str | os.PathLike[str],
+    unit: str | float | None = None,
+    *,
+    unless_declared: bool = False,
+) -> "FileMesh":
     """Vertices and triangles of a mesh file; `unit` and `unless_declared` as for `load_part`."""
     if not isinstance(file, (str, os.PathLike)):
-        raise MeshFileError("the path of a mesh file", f"{type(file).__name__}",
-                            "give arrays to part_from_mesh instead")
+        raise MeshFileError(
+            "the path of a mesh file",
+            f"{type(file).__name__}",
+            "give arrays to part_from_mesh instead",
+        )
     path = Path(file)
     return parse_mesh(path, read_bytes(path), unit, unless_declared=unless_declared)
 
 
-def parse_mesh(path: Path, content: bytes, unit: str | float | None = None, *,
-               unless_declared: bool = False) -> "FileMesh":
+def parse_mesh(
+    path: Path,
+    content: bytes,
+    unit: str | float | None = None,
+    *,
+    unless_declared: bool = False,
+) -> "FileMesh":
     """The same of what a file holds; `path`: for the format, and for messages."""
     asked = units.asked_unit(unit)
     suffix = path.suffix.lower()
     data = _plain(path, suffix, content)
     declared = None
     if suffix == ".stl" and _is_binary_stl(data):
-        corners = np.frombuffer(data, _STL_TRIANGLE, offset=84)["corners"]  # three a triangle
+        corners = np.frombuffer(data, _STL_TRIANGLE, offset=84)[
+            "corners"
+        ]  # three a triangle
         vertices: Array = corners.reshape(-1, 3).astype(np.float64)
         triangles: Index = np.arange(len(vertices)).reshape(-1, 3)
     elif suffix in STEP_SUFFIXES:
@@ -108,12 +141,20 @@ def parse_mesh(path: Path, content: bytes, unit: str | float | None = None, *,
         vertices, triangles = _joined(_parsed(path, suffix, data))
     announced = _announced_faces(suffix, data)
     if len(triangles) < announced:
-        raise MeshFileError(f"{announced} faces as {path} announces", f"{len(triangles)}",
-                            "the file is cut off or damaged: export it again")
+        raise MeshFileError(
+            f"{announced} faces as {path} announces",
+            f"{len(triangles)}",
+            "the file is cut off or damaged: export it again",
+        )
     if len(triangles) == 0:
-        raise MeshFileError(f"triangles in {path}", "none",
-                            "the file is empty, cut off, or holds only points or curves")
-    length, source = units.unit_that_counts(asked, declared, vertices, triangles, unless_declared)
+        raise MeshFileError(
+            f"triangles in {path}",
+            "none",
+            "the file is empty, cut off, or holds only points or curves",
+        )
+    length, source = units.unit_that_counts(
+        asked, declared, vertices, triangles, unless_declared
+    )
     return FileMesh(vertices, triangles, length, source, declared)
 
 
@@ -123,9 +164,11 @@ def _plain(path: Path, suffix: str, data: bytes) -> bytes:
         count = int.from_bytes(data[80:84], "little")
         length = 84 + 50 * count
         if len(data) < 84 or len(data) < length or (len(data) > length and count == 0):
-            raise MeshFileError("a readable STL file of the length that its header announces",
-                                f"{path} of {len(data)} bytes where {count} triangles take "
-                                f"{length}", "the file is cut off or damaged: export it again")
+            raise MeshFileError(
+                "a readable STL file of the length that its header announces",
+                f"{path} of {len(data)} bytes where {count} triangles take {length}",
+                "the file is cut off or damaged: export it again",
+            )
         return data[:length]
     if suffix in (".stl", ".obj", ".off"):
         try:
@@ -149,15 +192,21 @@ def _parsed(path: Path, suffix: str, data: bytes) -> list[Placed]:
     try:
         if suffix == ".obj" and _OBJ_BACKWARDS.search(data):
             data = _numbered_forwards(data)
-        return list(_placed(trimesh.load_scene(io.BytesIO(data), file_type=suffix[1:], **options)))
+        return list(
+            _placed(
+                trimesh.load_scene(io.BytesIO(data), file_type=suffix[1:], **options)
+            )
+        )
     except MemoryError:
         raise
     except Exception as error:  # each of the four parsers raises errors of its own
         reason = (str(error).strip().splitlines() or [""])[0]
         found = f"{path} ({type(error).__name__}{': ' if reason else ''}{reason})"
-        raise MeshFileError(f"a readable {suffix[1:].upper()} file", found,
-                            "the file is damaged or of another format: export it again, in "
-                            "triangles") from error
+        raise MeshFileError(
+            f"a readable {suffix[1:].upper()} file",
+            found,
+            "the file is damaged or of another format: export it again, in triangles",
+        ) from error
 
 
 def _numbered_forwards(data: bytes) -> bytes:
@@ -183,7 +232,9 @@ def _joined(objects: Iterable[Placed]) -> tuple[Array, Index]:
     offset = 0
     for points, corners, transform in objects:
         if not np.array_equal(transform, np.eye(4)):
-            points = vectors.turn_vectors(points, transform[:3, :3].T) + transform[:3, 3]
+            points = (
+                vectors.turn_vectors(points, transform[:3, :3].T) + transform[:3, 3]
+            )
             a, b, c = transform[:3, :3]
             if float((np.cross(a, b) * c).sum()) < 0.0:  # a reflection
                 corners = corners[:, ::-1]
@@ -199,8 +250,13 @@ def _placed(scene: "Scene") -> Iterator[Placed]:
         mesh = scene.geometry[scene.graph[node][1]]
         corners = getattr(mesh, "faces", None)
         if corners is not None and len(corners):
-            yield (np.array(mesh.vertices, dtype=np.float64).reshape(len(mesh.vertices), 3),
-                   np.array(corners, dtype=np.int64), _placement(scene, node))
+            yield (
+                np.array(mesh.vertices, dtype=np.float64).reshape(
+                    len(mesh.vertices), 3
+                ),
+                np.array(corners, dtype=np.int64),
+                _placement(scene, node),
+            )
 
 
 def _placement(scene: "Scene", node: str) -> Array:
@@ -230,26 +286,37 @@ def _announced_faces(suffix: str, data: bytes) -> int:
 
 def _is_binary_stl(data: bytes) -> bool:
     """Whether the length fits the count in the header; `solid` may open either kind."""
-    return len(data) >= 84 and len(data) == 84 + 50 * int.from_bytes(data[80:84], "little")
+    return len(data) >= 84 and len(data) == 84 + 50 * int.from_bytes(
+        data[80:84], "little"
+    )
 
 
 def read_bytes(path: Path) -> bytes:
     """Read a whole mesh file, none that is a pipe or a device: that may never end."""
     if path.suffix.lower() not in SUFFIXES:
-        raise MeshFileError(f"a mesh file ({', '.join(SUFFIXES)})", f"{path}",
-                            "export the part as STEP, STL or 3MF")
+        raise MeshFileError(
+            f"a mesh file ({', '.join(SUFFIXES)})",
+            f"{path}",
+            "export the part as STEP, STL or 3MF",
+        )
     try:
         data = read_file(path)
     except NotAFileError as error:
-        raise MeshFileError("a mesh file", f"{path}, which is {error.strerror}",
-                            "write what comes from it to a file") from error
+        raise MeshFileError(
+            "a mesh file",
+            f"{path}, which is {error.strerror}",
+            "write what comes from it to a file",
+        ) from error
     except (OSError, ValueError) as error:  # the second of names that no file can have
-        raise MeshFileError("a readable mesh file",
-                            f"{str(path)!r} ({getattr(error, 'strerror', error)})",
-                            "check the path and its permissions") from error
+        raise MeshFileError(
+            "a readable mesh file",
+            f"{str(path)!r} ({getattr(error, 'strerror', error)})",
+            "check the path and its permissions",
+        ) from error
     if not data:
-        raise MeshFileError("a mesh file with content", f"{path}, which is empty",
-                            "export it again")
+        raise MeshFileError(
+            "a mesh file with content", f"{path}, which is empty", "export it again"
+        )
     return data
 
 
@@ -265,8 +332,11 @@ def tessellate_step(path: Path, data: bytes) -> bytes:
     """GLB file in metres of a STEP file, every circle with 96 sides."""
     found = importlib.util.find_spec("cascadio")
     if found is None or found.origin is None:
-        raise MeshFileError("the package cascadio, which reads STEP files", f"{path} without it",
-                            "pip install cascadio, or export the part as STL or 3MF")
+        raise MeshFileError(
+            "the package cascadio, which reads STEP files",
+            f"{path} without it",
+            "pip install cascadio, or export the part as STL or 3MF",
+        )
     return _read_apart(path, data, "STEP", str(Path(found.origin).parents[1]))
 
 
@@ -275,34 +345,49 @@ def unpack_3mf(path: Path, data: bytes) -> tuple[str, list[Placed]]:
     line, _, arrays = _read_apart(path, data, "3MF", "").partition(b"\n")
     head = json.loads(line)
     if "unreadable" in head:
-        raise MeshFileError("a readable 3MF file", f"{path} ({head['unreadable']})",
-                            "the file is damaged or of another format: export it again")
+        raise MeshFileError(
+            "a readable 3MF file",
+            f"{path} ({head['unreadable']})",
+            "the file is damaged or of another format: export it again",
+        )
     if "refused" in head:
         expected, came, remedy = head["refused"]
         raise MeshFileError(f"a 3MF file with {expected}", f"{path} ({came})", remedy)
     objects, offset = [], 0
     for coordinates, corners in head["sizes"]:
         split, end = offset + 8 * coordinates, offset + 8 * (coordinates + corners)
-        objects.append((np.frombuffer(arrays[offset:split], np.float64).reshape(-1, 3),
-                        np.frombuffer(arrays[split:end], np.int64).reshape(-1, 3)))
+        objects.append(
+            (
+                np.frombuffer(arrays[offset:split], np.float64).reshape(-1, 3),
+                np.frombuffer(arrays[split:end], np.int64).reshape(-1, 3),
+            )
+        )
         offset = end
-    return head["unit"], [(*objects[number], np.reshape([*matrix, 0.0, 0.0, 0.0, 1.0], (4, 4)))
-                          for number, matrix in head["placed"]]
+    return head["unit"], [
+        (*objects[number], np.reshape([*matrix, 0.0, 0.0, 0.0, 1.0], (4, 4)))
+        for number, matrix in head["placed"]
+    ]
 
 
 def _read_apart(path: Path, data: bytes, kind: str, folder: str) -> bytes:
     # Neither the folder where this runs nor the user's Python settings can change what is loaded.
     command = [sys.executable, "-I", "-S", str(_PROGRAM), str(os.getpid()), folder]
     try:
-        ran = subprocess.run(command, input=data, capture_output=True, timeout=_MOST_SECONDS,
-                             check=False)
+        ran = subprocess.run(
+            command, input=data, capture_output=True, timeout=_MOST_SECONDS, check=False
+        )
     except subprocess.TimeoutExpired as error:
-        raise MeshFileError(f"a {kind} file that is read within {_MOST_SECONDS:g} s",
-                            f"{path} of {len(data) / 1e6:.3g} MB, which takes longer",
-                            "export single parts, or export as STL") from error
+        raise MeshFileError(
+            f"a {kind} file that is read within {_MOST_SECONDS:g} s",
+            f"{path} of {len(data) / 1e6:.3g} MB, which takes longer",
+            "export single parts, or export as STL",
+        ) from error
     if ran.returncode != 0 or not ran.stdout:
-        raise MeshFileError(f"a readable {kind} file", f"{path} of {len(data)} bytes",
-                            "the file is cut off, damaged or of another format: export it again")
+        raise MeshFileError(
+            f"a readable {kind} file",
+            f"{path} of {len(data)} bytes",
+            "the file is cut off, damaged or of another format: export it again",
+        )
     return ran.stdout
 
 

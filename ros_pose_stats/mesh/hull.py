@@ -26,7 +26,9 @@ _FEW = 6  # corners of a face in the sample that chance alone may put there
 CORNERS_SHAKEN = 1e-10
 """By how much corners of a body that was made here are moved while their hull is found."""
 
-COUNTED = 1e-10  # points this close to a face, as a fraction of the size, are counted with it
+COUNTED = (
+    1e-10  # points this close to a face, as a fraction of the size, are counted with it
+)
 
 
 class Facets(NamedTuple):
@@ -67,9 +69,11 @@ def hull_of(points: Array) -> Hull:
 
 
 def _flat(points: Array) -> errors.MeshError:
-    return errors.MeshError("points that span a volume",
-                            f"{len(points)} points in a plane or line",
-                            "check that the mesh is a solid part")
+    return errors.MeshError(
+        "points that span a volume",
+        f"{len(points)} points in a plane or line",
+        "check that the mesh is a solid part",
+    )
 
 
 def _facets(points: Array) -> Facets:
@@ -86,7 +90,9 @@ def _facets(points: Array) -> Facets:
 
 
 def _copy_facets(points: Array, qhull: ConvexHull) -> Facets:
-    return Facets(points, qhull.simplices, qhull.neighbors, qhull.equations, float(qhull.volume))
+    return Facets(
+        points, qhull.simplices, qhull.neighbors, qhull.equations, float(qhull.volume)
+    )
 
 
 def hull_of_corners(points: Array) -> tuple[Index, Index]:
@@ -94,7 +100,9 @@ def hull_of_corners(points: Array) -> tuple[Index, Index]:
 
     For round ends with hundreds of corners points are moved, by less than merges triangles.
     """
-    moves = np.random.default_rng(0).uniform(-CORNERS_SHAKEN, CORNERS_SHAKEN, points.shape)
+    moves = np.random.default_rng(0).uniform(
+        -CORNERS_SHAKEN, CORNERS_SHAKEN, points.shape
+    )
     try:
         qhull = ConvexHull(points + moves)
     except QhullError as error:
@@ -129,8 +137,10 @@ def is_crowded(points: Array) -> bool:
     # All triangles of a face have its plane.
     planes, triangles = np.unique(hull.equations, axis=0, return_counts=True)
     often = np.argsort(-triangles, kind="stable")[:6]
-    suspect = often[(triangles[often] + 2 > _FEW)
-                    & ((triangles[often] + 2) * len(points) > CROWD * _SAMPLE)]
+    suspect = often[
+        (triangles[often] + 2 > _FEW)
+        & ((triangles[often] + 2) * len(points) > CROWD * _SAMPLE)
+    ]
     return any(_corners_on(points, planes[k]) > CROWD for k in suspect.tolist())
 
 

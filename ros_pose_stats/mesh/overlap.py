@@ -54,8 +54,7 @@ class _Elements(NamedTuple):
     body: Index  # (N,)
 
     def pick(self, chosen: Mask) -> "_Elements":
-        return self if chosen.all() else _Elements._make(
-            each[chosen] for each in self)
+        return self if chosen.all() else _Elements._make(each[chosen] for each in self)
 
 
 class _Passages(NamedTuple):
@@ -72,11 +71,19 @@ def reach_into_each_other(points: Array, triangles: Index, body: Index) -> bool:
     """Whether bodies, scaled to size one, reach into each other by more than `OVERLAP`."""
     if (body == body[0]).all():
         return False
-    begin, end, far = triangles.ravel(), triangles[:, [1, 2, 0]], triangles[:, [2, 0, 1]]
+    begin, end, far = (
+        triangles.ravel(),
+        triangles[:, [1, 2, 0]],
+        triangles[:, [2, 0, 1]],
+    )
     once = begin < end.ravel()  # a closed surface runs along each edge both ways
     corners = np.stack((begin, end.ravel(), far.ravel()), axis=1)[once]
-    waiting = [(_elements(points, corners, 2, np.repeat(body, 3)[once]),
-                _elements(points, triangles, 3, body))]
+    waiting = [
+        (
+            _elements(points, corners, 2, np.repeat(body, 3)[once]),
+            _elements(points, triangles, 3, body),
+        )
+    ]
     budget = min(max(_PAIRS_EACH * len(triangles), _FEWEST_PAIRS), _MOST_PAIRS)
     rims = _MOST_RIMS
     while waiting and budget > 0:
@@ -95,7 +102,9 @@ def reach_into_each_other(points: Array, triangles: Index, body: Index) -> bool:
             if not passages.in_rim.all():
                 return True
             for k in range(min(rims, len(passages.body))):
-                if _meets_inside(points, triangles[body == passages.body[k]], passages, k):
+                if _meets_inside(
+                    points, triangles[body == passages.body[k]], passages, k
+                ):
                     return True
             rims -= min(rims, len(passages.body))
             budget -= tested
@@ -119,8 +128,10 @@ def _near_others(own: _Elements, others: _Elements) -> Mask:
     if len(others.body) == 0:
         return ~near
     for axis in range(3):
-        for reach, limit in ((own.high[:, axis], others.low[:, axis]),
-                             (-own.low[:, axis], -others.high[:, axis])):
+        for reach, limit in (
+            (own.high[:, axis], others.low[:, axis]),
+            (-own.low[:, axis], -others.high[:, axis]),
+        ):
             first = int(limit.argmin())
             holder = others.body[first]
             rest = limit[others.body != holder].min(initial=np.inf)
@@ -128,7 +139,9 @@ def _near_others(own: _Elements, others: _Elements) -> Mask:
     return near
 
 
-def _halves(edges: _Elements, faces: _Elements) -> list[tuple[_Elements, _Elements]] | None:
+def _halves(
+    edges: _Elements, faces: _Elements
+) -> list[tuple[_Elements, _Elements]] | None:
     """Divide both lists by the best of three planes; None if none is worthwhile."""
     best, outcome = _WORTHWHILE * len(edges.body) * len(faces.body), None
     middle = np.median(0.5 * (faces.low + faces.high), axis=0)
@@ -144,14 +157,17 @@ def _halves(edges: _Elements, faces: _Elements) -> list[tuple[_Elements, _Elemen
     return [(edges.pick(side[0]), faces.pick(side[1])) for side in outcome]
 
 
-def _passages(points: Array, edges: _Elements, faces: _Elements
-              ) -> Iterator[tuple[int, _Passages]]:
+def _passages(
+    points: Array, edges: _Elements, faces: _Elements
+) -> Iterator[tuple[int, _Passages]]:
     """Yield all passages between two lists, with the number of pairs tested for them."""
     rows = max(1, _AT_ONCE // max(1, len(faces.body)))
     corner = points[faces.corners]
     area = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 1])
     length = np.linalg.norm(area, axis=1)
-    normal = area / np.where(length > 0.0, length, 1.0)[:, None]  # zeros where there is no area
+    normal = (
+        area / np.where(length > 0.0, length, 1.0)[:, None]
+    )  # zeros where there is no area
     for start in range(0, len(edges.body), rows):
         some = slice(start, start + rows)
         meet = edges.body[some, None] != faces.body
@@ -159,36 +175,59 @@ def _passages(points: Array, edges: _Elements, faces: _Elements
             meet &= edges.low[some, None, axis] < faces.high[:, axis]
             meet &= edges.high[some, None, axis] > faces.low[:, axis]
         edge, face = np.nonzero(meet)
-        yield meet.size, _through(points, edges.corners, faces, normal, edge + start, face)
+        yield (
+            meet.size,
+            _through(points, edges.corners, faces, normal, edge + start, face),
+        )
 
 
-def _through(points: Array, edges: Index, faces: _Elements, normals: Array, edge: Index,
-             face: Index) -> _Passages:
+def _through(
+    points: Array,
+    edges: Index,
+    faces: _Elements,
+    normals: Array,
+    edge: Index,
+    face: Index,
+) -> _Passages:
     """Find the passages among pairs of edges (k,) and faces (k,), numbers in their lists.
 
     Most pairs drop out by what is cheap: the triangle's plane, then the box around it.
     """
     normal = normals[face]
     ends = points[edges[edge, :2]]
-    depth = np.einsum("kei,ki->ke", ends - points[faces.corners[face, 0]][:, None], normal)
-    deep = np.flatnonzero((np.minimum(depth[:, 0], depth[:, 1]) < -OVERLAP)
-                          & (np.maximum(depth[:, 0], depth[:, 1]) > OVERLAP))
+    depth = np.einsum(
+        "kei,ki->ke", ends - points[faces.corners[face, 0]][:, None], normal
+    )
+    deep = np.flatnonzero(
+        (np.minimum(depth[:, 0], depth[:, 1]) < -OVERLAP)
+        & (np.maximum(depth[:, 0], depth[:, 1]) > OVERLAP)
+    )
     ends, depth, normal = ends[deep], depth[deep], normal[deep]
     edge, face = edge[deep], face[deep]
     share = (depth[:, 0] / (depth[:, 0] - depth[:, 1]))[:, None]
     place = ends[:, 0] + share * (ends[:, 1] - ends[:, 0])
-    near = np.flatnonzero(((place > faces.low[face] - _BESIDE)
-                           & (place < faces.high[face] + _BESIDE)).all(axis=1))
+    near = np.flatnonzero(
+        (
+            (place > faces.low[face] - _BESIDE) & (place < faces.high[face] + _BESIDE)
+        ).all(axis=1)
+    )
     ends, depth, normal, place = ends[near], depth[near], normal[near], place[near]
     edge, face = edge[near], face[near]
     corner = points[faces.corners[face]]
     side = np.roll(corner, -1, axis=1) - corner
-    inward = np.cross(normal[:, None], side) / np.linalg.norm(side, axis=2, keepdims=True)
+    inward = np.cross(normal[:, None], side) / np.linalg.norm(
+        side, axis=2, keepdims=True
+    )
     margin = np.einsum("kci,kci->kc", place[:, None] - corner, inward).min(axis=1)
     inner = ends[np.arange(len(ends)), depth.argmin(axis=1)]
     passes = margin > -OVERLAP
-    return _Passages(place[passes], (inner - place)[passes], edges[edge[passes]],
-                     faces.body[face[passes]], margin[passes] <= OVERLAP)
+    return _Passages(
+        place[passes],
+        (inner - place)[passes],
+        edges[edge[passes]],
+        faces.body[face[passes]],
+        margin[passes] <= OVERLAP,
+    )
 
 
 def _meets_inside(points: Array, other: Index, passages: _Passages, k: int) -> bool:

@@ -18,10 +18,17 @@ LEAST_SHARE, MOST_SHARE = 1e-7, 1e10
 """Of mass times squared radius, which a largest moment may have: g mm² are 1e9 too many."""
 
 
-def load_part(file: str | os.PathLike[str], unit: str | float | None = None,
-              center_of_mass: ArrayLike | None = None, mass: float | None = None,
-              inertia: ArrayLike | None = None, *, density: float | None = None, part_id: str = "",
-              unless_declared: bool = False) -> Part:
+def load_part(
+    file: str | os.PathLike[str],
+    unit: str | float | None = None,
+    center_of_mass: ArrayLike | None = None,
+    mass: float | None = None,
+    inertia: ArrayLike | None = None,
+    *,
+    density: float | None = None,
+    part_id: str = "",
+    unless_declared: bool = False,
+) -> Part:
     """Load a part from a mesh file.
 
     Parameters
@@ -49,14 +56,24 @@ def load_part(file: str | os.PathLike[str], unit: str | float | None = None,
         Each with one line that says what is wrong.
     """
     mesh = files.read_mesh(file, unit, unless_declared=unless_declared)
-    return part_of_file(mesh, mass_properties.check_given(center_of_mass, mass, inertia, density),
-                        part_id or text.printable(Path(file).stem))
+    return part_of_file(
+        mesh,
+        mass_properties.check_given(center_of_mass, mass, inertia, density),
+        part_id or text.printable(Path(file).stem),
+    )
 
 
-def part_from_mesh(vertices: ArrayLike | Any, triangles: ArrayLike | None = None,
-                   center_of_mass: ArrayLike | None = None, mass: float | None = None,
-                   inertia: ArrayLike | None = None, *, density: float | None = None,
-                   part_id: str = "", unit: str | float = 1.0) -> Part:
+def part_from_mesh(
+    vertices: ArrayLike | Any,
+    triangles: ArrayLike | None = None,
+    center_of_mass: ArrayLike | None = None,
+    mass: float | None = None,
+    inertia: ArrayLike | None = None,
+    *,
+    density: float | None = None,
+    part_id: str = "",
+    unit: str | float = 1.0,
+) -> Part:
     """Make a part from a triangle mesh.
 
     Parameters
@@ -97,45 +114,76 @@ def part_from_mesh(vertices: ArrayLike | Any, triangles: ArrayLike | None = None
         If `unit` is not a unit, or `part_id` no text.
     """
     if not isinstance(part_id, str):
-        raise errors.RequestError("text for part_id", f"{part_id!r}",
-                                  "leave it out for a name by digest")
+        raise errors.RequestError(
+            "text for part_id", f"{part_id!r}", "leave it out for a name by digest"
+        )
     if triangles is None:
         mesh: Any = vertices
         if not hasattr(mesh, "faces"):
-            raise errors.MeshError("vertices and triangles, or a trimesh.Trimesh",
-                                   f"{type(mesh).__name__} alone", "give the triangles too")
+            raise errors.MeshError(
+                "vertices and triangles, or a trimesh.Trimesh",
+                f"{type(mesh).__name__} alone",
+                "give the triangles too",
+            )
         vertices, triangles = mesh.vertices, mesh.faces
     given = mass_properties.check_given(center_of_mass, mass, inertia, density)
-    return part_of_file(files.FileMesh(vertices, triangles, units.metres_per_unit(unit)), given,
-                        part_id)
+    return part_of_file(
+        files.FileMesh(vertices, triangles, units.metres_per_unit(unit)), given, part_id
+    )
 
 
-def part_of_file(mesh: files.FileMesh, given: mass_properties.GivenProperties,
-                 part_id: str) -> Part:
+def part_of_file(
+    mesh: files.FileMesh, given: mass_properties.GivenProperties, part_id: str
+) -> Part:
     """Check, weld, close, orient and integrate the mesh of a file or of arrays."""
     metres, corners = arrays.checked_mesh(mesh.vertices, mesh.triangles, mesh.unit)
     surface = surface_of(metres, corners.astype(np.int64))
     rounding = arrays.coordinate_rounding(mesh.vertices, corners) * mesh.unit
     kilograms, center, tensor = _mass_properties(given, surface)
-    warnings = (*units.unit_warnings(surface.hull.scale, metres, corners, mesh.unit,
-                                     mesh.unit_source, mesh.declared),
-                *surface.warnings,
-                *_inertia_warning(tensor, kilograms, center, surface))
-    part = Part(part_id, metres, corners, surface.vertices, surface.triangles, kilograms, center,
-                tensor, warnings, rounding, notes=surface.notes)
+    warnings = (
+        *units.unit_warnings(
+            surface.hull.scale,
+            metres,
+            corners,
+            mesh.unit,
+            mesh.unit_source,
+            mesh.declared,
+        ),
+        *surface.warnings,
+        *_inertia_warning(tensor, kilograms, center, surface),
+    )
+    part = Part(
+        part_id,
+        metres,
+        corners,
+        surface.vertices,
+        surface.triangles,
+        kilograms,
+        center,
+        tensor,
+        warnings,
+        rounding,
+        notes=surface.notes,
+    )
     keep_hull(part, surface.hull)
     return part
 
 
-def _mass_properties(given: mass_properties.GivenProperties, surface: Surface
-                     ) -> tuple[float, Array, Array]:
+def _mass_properties(
+    given: mass_properties.GivenProperties, surface: Surface
+) -> tuple[float, Array, Array]:
     """Mass, centre of mass and inertia as they are used: given ones, else those of the solid."""
-    center, kilograms = surface.solid.centroid, 1.0 if given.mass is None else given.mass
+    center, kilograms = (
+        surface.solid.centroid,
+        1.0 if given.mass is None else given.mass,
+    )
     if given.density is not None:
         if surface.from_hull:
-            raise errors.MassPropertiesError("a closed mesh where a density is given",
-                                             "one whose volume is not known, as it is open",
-                                             "give the mass instead, or export the mesh closed")
+            raise errors.MassPropertiesError(
+                "a closed mesh where a density is given",
+                "one whose volume is not known, as it is open",
+                "give the mass instead, or export the mesh closed",
+            )
         kilograms = mass_properties.checked_mass(given.density * surface.solid.volume)
     if given.center_of_mass is not None:
         _check_inside(given.center_of_mass, surface.vertices, surface.hull)
@@ -172,9 +220,19 @@ def shift_center(part: Part, offset: ArrayLike) -> Part:
     center, hull = part.center_of_mass + step, hull_of_part(part)
     _check_inside(center, part.surface_vertices, hull)
     name = "" if part.part_id == parts.digest_name(part.digest) else part.part_id
-    shifted = Part(name, part.vertices, part.triangles, part.surface_vertices,
-                   part.surface_triangles, part.mass, center, part.inertia, part.warnings,
-                   part.rounding, notes=part.notes)
+    shifted = Part(
+        name,
+        part.vertices,
+        part.triangles,
+        part.surface_vertices,
+        part.surface_triangles,
+        part.mass,
+        center,
+        part.inertia,
+        part.warnings,
+        part.rounding,
+        notes=part.notes,
+    )
     keep_hull(shifted, hull)
     return shifted
 
@@ -188,9 +246,11 @@ def _check_inside(center: Array, vertices: Array, hull: Hull) -> None:
         return
     on_hull = beyond <= tolerances.ON_HULL * radius
     where = "on its surface" if on_hull else f"{text.length_in_words(beyond)} outside"
-    raise errors.MassPropertiesError("a centre of mass inside the part's convex hull",
-                                     "({:.6g}, {:.6g}, {:.6g}) mm, ".format(*1e3 * center) + where,
-                                     "check its unit, and that it is in the mesh's own frame")
+    raise errors.MassPropertiesError(
+        "a centre of mass inside the part's convex hull",
+        "({:.6g}, {:.6g}, {:.6g}) mm, ".format(*1e3 * center) + where,
+        "check its unit, and that it is in the mesh's own frame",
+    )
 
 
 def _reach(center: Array, vertices: Array) -> float:
@@ -198,8 +258,9 @@ def _reach(center: Array, vertices: Array) -> float:
     return float(vectors.lengths(vertices - center).max())
 
 
-def _inertia_warning(inertia: Array, mass: float, center: Array,
-                     surface: Surface) -> tuple[str, ...]:
+def _inertia_warning(
+    inertia: Array, mass: float, center: Array, surface: Surface
+) -> tuple[str, ...]:
     """Warn about an inertia that no material inside the hull can have, and refuse absurd ones."""
     reach = _reach(center, surface.vertices)
     limit = mass * reach * reach
@@ -207,9 +268,13 @@ def _inertia_warning(inertia: Array, mass: float, center: Array,
     if not LEAST_SHARE * limit <= largest <= MOST_SHARE * limit:
         raise errors.MassPropertiesError(
             f"moments of inertia from {LEAST_SHARE * limit:.3g} to {MOST_SHARE * limit:.3g} kg m² "
-            f"of a part of this size and mass", f"{largest:.3g} kg m²",
-            "check the unit of the tensor")
+            f"of a part of this size and mass",
+            f"{largest:.3g} kg m²",
+            "check the unit of the tensor",
+        )
     if largest <= limit * (1.0 + tolerances.TRIANGLE_INEQUALITY):
         return ()
-    return (f"INERTIA_SUSPECT: a principal moment of {largest:.3g} kg m² is more than material "
-            f"inside the part can have ({limit:.3g} kg m²); check its unit (kg mm², g mm²).",)
+    return (
+        f"INERTIA_SUSPECT: a principal moment of {largest:.3g} kg m² is more than material "
+        f"inside the part can have ({limit:.3g} kg m²); check its unit (kg mm², g mm²).",
+    )

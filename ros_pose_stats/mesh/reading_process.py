@@ -29,7 +29,9 @@ sides as a rim a thousand times its size, whatever the unit. On circles the angl
 this would divide some of them by 100."""
 
 PR_SET_PDEATHSIG = 1  # of Linux's `prctl`
-MOST_EXPANDED = 2**29  # bytes of a 3MF file once it is decompressed: some ten million triangles
+MOST_EXPANDED = (
+    2**29
+)  # bytes of a 3MF file once it is decompressed: some ten million triangles
 
 MOST_INSTANCES, MOST_DEPTH = 100_000, 100
 """Of the objects in a 3MF file, and of components in components."""
@@ -61,8 +63,16 @@ def tessellate(data: bytes, folder: str) -> list[bytes]:
     from cascadio import _core
 
     # One thread, so that the order of the triangles is never a matter of chance.
-    return [_core.to_glb_bytes(data, _core.FileType.STEP, tol_linear=LINEAR, tol_angular=ANGLE,
-                               tol_relative=True, use_parallel=False)]
+    return [
+        _core.to_glb_bytes(
+            data,
+            _core.FileType.STEP,
+            tol_linear=LINEAR,
+            tol_angular=ANGLE,
+            tol_relative=True,
+            use_parallel=False,
+        )
+    ]
 
 
 def unpack(data: bytes, _: str) -> list[bytes]:
@@ -77,11 +87,15 @@ def unpack(data: bytes, _: str) -> list[bytes]:
     used = list(dict.fromkeys(key for key, _ in placed))
     objects = [archive.objects[key] for key in used]
     number = {key: place for place, key in enumerate(used)}
-    head = {"unit": archive.unit,
-            "sizes": [(len(one.vertices), len(one.corners)) for one in objects],
-            "placed": [(number[key], matrix) for key, matrix in placed]}
-    return [json.dumps(head).encode() + b"\n",
-            *(each.tobytes() for one in objects for each in (one.vertices, one.corners))]
+    head = {
+        "unit": archive.unit,
+        "sizes": [(len(one.vertices), len(one.corners)) for one in objects],
+        "placed": [(number[key], matrix) for key, matrix in placed],
+    }
+    return [
+        json.dumps(head).encode() + b"\n",
+        *(each.tobytes() for one in objects for each in (one.vertices, one.corners)),
+    ]
 
 
 Reference = tuple[tuple[str, str], tuple[float, ...]]
@@ -127,25 +141,35 @@ class Archive:
             triangles += len(found.corners) // 3
             vertices += len(found.vertices) // 3
             instances = seen + len(waiting) + len(found.components)
-            for most, number, what in ((MOST_INSTANCES, instances, "placed objects"),
-                                       (MOST_DEPTH, depth, "objects in each other"),
-                                       (MOST_TRIANGLES, triangles, "triangles"),
-                                       (MOST_VERTICES, vertices, "vertices")):
+            for most, number, what in (
+                (MOST_INSTANCES, instances, "placed objects"),
+                (MOST_DEPTH, depth, "objects in each other"),
+                (MOST_TRIANGLES, triangles, "triangles"),
+                (MOST_VERTICES, vertices, "vertices"),
+            ):
                 if number > most:
-                    raise RefusedError(f"at most {most} {what}", "more than that",
-                                  "export single parts, or join the objects before")
+                    raise RefusedError(
+                        f"at most {most} {what}",
+                        "more than that",
+                        "export single parts, or join the objects before",
+                    )
             if found.corners:
                 placed.append((key, matrix))
-            waiting += [(other, product(matrix, inner), depth + 1)
-                        for other, inner in stacked(found.components)]
+            waiting += [
+                (other, product(matrix, inner), depth + 1)
+                for other, inner in stacked(found.components)
+            ]
         return placed
 
     def _object(self, key: tuple[str, str]) -> Object:
         if key not in self.objects and key[0] not in self._models:
             self._read(key[0])
         if key not in self.objects:
-            raise RefusedError("every object that is built to be in it",
-                               f"none with id {key[1]!r}", "export it again")
+            raise RefusedError(
+                "every object that is built to be in it",
+                f"none with id {key[1]!r}",
+                "export it again",
+            )
         return self.objects[key]
 
     def _read(self, model: str) -> None:
@@ -160,11 +184,13 @@ class Archive:
             nonlocal current
             match tag.rpartition(":")[2]:
                 case "vertex":
-                    current.vertices.extend((float(fields["x"]), float(fields["y"]),
-                                             float(fields["z"])))
+                    current.vertices.extend(
+                        (float(fields["x"]), float(fields["y"]), float(fields["z"]))
+                    )
                 case "triangle":
-                    current.corners.extend((int(fields["v1"]), int(fields["v2"]),
-                                            int(fields["v3"])))
+                    current.corners.extend(
+                        (int(fields["v1"]), int(fields["v2"]), int(fields["v3"]))
+                    )
                 case "object":
                     current = self.objects[model, fields["id"]] = Object()
                 case "component":
@@ -175,8 +201,14 @@ class Archive:
                     self.unit = fields.get("unit", self.unit)
 
         def reference(fields: dict[str, str]) -> Reference:
-            path = next((value for name, value in fields.items()
-                         if name.rpartition(":")[2] == "path"), model)
+            path = next(
+                (
+                    value
+                    for name, value in fields.items()
+                    if name.rpartition(":")[2] == "path"
+                ),
+                model,
+            )
             return (path.strip("/").lower(), fields["objectid"]), placement(fields)
 
         parser.StartElementHandler = start
@@ -185,15 +217,26 @@ class Archive:
             while piece := stream.read(2**20):
                 self._expanded += len(piece)
                 if self._expanded > MOST_EXPANDED:
-                    raise RefusedError(f"at most {MOST_EXPANDED} bytes once it is decompressed",
-                                  "more than that", "export single parts, or as STL")
+                    raise RefusedError(
+                        f"at most {MOST_EXPANDED} bytes once it is decompressed",
+                        "more than that",
+                        "export single parts, or as STL",
+                    )
                 parser.Parse(piece, False)
         parser.Parse(b"", True)
         for one in self.objects.values():
-            if one.corners and not 0 <= min(one.corners) <= max(one.corners) < len(
-                    one.vertices) // 3:
-                raise RefusedError("triangles between vertices of their object", "others",
-                              "export it again")
+            if (
+                one.corners
+                and not 0
+                <= min(one.corners)
+                <= max(one.corners)
+                < len(one.vertices) // 3
+            ):
+                raise RefusedError(
+                    "triangles between vertices of their object",
+                    "others",
+                    "export it again",
+                )
 
 
 def stacked(placed: list[Reference]) -> list[Reference]:
@@ -214,7 +257,9 @@ def placement(fields: dict[str, str]) -> tuple[float, ...]:
         return UNMOVED
     values = [float(one) for one in fields["transform"].split()]
     if len(values) != 12:
-        raise RefusedError("transforms of twelve numbers", f"{len(values)}", "export it again")
+        raise RefusedError(
+            "transforms of twelve numbers", f"{len(values)}", "export it again"
+        )
     return tuple(values[3 * column + row] for row in range(3) for column in range(4))
 
 
@@ -222,9 +267,12 @@ def product(first: tuple[float, ...], second: tuple[float, ...]) -> tuple[float,
     """The matrix that does the second, then the first."""
     if first is UNMOVED or second is UNMOVED:
         return second if first is UNMOVED else first
-    return tuple(sum(first[4 * row + k] * second[4 * k + column] for k in range(3))
-                 + (first[4 * row + 3] if column == 3 else 0.0)
-                 for row in range(3) for column in range(4))
+    return tuple(
+        sum(first[4 * row + k] * second[4 * k + column] for k in range(3))
+        + (first[4 * row + 3] if column == 3 else 0.0)
+        for row in range(3)
+        for column in range(4)
+    )
 
 
 def end_with(parent: int) -> None:

@@ -33,16 +33,22 @@ def oriented_outward(vertices: Array, shells: Shells) -> tuple[Index, float]:
     weights = tetrahedra(points, shells.triangles)
     if shells.total == 1:
         inverted = float(weights.sum()) < 0.0
-        return np.ascontiguousarray(shells.triangles[:, ::-1 if inverted else 1]), 0.0
-    volumes = np.bincount(shells.shell, weights=weights, minlength=shells.total).astype(np.float64)
+        return np.ascontiguousarray(shells.triangles[:, :: -1 if inverted else 1]), 0.0
+    volumes = np.bincount(shells.shell, weights=weights, minlength=shells.total).astype(
+        np.float64
+    )
     rank = np.argsort(np.argsort(-np.abs(volumes), kind="stable"))
     order = np.argsort(rank[shells.shell], kind="stable")
-    ranked = shells._replace(triangles=shells.triangles[order], shell=rank[shells.shell][order])
+    ranked = shells._replace(
+        triangles=shells.triangles[order], shell=rank[shells.shell][order]
+    )
     volumes = volumes[np.argsort(rank)]
     outward, owner, doubled = _nesting(points, ranked, volumes)
     turn = (outward != (volumes > 0.0))[ranked.shell]
     triangles = np.empty_like(ranked.triangles)
-    triangles[order] = np.where(turn[:, None], ranked.triangles[:, ::-1], ranked.triangles)
+    triangles[order] = np.where(
+        turn[:, None], ranked.triangles[:, ::-1], ranked.triangles
+    )
     body = owner[ranked.shell]
     if not doubled and not reach_into_each_other(points, ranked.triangles, body):
         return triangles, 0.0
@@ -51,10 +57,17 @@ def oriented_outward(vertices: Array, shells: Shells) -> tuple[Index, float]:
 
 def _share_counted_twice(points: Array, triangles: Index, body: Index) -> float:
     """Share of the volume of all bodies beyond that of their union; 1 where none is known."""
-    from manifold3d import Error, Manifold, Mesh64, OpType  # only bodies that overlap need it
+    from manifold3d import (
+        Error,
+        Manifold,
+        Mesh64,
+        OpType,
+    )  # only bodies that overlap need it
 
-    solids = [Manifold(Mesh64(points, triangles[body == number].astype(np.uint64)))
-              for number in np.unique(body)]
+    solids = [
+        Manifold(Mesh64(points, triangles[body == number].astype(np.uint64)))
+        for number in np.unique(body)
+    ]
     whole = sum(solid.volume() for solid in solids)
     union = Manifold.batch_boolean(solids, OpType.Add)
     return 1.0 - union.volume() / whole if union.status() == Error.NoError else 1.0
@@ -97,8 +110,10 @@ def _parents(points: Array, shells: Shells, volumes: Array) -> Index:
         check_patience()
         if abs(volumes[shell]) <= _NO_VOLUME:
             break
-        around = np.flatnonzero((low[:shell] <= low[shell] + OVERLAP).all(axis=1)
-                                & (high[:shell] >= high[shell] - OVERLAP).all(axis=1))
+        around = np.flatnonzero(
+            (low[:shell] <= low[shell] + OVERLAP).all(axis=1)
+            & (high[:shell] >= high[shell] - OVERLAP).all(axis=1)
+        )
         if len(around) == 0:
             continue
         own = slice(int(first[shell]), int(first[shell + 1]))
@@ -109,8 +124,9 @@ def _parents(points: Array, shells: Shells, volumes: Array) -> Index:
     return parent
 
 
-def _smallest_around(points: Array, shells: Shells, first: Index, candidates: Index, inside: Array
-                     ) -> int:
+def _smallest_around(
+    points: Array, shells: Shells, first: Index, candidates: Index, inside: Array
+) -> int:
     """Find the last of the candidates (rising) that encloses a point, -1 for none.
 
     It tends to be among the smallest: a few of these are asked first.
@@ -122,8 +138,9 @@ def _smallest_around(points: Array, shells: Shells, first: Index, candidates: In
         x, y, z = inside.tolist()
         which, height, sign = crossings(points, shells.triangles[near], x, y)
         above = height > z
-        enclosing = np.flatnonzero(np.bincount(shells.shell[near[which[above]]],
-                                               weights=sign[above]))
+        enclosing = np.flatnonzero(
+            np.bincount(shells.shell[near[which[above]]], weights=sign[above])
+        )
         if len(enclosing):
             return int(enclosing.max())
         batch *= 4

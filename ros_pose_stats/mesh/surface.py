@@ -35,7 +35,9 @@ def surface_of(vertices: Array, triangles: Index) -> Surface:
     vertices, triangles = weld(vertices, triangles)
     _check_spans_volume(vertices, triangles)
     shells = winding.closed_shells(vertices, triangles)
-    closing = Closing(shells) if shells is not None else close_holes(vertices, triangles)
+    closing = (
+        Closing(shells) if shells is not None else close_holes(vertices, triangles)
+    )
     problem = closing.problem
     if closing.shells is not None:
         surface = _solid_surface(vertices, closing.shells)
@@ -43,15 +45,21 @@ def surface_of(vertices: Array, triangles: Index) -> Surface:
             problem = "encloses no solid"
         elif closing.open_volume > UNCERTAIN * surface.solid.volume:
             share = closing.open_volume / surface.solid.volume
-            problem = (f"has {text.several(closing.holes, 'hole')}, whose caps may be wrong by "
-                       f"{100.0 * share:.2g} % of the volume")
+            problem = (
+                f"has {text.several(closing.holes, 'hole')}, whose caps may be wrong by "
+                f"{100.0 * share:.2g} % of the volume"
+            )
         elif closing.holes:
             share = closing.open_volume / surface.solid.volume
-            return surface._replace(warnings=(
-                f"HOLES_CLOSED: {text.several(closing.holes, 'hole')} in the mesh "
-                f"{'was' if closing.holes == 1 else 'were'} closed without further corners, which "
-                f"leaves {100.0 * share:.2g} % of the volume uncertain; the centre of mass is "
-                f"then at {_place(surface.solid, surface.hull)}.", *surface.warnings))
+            return surface._replace(
+                warnings=(
+                    f"HOLES_CLOSED: {text.several(closing.holes, 'hole')} in the mesh "
+                    f"{'was' if closing.holes == 1 else 'were'} closed without further corners, which "
+                    f"leaves {100.0 * share:.2g} % of the volume uncertain; the centre of mass is "
+                    f"then at {_place(surface.solid, surface.hull)}.",
+                    *surface.warnings,
+                )
+            )
         else:
             return surface
     return _hull_surface(vertices, problem)
@@ -98,12 +106,20 @@ def _solid_surface(vertices: Array, shells: winding.Shells) -> Surface:
     """The solid that closed shells bound."""
     points, kept = without_unused(vertices, shells.triangles)
     oriented, twice = oriented_outward(points, shells._replace(triangles=kept))
-    remark = (f"BODIES_OVERLAP: bodies of the mesh reach into each other, and {100.0 * twice:.2g} "
-              f"% of the volume counts twice in the mass properties; unite them in CAD or give "
-              f"mass properties.",)
-    return Surface(points, np.ascontiguousarray(oriented),
-                   mass_properties.solid_of(points, oriented), hull_of(points), False,
-                   remark if twice > UNCERTAIN else (), remark if 0.0 < twice <= UNCERTAIN else ())
+    remark = (
+        f"BODIES_OVERLAP: bodies of the mesh reach into each other, and {100.0 * twice:.2g} "
+        f"% of the volume counts twice in the mass properties; unite them in CAD or give "
+        f"mass properties.",
+    )
+    return Surface(
+        points,
+        np.ascontiguousarray(oriented),
+        mass_properties.solid_of(points, oriented),
+        hull_of(points),
+        False,
+        remark if twice > UNCERTAIN else (),
+        remark if 0.0 < twice <= UNCERTAIN else (),
+    )
 
 
 def _hull_surface(vertices: Array, problem: str) -> Surface:
@@ -111,9 +127,11 @@ def _hull_surface(vertices: Array, problem: str) -> Surface:
     hull = hull_of(vertices)
     around = _hull_triangles(vertices, hull)
     solid = mass_properties.solid_of(vertices, around)
-    warning = (f"OPEN_MESH: the mesh {problem}, so its convex hull stands in for it, with the "
-               f"centre of mass at {_place(solid, hull)}; mass properties that you do not give "
-               "are the hull's.")
+    warning = (
+        f"OPEN_MESH: the mesh {problem}, so its convex hull stands in for it, with the "
+        f"centre of mass at {_place(solid, hull)}; mass properties that you do not give "
+        "are the hull's."
+    )
     return Surface(vertices, around, solid, hull, True, (warning,))
 
 
@@ -127,9 +145,11 @@ def _place(solid: mass_properties.Solid, hull: Hull) -> str:
 def _is_solid(solid: mass_properties.Solid, hull: Hull) -> bool:
     """Whether a solid in this hull can have such a volume, centroid and inertia."""
     whole = hull.qhull.volume * (hull.scale * hull.scale * hull.scale)
-    return bool(solid.volume > tolerances.HOLLOW * whole
-                and beyond_hull(solid.centroid, hull) < 0.0
-                and principal_axes(solid.inertia)[0][0] > 0.0)
+    return bool(
+        solid.volume > tolerances.HOLLOW * whole
+        and beyond_hull(solid.centroid, hull) < 0.0
+        and principal_axes(solid.inertia)[0][0] > 0.0
+    )
 
 
 def _hull_triangles(vertices: Array, hull: Hull) -> Index:
@@ -141,7 +161,9 @@ def _hull_triangles(vertices: Array, hull: Hull) -> Index:
     # Qhull may split a merged facet into slivers that fold, but its normals are right.
     a, b, c = (vertices[triangles[:, k]] for k in range(3))
     inward = (np.cross(b - a, c - a) * hull.qhull.equations[:, :3]).sum(axis=1) < 0.0
-    return arrays.in_standard_order(np.where(inward[:, None], triangles[:, ::-1], triangles))
+    return arrays.in_standard_order(
+        np.where(inward[:, None], triangles[:, ::-1], triangles)
+    )
 
 
 def beyond_hull(point: Array, hull: Hull) -> float:
@@ -149,20 +171,28 @@ def beyond_hull(point: Array, hull: Hull) -> float:
     planes = hull.qhull.equations
     with np.errstate(over="ignore"):
         aside = float(np.abs((point - hull.shift) / hull.scale).max())
-    if aside > 1e9:  # perhaps too far to compute with, and the hull is as good as a point
+    if (
+        aside > 1e9
+    ):  # perhaps too far to compute with, and the hull is as good as a point
         return aside * hull.scale
-    return float((planes[:, :3] @ ((point - hull.shift) / hull.scale) + planes[:, 3]).max()
-                 * hull.scale)
+    return float(
+        (planes[:, :3] @ ((point - hull.shift) / hull.scale) + planes[:, 3]).max()
+        * hull.scale
+    )
 
 
 def _check_spans_volume(vertices: Array, triangles: Index) -> None:
     """Refuse points that are one point, a line or a plane to within `FLATTEST`."""
     if len(triangles) == 0:
-        raise errors.MeshError("triangles that span an area",
-                               "only triangles with coincident corners",
-                               "check the mesh's unit and export it again with more digits")
+        raise errors.MeshError(
+            "triangles that span an area",
+            "only triangles with coincident corners",
+            "check the mesh's unit and export it again with more digits",
+        )
     thinnest = measures.thinness(vertices, *measures.bounds(vertices))
     if thinnest < tolerances.FLATTEST:
-        raise errors.MeshError(f"a part at least {tolerances.FLATTEST:g} of its length thick",
-                               f"one that is {thinnest:.2g} of its length thick",
-                               "give a flat part its real thickness")
+        raise errors.MeshError(
+            f"a part at least {tolerances.FLATTEST:g} of its length thick",
+            f"one that is {thinnest:.2g} of its length thick",
+            "give a flat part its real thickness",
+        )

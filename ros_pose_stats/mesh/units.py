@@ -14,8 +14,16 @@ UnitSource = Literal["given", "declared", "guessed", "assumed"]
 
 METRES_PER_UNIT = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "inch": 0.0254}
 
-_SPELLINGS = {"metre": "m", "meter": "m", "millimetre": "mm", "millimeter": "mm",
-              "centimetre": "cm", "centimeter": "cm", "in": "inch", "inche": "inch"}
+_SPELLINGS = {
+    "metre": "m",
+    "meter": "m",
+    "millimetre": "mm",
+    "millimeter": "mm",
+    "centimetre": "cm",
+    "centimeter": "cm",
+    "in": "inch",
+    "inche": "inch",
+}
 """In lower case and without the plural's s."""
 
 _PRIOR = {"mm": 0.62, "m": 0.25, "inch": 0.1, "cm": 0.03}
@@ -25,9 +33,20 @@ _USUAL, _POSSIBLE = 40.0, (0.5, 1000.0)
 """Lengths of parts on feeders, millimetres: of the median one, and of nearly all. Two thirds lie
 between a quarter of the median and four times as much."""
 
-_GRIDS = ((100.0, 0.1), (50.0, 0.05), (10.0, 0.15), (5.0, 0.1), (1.0, 0.25), (0.5, 0.1),
-          (0.1, 0.1), (12.7, 0.03), (3.175, 0.04), (1.5875, 0.03), (2.54, 0.03),
-          (0.254, 0.03))
+_GRIDS = (
+    (100.0, 0.1),
+    (50.0, 0.05),
+    (10.0, 0.15),
+    (5.0, 0.1),
+    (1.0, 0.25),
+    (0.5, 0.1),
+    (0.1, 0.1),
+    (12.7, 0.03),
+    (3.175, 0.04),
+    (1.5875, 0.03),
+    (2.54, 0.03),
+    (0.254, 0.03),
+)
 """Steps in which people draw, millimetres and fractions of an inch, and how often."""
 
 _OFF_GRID = 1e-5  # how likely any other length is, beside one of a step's multiples
@@ -61,11 +80,16 @@ def likely_units(vertices: Array, triangles: Corners) -> list[str]:
         size = float(lengths.max(initial=0.0)) * scale
         if _POSSIBLE[0] <= size <= _POSSIBLE[1]:
             steps = lengths[:, None] * scale / np.array([step for step, _ in _GRIDS])
-            round_ones = np.abs(steps - np.round(steps)) <= steps * rounding / lengths[:, None]
+            round_ones = (
+                np.abs(steps - np.round(steps)) <= steps * rounding / lengths[:, None]
+            )
             share = np.array([share for _, share in _GRIDS])
             each = _OFF_GRID + (round_ones * share / steps).sum(axis=1)
-            found[unit] = (math.log(prior) - 0.5 * math.log(size / _USUAL, 4.0)**2
-                           + np.log(each).mean() * min(len(each), _MOST_LENGTHS))
+            found[unit] = (
+                math.log(prior)
+                - 0.5 * math.log(size / _USUAL, 4.0) ** 2
+                + np.log(each).mean() * min(len(each), _MOST_LENGTHS)
+            )
     return sorted(found, key=lambda unit: -found[unit])
 
 
@@ -88,8 +112,11 @@ def metres_per_unit(unit: str | float) -> float:
         return METRES_PER_UNIT[name]
     length = math.nan if isinstance(unit, (str, bool)) else number_or_nan(unit)
     if not 0.0 < length < math.inf:
-        raise errors.RequestError("a mesh unit of m, mm, cm, inch or a positive number of metres",
-                                  f"{unit!r}", "most CAD systems export millimetres: 'mm'")
+        raise errors.RequestError(
+            "a mesh unit of m, mm, cm, inch or a positive number of metres",
+            f"{unit!r}",
+            "most CAD systems export millimetres: 'mm'",
+        )
     return length
 
 
@@ -100,9 +127,13 @@ def asked_unit(unit: str | float | None) -> float | Literal["auto"] | None:
     return None if unit is None else metres_per_unit(unit)
 
 
-def unit_that_counts(asked: float | Literal["auto"] | None, declared: float | None,
-                     vertices: Array, triangles: Corners, unless_declared: bool
-                     ) -> tuple[float, UnitSource]:
+def unit_that_counts(
+    asked: float | Literal["auto"] | None,
+    declared: float | None,
+    vertices: Array,
+    triangles: Corners,
+    unless_declared: bool,
+) -> tuple[float, UnitSource]:
     """Metres a unit of a file, and where that comes from."""
     if declared is not None and (unless_declared or asked in (None, AUTO)):
         return declared, "declared"
@@ -116,35 +147,59 @@ def unit_that_counts(asked: float | Literal["auto"] | None, declared: float | No
         return 1.0, "assumed"  # refused with its vertex there
     likely = likely_units(vertices, triangles)
     if not likely:
-        raise errors.RequestError("a mesh that in mm, m, inch or cm is 0.5 mm to 1 m long",
-                                  f"one {extent:.3g} units long", "give its unit")
+        raise errors.RequestError(
+            "a mesh that in mm, m, inch or cm is 0.5 mm to 1 m long",
+            f"one {extent:.3g} units long",
+            "give its unit",
+        )
     return METRES_PER_UNIT[likely[0]], "guessed"
 
 
-def unit_warnings(extent: float, metres: Array, triangles: Corners,
-                  unit: float, source: UnitSource, declared: float | None) -> tuple[str, ...]:
+def unit_warnings(
+    extent: float,
+    metres: Array,
+    triangles: Corners,
+    unit: float,
+    source: UnitSource,
+    declared: float | None,
+) -> tuple[str, ...]:
     """Warn about a part of an unlikely size, a guessed unit, and one that the file contradicts."""
     size = text.length_in_words(extent)
     shortest, longest = _UNDOUBTED_ASSUMED if source == "assumed" else _UNDOUBTED
     usual = shortest <= extent <= longest
-    meant = [] if usual and source != "guessed" else [
-        f"{name}: {text.length_in_words(extent / unit * METRES_PER_UNIT[name])}"
-        for name in likely_units(metres / unit, triangles) if METRES_PER_UNIT[name] != unit]
+    meant = (
+        []
+        if usual and source != "guessed"
+        else [
+            f"{name}: {text.length_in_words(extent / unit * METRES_PER_UNIT[name])}"
+            for name in likely_units(metres / unit, triangles)
+            if METRES_PER_UNIT[name] != unit
+        ]
+    )
     if source == "guessed":
         others = f" (else in {', '.join(meant)})" if meant else ""
         name = _unit_in_words(unit)
-        return (f"UNIT_GUESSED: the file names no unit; it was taken to be in {name}, {size} "
-                f"long{others}. Give the unit to be sure: --unit {name}.",)
+        return (
+            f"UNIT_GUESSED: the file names no unit; it was taken to be in {name}, {size} "
+            f"long{others}. Give the unit to be sure: --unit {name}.",
+        )
     warnings = []
     if declared is not None and not math.isclose(unit, declared, rel_tol=_SAME):
-        warnings.append(f"UNIT_OVERRIDDEN: the file's own unit is {_unit_in_words(declared)}, but "
-                        f"it was taken to be in {_unit_in_words(unit)}, as asked: all lengths are "
-                        f"{unit / declared:.4g} times those that the file names.")
+        warnings.append(
+            f"UNIT_OVERRIDDEN: the file's own unit is {_unit_in_words(declared)}, but "
+            f"it was taken to be in {_unit_in_words(unit)}, as asked: all lengths are "
+            f"{unit / declared:.4g} times those that the file names."
+        )
     if not usual:
-        why = ("since its file names no unit and metres are assumed" if source == "assumed"
-               else "unusual for a fed part")
+        why = (
+            "since its file names no unit and metres are assumed"
+            if source == "assumed"
+            else "unusual for a fed part"
+        )
         better = f"; likely in {meant[0]}" if meant else ""
-        warnings.append(f"UNIT_SUSPECT: the part is {size} long, {why}{better}; check the unit.")
+        warnings.append(
+            f"UNIT_SUSPECT: the part is {size} long, {why}{better}; check the unit."
+        )
     return tuple(warnings)
 
 

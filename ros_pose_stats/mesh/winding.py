@@ -25,7 +25,9 @@ _MOST_PATCHES = 256
 class Edges(NamedTuple):
     """The directed edges of a mesh, grouped by the undirected edge they run along."""
 
-    edge: Index  # (3T,); directed edges 3 t + i from corner i of triangle t on, sorted so
+    edge: (
+        Index  # (3T,); directed edges 3 t + i from corner i of triangle t on, sorted so
+    )
     forward: Mask  # (3T,) bool; whether it runs from the lower to the higher vertex
     start: Index  # (E,); where each undirected edge begins in the two arrays above
     uses: Index  # (E,); how many triangles have that edge
@@ -72,7 +74,9 @@ def wound_alike(vertices: Array, triangles: Index) -> Index | None:
     if agree.all():
         return triangles
     turn = _turned(vertices, triangles, pairs, agree)
-    return None if turn is None else np.where(turn[:, None], triangles[:, ::-1], triangles)
+    return (
+        None if turn is None else np.where(turn[:, None], triangles[:, ::-1], triangles)
+    )
 
 
 def _cleared(triangles: Index) -> tuple[Index, Edges]:
@@ -113,13 +117,19 @@ def edges_of(triangles: Index) -> Edges:
     return Edges(*grouped_edges(np.ascontiguousarray(triangles)))
 
 
-def _turned(vertices: Array, triangles: Index, pairs: Index, agree: Mask) -> Mask | None:
+def _turned(
+    vertices: Array, triangles: Index, pairs: Index, agree: Mask
+) -> Mask | None:
     """Which triangles (T,) to turn round; None where no winding is consistent."""
     size = len(triangles)
     left, right = pairs.T
     swap = np.where(agree, 0, size)
-    cover = np.concatenate((np.stack((left, right + swap), axis=1),
-                            np.stack((left + size, right + size - swap), axis=1)))
+    cover = np.concatenate(
+        (
+            np.stack((left, right + swap), axis=1),
+            np.stack((left + size, right + size - swap), axis=1),
+        )
+    )
     side = component_labels(2 * size, cover)
     as_given, turned = side[:size], side[size:]
     if (as_given == turned).any():
@@ -138,8 +148,9 @@ def _joined_patches(edges: Edges, patch: Index) -> Index:
     """Shell of each triangle: patches joined where they are not closed by themselves."""
     edge, owner, _ = _crowded(edges)
     patch_count = int(patch.max()) + 1
-    _, where, times = np.unique(edge * patch_count + patch[owner],
-                                return_inverse=True, return_counts=True)
+    _, where, times = np.unique(
+        edge * patch_count + patch[owner], return_inverse=True, return_counts=True
+    )
     alone = times[where.ravel()] == 2
     crowded_alone = np.ones(len(edges.start), dtype=bool)
     np.logical_and.at(crowded_alone, edge, alone)
@@ -152,7 +163,9 @@ def _joined_patches(edges: Edges, patch: Index) -> Index:
 def _balanced(edges: Edges, shell: Index) -> bool:
     """Whether every shell runs both ways equally often along the crowded edges."""
     edge, owner, forward = _crowded(edges)
-    _, where = np.unique(edge * (int(shell.max()) + 1) + shell[owner], return_inverse=True)
+    _, where = np.unique(
+        edge * (int(shell.max()) + 1) + shell[owner], return_inverse=True
+    )
     return not np.bincount(where.ravel(), weights=np.where(forward, 1.0, -1.0)).any()
 
 
@@ -188,7 +201,9 @@ def _crowded(edges: Edges) -> tuple[Index, Index, Mask]:
     return number[crowded], edges.edge[crowded] // 3, edges.forward[crowded]
 
 
-def crossings(vertices: Array, triangles: Index, x: float, y: float) -> tuple[Index, Array, Index]:
+def crossings(
+    vertices: Array, triangles: Index, x: float, y: float
+) -> tuple[Index, Array, Index]:
     """Triangles crossed by the line at (x, y), at which height, and +1 upward or -1 downward."""
     across, along = vertices[:, 0], vertices[:, 1]
     begin, end = triangles, triangles[:, [1, 2, 0]]
@@ -199,8 +214,9 @@ def crossings(vertices: Array, triangles: Index, x: float, y: float) -> tuple[In
     lower = np.minimum(begin[row, column], end[row, column])
     higher = np.maximum(begin[row, column], end[row, column])
     rises = along[lower] < along[higher]
-    turn = ((across[higher] - across[lower]) * (y - along[lower])
-            - (x - across[lower]) * (along[higher] - along[lower]))
+    turn = (across[higher] - across[lower]) * (y - along[lower]) - (
+        x - across[lower]
+    ) * (along[higher] - along[lower])
     crosses = np.where(rises, turn, -turn) > 0.0
     direction = np.where(above_begin[row, column], 1, -1)
     np.add.at(winding, row[crosses], direction[crosses])
@@ -210,7 +226,11 @@ def crossings(vertices: Array, triangles: Index, x: float, y: float) -> tuple[In
 
 def _heights(corners: Array, x: float, y: float) -> Array:
     """Evaluate z at (x, y) on the planes of triangles (k, 3, 3), never beyond their corners."""
-    a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    a, u, v = (
+        corners[:, 0],
+        corners[:, 1] - corners[:, 0],
+        corners[:, 2] - corners[:, 0],
+    )
     area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
     dx, dy = x - a[:, 0], y - a[:, 1]
     safe = np.where(area == 0.0, 1.0, area)
@@ -218,5 +238,7 @@ def _heights(corners: Array, x: float, y: float) -> Array:
     t = (u[:, 0] * dy - u[:, 1] * dx) / safe
     height = a[:, 2] + s * u[:, 2] + t * v[:, 2]
     # A triangle that stands almost upright gives noise here; its corners bound it.
-    bounded: Array = np.clip(height, corners[:, :, 2].min(axis=1), corners[:, :, 2].max(axis=1))
+    bounded: Array = np.clip(
+        height, corners[:, :, 2].min(axis=1), corners[:, :, 2].max(axis=1)
+    )
     return bounded

@@ -14,14 +14,21 @@ from .hybrid import checked, keep_target
 MOST_DROPS = 10_000_000  # drops that a target may cost where the caller sets no bound
 
 
-def auto(part: Part, target_error: float = 0.0, drops: int | None = None,
-         restitution: float = scenes.DEFAULT_RESTITUTION, seed: int | None = None,
-         drop_height: float | None = None, max_seconds: float = 0.0,
-         workers: int | None = None,
-         on_progress: Callable[[DropProgress], object] | None = None,
-         should_stop: Callable[[], bool] | None = None, *,
-         cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
-         round_sides: int = scenes.DEFAULT_ROUND_SIDES) -> PoseStatistics:
+def auto(
+    part: Part,
+    target_error: float = 0.0,
+    drops: int | None = None,
+    restitution: float = scenes.DEFAULT_RESTITUTION,
+    seed: int | None = None,
+    drop_height: float | None = None,
+    max_seconds: float = 0.0,
+    workers: int | None = None,
+    on_progress: Callable[[DropProgress], object] | None = None,
+    should_stop: Callable[[], bool] | None = None,
+    *,
+    cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
+    round_sides: int = scenes.DEFAULT_ROUND_SIDES,
+) -> PoseStatistics:
     """Pose statistics that keep a target error, by the cheapest method that does.
 
     Without a target the answer is the best estimate, checked by 50 to 200 drops beside it: as many
@@ -63,9 +70,13 @@ def auto(part: Part, target_error: float = 0.0, drops: int | None = None,
     """
     begin = time.perf_counter()
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
-    request = drop_request(MOST_DROPS if drops is None else drops, seed, target_error, workers)
+    request = drop_request(
+        MOST_DROPS if drops is None else drops, seed, target_error, workers
+    )
     if not 0.0 <= scenes.real_number("max_seconds", max_seconds) < math.inf:
-        raise errors.RequestError("max_seconds from 0 up", f"{max_seconds!r}", "0 sets no limit")
+        raise errors.RequestError(
+            "max_seconds from 0 up", f"{max_seconds!r}", "0 sets no limit"
+        )
     is_late = False
 
     def is_over() -> bool:
@@ -80,16 +91,31 @@ def auto(part: Part, target_error: float = 0.0, drops: int | None = None,
         request = replace(request, seed=part.seed)
     answer = keep_target if target_error else checked
     found, choice = answer(best, part, scene, request, Watch(on_progress, is_over))
-    late = [f"TIME_LIMIT: ended after {max_seconds:g} s with {found.drops} drops done, before "
-            f"{'the target was reached' if target_error else 'all were'}."] if is_late else []
-    return replace(found, choice=choice, seconds=time.perf_counter() - begin,
-                   warnings=(*found.warnings, *late))
+    late = (
+        [
+            f"TIME_LIMIT: ended after {max_seconds:g} s with {found.drops} drops done, before "
+            f"{'the target was reached' if target_error else 'all were'}."
+        ]
+        if is_late
+        else []
+    )
+    return replace(
+        found,
+        choice=choice,
+        seconds=time.perf_counter() - begin,
+        warnings=(*found.warnings, *late),
+    )
 
 
-def estimate(part: Part, method: str = methods.DEFAULT_METHOD, *,
-             restitution: float = scenes.DEFAULT_RESTITUTION, drop_height: float | None = None,
-             cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
-             round_sides: int = scenes.DEFAULT_ROUND_SIDES) -> PoseStatistics:
+def estimate(
+    part: Part,
+    method: str = methods.DEFAULT_METHOD,
+    *,
+    restitution: float = scenes.DEFAULT_RESTITUTION,
+    drop_height: float | None = None,
+    cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
+    round_sides: int = scenes.DEFAULT_ROUND_SIDES,
+) -> PoseStatistics:
     """Estimate the resting probabilities of a part's stable poses.
 
     Parameters
@@ -115,7 +141,18 @@ def estimate(part: Part, method: str = methods.DEFAULT_METHOD, *,
         If the part's hull does not enclose its centre of mass.
     """
     if method == methods.AUTO:
-        return auto(part, 0.0, None, restitution, None, drop_height,
-                    cluster_tolerance=cluster_tolerance, round_sides=round_sides)
-    return estimate_in(part, DropScene(restitution, drop_height, cluster_tolerance, round_sides),
-                       method)
+        return auto(
+            part,
+            0.0,
+            None,
+            restitution,
+            None,
+            drop_height,
+            cluster_tolerance=cluster_tolerance,
+            round_sides=round_sides,
+        )
+    return estimate_in(
+        part,
+        DropScene(restitution, drop_height, cluster_tolerance, round_sides),
+        method,
+    )

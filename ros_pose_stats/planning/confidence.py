@@ -13,14 +13,23 @@ from numpy.typing import ArrayLike
 from .. import methods, text
 from ..errors import RequestError
 from ..estimators import estimator, expected as expectation
-from ..records import Array, DropScene, Index, PoseStatistics, StablePose, scene as scenes
+from ..records import (
+    Array,
+    DropScene,
+    Index,
+    PoseStatistics,
+    StablePose,
+    scene as scenes,
+)
 from ..records.statistics import with_shares
 from ..resting.poses import RestingPoses
 from ..simulation.request import LEAST_TARGET
 from ..statistics import errors, fitted_prior
 from ..statistics.prior import PosePrior, PriorFit, prior_fit
 
-FIRST_LOOK = 10  # drops before the first look at the error: an estimate may need no more
+FIRST_LOOK = (
+    10  # drops before the first look at the error: an estimate may need no more
+)
 
 WORTHLESS = 0.02
 """An estimate that stands for less than this share of the drops needed is left out."""
@@ -43,22 +52,36 @@ def pose_prior(resting: RestingPoses, scene: DropScene) -> PosePrior:
     return _prior(estimate, expected.here, resting, scene)
 
 
-def prior_of(found: PoseStatistics, resting: RestingPoses, scene: DropScene) -> PosePrior:
+def prior_of(
+    found: PoseStatistics, resting: RestingPoses, scene: DropScene
+) -> PosePrior:
     """The same from an estimate that was made before, or its message.
 
     A drop so low that the estimator does not know it leaves next to nothing of its worth.
     """
-    low = (scene.drop_height is not None
-           and scene.drop_height < scenes.LOW_DROP_RADII * resting.body.radius)
+    low = (
+        scene.drop_height is not None
+        and scene.drop_height < scenes.LOW_DROP_RADII * resting.body.radius
+    )
     known = not low or estimator(found.method).knows_scene
-    return _prior([pose.probability for pose in sorted(found.poses, key=lambda pose: pose.index)],
-                  found.expected_error if known else math.nan, resting, scene)
+    return _prior(
+        [pose.probability for pose in sorted(found.poses, key=lambda pose: pose.index)],
+        found.expected_error if known else math.nan,
+        resting,
+        scene,
+    )
 
 
-def _prior(estimate: ArrayLike, expected: float, resting: RestingPoses, scene: DropScene
-           ) -> PosePrior:
-    return PosePrior(estimate, resting.group, expected, scene.restitution,
-                     prior_fit(scene.restitution)._replace(strange=STRANGE))
+def _prior(
+    estimate: ArrayLike, expected: float, resting: RestingPoses, scene: DropScene
+) -> PosePrior:
+    return PosePrior(
+        estimate,
+        resting.group,
+        expected,
+        scene.restitution,
+        prior_fit(scene.restitution)._replace(strange=STRANGE),
+    )
 
 
 def estimate_bound(prior: PosePrior) -> float:
@@ -70,14 +93,17 @@ def estimate_bound(prior: PosePrior) -> float:
 
 def worthwhile(prior: PosePrior, target_error: float) -> bool:
     """Whether an estimate, or symmetry, saves a share of the drops that is worth having."""
-    return (len(prior.size) < len(prior.unit)
-            or prior.strength > WORTHLESS * plain_drops(prior, target_error))
+    return len(prior.size) < len(
+        prior.unit
+    ) or prior.strength > WORTHLESS * plain_drops(prior, target_error)
 
 
 def plain_drops(prior: PosePrior, target_error: float) -> float:
     """Drops that have the target as their expected error, if the estimate is about right."""
     spread = prior.mean * (1.0 - prior.mean) / prior.size
-    return float(spread.sum()) / (len(prior.unit) * max(target_error, LEAST_TARGET) ** 2)
+    return float(spread.sum()) / (
+        len(prior.unit) * max(target_error, LEAST_TARGET) ** 2
+    )
 
 
 def first_look(prior: PosePrior, target_error: float, helped: bool) -> int:
@@ -91,7 +117,9 @@ def judge_drops(prior: PosePrior | None, counts: Index) -> errors.Judged:
     if prior is None or prior.contradicted(counts).any():
         return errors.judge_counts(counts)
     posterior = prior.updated(counts)
-    return errors.Judged(posterior.expected_error, posterior.error_quantile(errors.AT_A_LOOK))
+    return errors.Judged(
+        posterior.expected_error, posterior.error_quantile(errors.AT_A_LOOK)
+    )
 
 
 def points(error: float) -> str:
@@ -101,28 +129,36 @@ def points(error: float) -> str:
 
 def enough(what: str, bound: float, target_error: float) -> str:
     """Why an answer is kept: its bound keeps the target."""
-    return (f"{what} is within {points(bound)} with 90 % confidence, and {points(target_error)} "
-            f"were asked for.")
+    return (
+        f"{what} is within {points(bound)} with 90 % confidence, and {points(target_error)} "
+        f"were asked for."
+    )
 
 
 def not_enough(what: str, bound: float, target_error: float) -> str:
     """Why an answer is not: the beginning of a sentence."""
-    return (f"{what} is within {points(bound)} with 90 % confidence, not within "
-            f"{points(target_error)}")
+    return (
+        f"{what} is within {points(bound)} with 90 % confidence, not within "
+        f"{points(target_error)}"
+    )
 
 
 PLATE_ERRORS = scenes.DEFAULT_PLATE_ERROR * 2.0 ** np.linspace(-2.5, 2.5, 11)
 """Errors that a plate nobody has calibrated may have."""
 
-PLATE_ERROR_SPREAD = 0.7  # standard deviation of their logarithm before anything was counted
-ON_PLATES = PriorFit(center=0.0, spread=0.5, overrated=0.0, rare_below=0.0,
-                     unsure_share=0.5)
+PLATE_ERROR_SPREAD = (
+    0.7  # standard deviation of their logarithm before anything was counted
+)
+ON_PLATES = PriorFit(
+    center=0.0, spread=0.5, overrated=0.0, rare_below=0.0, unsure_share=0.5
+)
 """A plate contradicts the model of one part more than that of another: strengths scatter by a
 factor of 1.6 about what the plate's error implies, and rare poses are believed no more."""
 
 
-def observe_counts(model: PoseStatistics, counts: ArrayLike,
-                   left_out: Sequence[float] = ()) -> PoseStatistics:
+def observe_counts(
+    model: PoseStatistics, counts: ArrayLike, left_out: Sequence[float] = ()
+) -> PoseStatistics:
     """Combine a result with what cameras counted of the part (P,), as the method `observed`.
 
     `left_out` (P,): probabilities that the plate's fit says without these counts; they take the
@@ -133,36 +169,68 @@ def observe_counts(model: PoseStatistics, counts: ArrayLike,
     """
     poses = list(model.by_index.values())
     counted = np.asarray(counts)
-    if counted.shape != (len(poses),) or counted.dtype.kind not in "iu" or (counted < 0).any():
-        raise RequestError(f"{len(poses)} whole numbers from 0 up, one a pose", f"{counted}",
-                           "count the parts seen in each pose, by its index")
+    if (
+        counted.shape != (len(poses),)
+        or counted.dtype.kind not in "iu"
+        or (counted < 0).any()
+    ):
+        raise RequestError(
+            f"{len(poses)} whole numbers from 0 up, one a pose",
+            f"{counted}",
+            "count the parts seen in each pose, by its index",
+        )
     total = int(counted.sum())
     if not total:
         return model
     told_by_plate = len(left_out) == len(poses)
     if told_by_plate:
-        poses = [replace(pose, probability=told)
-                 for pose, told in zip(poses, left_out, strict=True)]
-    known = replace(model, poses=tuple(poses),
-                    expected_error=0.0 if told_by_plate else model.expected_error)
+        poses = [
+            replace(pose, probability=told)
+            for pose, told in zip(poses, left_out, strict=True)
+        ]
+    known = replace(
+        model,
+        poses=tuple(poses),
+        expected_error=0.0 if told_by_plate else model.expected_error,
+    )
     prior = plate_prior(known)
     refuted = np.flatnonzero(prior.contradicted(counted))
     warnings = model.warnings
     if refuted.size:
-        warnings = (*warnings, describe_conflict(
-            prior, counted, refuted, "the cell contradicts the model", "predicted",
-            "the answer is that of the counts"))
+        warnings = (
+            *warnings,
+            describe_conflict(
+                prior,
+                counted,
+                refuted,
+                "the cell contradicts the model",
+                "predicted",
+                "the answer is that of the counts",
+            ),
+        )
         prior = plate_prior(replace(known, expected_error=math.nan))
     shares = prior.updated(counted).shares(counted)
     return with_shares(
-        model, methods.OBSERVED, shares, plate_error=shares.expected_error, drops=0, unsettled=0,
-        seed=0, observed=total, warnings=warnings)
+        model,
+        methods.OBSERVED,
+        shares,
+        plate_error=shares.expected_error,
+        drops=0,
+        unsettled=0,
+        seed=0,
+        observed=total,
+        warnings=warnings,
+    )
 
 
 def plate_evidence(model: PoseStatistics, counts: ArrayLike) -> Array:
     """Logarithm of the probability of counts (P,) of a part at each of `PLATE_ERRORS`."""
-    return np.array([plate_prior(replace(model, plate_error=error)).log_evidence(counts)
-                     for error in PLATE_ERRORS.tolist()])
+    return np.array(
+        [
+            plate_prior(replace(model, plate_error=error)).log_evidence(counts)
+            for error in PLATE_ERRORS.tolist()
+        ]
+    )
 
 
 def learnt_plate_error(evidence: Iterable[Array]) -> float:
@@ -177,26 +245,39 @@ def plate_prior(model: PoseStatistics) -> PosePrior:
     """What a result says of the part on a plate, before anything was counted there."""
     poses = list(model.by_index.values())
     error = math.hypot(model.expected_error, model.plate_error * _of_poses(poses))
-    return PosePrior([pose.probability for pose in poses], [pose.group for pose in poses], error,
-                     model.restitution, ON_PLATES)
+    return PosePrior(
+        [pose.probability for pose in poses],
+        [pose.group for pose in poses],
+        error,
+        model.restitution,
+        ON_PLATES,
+    )
 
 
 def _of_poses(poses: Sequence[StablePose]) -> float:
     """Error over the poses where that over groups, whose poses share it evenly, is 1."""
-    group = np.unique([pose.group for pose in poses], return_inverse=True)[1].reshape(-1)
+    group = np.unique([pose.group for pose in poses], return_inverse=True)[1].reshape(
+        -1
+    )
     size = np.bincount(group)
     share = np.bincount(group, [pose.probability for pose in poses])
     single = share * (1.0 - share)
-    return float(np.sqrt((single / size).sum() / size.sum() / single.mean())) if (
-        single.any()) else 1.0
+    return (
+        float(np.sqrt((single / size).sum() / size.sum() / single.mean()))
+        if (single.any())
+        else 1.0
+    )
 
 
-def describe_conflict(prior: PosePrior, counts: Index, refuted: Index, who: str, said: str,
-                      then: str) -> str:
+def describe_conflict(
+    prior: PosePrior, counts: Index, refuted: Index, who: str, said: str, then: str
+) -> str:
     """The warning that counts (P,) contradict a model in some poses, with the one farthest off."""
     expected = (prior.mean / prior.size)[prior.unit]
     share = counts / counts.sum()
     worst = refuted[np.argmax(np.abs(share - expected)[refuted])]
-    return (f"CONFLICT: {who} in {text.several(refuted.size, 'pose')} "
-            f"({text.ranges(refuted.tolist())}), in pose {worst} most: counted "
-            f"{text.percent(share[worst])} %, {said} {text.percent(expected[worst])} %; {then}.")
+    return (
+        f"CONFLICT: {who} in {text.several(refuted.size, 'pose')} "
+        f"({text.ranges(refuted.tolist())}), in pose {worst} most: counted "
+        f"{text.percent(share[worst])} %, {said} {text.percent(expected[worst])} %; {then}."
+    )

@@ -14,17 +14,32 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import RequestError
-from ..records import Array, FlipStatistics, Index, Part, PoseStatistics, StablePose, scene
+from ..records import (
+    Array,
+    FlipStatistics,
+    Index,
+    Part,
+    PoseStatistics,
+    StablePose,
+    scene,
+)
 from ..records.statistics import with_units
 from ..statistics import feeding, pose_groups
 from . import plate_fill
 
 PICK, FLIP, LEAVE = "pick", "flip", "leave"
 MOST_KICKS = 100  # kicks between two empty plates; more of them are worth hardly more
-SIZES, MOST_PARTS = 60, 10_000  # numbers of parts that are looked at, and the largest of them
+SIZES, MOST_PARTS = (
+    60,
+    10_000,
+)  # numbers of parts that are looked at, and the largest of them
 MOST_SIDE = 100.0  # of a plate, metres
-FLIPS_ERROR = 0.17  # of rows of the model, rms over groups and kicks (docs/measured/flips.md)
-PASSES = 2  # the first knows how dropped parts lie, the second how those on the plate do
+FLIPS_ERROR = (
+    0.17  # of rows of the model, rms over groups and kicks (docs/measured/flips.md)
+)
+PASSES = (
+    2  # the first knows how dropped parts lie, the second how those on the plate do
+)
 
 
 @dataclass(frozen=True)
@@ -55,13 +70,24 @@ class FeederCell:
         """Raise RequestError if a number is out of its range."""
         feeding.check_rate(scene.real_number("rate", self.rate), self.cycle_time)
         if np.shape(self.plate) != (2,) or not all(
-                0.0 < scene.real_number("plate", side) < MOST_SIDE for side in self.plate):
-            raise RequestError(f"a plate with sides above 0 m, two below {MOST_SIDE:g} m",
-                               f"{self.plate}", "measure where the centres of parts come to rest")
+            0.0 < scene.real_number("plate", side) < MOST_SIDE for side in self.plate
+        ):
+            raise RequestError(
+                f"a plate with sides above 0 m, two below {MOST_SIDE:g} m",
+                f"{self.plate}",
+                "measure where the centres of parts come to rest",
+            )
         for field in fields(self)[2:]:
-            if not 0.0 <= scene.real_number(field.name, getattr(self, field.name)) < np.inf:
-                raise RequestError(f"a {field.name} of 0 or more", f"{getattr(self, field.name)}",
-                                   "in metres or seconds")
+            if (
+                not 0.0
+                <= scene.real_number(field.name, getattr(self, field.name))
+                < np.inf
+            ):
+                raise RequestError(
+                    f"a {field.name} of 0 or more",
+                    f"{getattr(self, field.name)}",
+                    "in metres or seconds",
+                )
 
 
 class KickPlan(NamedTuple):
@@ -71,7 +97,9 @@ class KickPlan(NamedTuple):
     parts: int  # on the plate at each picture
     kicks: int  # from one empty plate to the next
     pickable: float  # parts that the first picture shows free in wanted poses
-    per_minute: feeding.Bounded  # parts picked a minute; the interval has the plate's error in it
+    per_minute: (
+        feeding.Bounded
+    )  # parts picked a minute; the interval has the plate's error in it
     feeder_speed: str = ""  # of a kick whose flips were counted in the cell
 
 
@@ -96,12 +124,18 @@ class FeedingPlan:
 
     def as_dict(self) -> dict[str, Any]:
         """The plan as plain values."""
-        return with_units({
-            "actions": self.actions, "options": self.options, **self.best._asdict()})
+        return with_units(
+            {"actions": self.actions, "options": self.options, **self.best._asdict()}
+        )
 
 
-def plan_feeding(dropped: PoseStatistics, wanted: Sequence[int], cell: FeederCell,
-                 flips: Sequence[FlipStatistics] = (), part: Part | None = None) -> FeedingPlan:
+def plan_feeding(
+    dropped: PoseStatistics,
+    wanted: Sequence[int],
+    cell: FeederCell,
+    flips: Sequence[FlipStatistics] = (),
+    part: Part | None = None,
+) -> FeedingPlan:
     """Plan a cell: which poses to pick, how to kick, and how many parts to put on the plate.
 
     Parameters
@@ -131,18 +165,35 @@ def plan_feeding(dropped: PoseStatistics, wanted: Sequence[int], cell: FeederCel
     cell.check()
     feeding.check_alike([dropped, *flips])
     if part is not None and part.digest != dropped.part_digest:
-        raise RequestError("results of the part", f"those of {dropped.part_id}",
-                           "estimate the part that is given")
+        raise RequestError(
+            "results of the part",
+            f"those of {dropped.part_id}",
+            "estimate the part that is given",
+        )
     picked = feeding.check_wanted(wanted, len(dropped.poses)).astype(np.float64)
     shares = pose_groups.pose_shares(dropped)
     if not shares.probability @ picked > 0.0:
-        raise RequestError("wanted poses that dropped parts come to rest in", "none of them",
-                           "name others; `ros_pose_stats estimate` lists their probabilities")
+        raise RequestError(
+            "wanted poses that dropped parts come to rest in",
+            "none of them",
+            "name others; `ros_pose_stats estimate` lists their probabilities",
+        )
     poses = list(dropped.by_index.values())
-    blocking = 1.0 if part is None else plate_fill.blocking_with_bays(
-        part, poses, shares.probability, np.flatnonzero(picked), cell.clearance)
-    plate = Plate(cell, picked, shares, poses,
-                  0.0 if dropped.observed else dropped.plate_error, blocking)
+    blocking = (
+        1.0
+        if part is None
+        else plate_fill.blocking_with_bays(
+            part, poses, shares.probability, np.flatnonzero(picked), cell.clearance
+        )
+    )
+    plate = Plate(
+        cell,
+        picked,
+        shares,
+        poses,
+        0.0 if dropped.observed else dropped.plate_error,
+        blocking,
+    )
     kicks = [None, *sorted(flips, key=lambda kick: kick.kick_height)]
     options = [plate.plan(kick) for kick in kicks]
     place = max(range(len(options)), key=lambda at: options[at].per_minute.value)
@@ -162,22 +213,32 @@ class Plate:
     picked: Array  # (K,); 1 where the robot picks parts in a pose, else 0
     dropped: pose_groups.PoseShares
     poses: Sequence[StablePose]  # by their index
-    plate_error: float  # of the shares on a real plate, beside that of the model; a fraction
+    plate_error: (
+        float  # of the shares on a real plate, beside that of the model; a fraction
+    )
     # (K,); of the area in which convex silhouettes would block a part, the share in which it is,
     # among parts that were dropped
     blocking: Array | float = 1.0
 
     def fill(self, shares: Array) -> plate_fill.PlateFill:
         """Room among parts that lie in these shares."""
-        return plate_fill.plate_fill([pose.outline for pose in self.poses], shares,
-                                     self.cell.plate, self.cell.clearance, self.blocking)
+        return plate_fill.plate_fill(
+            [pose.outline for pose in self.poses],
+            shares,
+            self.cell.plate,
+            self.cell.clearance,
+            self.blocking,
+        )
 
     def plan(self, kick: FlipStatistics | None, most: int = MOST_KICKS) -> KickPlan:
         """The best numbers of parts and of kicks, at most `most`, and what they give."""
         moves = np.zeros((0, 0)) if kick is None else kick.transition
         if kick is not None and not (settled := kick.counts.sum(axis=1)).all():
-            raise RequestError("flips counted out of every pose", f"none out of pose "
-                               f"{int(np.argmin(settled))}", "simulate more flips")
+            raise RequestError(
+                "flips counted out of every pose",
+                f"none out of pose {int(np.argmin(settled))}",
+                "simulate more flips",
+            )
         fresh, shares = self.dropped.probability, self.dropped.probability
         for _ in range(PASSES):
             room = self.fill(shares)
@@ -193,26 +254,41 @@ class Plate:
             picks = parts[:, None] * (pictures * seen).sum(axis=2).T
             rates = self._rates(parts, picks)
             at, kicks = np.unravel_index(int(rates.argmax()), rates.shape)
-            shares = pictures[:kicks + 1, at].mean(axis=0)
-        chain = pictures[:kicks + 1, at]
+            shares = pictures[: kicks + 1, at].mean(axis=0)
+        chain = pictures[: kicks + 1, at]
         spread = feeding.spread_of(self._picks_error(chain, seen[at], kick))
         # No picture shows more than all parts in the pose that is blocked least.
-        around = np.minimum(np.outer((1.0, 1.0 / spread, spread), picks[at]),
-                            parts[at] * seen[at].max())
-        rate = feeding.Bounded(*self._rates(parts[[at, at, at]], around)[:, kicks].tolist())
-        return KickPlan(0.0 if kick is None else kick.kick_height, int(parts[at]), int(kicks),
-                        float(picks[at, 0]), rate, "" if kick is None else kick.feeder_speed)
+        around = np.minimum(
+            np.outer((1.0, 1.0 / spread, spread), picks[at]), parts[at] * seen[at].max()
+        )
+        rate = feeding.Bounded(
+            *self._rates(parts[[at, at, at]], around)[:, kicks].tolist()
+        )
+        return KickPlan(
+            0.0 if kick is None else kick.kick_height,
+            int(parts[at]),
+            int(kicks),
+            float(picks[at, 0]),
+            rate,
+            "" if kick is None else kick.feeder_speed,
+        )
 
     def _rates(self, parts: Index, picks: Array) -> Array:
         """Parts picked a minute (N, R) by the picks (N, R) after 0, 1 ... kicks."""
         cell, kicks = self.cell, np.arange(picks.shape[1])
         total = picks.cumsum(axis=1)
         refilled = parts[:, None] + total - picks
-        seconds = ((kicks + 1.0) * (cell.drop_time + cell.camera_time) + kicks * cell.cycle_time
-                   + 60.0 / cell.rate * refilled + cell.pick_time * total)
+        seconds = (
+            (kicks + 1.0) * (cell.drop_time + cell.camera_time)
+            + kicks * cell.cycle_time
+            + 60.0 / cell.rate * refilled
+            + cell.pick_time * total
+        )
         return np.asarray(60.0 * total / seconds)
 
-    def _picks_error(self, lying: Array, seen: Array, kick: FlipStatistics | None) -> float:
+    def _picks_error(
+        self, lying: Array, seen: Array, kick: FlipStatistics | None
+    ) -> float:
         """Relative standard error of the parts that a cycle picks.
 
         To first order in the shares of dropped parts and in the rows of the moves, each off by
@@ -222,27 +298,45 @@ class Plate:
         fresh, picks = self.dropped.probability, float((lying @ seen).sum())
         counted = self.drops_as_unsure(fresh, self.dropped.drops, self.plate_error)
         if kick is None:
-            return math.sqrt(mean_variance(self.dropped.shares, self.dropped.by_unit(seen),
-                                           counted)) / picks
+            return (
+                math.sqrt(
+                    mean_variance(
+                        self.dropped.shares, self.dropped.by_unit(seen), counted
+                    )
+                )
+                / picks
+            )
         moves, left = kick.transition, 1.0 - seen
-        worth = [seen]  # of a part that lies so at a picture: picks until the cycle's end
+        worth = [
+            seen
+        ]  # of a part that lies so at a picture: picks until the cycle's end
         for _ in lying[1:]:
             worth.append(seen + left * (moves @ worth[-1]) + seen * (fresh @ worth[-1]))
         after = np.array(worth[-2::-1]).reshape(-1, seen.size)
         gain = worth[-1] + (lying[:-1] @ seen) @ after
-        variance = mean_variance(self.dropped.shares, self.dropped.by_unit(gain), counted)
+        variance = mean_variance(
+            self.dropped.shares, self.dropped.by_unit(gain), counted
+        )
         row_gain = (lying[:-1] * left).T @ after
-        for row, values, flips in zip(moves, row_gain, kick.counts.sum(axis=1).tolist(),
-                                      strict=True):
-            drops = flips if kick.observed else self.drops_as_unsure(row, flips, FLIPS_ERROR)
+        for row, values, flips in zip(
+            moves, row_gain, kick.counts.sum(axis=1).tolist(), strict=True
+        ):
+            drops = (
+                flips
+                if kick.observed
+                else self.drops_as_unsure(row, flips, FLIPS_ERROR)
+            )
             variance += mean_variance(row, values, drops)
         return math.sqrt(variance) / picks
 
     def drops_as_unsure(self, shares: Array, counted: float, error: float) -> float:
         """Drops that leave shares (K,) as uncertain as if counted so, and off in each group."""
-        groups = np.bincount([pose.group for pose in self.poses], shares).astype(np.float64)
+        groups = np.bincount([pose.group for pose in self.poses], shares).astype(
+            np.float64
+        )
         inverse = 1.0 / counted + 1.0 / pose_groups.equivalent_drops(
-            groups, np.full(groups.size, error))
+            groups, np.full(groups.size, error)
+        )
         return 1.0 / inverse if inverse else math.inf
 
     def worth_flipping(self, parts: int, moves: Array) -> Index:
@@ -260,7 +354,8 @@ class Plate:
             rows = np.where(flips[:, None], moves, fresh) * (1.0 - seen)[:, None]
             seconds = np.linalg.solve(
                 np.eye(seen.size) - rows,
-                seen * cell.pick_time + (1.0 - seen) * np.where(flips, kick, drop))
+                seen * cell.pick_time + (1.0 - seen) * np.where(flips, kick, drop),
+            )
             sooner = kick + moves @ seconds < (drop + fresh @ seconds) * (1.0 - 1e-12)
             if (sooner == flips).all():
                 return np.flatnonzero(flips)

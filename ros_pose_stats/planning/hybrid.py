@@ -9,20 +9,34 @@ from functools import partial
 import numpy as np
 
 from ..methods import HYBRID
-from ..records import DropProgress, DropScene, Part, PoseStatistics, scene as scenes, statistics
+from ..records import (
+    DropProgress,
+    DropScene,
+    Part,
+    PoseStatistics,
+    scene as scenes,
+    statistics,
+)
 from ..resting.poses import poses_in
 from ..simulation import request as requests, simulate
 from ..statistics import prefix, prior as priors
 from . import confidence
 
 
-def hybrid(part: Part, drops: int | None = None, restitution: float = scenes.DEFAULT_RESTITUTION,
-           seed: int | None = None, drop_height: float | None = None, target_error: float = 0.0,
-           workers: int | None = None,
-           on_progress: Callable[[DropProgress], object] | None = None,
-           should_stop: Callable[[], bool] | None = None, *,
-           cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
-           round_sides: int = scenes.DEFAULT_ROUND_SIDES) -> PoseStatistics:
+def hybrid(
+    part: Part,
+    drops: int | None = None,
+    restitution: float = scenes.DEFAULT_RESTITUTION,
+    seed: int | None = None,
+    drop_height: float | None = None,
+    target_error: float = 0.0,
+    workers: int | None = None,
+    on_progress: Callable[[DropProgress], object] | None = None,
+    should_stop: Callable[[], bool] | None = None,
+    *,
+    cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
+    round_sides: int = scenes.DEFAULT_ROUND_SIDES,
+) -> PoseStatistics:
     """Drop a part, and take an estimate as if it were drops already made.
 
     How many drops the estimate is worth is judged by its expected error on this part, and by
@@ -60,24 +74,43 @@ def hybrid(part: Part, drops: int | None = None, restitution: float = scenes.DEF
         If the part's hull does not enclose its centre of mass.
     """
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
-    begin, request = time.perf_counter(), requests.drop_request(drops, seed, target_error, workers)
+    begin, request = (
+        time.perf_counter(),
+        requests.drop_request(drops, seed, target_error, workers),
+    )
     prior = confidence.pose_prior(poses_in(part, scene), scene)
-    found = drop_with(prior, part, scene, request, requests.Watch.of(on_progress, should_stop),
-                      confidence.FIRST_LOOK)
+    found = drop_with(
+        prior,
+        part,
+        scene,
+        request,
+        requests.Watch.of(on_progress, should_stop),
+        confidence.FIRST_LOOK,
+    )
     return replace(found, seconds=time.perf_counter() - begin)
 
 
-def drop_with(prior: priors.PosePrior | None, part: Part, scene: DropScene,
-              request: requests.DropRequest, watch: requests.Watch, look: int) -> PoseStatistics:
+def drop_with(
+    prior: priors.PosePrior | None,
+    part: Part,
+    scene: DropScene,
+    request: requests.DropRequest,
+    watch: requests.Watch,
+    look: int,
+) -> PoseStatistics:
     """Drop a part, and combine the drops with an estimate; `look`: drops before the first look."""
     judge = prefix.Judge(partial(confidence.judge_drops, prior), look)
     if prior is None:
         return simulate.count_drops(part, scene, request, watch, judge)
     combined = watch._replace(on_progress=combined_progress(prior, watch.on_progress))
-    return hybrid_statistics(simulate.count_drops(part, scene, request, combined, judge), prior)
+    return hybrid_statistics(
+        simulate.count_drops(part, scene, request, combined, judge), prior
+    )
 
 
-def hybrid_statistics(counted: PoseStatistics, prior: priors.PosePrior) -> PoseStatistics:
+def hybrid_statistics(
+    counted: PoseStatistics, prior: priors.PosePrior
+) -> PoseStatistics:
     """Combine counts of random drops with an estimate, in a millisecond or two for ten poses.
 
     Where they refute the estimate they stay as they are, with the warning `CONFLICT`.
@@ -85,21 +118,37 @@ def hybrid_statistics(counted: PoseStatistics, prior: priors.PosePrior) -> PoseS
     counts = np.array([pose.count for pose in counted.by_index.values()])
     refuted = np.flatnonzero(prior.contradicted(counts))
     if refuted.size:
-        return replace(counted, warnings=(*counted.warnings, confidence.describe_conflict(
-            prior, counts, refuted, "drops contradict the estimate", "estimated",
-            "the estimate is left out, so the answer is that of the drops")))
+        return replace(
+            counted,
+            warnings=(
+                *counted.warnings,
+                confidence.describe_conflict(
+                    prior,
+                    counts,
+                    refuted,
+                    "drops contradict the estimate",
+                    "estimated",
+                    "the estimate is left out, so the answer is that of the drops",
+                ),
+            ),
+        )
     return statistics.with_shares(counted, HYBRID, prior.updated(counts).shares(counts))
 
 
-def combined_progress(prior: priors.PosePrior, told: Callable[[DropProgress], object] | None
-                      ) -> Callable[[DropProgress], object] | None:
+def combined_progress(
+    prior: priors.PosePrior, told: Callable[[DropProgress], object] | None
+) -> Callable[[DropProgress], object] | None:
     """Progress of a simulation as that of the hybrid; None where nobody listens."""
     if told is None:
         return None
 
     def tell(progress: DropProgress) -> None:
-        told(replace(progress,
-                     statistics=lambda: hybrid_statistics(progress.statistics(), prior)))
+        told(
+            replace(
+                progress,
+                statistics=lambda: hybrid_statistics(progress.statistics(), prior),
+            )
+        )
 
     return tell
 
@@ -112,34 +161,52 @@ MOST_RESTITUTION, MOST_RADII = 0.99, 100.0
 """Scenes up to which estimates are checked: a drop that hardly ends takes seconds."""
 
 
-def checked(best: PoseStatistics, part: Part, scene: DropScene, request: requests.DropRequest,
-            watch: requests.Watch) -> tuple[PoseStatistics, str]:
+def checked(
+    best: PoseStatistics,
+    part: Part,
+    scene: DropScene,
+    request: requests.DropRequest,
+    watch: requests.Watch,
+) -> tuple[PoseStatistics, str]:
     """An estimate with drops beside it, or alone where they say nothing or hardly end; why."""
     prior = confidence.prior_of(best, poses_in(part, scene), scene)
     found = best
     if len(prior.size) > 1 and not _hardly_ends(scene, best.radius):
-        few = replace(request, drops=min(request.drops, CHECK_DROPS), events=CHECK_EVENTS)
+        few = replace(
+            request, drops=min(request.drops, CHECK_DROPS), events=CHECK_EVENTS
+        )
         found = drop_with(prior, part, scene, few, watch, confidence.FIRST_LOOK)
     return found, explain_check(best.method, found.drops, scene, best.radius)
 
 
 def _hardly_ends(scene: DropScene, radius: float) -> bool:
-    return (scene.restitution > MOST_RESTITUTION
-            or scene.release_height(radius) > MOST_RADII * radius)
+    return (
+        scene.restitution > MOST_RESTITUTION
+        or scene.release_height(radius) > MOST_RADII * radius
+    )
 
 
 def explain_check(method: str, drops: int, scene: DropScene, radius: float) -> str:
     """Why an estimate with so many drops beside it answers."""
     if not drops:
-        return (f"Drops hardly end in such a scene, so {method} answers alone."
-                if _hardly_ends(scene, radius)
-                else f"Symmetry decides all, so {method} alone is exact.")
-    return (f"{method} is expected to be the most accurate estimate of this part; no target error "
-            f"was asked for, so {drops} drops check it.")
+        return (
+            f"Drops hardly end in such a scene, so {method} answers alone."
+            if _hardly_ends(scene, radius)
+            else f"Symmetry decides all, so {method} alone is exact."
+        )
+    return (
+        f"{method} is expected to be the most accurate estimate of this part; no target error "
+        f"was asked for, so {drops} drops check it."
+    )
 
 
-def keep_target(best: PoseStatistics, part: Part, scene: DropScene, request: requests.DropRequest,
-                watch: requests.Watch) -> tuple[PoseStatistics, str]:
+def keep_target(
+    best: PoseStatistics,
+    part: Part,
+    scene: DropScene,
+    request: requests.DropRequest,
+    watch: requests.Watch,
+) -> tuple[PoseStatistics, str]:
     """The estimate if it keeps the target, else drops, with its help if it has some worth; why."""
     target = request.target_error
     prior = confidence.prior_of(best, poses_in(part, scene), scene)
@@ -147,11 +214,26 @@ def keep_target(best: PoseStatistics, part: Part, scene: DropScene, request: req
     if bound <= target:
         return best, confidence.enough(f"{best.method} alone", bound, target)
     helped = confidence.worthwhile(prior, target)
-    found = drop_with(prior if helped else None, part, scene, request, watch,
-                      confidence.first_look(prior, target, helped))
+    found = drop_with(
+        prior if helped else None,
+        part,
+        scene,
+        request,
+        watch,
+        confidence.first_look(prior, target, helped),
+    )
     if math.isinf(bound):
-        return found, f"Estimates do not know so low a drop; so {found.drops} drops were counted."
-    why = (f"; so {found.drops} drops were added" if found.method == HYBRID else
-           f", and {'drops contradict it' if helped else 'worth too few drops to matter'}; so "
-           f"{found.drops} drops were counted")
-    return found, f"{confidence.not_enough(f'{best.method} alone', bound, target)}{why}."
+        return (
+            found,
+            f"Estimates do not know so low a drop; so {found.drops} drops were counted.",
+        )
+    why = (
+        f"; so {found.drops} drops were added"
+        if found.method == HYBRID
+        else f", and {'drops contradict it' if helped else 'worth too few drops to matter'}; so "
+        f"{found.drops} drops were counted"
+    )
+    return (
+        found,
+        f"{confidence.not_enough(f'{best.method} alone', bound, target)}{why}.",
+    )

@@ -46,9 +46,13 @@ class CountedPart:
         return np.bincount(self.resting.group, self.count).astype(np.int64)
 
 
-def count_part(part: Part, counts: Mapping[int, int], *,
-               cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
-               round_sides: int = scenes.DEFAULT_ROUND_SIDES) -> CountedPart:
+def count_part(
+    part: Part,
+    counts: Mapping[int, int],
+    *,
+    cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
+    round_sides: int = scenes.DEFAULT_ROUND_SIDES,
+) -> CountedPart:
     """Join a part and what was counted of it, from the `index` of a pose to the parts seen in it.
 
     `cluster_tolerance, round_sides`: as of the statistics that numbered the poses. Raises
@@ -58,14 +62,23 @@ def count_part(part: Part, counts: Mapping[int, int], *,
     poses = len(resting_poses(part, *numbering).poses)
     count = np.zeros(poses, dtype=np.int64)
     for index, number in dict[Any, Any](counts).items():
-        if isinstance(index, bool) or not isinstance(index, Integral) or (
-                not 0 <= int(index) < poses):
-            raise RequestError(f"poses 0 to {poses - 1} of {part.part_id}", f"{index!r}",
-                               "count with the numbers that estimate shows, at the same cluster "
-                               "tolerance and round sides")
+        if (
+            isinstance(index, bool)
+            or not isinstance(index, Integral)
+            or (not 0 <= int(index) < poses)
+        ):
+            raise RequestError(
+                f"poses 0 to {poses - 1} of {part.part_id}",
+                f"{index!r}",
+                "count with the numbers that estimate shows, at the same cluster "
+                "tolerance and round sides",
+            )
         if not isinstance(number, Integral) or not 0 <= int(number) <= MOST:
-            raise RequestError("whole counts from 0 on", f"{number} of {part.part_id} in pose "
-                               f"{index}", "give the parts seen in each pose")
+            raise RequestError(
+                "whole counts from 0 on",
+                f"{number} of {part.part_id} in pose {index}",
+                "give the parts seen in each pose",
+            )
         count[index] = number
     return CountedPart(part, count, numbering)
 
@@ -91,23 +104,37 @@ def read_table(file: Path, columns: str, example: str) -> list[tuple[str, list[i
     try:
         lines = read_file(file).decode("utf-8-sig").splitlines()
         first = next((line for line in lines if line.strip()), "")
-        rows = list(csv.reader(lines, delimiter=max(",;\t", key=first.count), strict=True))
+        rows = list(
+            csv.reader(lines, delimiter=max(",;\t", key=first.count), strict=True)
+        )
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise RequestError(
-            f"a CSV file in UTF-8 with the columns {columns}", f"{file} ({reason(error)})",
-            "check the path, and that names which hold a separator are quoted") from error
-    filled = [(number, [cell.strip() for cell in row]) for number, row in enumerate(rows, 1)
-              if any(cell.strip() for cell in row)]
+            f"a CSV file in UTF-8 with the columns {columns}",
+            f"{file} ({reason(error)})",
+            "check the path, and that names which hold a separator are quoted",
+        ) from error
+    filled = [
+        (number, [cell.strip() for cell in row])
+        for number, row in enumerate(rows, 1)
+        if any(cell.strip() for cell in row)
+    ]
     found, width = [], columns.count(",") + 1
     for place, (number, row) in enumerate(filled):
         if place == 0 and len(row) == width and not any(map(str.isdecimal, row[1:])):
             continue
-        if len(row) != width or not row[0] or not all(
-                cell.isdecimal() and float(cell) <= MOST for cell in row[1:]):
-            raise RequestError(f"a row of {columns} with whole numbers from 0 on",
-                               f"{','.join(row)!r} in line {number} of {file}",
-                               f"for instance {example}")
+        if (
+            len(row) != width
+            or not row[0]
+            or not all(cell.isdecimal() and float(cell) <= MOST for cell in row[1:])
+        ):
+            raise RequestError(
+                f"a row of {columns} with whole numbers from 0 on",
+                f"{','.join(row)!r} in line {number} of {file}",
+                f"for instance {example}",
+            )
         found.append((row[0], [int(float(cell)) for cell in row[1:]]))
     if not found:
-        raise RequestError(f"rows of {columns}", f"none in {file}", f"for instance {example}")
+        raise RequestError(
+            f"rows of {columns}", f"none in {file}", f"for instance {example}"
+        )
     return found

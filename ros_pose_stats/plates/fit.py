@@ -90,7 +90,9 @@ class PlateFit:
     default_weight: float  # probability that the default scene explains the counts best
     # expected root mean square error, over groups of poses, on a part that was not counted
     plate_error: float
-    p_value: float  # of the counts in the fitted scene; NaN where nothing is left to test it
+    p_value: (
+        float  # of the counts in the fitted scene; NaN where nothing is left to test it
+    )
     counted: int  # parts of all kinds
     parts: tuple[PartEvidence, ...]  # by digest
     seconds: float = math.nan
@@ -99,8 +101,10 @@ class PlateFit:
     def verdict(self) -> str:
         """In words, whether the default scene does as well."""
         how = "as well" if self.default_weight >= DEFAULT_WEIGHT else "less well"
-        return (f"the default scene explains the counts {how} (probability "
-                f"{self.default_weight:.2f})")
+        return (
+            f"the default scene explains the counts {how} (probability "
+            f"{self.default_weight:.2f})"
+        )
 
 
 class SceneGrid:
@@ -111,23 +115,41 @@ class SceneGrid:
         ends = LOWEST_RADII * min(known), HIGHEST_RADII * max(known)
         self.height: Array = np.geomspace(*ends, HEIGHTS, dtype=np.float64)
         self.sides = sides
-        self.scenes = [DropScene(), *(
-            DropScene(restitution, height, round_sides=each) for each in sides
-            for restitution in RESTITUTIONS.tolist() for height in self.height.tolist())]
+        self.scenes = [
+            DropScene(),
+            *(
+                DropScene(restitution, height, round_sides=each)
+                for each in sides
+                for restitution in RESTITUTIONS.tolist()
+                for height in self.height.tolist()
+            ),
+        ]
         count = len(self.scenes) - 1
-        self.prior = np.append(DEFAULT_WEIGHT, np.full(count, (1.0 - DEFAULT_WEIGHT) / count))
+        self.prior = np.append(
+            DEFAULT_WEIGHT, np.full(count, (1.0 - DEFAULT_WEIGHT) / count)
+        )
 
 
 class ExplainedPart:
     """A counted part with its expected shares and its likelihood at all scenes."""
 
     def __init__(self, counted: CountedPart, grid: SceneGrid) -> None:
-        self.counted, self.count, self.rolls = counted, counted.by_group, rolls_about(counted)
-        places = grid.scenes[1:1 + RESTITUTIONS.size * HEIGHTS]
-        ways = {stands.numbering: _shares(stands, places)
-                for stands in map(self.standing, grid.sides)}
-        self.share = np.concatenate((_shares(self.standing(SIDES[0]), [DropScene()]), *(
-            ways[self.standing(sides).numbering] for sides in grid.sides)))  # (n, G)
+        self.counted, self.count, self.rolls = (
+            counted,
+            counted.by_group,
+            rolls_about(counted),
+        )
+        places = grid.scenes[1 : 1 + RESTITUTIONS.size * HEIGHTS]
+        ways = {
+            stands.numbering: _shares(stands, places)
+            for stands in map(self.standing, grid.sides)
+        }
+        self.share = np.concatenate(
+            (
+                _shares(self.standing(SIDES[0]), [DropScene()]),
+                *(ways[self.standing(sides).numbering] for sides in grid.sides),
+            )
+        )  # (n, G)
         # (S, n); logarithm
         self.likelihood = log_likelihood(self.count, self.share)
 
@@ -164,36 +186,60 @@ def fit_plate(counted: Sequence[CountedPart]) -> PlateFit:
     place = nearest_scene(parts, weight)
     evidence: list[PartEvidence] = []
     tested: dict[str, tuple[float, float]] = {}  # weight and square error, by digest
-    unknown = scenes.DEFAULT_PLATE_ERROR ** 2
+    unknown = scenes.DEFAULT_PLATE_ERROR**2
     for one in parts:
         part, group = one.counted.part, one.counted.resting.group
         others = [other for other in parts if other.counted.part.digest != part.digest]
         left = nearest_scene(others, weigh_scenes(others, grid)[1])
-        tested[part.digest] = max(tested.get(part.digest, (0.0, 0.0)), (
-            (unknown / (unknown + one.noise)) ** 2, one.square_error(left if others else place)))
-        evidence.append(PartEvidence(
-            part.part_id, part.digest, one.counted.counted,
-            tuple(tuple(np.flatnonzero(group == each).tolist()) for each in range(one.count.size)),
-            one.count / one.count.sum(), one.share[place],
-            math.sqrt(max(one.square_error(place), 0.0)),
-            one.counted.numbering, (one.share[left] / np.bincount(group))[group],
-            math.sqrt(max(one.square_error(left), 0.0))))
+        tested[part.digest] = max(
+            tested.get(part.digest, (0.0, 0.0)),
+            (
+                (unknown / (unknown + one.noise)) ** 2,
+                one.square_error(left if others else place),
+            ),
+        )
+        evidence.append(
+            PartEvidence(
+                part.part_id,
+                part.digest,
+                one.counted.counted,
+                tuple(
+                    tuple(np.flatnonzero(group == each).tolist())
+                    for each in range(one.count.size)
+                ),
+                one.count / one.count.sum(),
+                one.share[place],
+                math.sqrt(max(one.square_error(place), 0.0)),
+                one.counted.numbering,
+                (one.share[left] / np.bincount(group))[group],
+                math.sqrt(max(one.square_error(left), 0.0)),
+            )
+        )
     if len(tested) > 1:
         total = max(sum(of * square for of, square in tested.values()), 0.0)
         plate_square = (total + UNTESTED * unknown) / (
-            sum(of for of, _ in tested.values()) + UNTESTED)
+            sum(of for of, _ in tested.values()) + UNTESTED
+        )
     else:  # the scene was fitted to this very part, which can only speak against the plate
         plate_square = max(unknown, tested.popitem()[1][1])
     found = grid.scenes[place]
     table = logarithm[1:].reshape(len(sides), RESTITUTIONS.size, HEIGHTS)
     profile = table.max(axis=(1, 2))
-    likely = [found.round_sides, *np.array(sides)[profile >= profile.max() - 0.5 * REACH].tolist()]
+    likely = [
+        found.round_sides,
+        *np.array(sides)[profile >= profile.max() - 0.5 * REACH].tolist(),
+    ]
     return PlateFit(
         _interval(RESTITUTIONS, table.max(axis=(0, 2)), found.restitution),
         _interval(grid.height, table.max(axis=(0, 1)), found.drop_height or AS_DEFAULT),
         (found.round_sides, min(likely), max(likely)) if rounds else UNTOLD_SIDES,
-        float(weight[0]), math.sqrt(plate_square), _p_value(parts, place, grid),
-        sum(one.counted for one in told), tuple(evidence), time.perf_counter() - begin)
+        float(weight[0]),
+        math.sqrt(plate_square),
+        _p_value(parts, place, grid),
+        sum(one.counted for one in told),
+        tuple(evidence),
+        time.perf_counter() - begin,
+    )
 
 
 def choose_parts(counted: Iterable[CountedPart]) -> list[CountedPart]:
@@ -201,18 +247,29 @@ def choose_parts(counted: Iterable[CountedPart]) -> list[CountedPart]:
     added: dict[tuple[str, scenes.Numbering], CountedPart] = {}
     for one in counted:
         key = one.part.digest, one.numbering
-        added[key] = one if key not in added else replace(
-            added[key], count=added[key].count + one.count)
+        added[key] = (
+            one
+            if key not in added
+            else replace(added[key], count=added[key].count + one.count)
+        )
     merged = [added[key] for key in sorted(added)]
-    told = sorted((one for one in merged if one.counted and one.by_group.size > 1),
-                  key=lambda one: -one.counted)[:MOST_PARTS]
+    told = sorted(
+        (one for one in merged if one.counted and one.by_group.size > 1),
+        key=lambda one: -one.counted,
+    )[:MOST_PARTS]
     if not told:
-        raise errors.RequestError("counts of a part that can lie in two ways", text.listed(
-            [one.part.part_id for one in merged]) or "none", "count another part on this plate")
+        raise errors.RequestError(
+            "counts of a part that can lie in two ways",
+            text.listed([one.part.part_id for one in merged]) or "none",
+            "count another part on this plate",
+        )
     total = sum(one.counted for one in told)
     if total < FEWEST_COUNTS:
-        raise errors.RequestError(f"at least {FEWEST_COUNTS} counted parts", f"{total}",
-                                  f"count {FEWEST_COUNTS - total} more")
+        raise errors.RequestError(
+            f"at least {FEWEST_COUNTS} counted parts",
+            f"{total}",
+            f"count {FEWEST_COUNTS - total} more",
+        )
     return [one for one in merged if one in told]
 
 
@@ -222,20 +279,28 @@ def rolls_about(one: CountedPart) -> bool:
     The counts are by these numbers, so a part whose poses change with the sides cannot tell them.
     """
     own = one.resting
-    return any(pose.rolls for pose in own.poses) and any(
-        run.full and run.kind == "round" for run in own.body.runs) and all(
-            own.is_numbered_like(one.with_sides(sides).resting) for sides in SIDES)
+    return (
+        any(pose.rolls for pose in own.poses)
+        and any(run.full and run.kind == "round" for run in own.body.runs)
+        and all(own.is_numbered_like(one.with_sides(sides).resting) for sides in SIDES)
+    )
 
 
 def _shares(counted: CountedPart, wanted: Sequence[DropScene]) -> Array:
     """Shares (n, G) of the groups by `split`."""
     resting = counted.resting
-    return np.array([np.bincount(resting.group, split(resting, scene)) for scene in wanted])
+    return np.array(
+        [np.bincount(resting.group, split(resting, scene)) for scene in wanted]
+    )
 
 
-def weigh_scenes(parts: Sequence[ExplainedPart], grid: SceneGrid) -> tuple[Array, Array]:
+def weigh_scenes(
+    parts: Sequence[ExplainedPart], grid: SceneGrid
+) -> tuple[Array, Array]:
     """Logarithm (n,) of the likelihood of all parts together, and the scenes' probabilities."""
-    together = sum((one.likelihood for one in parts), np.zeros((SCATTERS.size, grid.prior.size)))
+    together = sum(
+        (one.likelihood for one in parts), np.zeros((SCATTERS.size, grid.prior.size))
+    )
     logarithm = np.asarray(logsumexp(together, axis=0, b=SCATTER_WEIGHTS[:, None]))
     weight = grid.prior * np.exp(logarithm - logarithm.max())
     return logarithm, weight / weight.sum()
@@ -243,8 +308,10 @@ def weigh_scenes(parts: Sequence[ExplainedPart], grid: SceneGrid) -> tuple[Array
 
 def nearest_scene(parts: Sequence[ExplainedPart], weight: Array) -> int:
     """Place whose shares are nearest to the average over all scenes; without parts the first."""
-    away = sum((np.square(one.share - weight @ one.share).mean(axis=1) for one in parts),
-               np.zeros(weight.size))
+    away = sum(
+        (np.square(one.share - weight @ one.share).mean(axis=1) for one in parts),
+        np.zeros(weight.size),
+    )
     return int(away.argmin())
 
 
@@ -253,10 +320,15 @@ def _interval(values: Array, profile: Array, found: float) -> Triple:
     level = profile.max() - 0.5 * REACH
     inside = np.flatnonzero(profile >= level)
     first, last = inside[[0, -1]]
-    low, high = (float(np.interp(level, profile[edge], values[edge])) for edge in (
-        [max(first - 1, 0), first], [min(last + 1, values.size - 1), last]))
-    return (found, low, high) if found == AS_DEFAULT else (found, min(low, found),
-                                                           max(high, found))
+    low, high = (
+        float(np.interp(level, profile[edge], values[edge]))
+        for edge in ([max(first - 1, 0), first], [min(last + 1, values.size - 1), last])
+    )
+    return (
+        (found, low, high)
+        if found == AS_DEFAULT
+        else (found, min(low, found), max(high, found))
+    )
 
 
 def _p_value(parts: Sequence[ExplainedPart], place: int, grid: SceneGrid) -> float:
@@ -266,8 +338,9 @@ def _p_value(parts: Sequence[ExplainedPart], place: int, grid: SceneGrid) -> flo
         resting = one.standing(scene.round_sides).resting
         probability = split(resting, scene)
         expected = expected_error("split", resting, probability, scene)
-        test = goodness_of_fit(one.count, one.share[place],
-                               np.bincount(resting.group, expected.each))
+        test = goodness_of_fit(
+            one.count, one.share[place], np.bincount(resting.group, expected.each)
+        )
         if not test.too_few:
             statistic += test.statistic
             free += test.degrees_of_freedom
@@ -280,8 +353,13 @@ def log_likelihood(counts: Index, shares: Array) -> Array:
     The true ones scatter around them as by a Dirichlet distribution.
     """
     met = counts > 0
-    of, expected = counts[met].astype(np.float64), np.maximum(shares[:, met], LEAST_SHARE)
+    of, expected = (
+        counts[met].astype(np.float64),
+        np.maximum(shares[:, met], LEAST_SHARE),
+    )
     total = 0.25 / np.square(SCATTERS)[:, None, None] - 1.0
     alpha = expected * total
     constant = gammaln(total + of.sum()) - gammaln(total)
-    return np.asarray((gammaln(alpha + of) - gammaln(alpha)).sum(axis=-1) - constant[..., 0])
+    return np.asarray(
+        (gammaln(alpha + of) - gammaln(alpha)).sum(axis=-1) - constant[..., 0]
+    )

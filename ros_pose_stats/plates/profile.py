@@ -38,7 +38,9 @@ class PlateProfile:
     """
 
     name: str
-    restitution: float  # effective coefficient of restitution, and bounds of its 90 % interval
+    restitution: (
+        float  # effective coefficient of restitution, and bounds of its 90 % interval
+    )
     restitution_low: float
     restitution_high: float
     # effective height of the centre of mass at release, likewise, metres; -1: 20 part radii
@@ -47,7 +49,9 @@ class PlateProfile:
     drop_height_high: float
     # expected root mean square error on a part that was not counted, as a fraction
     plate_error: float
-    p_value: float = math.nan  # of the counts in this scene; NaN: nothing is left to test it
+    p_value: float = (
+        math.nan
+    )  # of the counts in this scene; NaN: nothing is left to test it
     parts: tuple[str, ...] = ()  # names of the parts that were counted
     counted: int = 0  # parts of all kinds together
     date: str = ""  # when it was fitted, ISO 8601, UTC
@@ -57,24 +61,33 @@ class PlateProfile:
     round_sides: int = fits.UNTOLD_SIDES[0]
     round_sides_low: int = fits.UNTOLD_SIDES[1]
     round_sides_high: int = fits.UNTOLD_SIDES[2]
-    default_weight: float = math.nan  # probability that the default scene explains the counts best
+    default_weight: float = (
+        math.nan
+    )  # probability that the default scene explains the counts best
     # by digest of a counted part: what the others predict of it, so that its counts count once
     left_out: Mapping[str, "LeftOut"] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         refuse_name(self.name)
         for sides in (self.round_sides, self.round_sides_low, self.round_sides_high):
-            DropScene(self.restitution,
-                      None if self.drop_height == fits.AS_DEFAULT else self.drop_height,
-                      round_sides=sides)
+            DropScene(
+                self.restitution,
+                None if self.drop_height == fits.AS_DEFAULT else self.drop_height,
+                round_sides=sides,
+            )
         if not 0.0 <= self.plate_error <= 1.0:
-            raise errors.RequestError("a plate_error from 0 to 1", f"{self.plate_error}",
-                                      "0.05 is 5 points")
+            raise errors.RequestError(
+                "a plate_error from 0 to 1", f"{self.plate_error}", "0.05 is 5 points"
+            )
 
     @property
     def tells_round_sides(self) -> bool:
         """Whether the scene is one of its own sides, or some are left out by the counts."""
-        return (self.round_sides, self.round_sides_low, self.round_sides_high) != fits.UNTOLD_SIDES
+        return (
+            self.round_sides,
+            self.round_sides_low,
+            self.round_sides_high,
+        ) != fits.UNTOLD_SIDES
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values that JSON and YAML can hold, without the name."""
@@ -86,19 +99,34 @@ class PlateProfile:
 def refuse_name(name: str) -> None:
     """Raise RequestError for a name that no plate can have."""
     if not 0 < len(name.strip()) <= LONGEST_NAME or not name.isprintable():
-        raise errors.RequestError(f"a plate's name of 1 to {LONGEST_NAME} printable characters",
-                                  f"{name!r}", "for instance glass")
+        raise errors.RequestError(
+            f"a plate's name of 1 to {LONGEST_NAME} printable characters",
+            f"{name!r}",
+            "for instance glass",
+        )
 
 
 def profile_of(name: str, fit: fits.PlateFit) -> PlateProfile:
     """The profile of a plate as it was fitted, with today's date."""
     return PlateProfile(
-        name, *fit.restitution, *fit.drop_height, fit.plate_error, fit.p_value,
-        tuple(dict.fromkeys(part.part_id for part in fit.parts)), fit.counted,
-        datetime.now(timezone.utc).isoformat(timespec="seconds"), version.VERSION,
-        *fit.round_sides, fit.default_weight,
-        {part.part_digest: LeftOut(*part.numbering, tuple(part.left_out.round(9).tolist()))
-         for part in fit.parts})
+        name,
+        *fit.restitution,
+        *fit.drop_height,
+        fit.plate_error,
+        fit.p_value,
+        tuple(dict.fromkeys(part.part_id for part in fit.parts)),
+        fit.counted,
+        datetime.now(timezone.utc).isoformat(timespec="seconds"),
+        version.VERSION,
+        *fit.round_sides,
+        fit.default_weight,
+        {
+            part.part_digest: LeftOut(
+                *part.numbering, tuple(part.left_out.round(9).tolist())
+            )
+            for part in fit.parts
+        },
+    )
 
 
 def read_profiles(file: Path) -> dict[str, PlateProfile]:
@@ -117,8 +145,9 @@ def write_profile(file: Path, profile: PlateProfile) -> None:
         plates = _read(file) if file.exists() else {}
         plates.pop(profile.name, None)  # so that it comes last
         plates[profile.name] = profile.as_dict()
-        data = yaml.safe_dump({HEAD: plates}, sort_keys=False, allow_unicode=True,
-                              default_flow_style=None).encode()
+        data = yaml.safe_dump(
+            {HEAD: plates}, sort_keys=False, allow_unicode=True, default_flow_style=None
+        ).encode()
         _read(file, data)  # whatever is written can be read
         files.replace_file(file, data)
 
@@ -140,19 +169,37 @@ def _read(file: Path, data: bytes | None = None) -> dict[str, Any]:
         if node is not None and _size(node, {}) > MOST_VALUES:
             raise ValueError(f"more than {MOST_VALUES} values")
         found = None if node is None else yaml.SafeLoader("").construct_document(node)
-    except (OSError, UnicodeDecodeError, RecursionError, ValueError, yaml.YAMLError) as error:
-        raise errors.RequestError("a YAML file of plates", f"{file} ({errors.reason(error)})",
-                                  "name another one with --plates") from error
+    except (
+        OSError,
+        UnicodeDecodeError,
+        RecursionError,
+        ValueError,
+        yaml.YAMLError,
+    ) as error:
+        raise errors.RequestError(
+            "a YAML file of plates",
+            f"{file} ({errors.reason(error)})",
+            "name another one with --plates",
+        ) from error
     if found is None:  # an empty file
         return {}
-    if not isinstance(found, Mapping) or list(found) != [HEAD] or not isinstance(
-            found[HEAD], Mapping | None):
-        raise errors.RequestError(f"a YAML file with `{HEAD}:` and nothing else at its top",
-                                  f"{file}", "name another one with --plates")
+    if (
+        not isinstance(found, Mapping)
+        or list(found) != [HEAD]
+        or not isinstance(found[HEAD], Mapping | None)
+    ):
+        raise errors.RequestError(
+            f"a YAML file with `{HEAD}:` and nothing else at its top",
+            f"{file}",
+            "name another one with --plates",
+        )
     plates = found[HEAD] or {}
     if len(plates) > MOST_PLATES:
-        raise errors.RequestError(f"a file of at most {MOST_PLATES} plates",
-                                  f"{len(plates)} in {file}", "split it")
+        raise errors.RequestError(
+            f"a file of at most {MOST_PLATES} plates",
+            f"{len(plates)} in {file}",
+            "split it",
+        )
     return {str(name): values for name, values in plates.items()}
 
 
@@ -172,16 +219,23 @@ def _profile(file: Path, name: str, values: Any) -> PlateProfile:
     expected, found = "restitution and drop_height of each plate", f"{values!r}"
     try:
         if isinstance(values, Mapping):
-            return PlateProfile(name, **{
-                key: read(values[key]) for key, read in READERS.items()
-                if key in REQUIRED or values.get(key) is not None})
+            return PlateProfile(
+                name,
+                **{
+                    key: read(values[key])
+                    for key, read in READERS.items()
+                    if key in REQUIRED or values.get(key) is not None
+                },
+            )
     except KeyError as error:
         expected, found = f"{error.args[0]} of each plate", "none"
     except errors.RequestError as error:
         expected, found = error.expected, error.found
     except (TypeError, ValueError, OverflowError, AttributeError) as error:
         expected, found = "numbers for each plate", re.sub(r"^.*: ", "", str(error))
-    raise errors.RequestError(expected, f"{found} for {name} in {file}", "fit the plate again")
+    raise errors.RequestError(
+        expected, f"{found} for {name} in {file}", "fit the plate again"
+    )
 
 
 def _whole(value: Any) -> int:
@@ -191,20 +245,34 @@ def _whole(value: Any) -> int:
     return number
 
 
-def _left_out(cluster_tolerance: float, round_sides: int, probability: list[float]) -> LeftOut:
+def _left_out(
+    cluster_tolerance: float, round_sides: int, probability: list[float]
+) -> LeftOut:
     told = tuple(map(float, probability))
     if not all(each >= 0.0 for each in told) or not abs(sum(told) - 1.0) < 1e-6:
         raise ValueError(f"probabilities {probability} of sum {sum(told):g}")
     return LeftOut(float(cluster_tolerance), int(round_sides), told)
 
 
-REQUIRED = ("restitution", "restitution_low", "restitution_high", "drop_height",
-            "drop_height_low", "drop_height_high", "plate_error")
+REQUIRED = (
+    "restitution",
+    "restitution_low",
+    "restitution_high",
+    "drop_height",
+    "drop_height_low",
+    "drop_height_high",
+    "plate_error",
+)
 
 READERS: dict[str, Callable[[Any], Any]] = {
     **dict.fromkeys((*REQUIRED, "p_value", "default_weight"), float),
     **dict.fromkeys(("round_sides", "round_sides_low", "round_sides_high"), _whole),
     "parts": lambda parts: tuple(map(str, parts)) if isinstance(parts, list) else (),
-    "counted": int, "date": str, "version": str,
-    "left_out": lambda parts: {str(digest): _left_out(**one) for digest, one in parts.items()}}
+    "counted": int,
+    "date": str,
+    "version": str,
+    "left_out": lambda parts: {
+        str(digest): _left_out(**one) for digest, one in parts.items()
+    },
+}
 """Fields of a plate in a file; earlier versions did not write all."""

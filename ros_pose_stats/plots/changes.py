@@ -16,8 +16,10 @@ ADD, TAKE = np.array([0.0, 0.45, 0.70]), np.array([0.84, 0.37, 0.0])
 PLAIN = np.array([0.86, 0.86, 0.86])
 FAINTEST = 0.35  # strength of the colour of an effect that is hardly above its error
 
-SIDES = (("as in the part frame, from above", np.ones(3)),
-         ("turned upside down about x", np.array([1.0, -1.0, -1.0])))
+SIDES = (
+    ("as in the part frame, from above", np.ones(3)),
+    ("turned upside down about x", np.array([1.0, -1.0, -1.0])),
+)
 """How the part is shown, with the light from above each time."""
 
 ON_FACE, SAME_NORMAL = 0.01, 0.998
@@ -39,32 +41,57 @@ def changes_figure(found: sensitivity.Sensitivity) -> Figure:
     triangles = visible_triangles(space.part) - space.part.center_of_mass
     body = space.body
     shades = colors[_faces_of(triangles, body)]
-    view = rendering.View(np.zeros(3), 2.1 * body.radius, (PIXELS, PIXELS), elevation=28.0)
+    view = rendering.View(
+        np.zeros(3), 2.1 * body.radius, (PIXELS, PIXELS), elevation=28.0
+    )
     for place, (title, turned) in enumerate(SIDES):
         axes = figure.add_axes((0.01 + 0.49 * place, 0.2, 0.48, 0.68))
-        axes.imshow(rendering.rendered(triangles * turned, view, shades),
-                    interpolation="antialiased")
+        axes.imshow(
+            rendering.rendered(triangles * turned, view, shades),
+            interpolation="antialiased",
+        )
         axes.set_axis_off()
         axes.set_title(title, fontsize=10, color=figures.REFERENCE)
         _draw_arrow(axes, view, _gradient(found) * turned, body.radius)
     figure.suptitle(
         f"{shortened(space.part.part_id, 30)}: wanted {shortened(name_poses(found.wanted), 30)}, "
-        f"{100.0 * found.accepted.value:.1f} % by {found.method}", fontsize=12, color=figures.INK,
-        parse_math=False)
-    figure.legend(handles=[Patch(color=tuple(ADD), label="add here"),
-                           Patch(color=tuple(TAKE), label="take away here")],
-                  loc="lower left", bbox_to_anchor=(0.02, 0.02), frameon=False, fontsize=10)
+        f"{100.0 * found.accepted.value:.1f} % by {found.method}",
+        fontsize=12,
+        color=figures.INK,
+        parse_math=False,
+    )
+    figure.legend(
+        handles=[
+            Patch(color=tuple(ADD), label="add here"),
+            Patch(color=tuple(TAKE), label="take away here"),
+        ],
+        loc="lower left",
+        bbox_to_anchor=(0.02, 0.02),
+        frameon=False,
+        fontsize=10,
+    )
     figure.text(0.26, 0.025, SHADES, fontsize=8, color=figures.REFERENCE)
-    figure.text(0.26, 0.165, "\n".join(_line(found, one) for one in found.best[:LISTED]),
-                fontsize=9, color=figures.INK, va="top")
+    figure.text(
+        0.26,
+        0.165,
+        "\n".join(_line(found, one) for one in found.best[:LISTED]),
+        fontsize=9,
+        color=figures.INK,
+        va="top",
+    )
     return figure
 
 
 def _line(found: sensitivity.Sensitivity, one: sensitivity.Effect) -> str:
     step = describe.name_step(found.space, one.number, one.step)
     text = f"{100.0 * one.change:+.1f} points: {step}"
-    return text if one.check is None else (
-        f"{text} (drops: {100.0 * one.check.low:+.1f} to {100.0 * one.check.high:+.1f})")
+    return (
+        text
+        if one.check is None
+        else (
+            f"{text} (drops: {100.0 * one.check.low:+.1f} to {100.0 * one.check.high:+.1f})"
+        )
+    )
 
 
 def _face_colors(found: sensitivity.Sensitivity) -> Array:
@@ -76,7 +103,9 @@ def _face_colors(found: sensitivity.Sensitivity) -> Array:
         color = ADD if one.step > 0.0 else TAKE
         strength = FAINTEST + (1.0 - FAINTEST) * one.change / faces[0].change
         for number in one.alike:
-            colors[space.features[number].planes] = strength * color + (1.0 - strength) * PLAIN
+            colors[space.features[number].planes] = (
+                strength * color + (1.0 - strength) * PLAIN
+            )
     return colors
 
 
@@ -90,8 +119,9 @@ def _faces_of(triangles: Array, body: ConvexBody) -> Index:
         along = normals[some] @ body.arrays.normal.T
         off = np.abs(middle[some] @ body.arrays.normal.T - body.arrays.distance)
         fits = (along > SAME_NORMAL) & (off < ON_FACE)
-        found[some] = np.where(fits.any(axis=1), np.where(fits, along, -2.0).argmax(axis=1),
-                               body.faces)
+        found[some] = np.where(
+            fits.any(axis=1), np.where(fits, along, -2.0).argmax(axis=1), body.faces
+        )
     return found
 
 
@@ -105,14 +135,24 @@ def _gradient(found: sensitivity.Sensitivity) -> Array:
     return slope / length if length else slope
 
 
-def _draw_arrow(axes: Axes, view: rendering.View, direction: Array, radius: float) -> None:
+def _draw_arrow(
+    axes: Axes, view: rendering.View, direction: Array, radius: float
+) -> None:
     if not direction.any():
         return
     right, up, _ = rendering.view_axes(view)
     scale = view.pixels[0] / view.width
     tip = 0.45 * radius * scale * np.array([direction @ right, -direction @ up])
     middle = 0.5 * np.array(view.pixels)
-    axes.annotate("", (middle + tip).tolist(), middle.tolist(),
-                  arrowprops={"arrowstyle": "-|>", "color": figures.INK, "linewidth": 2.0,
-                              "mutation_scale": 16})
+    axes.annotate(
+        "",
+        (middle + tip).tolist(),
+        middle.tolist(),
+        arrowprops={
+            "arrowstyle": "-|>",
+            "color": figures.INK,
+            "linewidth": 2.0,
+            "mutation_scale": 16,
+        },
+    )
     axes.plot(*middle, "o", color=figures.INK, markersize=4)

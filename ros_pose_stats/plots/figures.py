@@ -34,15 +34,18 @@ def new_figure(width: float, height: float, **options: Any) -> Figure:
     return figure
 
 
-def open_axes(axes: Axes, grid: str, width: float, axis: Literal["both", "x", "y"] = "both"
-              ) -> None:
+def open_axes(
+    axes: Axes, grid: str, width: float, axis: Literal["both", "x", "y"] = "both"
+) -> None:
     """Grid lines of a colour and a width behind the data; no frame above and to the right."""
     axes.grid(which="major", axis=axis, color=grid, linewidth=width)
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)
 
 
-def apart(heights: Array, gap: float, low: float = -np.inf, high: float = np.inf) -> Array:
+def apart(
+    heights: Array, gap: float, low: float = -np.inf, high: float = np.inf
+) -> Array:
     """Move heights (k,) as little as it takes to lie `gap` apart in order; `high` may give way."""
     order = np.argsort(heights, kind="stable")
     steps = gap * np.arange(len(heights))
@@ -67,7 +70,7 @@ def _nearest_rising(values: Array) -> Array:
 
 def in_digits(value: float, digits: int) -> str:
     """A length with so many digits, never with an exponent where it is large."""
-    return f"{value:.{digits}g}" if value < 10.0 ** digits else f"{value:.0f}"
+    return f"{value:.{digits}g}" if value < 10.0**digits else f"{value:.0f}"
 
 
 Picture = NDArray[np.uint8]
@@ -105,9 +108,16 @@ def address(kind: str, picture: bytes) -> str:
 def svg_address(figure: Figure) -> str:
     """A figure as such an address, letters as outlines, no background; equal ones are equal."""
     file = io.BytesIO()
-    with matplotlib.rc_context({"svg.hashsalt": "ros_pose_stats", "svg.fonttype": "path"}):
-        figure.savefig(file, format="svg", metadata={"Date": None, "Creator": None}, dpi=RASTER,
-                       transparent=True)
+    with matplotlib.rc_context(
+        {"svg.hashsalt": "ros_pose_stats", "svg.fonttype": "path"}
+    ):
+        figure.savefig(
+            file,
+            format="svg",
+            metadata={"Date": None, "Creator": None},
+            dpi=RASTER,
+            transparent=True,
+        )
     return address("svg+xml", file.getvalue())
 
 
@@ -115,24 +125,40 @@ def write_gif(file: Path, pictures: Iterable[Picture], rate: int) -> None:
     """Write an animation that repeats for ever, at so many pictures a second."""
     every = [Image.fromarray(picture) for picture in pictures]
     # One palette for all pictures, since colours would flicker otherwise.
-    some = np.concatenate([np.asarray(every[k]) for k in
-                           np.linspace(0, len(every) - 1, 5).astype(int)])
+    some = np.concatenate(
+        [np.asarray(every[k]) for k in np.linspace(0, len(every) - 1, 5).astype(int)]
+    )
     palette = Image.fromarray(some).quantize(COLORS, method=Image.Quantize.MEDIANCUT)
-    found = np.array((palette.getpalette() or [])[:3 * COLORS]).reshape(-1, 3)
-    for color in KEPT:  # Pillow's choice of the nearest colour is rough: paper would turn grey
+    found = np.array((palette.getpalette() or [])[: 3 * COLORS]).reshape(-1, 3)
+    for (
+        color
+    ) in KEPT:  # Pillow's choice of the nearest colour is rough: paper would turn grey
         found[np.abs(found - color).max(axis=1) <= NEAR] = color
-    palette.putpalette([*found.ravel().tolist(), *(level for color in KEPT for level in color)])
+    palette.putpalette(
+        [*found.ravel().tolist(), *(level for color in KEPT for level in color)]
+    )
     flat = [one.quantize(palette=palette, dither=Image.Dither.NONE) for one in every]
-    flat[0].save(file, format="GIF", save_all=True, append_images=flat[1:],
-                 duration=round(1000.0 / rate), loop=0, optimize=True, disposal=1)
+    flat[0].save(
+        file,
+        format="GIF",
+        save_all=True,
+        append_images=flat[1:],
+        duration=round(1000.0 / rate),
+        loop=0,
+        optimize=True,
+        disposal=1,
+    )
 
 
 def ffmpeg() -> str:
     """Path of ffmpeg."""
     found = shutil.which("ffmpeg")
     if found is None:
-        raise RequestError("ffmpeg for an .mp4", "none on the PATH",
-                           "install it (apt install ffmpeg), or write a .gif")
+        raise RequestError(
+            "ffmpeg for an .mp4",
+            "none on the PATH",
+            "install it (apt install ffmpeg), or write a .gif",
+        )
     return found
 
 
@@ -141,11 +167,35 @@ def write_mp4(file: Path, pictures: Iterable[Picture], rate: int) -> None:
     waiting = iter(pictures)
     first = next(waiting)
     size = f"{first.shape[1]}x{first.shape[0]}"
-    command = [ffmpeg(), "-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s",
-               size, "-r", str(rate), "-i", "-", "-an", "-c:v", "libx264", "-pix_fmt", "yuv420p",
-               "-movflags", "+faststart", str(file)]
+    command = [
+        ffmpeg(),
+        "-loglevel",
+        "error",
+        "-y",
+        "-f",
+        "rawvideo",
+        "-pix_fmt",
+        "rgb24",
+        "-s",
+        size,
+        "-r",
+        str(rate),
+        "-i",
+        "-",
+        "-an",
+        "-c:v",
+        "libx264",
+        "-pix_fmt",
+        "yuv420p",
+        "-movflags",
+        "+faststart",
+        str(file),
+    ]
     data = b"".join(picture.tobytes() for picture in chain([first], waiting))
     done = subprocess.run(command, input=data, capture_output=True, check=False)
     if done.returncode != 0:
-        raise RequestError("a film from ffmpeg", done.stderr.decode(errors="replace")[-300:],
-                           "write a .gif instead")
+        raise RequestError(
+            "a film from ffmpeg",
+            done.stderr.decode(errors="replace")[-300:],
+            "write a .gif instead",
+        )

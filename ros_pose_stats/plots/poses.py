@@ -37,19 +37,37 @@ def poses_figure(part: Part, found: PoseStatistics) -> Figure:
     for place, (group, picture) in enumerate(zip(shown, pictures, strict=True)):
         row, column = divmod(place, columns)
         left, bottom = spare + width * column, up - TITLE - high * (row + 1) + 0.3
-        axes = figure.add_axes((left / across, bottom / up, width / across, (high - HEAD) / up))
+        axes = figure.add_axes(
+            (left / across, bottom / up, width / across, (high - HEAD) / up)
+        )
         axes.imshow(picture, interpolation="antialiased")
         axes.set_axis_off()
-        axes.set_title(f"{text.shortened(text.name_poses(group.indices), 30)}: "
-                       f"{100.0 * group.probability:.1f} %", fontsize=10.5, color=INK, pad=3.0)
-        axes.annotate(f"centre of mass {in_digits(1e3 * group.first.height, 3)} mm up",
-                      (0.5, 0.0), xycoords="axes fraction", ha="center", va="top", fontsize=9,
-                      color=REFERENCE)
+        axes.set_title(
+            f"{text.shortened(text.name_poses(group.indices), 30)}: "
+            f"{100.0 * group.probability:.1f} %",
+            fontsize=10.5,
+            color=INK,
+            pad=3.0,
+        )
+        axes.annotate(
+            f"centre of mass {in_digits(1e3 * group.first.height, 3)} mm up",
+            (0.5, 0.0),
+            xycoords="axes fraction",
+            ha="center",
+            va="top",
+            fontsize=9,
+            color=REFERENCE,
+        )
     rest = sum(group.size for group in groups[MOST:])
     more = f"; {rest} less probable poses not shown" if rest else ""
-    figure.suptitle(f"{text.shortened(found.part_id, int(4.5 * across))}: resting probabilities, "
-                    f"{name_source(found)}{more}\n{found.scene}", fontsize=12, color=INK,
-                    y=1.0 - 0.1 / up, parse_math=False)
+    figure.suptitle(
+        f"{text.shortened(found.part_id, int(4.5 * across))}: resting probabilities, "
+        f"{name_source(found)}{more}\n{found.scene}",
+        fontsize=12,
+        color=INK,
+        y=1.0 - 0.1 / up,
+        parse_math=False,
+    )
     return figure
 
 
@@ -57,11 +75,16 @@ def name_source(found: PoseStatistics) -> str:
     """Where probabilities come from, in a few words."""
     if found.method == methods.SIMULATION:
         return f"{found.drops} drops"
-    return f"{found.method}, {found.drops} drops" if found.drops else f"estimate ({found.method})"
+    return (
+        f"{found.method}, {found.drops} drops"
+        if found.drops
+        else f"estimate ({found.method})"
+    )
 
 
-def pose_pictures(part: Part, poses: Sequence[StablePose], radius: float,
-                  pixels: int = PIXELS) -> list[Picture]:
+def pose_pictures(
+    part: Part, poses: Sequence[StablePose], radius: float, pixels: int = PIXELS
+) -> list[Picture]:
     """Pictures of a part of a radius (metres) in some poses, on the plate and at one scale."""
     triangles = decimation.visible_triangles(part) - part.center_of_mass
     laid = [_placed(triangles, _rotation(pose), pose) for pose in poses]
@@ -94,15 +117,20 @@ def _placed(triangles: Array, rotation: Array, pose: StablePose) -> Array:
 BESIDE_PIXELS = 320  # pixels across a picture
 
 
-def pictures_beside(parts: tuple[Part, Part], turn: Array | None,
-                    rows: Sequence[Sequence[StablePose | None]], radius: float
-                    ) -> list[list[Picture | None]]:
+def pictures_beside(
+    parts: tuple[Part, Part],
+    turn: Array | None,
+    rows: Sequence[Sequence[StablePose | None]],
+    radius: float,
+) -> list[list[Picture | None]]:
     """Pictures of corresponding poses of two parts, on the plate and at one scale.
 
     `turn` (3, 3): from the frame of the first to that of the second, None where they are equal;
     `radius`: of the larger part, metres. The second is turned about the vertical as the first is.
     """
-    first, second = (decimation.visible_triangles(part) - part.center_of_mass for part in parts)
+    first, second = (
+        decimation.visible_triangles(part) - part.center_of_mass for part in parts
+    )
     back = np.eye(3) if turn is None else turn.T
     laid: list[tuple[Array | None, Array | None]] = []
     for one, other in rows:
@@ -111,13 +139,19 @@ def pictures_beside(parts: tuple[Part, Part], turn: Array | None,
         right = None
         if other is not None:
             # Beside the first, the smallest turn of it that lays the second on its own face.
-            turned = (_rotation(other) if one is None else
-                      rotation @ _smallest_turn(back @ other.down, one.down) @ back)
+            turned = (
+                _rotation(other)
+                if one is None
+                else rotation @ _smallest_turn(back @ other.down, one.down) @ back
+            )
             right = _placed(second, turned, other)
         laid.append((left, right))
-    view = resting_view([one for pair in laid for one in pair if one is not None], radius,
-                        BESIDE_PIXELS)
-    return [[None if one is None else rendered(one, view) for one in pair] for pair in laid]
+    view = resting_view(
+        [one for pair in laid for one in pair if one is not None], radius, BESIDE_PIXELS
+    )
+    return [
+        [None if one is None else rendered(one, view) for one in pair] for pair in laid
+    ]
 
 
 def _smallest_turn(source: Array, target: Array) -> Array:

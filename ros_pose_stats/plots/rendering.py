@@ -56,20 +56,28 @@ def rendered(triangles: Array, view: View, color: Array = PART) -> NDArray[np.ui
     nearest[plate], depth[plate] = parts, level[plate]
     bright = 0.38 + 0.68 * (0.5 + 0.5 * normals[seen] @ LIGHT) ** 1.5
     colors = np.broadcast_to(color, (len(triangles), 3))[seen]
-    shades = np.concatenate([bright[:, None] * colors, np.full((1, 3), PLATE), np.ones((1, 3))])
+    shades = np.concatenate(
+        [bright[:, None] * colors, np.full((1, 3), PLATE), np.ones((1, 3))]
+    )
     picture = shades[np.where(nearest < 0, parts + 1, nearest)]
     lit = triangles[normals[:, 2] > 1e-9] * (1.0, 1.0, 0.0) @ frame + shift
     picture[plate & (nearest_triangles(lit, wide, high)[0] >= 0)] *= SHADOW / PLATE
     facing = np.concatenate([normals[seen], [[0.0, 0.0, 1.0]], np.zeros((1, 3))])
     picture *= _edges(nearest, depth, facing, parts, STEP * wide)[..., None]
     picture = np.clip(picture, 0.0, 1.0)
-    samples = [picture[i::FINENESS, j::FINENESS] for i in range(FINENESS) for j in range(FINENESS)]
+    samples = [
+        picture[i::FINENESS, j::FINENESS]
+        for i in range(FINENESS)
+        for j in range(FINENESS)
+    ]
     return np.asarray(sum(samples) * (255.0 / len(samples)) + 0.5, dtype=np.uint8)
 
 
 def triangle_normals(triangles: Array) -> Array:
     """Unit normals (t, 3) of triangles (t, 3, 3); zero where a triangle has no area."""
-    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    normals = np.cross(
+        triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
+    )
     lengths = np.maximum(np.linalg.norm(normals, axis=1), 1e-300)
     return np.asarray(normals / lengths[:, None])
 
@@ -77,14 +85,20 @@ def triangle_normals(triangles: Array) -> Array:
 def view_axes(view: View) -> tuple[Array, Array, Array]:
     """Right and up in the picture, and the direction to the viewer."""
     up, about = np.radians((view.elevation, view.azimuth))
-    towards = np.array([np.cos(up) * np.cos(about), np.cos(up) * np.sin(about), np.sin(up)])
+    towards = np.array(
+        [np.cos(up) * np.cos(about), np.cos(up) * np.sin(about), np.sin(up)]
+    )
     right = np.array([-np.sin(about), np.cos(about), 0.0])
     return right, np.cross(towards, right), towards
 
 
-def _plate(frame: Array, shift: Array, side: float, wide: int, high: int) -> tuple[Mask, Array]:
+def _plate(
+    frame: Array, shift: Array, side: float, wide: int, high: int
+) -> tuple[Mask, Array]:
     """Which pixels show the plate if nothing is on it, and its depth (high, wide)."""
-    x, y = np.meshgrid(np.arange(wide) + 0.5 - shift[0], np.arange(high) + 0.5 - shift[1])
+    x, y = np.meshgrid(
+        np.arange(wide) + 0.5 - shift[0], np.arange(high) + 0.5 - shift[1]
+    )
     # The picture's two axes as seen from points of z = 0.
     onto = np.linalg.inv(frame[:2, :2])
     east, north = (x * onto[0, k] + y * onto[1, k] for k in range(2))
@@ -92,7 +106,9 @@ def _plate(frame: Array, shift: Array, side: float, wide: int, high: int) -> tup
     return inside, east * frame[0, 2] + north * frame[1, 2] + shift[2]
 
 
-def _edges(nearest: Index, depth: Array, facing: Array, parts: int, step: float) -> Array:
+def _edges(
+    nearest: Index, depth: Array, facing: Array, parts: int, step: float
+) -> Array:
     """Brightness (high, wide): dark where a crease or an outline runs, light grey at the rim."""
     bright = np.ones(nearest.shape)
     for here, there in ((np.s_[:, :-1], np.s_[:, 1:]), (np.s_[:-1], np.s_[1:])):
@@ -123,7 +139,9 @@ def nearest_triangles(corners: Array, wide: int, high: int) -> tuple[Index, Arra
     # Rise of the depth across and down each triangle; none where it is seen edge-on.
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     edge_on = np.abs(normal[:, 2:]) < 1e-9
-    slope = np.where(edge_on, 0.0, -normal[:, :2] / np.where(edge_on, 1.0, normal[:, 2:]))
+    slope = np.where(
+        edge_on, 0.0, -normal[:, :2] / np.where(edge_on, 1.0, normal[:, 2:])
+    )
     covers = np.flatnonzero(span)
     portion = np.cumsum(span[covers]) // AT_ONCE
     least, most = corners[:, :, 2].min(axis=1), corners[:, :, 2].max(axis=1)
@@ -133,8 +151,11 @@ def nearest_triangles(corners: Array, wide: int, high: int) -> tuple[Index, Arra
         x = begin[row] + np.arange(len(row)) - first
         mine, pixel = owner[row], y[row] * wide + x
         origin = corners[mine, 0]
-        far = (origin[:, 2] + (x + 0.5 - origin[:, 0]) * slope[mine, 0]
-               + (y[row] + 0.5 - origin[:, 1]) * slope[mine, 1])
+        far = (
+            origin[:, 2]
+            + (x + 0.5 - origin[:, 0]) * slope[mine, 0]
+            + (y[row] + 0.5 - origin[:, 1]) * slope[mine, 1]
+        )
         far = np.clip(far, least[mine], most[mine])
         np.maximum.at(depth, pixel, far)
         kept = far >= depth[pixel]
@@ -157,6 +178,10 @@ def _spans(corners: Array, wide: int, high: int) -> tuple[Index, Index, Index, I
         x = p[crosses, 0] + share * (q[:, 0] - p[:, 0])[crosses]
         left[crosses] = np.minimum(left[crosses], x)
         right[crosses] = np.maximum(right[crosses], x)
-    begin = np.clip(np.ceil(np.clip(left, -1.0, wide + 1.0) - 0.5), 0, wide).astype(np.int64)
-    end = np.clip(np.ceil(np.clip(right, -1.0, wide + 1.0) - 0.5), 0, wide).astype(np.int64)
+    begin = np.clip(np.ceil(np.clip(left, -1.0, wide + 1.0) - 0.5), 0, wide).astype(
+        np.int64
+    )
+    end = np.clip(np.ceil(np.clip(right, -1.0, wide + 1.0) - 0.5), 0, wide).astype(
+        np.int64
+    )
     return owner, y, begin, np.maximum(end, begin)

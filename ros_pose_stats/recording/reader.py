@@ -46,10 +46,15 @@ class Frame:
         """The record itself; None for a kind not needed, one of UNREADABLE where it is no such."""
         if self.opcode == opcode.Opcode.MESSAGE:
             channel, number, log_time, publish_time = MESSAGE.unpack_from(self.body)
-            return recorded.Message(channel, log_time, self.body[MESSAGE.size:], publish_time,
-                                    number)
+            return recorded.Message(
+                channel, log_time, self.body[MESSAGE.size :], publish_time, number
+            )
         read = _READERS.get(self.opcode)
-        return None if read is None else read(data_stream.ReadDataStream(BytesIO(self.body)))
+        return (
+            None
+            if read is None
+            else read(data_stream.ReadDataStream(BytesIO(self.body)))
+        )
 
 
 def frames(file: BinaryIO, on_damage: Callable[[int, int], None]) -> Iterator[Frame]:
@@ -84,14 +89,20 @@ def _frame(file: BinaryIO, start: int, size: int) -> Frame | None:
     if len(head) < RECORD.size:
         return None
     code, length = RECORD.unpack(head)
-    possible = (length >= MESSAGE.size if code == opcode.Opcode.MESSAGE  # zeros are no record
-                else opcode.Opcode.HEADER <= code <= opcode.Opcode.DATA_END
-                or code >= _FIRST_PRIVATE)
+    possible = (
+        length >= MESSAGE.size
+        if code == opcode.Opcode.MESSAGE  # zeros are no record
+        else opcode.Opcode.HEADER <= code <= opcode.Opcode.DATA_END
+        or code >= _FIRST_PRIVATE
+    )
     if not possible or length > size - file.tell():
         return None
     body = file.read(length)
     total = zlib.crc32(body, zlib.crc32(head))
-    if len(body) < length or check not in (b"", CHECK_START + total.to_bytes(4, "little")):
+    if len(body) < length or check not in (
+        b"",
+        CHECK_START + total.to_bytes(4, "little"),
+    ):
         return None
     return Frame(code, start, file.tell(), check + head, body)
 
@@ -127,8 +138,11 @@ OnDamage = Callable[[int, int, int, str], None]
 missing, out of how many, unpacked, and the reason in one clause."""
 
 
-def raw_messages(bag: Path, on_damage: OnDamage = lambda start, end, size, reason: None,
-                 on_read: Callable[[float], None] = lambda share: None) -> Iterator[RawMessage]:
+def raw_messages(
+    bag: Path,
+    on_damage: OnDamage = lambda start, end, size, reason: None,
+    on_read: Callable[[float], None] = lambda share: None,
+) -> Iterator[RawMessage]:
     """All whole messages of a bag, file by file, in the order in which they were recorded.
 
     `bag`: a directory or a single file, chunked, finished, or compressed as a whole, or not;
@@ -139,9 +153,11 @@ def raw_messages(bag: Path, on_damage: OnDamage = lambda start, end, size, reaso
             yield from _messages(file, on_damage, on_read)
 
 
-def _messages(file: BinaryIO, on_damage: OnDamage,
-              on_read: Callable[[float], None]) -> Iterator[RawMessage]:
+def _messages(
+    file: BinaryIO, on_damage: OnDamage, on_read: Callable[[float], None]
+) -> Iterator[RawMessage]:
     """The whole messages of one file, each with its topic and type."""
+
     def damaged(start: int, end: int) -> None:
         on_damage(start, end, size, "no whole record" if end > start else "no footer")
 
@@ -155,7 +171,9 @@ def _messages(file: BinaryIO, on_damage: OnDamage,
             next_told = frame.end + _STEP
         try:
             record = frame.record()
-            records = _unpacked(record) if isinstance(record, recorded.Chunk) else [record]
+            records = (
+                _unpacked(record) if isinstance(record, recorded.Chunk) else [record]
+            )
         except UNREADABLE as error:
             on_damage(frame.start, frame.end, size, str(error))
             continue
@@ -164,11 +182,16 @@ def _messages(file: BinaryIO, on_damage: OnDamage,
                 schemas[one.id] = one
             elif isinstance(one, recorded.Channel):
                 schema = schemas.get(one.schema_id)
-                channels[one.id] = (one.topic, schema.name if schema else "",
-                                    schema.data.decode(errors="replace") if schema else "")
+                channels[one.id] = (
+                    one.topic,
+                    schema.name if schema else "",
+                    schema.data.decode(errors="replace") if schema else "",
+                )
             elif isinstance(one, recorded.Message):
                 if one.channel_id not in channels:
-                    on_damage(frame.start, frame.end, size, f"no channel {one.channel_id}")
+                    on_damage(
+                        frame.start, frame.end, size, f"no channel {one.channel_id}"
+                    )
                     continue
                 topic, type_name, definition = channels[one.channel_id]
                 yield RawMessage(topic, type_name, one.data, one.log_time, definition)
@@ -182,9 +205,13 @@ def files_of_bag(bag: Path, *endings: str) -> list[Path]:
     if not bag.is_dir():
         return [bag]
     wanted = endings or (".mcap", ".mcap.zstd")
-    return sorted((path for path in bag.iterdir() if path.name.endswith(wanted)),
-                  key=lambda path: [(int(part), "") if part.isdecimal() else (0, part)
-                                    for part in re.split(r"(\d+)", path.name)])
+    return sorted(
+        (path for path in bag.iterdir() if path.name.endswith(wanted)),
+        key=lambda path: [
+            (int(part), "") if part.isdecimal() else (0, part)
+            for part in re.split(r"(\d+)", path.name)
+        ],
+    )
 
 
 def _opened(path: Path) -> BinaryIO:
@@ -193,10 +220,16 @@ def _opened(path: Path) -> BinaryIO:
         return open_file(path)
     unpacked = cast(BinaryIO, tempfile.TemporaryFile())  # noqa: SIM115  closed by the caller
     try:
-        with open_file(path) as file, zstandard.ZstdDecompressor().stream_reader(
-                file, read_across_frames=True) as reader:
+        with (
+            open_file(path) as file,
+            zstandard.ZstdDecompressor().stream_reader(
+                file, read_across_frames=True
+            ) as reader,
+        ):
             shutil.copyfileobj(cast(Any, reader), unpacked)
-    except zstandard.ZstdError:  # what came out before is as good as a file that was cut
+    except (
+        zstandard.ZstdError
+    ):  # what came out before is as good as a file that was cut
         if not unpacked.tell():
             unpacked.close()
             return open_file(path)

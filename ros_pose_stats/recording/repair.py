@@ -17,7 +17,9 @@ from .runs import METADATA, bag_files, runs
 from .writer import mcap_layout as layout
 
 _LEAST = 2 * len(layout.MAGIC) + layout.RECORD.size + layout.FOOTER_LENGTH
-_CHECK_SIZE = 4 + len(layout.MAGIC)  # of the checksum of the summary, and what follows it
+_CHECK_SIZE = 4 + len(
+    layout.MAGIC
+)  # of the checksum of the summary, and what follows it
 _YOUNG = 60.0  # seconds; a run without files is then that of a process that died
 _MESSAGE_COUNT = re.compile(r"^  message_count: (\d+)$", re.MULTILINE)
 
@@ -66,7 +68,9 @@ def _repair(run: Path) -> Repair | None:
 
 
 def _problem(directory: Path, error: OSError) -> Repair:
-    return Repair(directory, problem=f"cannot mend {directory}: {error.strerror or error}")
+    return Repair(
+        directory, problem=f"cannot mend {directory}: {error.strerror or error}"
+    )
 
 
 def _is_finished(run: Path) -> bool:
@@ -82,8 +86,11 @@ def _is_finished(run: Path) -> bool:
     except (FileNotFoundError, disk.NotAFileError, UnicodeDecodeError):
         return False
     count = _MESSAGE_COUNT.search(text)
-    return count is not None and int(count[1]) == messages and all(
-        path.name in text for path in files)
+    return (
+        count is not None
+        and int(count[1]) == messages
+        and all(path.name in text for path in files)
+    )
 
 
 def _finished_contents(path: Path) -> layout.Contents | None:
@@ -103,15 +110,26 @@ def _finished_contents(path: Path) -> layout.Contents | None:
             return None
         file.seek(begin)
         end = file.read()
-    check = int.from_bytes(end[-_CHECK_SIZE:-len(layout.MAGIC)], "little")
+    check = int.from_bytes(end[-_CHECK_SIZE : -len(layout.MAGIC)], "little")
     if check not in (0, zlib.crc32(end[:-_CHECK_SIZE])):
         return None
-    if summary is None or summary.statistics is None or any(
-            channel.schema_id not in summary.schemas for channel in summary.channels.values()):
+    if (
+        summary is None
+        or summary.statistics is None
+        or any(
+            channel.schema_id not in summary.schemas
+            for channel in summary.channels.values()
+        )
+    ):
         return None
     told = summary.statistics
-    return layout.Contents(summary.schemas, summary.channels, told.channel_message_counts,
-                           told.message_start_time, told.message_end_time)
+    return layout.Contents(
+        summary.schemas,
+        summary.channels,
+        told.channel_message_counts,
+        told.message_start_time,
+        told.message_end_time,
+    )
 
 
 def mend(directory: Path) -> Repair:
@@ -129,7 +147,9 @@ def mend(directory: Path) -> Repair:
     for name in (*files, METADATA):
         with suppress(OSError):
             (directory / (name + disk.HALF)).unlink()
-    return Repair(directory, sum(contents.messages for contents in files.values()), cut_bytes)
+    return Repair(
+        directory, sum(contents.messages for contents in files.values()), cut_bytes
+    )
 
 
 def _mend_file(path: Path) -> tuple[layout.Contents, int]:

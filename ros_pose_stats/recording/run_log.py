@@ -8,7 +8,13 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from ..files import DirectoryLock, make_directories, remove_empty, replace_file, sync_directory
+from ..files import (
+    DirectoryLock,
+    make_directories,
+    remove_empty,
+    replace_file,
+    sync_directory,
+)
 from . import repair, runs
 from .writer import bag_file, mcap_layout, message_types
 
@@ -26,16 +32,27 @@ class RunLog:
     an eighth of the bound.
     """
 
-    def __init__(self, log_directory: Path, types: Mapping[str, message_types.MessageType], *,
-                 max_bag_bytes: int, max_log_bytes: int = 0, node: str = "") -> None:
+    def __init__(
+        self,
+        log_directory: Path,
+        types: Mapping[str, message_types.MessageType],
+        *,
+        max_bag_bytes: int,
+        max_log_bytes: int = 0,
+        node: str = "",
+    ) -> None:
         self.directory = log_directory / runs.new_run_name(log_directory)
         self._types = dict(types)
         self._node = node
-        self._lengths = {topic: message_types.CdrLength(kind) for topic, kind in types.items()}
+        self._lengths = {
+            topic: message_types.CdrLength(kind) for topic, kind in types.items()
+        }
         start = len(mcap_layout.opening(self._types, 0, node)[0])
         self._overhead = 3 * start
-        self._max_bytes = min(max_bag_bytes, max(max_log_bytes // _FILES, 4 * start)
-                              if max_log_bytes else max_bag_bytes)
+        self._max_bytes = min(
+            max_bag_bytes,
+            max(max_log_bytes // _FILES, 4 * start) if max_log_bytes else max_bag_bytes,
+        )
         self.space = runs.SpaceBound(log_directory, max_log_bytes)
         self._lock = threading.RLock()
         self._bag: _Bag | None = None
@@ -73,7 +90,8 @@ class RunLog:
             yield
         except OSError as error:
             raise OSError(
-                f"cannot record to {self.directory}: {error.strerror or error}") from error
+                f"cannot record to {self.directory}: {error.strerror or error}"
+            ) from error
 
     def leave_lost_bag(self) -> None:
         """Go on in another bag where this one was deleted or moved; OSError where nobody knows."""
@@ -81,7 +99,9 @@ class RunLog:
             if self._bag is not None and self._bag.is_gone():
                 self._bag.abandon()
                 self._bag = None
-                self.directory = self.directory.with_name(runs.new_run_name(self.directory.parent))
+                self.directory = self.directory.with_name(
+                    runs.new_run_name(self.directory.parent)
+                )
 
     @property
     def bytes_written(self) -> int:
@@ -102,11 +122,16 @@ class RunLog:
         # Beside the record there may be the end of one file, a whole empty one, and for a moment
         # both the old and the new metadata.yaml.
         size = self._bag.size + 2 * self._bag.metadata_size if self._bag else 0
-        self.space.enforce(self.directory, size + record + self._overhead,
-                           lambda: self._bag.drop_oldest() if self._bag else None)
+        self.space.enforce(
+            self.directory,
+            size + record + self._overhead,
+            lambda: self._bag.drop_oldest() if self._bag else None,
+        )
         if self._bag is None:
             if self.directory.exists():
-                self.directory = self.directory.with_name(runs.new_run_name(self.directory.parent))
+                self.directory = self.directory.with_name(
+                    runs.new_run_name(self.directory.parent)
+                )
             self._bag = _Bag(self.directory, self._types, self._max_bytes, self._node)
         return self._bag
 
@@ -114,15 +139,24 @@ class RunLog:
 class _Bag:
     """The files of a run, in a directory that is made and locked. Used by one thread at a time."""
 
-    def __init__(self, path: Path, types: Mapping[str, message_types.MessageType], max_bytes: int,
-                 node: str) -> None:
+    def __init__(
+        self,
+        path: Path,
+        types: Mapping[str, message_types.MessageType],
+        max_bytes: int,
+        node: str,
+    ) -> None:
         self._path = path
         self._lock = _locked_directory(path)
         self._types, self._node, self._max_bytes = types, node, max_bytes
         self.file: bag_file.BagFile | None = None  # that is being written
         self.metadata_size = 0
-        self._closed: dict[str, int] = {}  # bytes of the files before that one, oldest first
-        self._finished: dict[str, mcap_layout.Contents] = {}  # what those hold that have a footer
+        self._closed: dict[
+            str, int
+        ] = {}  # bytes of the files before that one, oldest first
+        self._finished: dict[
+            str, mcap_layout.Contents
+        ] = {}  # what those hold that have a footer
         self._next_number = 0
         self._described = False
 
@@ -138,8 +172,12 @@ class _Bag:
     def append(self, topic: str, data: memoryview, log_time: int) -> None:
         """Write a message; OSError where it, or the bag's description, has to be tried again."""
         file = self.file
-        if file is not None and not self._leave_broken(file) and file.written and (
-                file.size_with(mcap_layout.message_size(data)) > self._max_bytes):
+        if (
+            file is not None
+            and not self._leave_broken(file)
+            and file.written
+            and (file.size_with(mcap_layout.message_size(data)) > self._max_bytes)
+        ):
             self._finish_file(file)
         if self.file is None:
             while (place := runs.bag_file(self._path, self._next_number)).exists():
@@ -204,8 +242,11 @@ class _Bag:
         self._closed[file.path.name] = file.size
 
     def _describe(self) -> None:
-        files = {name: contents for name, contents in self._finished.items()
-                 if (self._path / name).exists()}
+        files = {
+            name: contents
+            for name, contents in self._finished.items()
+            if (self._path / name).exists()
+        }
         if self.file is not None:
             files[self.file.path.name] = self.file.contents
         text = mcap_layout.metadata_yaml(files).encode()

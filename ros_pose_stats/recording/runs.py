@@ -25,17 +25,22 @@ def new_run_name(log_directory: Path) -> str:
     Names in order are runs in order: never earlier than a microsecond after the newest run.
     """
     now = datetime.now(timezone.utc)
-    with suppress(OSError, ValueError, OverflowError):  # an unreadable folder, no day, the last
+    with suppress(
+        OSError, ValueError, OverflowError
+    ):  # an unreadable folder, no day, the last
         newest = max((run.name for run in runs(log_directory)), default="")
         if newest >= now.strftime(_TIME):
             now = datetime.strptime(newest[:_TIMED], _TIME).replace(
-                tzinfo=timezone.utc) + timedelta(microseconds=1)
+                tzinfo=timezone.utc
+            ) + timedelta(microseconds=1)
     return f"{now.strftime(_TIME)}_{os.getpid()}"
 
 
 def runs(log_directory: Path) -> list[Path]:
     """All runs' directories, oldest first, without links: what those lead to lies elsewhere."""
-    named = (log_directory / name for name in _names(log_directory) if _RUN.fullmatch(name))
+    named = (
+        log_directory / name for name in _names(log_directory) if _RUN.fullmatch(name)
+    )
     return [run for run in named if run.is_dir() and not run.is_symlink()]
 
 
@@ -47,8 +52,11 @@ def bag_file(directory: Path, number: int) -> Path:
 def bag_files(directory: Path) -> list[Path]:
     """A run's own files in the order of their numbers."""
     own = re.compile(re.escape(directory.name) + r"_(\d+)\.mcap")
-    numbered = [(int(match[1]), directory / match[0])
-                for match in map(own.fullmatch, _names(directory)) if match]
+    numbered = [
+        (int(match[1]), directory / match[0])
+        for match in map(own.fullmatch, _names(directory))
+        if match
+    ]
     return [path for _, path in sorted(numbered)]
 
 
@@ -91,8 +99,12 @@ class SpaceBound:
         """Bytes by which the directory may still grow; None without a bound."""
         return max(0, self._limit - self._others - own_bytes) if self._limit else None
 
-    def enforce(self, own: Path, own_bytes: int,
-                drop_oldest: Callable[[], tuple[str, int] | None]) -> None:
+    def enforce(
+        self,
+        own: Path,
+        own_bytes: int,
+        drop_oldest: Callable[[], tuple[str, int] | None],
+    ) -> None:
         """Delete what must go before this run grows so far: oldest runs, then its oldest files."""
         if not self._limit:
             return

@@ -13,13 +13,37 @@ if TYPE_CHECKING:
     from .scene import DropScene
     from .statistics import PoseStatistics, RestingShape, StablePose
 
-_HOMES = {"Array": "part", "Corners": "part", "DropEvent": "drops", "DropProgress": "drops",
-          "DropScene": "scene", "FlipStatistics": "drops", "Index": "part", "Mask": "part",
-          "Part": "part", "PoseStatistics": "statistics", "RestingShape": "statistics",
-          "StablePose": "statistics", "Trajectory": "drops"}
+_HOMES = {
+    "Array": "part",
+    "Corners": "part",
+    "DropEvent": "drops",
+    "DropProgress": "drops",
+    "DropScene": "scene",
+    "FlipStatistics": "drops",
+    "Index": "part",
+    "Mask": "part",
+    "Part": "part",
+    "PoseStatistics": "statistics",
+    "RestingShape": "statistics",
+    "StablePose": "statistics",
+    "Trajectory": "drops",
+}
 
-__all__ = ["Array", "Corners", "DropEvent", "DropProgress", "DropScene", "FlipStatistics", "Index",
-           "Mask", "Part", "PoseStatistics", "RestingShape", "StablePose", "Trajectory"]
+__all__ = [
+    "Array",
+    "Corners",
+    "DropEvent",
+    "DropProgress",
+    "DropScene",
+    "FlipStatistics",
+    "Index",
+    "Mask",
+    "Part",
+    "PoseStatistics",
+    "RestingShape",
+    "StablePose",
+    "Trajectory",
+]
 
 
 def __getattr__(name: str) -> Any:

@@ -108,8 +108,10 @@ class Trajectory:
         return describe_scene(self.restitution, self.drop_height)
 
     def __repr__(self) -> str:
-        return (f"Trajectory({self.part_id!r}, {len(self.events)} events, "
-                f"{len(self.times)} samples, {self.times[-1]:.4g} s, pose {self.pose})")
+        return (
+            f"Trajectory({self.part_id!r}, {len(self.events)} events, "
+            f"{len(self.times)} samples, {self.times[-1]:.4g} s, pose {self.pose})"
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,7 +150,9 @@ class DropProgress:
     @property
     def rate(self) -> float:
         """Drops a second; NaN before the first."""
-        return self.drops / self.seconds if self.drops and self.seconds > 0.0 else math.nan
+        return (
+            self.drops / self.seconds if self.drops and self.seconds > 0.0 else math.nan
+        )
 
     @property
     def seconds_left(self) -> float:
@@ -223,7 +227,28 @@ class FlipStatistics:
     def as_dict(self) -> dict[str, Any]:
         """The flips as plain values, in the words of the JSON contract."""
         of_speed = ("feeder_speed", "observed") if self.feeder_speed else ()
-        return with_units({name: getattr(self, name) for name in (
-            "part_id", "part_digest", "radius", "restitution", "kick_height",
-            "cluster_tolerance", "round_sides", "flips", "seed", "seconds", "version", *of_speed,
-            "warnings", "notes", "counts", "unsettled", "transition", "standard_error")})
+        return with_units(
+            {
+                name: getattr(self, name)
+                for name in (
+                    "part_id",
+                    "part_digest",
+                    "radius",
+                    "restitution",
+                    "kick_height",
+                    "cluster_tolerance",
+                    "round_sides",
+                    "flips",
+                    "seed",
+                    "seconds",
+                    "version",
+                    *of_speed,
+                    "warnings",
+                    "notes",
+                    "counts",
+                    "unsettled",
+                    "transition",
+                    "standard_error",
+                )
+            }
+        )

@@ -16,8 +16,13 @@ Corners = NDArray[np.integer]  # of triangles: numbers of vertices
 Prepared = TypeVar("Prepared")
 
 
-def part_digest(vertices: Array, triangles: NDArray[np.uint32], mass: float,
-                center_of_mass: Array, inertia: Array) -> str:
+def part_digest(
+    vertices: Array,
+    triangles: NDArray[np.uint32],
+    mass: float,
+    center_of_mass: Array,
+    inertia: Array,
+) -> str:
     """SHA-256 (hex) that identifies a part.
 
     Over little-endian float64 vertices as received, in metres, uint32 triangles, and float64 mass,
@@ -102,12 +107,23 @@ class Part:
     rounding: float = 0.0
     digest: str = field(init=False, compare=False)
     notes: tuple[str, ...] = ()
-    _prepared: dict[Hashable, Any] = field(default_factory=dict, init=False, compare=False)
+    _prepared: dict[Hashable, Any] = field(
+        default_factory=dict, init=False, compare=False
+    )
 
     def __post_init__(self) -> None:
         self._freeze()
-        object.__setattr__(self, "digest", part_digest(
-            self.vertices, self.triangles, self.mass, self.center_of_mass, self.inertia))
+        object.__setattr__(
+            self,
+            "digest",
+            part_digest(
+                self.vertices,
+                self.triangles,
+                self.mass,
+                self.center_of_mass,
+                self.inertia,
+            ),
+        )
         if not self.part_id:
             object.__setattr__(self, "part_id", digest_name(self.digest))
 
@@ -141,8 +157,10 @@ class Part:
         return (make, *options) in self._prepared
 
     def __repr__(self) -> str:
-        return (f"Part({self.part_id!r}, {len(self.triangles)} triangles, {self.mass:g} kg, "
-                f"digest {self.digest[:12]}…)")
+        return (
+            f"Part({self.part_id!r}, {len(self.triangles)} triangles, {self.mass:g} kg, "
+            f"digest {self.digest[:12]}…)"
+        )
 
     def __getstate__(self) -> dict[str, object]:
         return {**self.__dict__, "_prepared": {}}  # prepared anew where it is needed
@@ -153,6 +171,12 @@ class Part:
 
     def _freeze(self) -> None:
         """Make the arrays read-only, also after unpickling, since the digest stands for them."""
-        for name in ("vertices", "triangles", "surface_vertices", "surface_triangles",
-                     "center_of_mass", "inertia"):
+        for name in (
+            "vertices",
+            "triangles",
+            "surface_vertices",
+            "surface_triangles",
+            "center_of_mass",
+            "inertia",
+        ):
             getattr(self, name).flags.writeable = False

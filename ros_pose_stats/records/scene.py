@@ -32,7 +32,9 @@ DEFAULT_PLATE_ERROR = 0.05  # of a plate that nobody has counted on
 class Numbering(NamedTuple):
     """What numbers a part's poses: with equal ones, and an equal digest, an index is one pose."""
 
-    cluster_tolerance: float  # share of the centre of mass's height; NaN where it is not known
+    cluster_tolerance: (
+        float  # share of the centre of mass's height; NaN where it is not known
+    )
     round_sides: int  # 0: round surfaces as the file has them
 
     def __str__(self) -> str:
@@ -79,20 +81,31 @@ class DropScene:
             if name != "drop_height" or self.drop_height is not None:
                 object.__setattr__(self, name, real_number(name, getattr(self, name)))
         if not 0.0 <= self.restitution < 1.0:
-            raise RequestError("a coefficient of restitution from 0 to below 1",
-                               f"{self.restitution}", "0.5 is a hard plate")
+            raise RequestError(
+                "a coefficient of restitution from 0 to below 1",
+                f"{self.restitution}",
+                "0.5 is a hard plate",
+            )
         if self.drop_height is not None and not 0.0 < self.drop_height < math.inf:
-            raise RequestError("a drop height above 0 m", f"{self.drop_height} m",
-                               "leave it out for 20 part radii")
+            raise RequestError(
+                "a drop height above 0 m",
+                f"{self.drop_height} m",
+                "leave it out for 20 part radii",
+            )
         if not 0.0 <= self.cluster_tolerance < 1.0:
-            raise RequestError("a cluster tolerance from 0 to below 1",
-                               f"{self.cluster_tolerance}",
-                               "0.0025 of the height is a tilt of 4 degrees")
+            raise RequestError(
+                "a cluster tolerance from 0 to below 1",
+                f"{self.cluster_tolerance}",
+                "0.0025 of the height is a tilt of 4 degrees",
+            )
         sides: Any = self.round_sides
         whole = isinstance(sides, Integral) and not isinstance(sides, bool)
         if not whole or (sides and not FEWEST_ROUND_SIDES <= sides <= MOST_ROUND_SIDES):
-            raise RequestError(f"round_sides of 0, or {FEWEST_ROUND_SIDES} to {MOST_ROUND_SIDES}",
-                               f"{sides!r}", "0 takes round surfaces as the file has them")
+            raise RequestError(
+                f"round_sides of 0, or {FEWEST_ROUND_SIDES} to {MOST_ROUND_SIDES}",
+                f"{sides!r}",
+                "0 takes round surfaces as the file has them",
+            )
 
     @property
     def numbering(self) -> Numbering:
@@ -101,7 +114,11 @@ class DropScene:
 
     def release_height(self, radius: float) -> float:
         """Height of the centre of mass at release, metres, of a part of this radius, metres."""
-        return DEFAULT_DROP_RADII * radius if self.drop_height is None else self.drop_height
+        return (
+            DEFAULT_DROP_RADII * radius
+            if self.drop_height is None
+            else self.drop_height
+        )
 
 
 def real_number(name: str, value: Any) -> float:
@@ -114,19 +131,28 @@ def real_number(name: str, value: Any) -> float:
     raise RequestError(f"a number for {name}", f"{value!r}", "give a float")
 
 
-def height_warnings(name: str, height: float | None, radius: float, highest: float) -> list[str]:
+def height_warnings(
+    name: str, height: float | None, radius: float, highest: float
+) -> list[str]:
     """One where no feeder has such a height, metres, for a part of this radius, metres.
 
     `name`: what kind of height; `highest`: that a feeder has, metres.
     """
-    if height is None or height <= min(max(highest, LARGE_RADII * radius), HIGHEST_RADII * radius):
+    if height is None or height <= min(
+        max(highest, LARGE_RADII * radius), HIGHEST_RADII * radius
+    ):
         return []
-    return [f"HEIGHT_SUSPECT: a {name} height of {height:g} m, which no feeder has; heights are "
-            "in metres whatever the unit of the mesh, so 200 mm are 0.2."]
+    return [
+        f"HEIGHT_SUSPECT: a {name} height of {height:g} m, which no feeder has; heights are "
+        "in metres whatever the unit of the mesh, so 200 mm are 0.2."
+    ]
 
 
-def describe_scene(restitution: float | Sequence[float], drop_height: float | None,
-                   radius: float = math.nan) -> str:
+def describe_scene(
+    restitution: float | Sequence[float],
+    drop_height: float | None,
+    radius: float = math.nan,
+) -> str:
     """The scene in one sentence: how high, onto what, how bouncy.
 
     `restitution`: several where each was dropped with; `drop_height`: None for the default; NaN
@@ -135,8 +161,13 @@ def describe_scene(restitution: float | Sequence[float], drop_height: float | No
     if drop_height is not None and math.isnan(drop_height):
         return "released at any height above a frictionless plate, at any restitution"
     metres = DEFAULT_DROP_RADII * radius if drop_height is None else drop_height
-    height = (f"{DEFAULT_DROP_RADII:g} part radii" if math.isnan(metres)
-              else length_in_words(metres))
+    height = (
+        f"{DEFAULT_DROP_RADII:g} part radii"
+        if math.isnan(metres)
+        else length_in_words(metres)
+    )
     values = [restitution] if isinstance(restitution, (int, float)) else restitution
-    return (f"released {height} above a frictionless plate, restitution "
-            f"{listed([f'{one:g}' for one in values])}")
+    return (
+        f"released {height} above a frictionless plate, restitution "
+        f"{listed([f'{one:g}' for one in values])}"
+    )

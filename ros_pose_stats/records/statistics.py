@@ -20,20 +20,54 @@ FORGOTTEN = "FORGOTTEN: "
 """Begins the warning of statistics without poses: their part is not known any more."""
 
 POSE_FIELDS = (
-    "index", "group", "group_size", "height", "top", "margin", "barrier", "spread", "rolls",
-    "yaw_symmetry", "probability", "probability_low", "probability_high", "standard_error",
-    "count", "group_probability")
+    "index",
+    "group",
+    "group_size",
+    "height",
+    "top",
+    "margin",
+    "barrier",
+    "spread",
+    "rolls",
+    "yaw_symmetry",
+    "probability",
+    "probability_low",
+    "probability_high",
+    "standard_error",
+    "count",
+    "group_probability",
+)
 """Single values of a pose; JSON and messages have them under the same names."""
 
 POSE_VECTORS = ("down", "roll_axis", "orientation")
 
 UNITS = {
-    "radius": "m", "drop_height": "m", "drop_height_low": "m", "drop_height_high": "m",
-    "kick_height": "m", "seconds": "s", "max_seconds": "s", "height": "m", "top": "m",
-    "barrier": "m", "position": "m", "margin": "rad", "spread": "rad", "per_minute": "1/min",
-    "step": "m", "place": "m", "size": "m^2", "within": "m", "outline": "m", "center_shift": "m",
-    "center_of_mass": "m", **dict.fromkeys((
-        "begin", "end", "time", "queued", "started", "ended", "forgotten"), "s since 1970")}
+    "radius": "m",
+    "drop_height": "m",
+    "drop_height_low": "m",
+    "drop_height_high": "m",
+    "kick_height": "m",
+    "seconds": "s",
+    "max_seconds": "s",
+    "height": "m",
+    "top": "m",
+    "barrier": "m",
+    "position": "m",
+    "margin": "rad",
+    "spread": "rad",
+    "per_minute": "1/min",
+    "step": "m",
+    "place": "m",
+    "size": "m^2",
+    "within": "m",
+    "outline": "m",
+    "center_shift": "m",
+    "center_of_mass": "m",
+    **dict.fromkeys(
+        ("begin", "end", "time", "queued", "started", "ended", "forgotten"),
+        "s since 1970",
+    ),
+}
 """By key, of what is no plain number, share or unit vector and has no unit in its key. A `step`
 that has a `unit` beside it is in that one."""
 
@@ -41,9 +75,23 @@ NOTHING = 1e-14
 """Components this much smaller are rounding."""
 
 STATISTICS_FIELDS = (
-    "part_id", "part_digest", "radius", "method", "restitution", "drop_height",
-    "cluster_tolerance", "round_sides", "drops", "unsettled", "seed", "observed",
-    "expected_error", "largest_error", "plate_error", "version")
+    "part_id",
+    "part_digest",
+    "radius",
+    "method",
+    "restitution",
+    "drop_height",
+    "cluster_tolerance",
+    "round_sides",
+    "drops",
+    "unsettled",
+    "seed",
+    "observed",
+    "expected_error",
+    "largest_error",
+    "plate_error",
+    "version",
+)
 """Single values of statistics, as in JSON and in messages."""
 
 
@@ -150,10 +198,16 @@ class StablePose:
 
     def as_dict(self) -> dict[str, Any]:
         """The pose as plain values under the keys of the JSON contract."""
-        found: dict[str, Any] = plain({
-            **{name: getattr(self, name) for name in POSE_FIELDS},
-            **{name: without_rounding(getattr(self, name)) for name in POSE_VECTORS},
-            "position": without_rounding(self.position, self.height), "members": self.members})
+        found: dict[str, Any] = plain(
+            {
+                **{name: getattr(self, name) for name in POSE_FIELDS},
+                **{
+                    name: without_rounding(getattr(self, name)) for name in POSE_VECTORS
+                },
+                "position": without_rounding(self.position, self.height),
+                "members": self.members,
+            }
+        )
         return found
 
 
@@ -231,14 +285,20 @@ class PoseStatistics:
     def as_dict(self) -> dict[str, Any]:
         """The statistics as plain values under the keys of the JSON contract."""
         fields = (*STATISTICS_FIELDS, "seconds", "choice", "scene", "warnings", "notes")
-        return with_units({**{name: getattr(self, name) for name in fields},
-                           "units": {},  # before the poses, which are long
-                           "poses": [pose.as_dict() for pose in self.poses]})
+        return with_units(
+            {
+                **{name: getattr(self, name) for name in fields},
+                "units": {},  # before the poses, which are long
+                "poses": [pose.as_dict() for pose in self.poses],
+            }
+        )
 
     @property
     def by_index(self) -> dict[int, StablePose]:
         """The poses by their `index`."""
-        return {pose.index: pose for pose in sorted(self.poses, key=lambda pose: pose.index)}
+        return {
+            pose.index: pose for pose in sorted(self.poses, key=lambda pose: pose.index)
+        }
 
     def to_frame(self) -> Any:
         """The poses as a pandas DataFrame with the keys of JSON as columns, by `index`.
@@ -251,9 +311,14 @@ class PoseStatistics:
         try:
             pandas = import_module("pandas")
         except ImportError as error:
-            raise errors.RequestError("pandas for a DataFrame", "none installed",
-                                      "install it, or take as_dict()") from error
-        return pandas.DataFrame([pose.as_dict() for pose in self.poses]).set_index("index")
+            raise errors.RequestError(
+                "pandas for a DataFrame",
+                "none installed",
+                "install it, or take as_dict()",
+            ) from error
+        return pandas.DataFrame([pose.as_dict() for pose in self.poses]).set_index(
+            "index"
+        )
 
     def __str__(self) -> str:
         """The table that commands print, each pose by itself."""
@@ -276,35 +341,66 @@ class Shares(NamedTuple):
     largest_error: float
 
 
-def pose_statistics(part: Part, radius: float, poses: Iterable[StablePose], shares: Shares,
-                    method: str, scene: DropScene, *, knows_scene: bool = True,
-                    drops: int = 0, unsettled: int = 0, seed: int = 0,
-                    seconds: float = math.nan, warnings: Iterable[str] = (),
-                    notes: tuple[str, ...] = ()) -> PoseStatistics:
+def pose_statistics(
+    part: Part,
+    radius: float,
+    poses: Iterable[StablePose],
+    shares: Shares,
+    method: str,
+    scene: DropScene,
+    *,
+    knows_scene: bool = True,
+    drops: int = 0,
+    unsettled: int = 0,
+    seed: int = 0,
+    seconds: float = math.nan,
+    warnings: Iterable[str] = (),
+    notes: tuple[str, ...] = (),
+) -> PoseStatistics:
     """Statistics of a part by a method.
 
     `radius`: of its body, metres; `poses`: all of them, by index; `knows_scene`: whether the
     method knows the drop height; `warnings`: beside those of the part.
     """
-    suspect = (scenes.height_warnings("drop", scene.drop_height, radius, scenes.HIGHEST_DROP)
-               if knows_scene else [])
+    suspect = (
+        scenes.height_warnings("drop", scene.drop_height, radius, scenes.HIGHEST_DROP)
+        if knows_scene
+        else []
+    )
     return PoseStatistics(
-        part_id=part.part_id, part_digest=part.digest, radius=radius, method=method,
-        restitution=scene.restitution, cluster_tolerance=scene.cluster_tolerance,
+        part_id=part.part_id,
+        part_digest=part.digest,
+        radius=radius,
+        method=method,
+        restitution=scene.restitution,
+        cluster_tolerance=scene.cluster_tolerance,
         drop_height=scene.release_height(radius) if knows_scene else math.nan,
-        round_sides=scene.round_sides, poses=ranked(poses, shares), drops=drops,
-        unsettled=unsettled, seed=seed, expected_error=shares.expected_error,
-        largest_error=shares.largest_error, seconds=seconds,
-        warnings=(*part.warnings, *suspect, *warnings), notes=(*part.notes, *notes),
-        version=version.VERSION)
+        round_sides=scene.round_sides,
+        poses=ranked(poses, shares),
+        drops=drops,
+        unsettled=unsettled,
+        seed=seed,
+        expected_error=shares.expected_error,
+        largest_error=shares.largest_error,
+        seconds=seconds,
+        warnings=(*part.warnings, *suspect, *warnings),
+        notes=(*part.notes, *notes),
+        version=version.VERSION,
+    )
 
 
-def with_shares(model: PoseStatistics, method: str, shares: Shares,
-                **changes: Any) -> PoseStatistics:
+def with_shares(
+    model: PoseStatistics, method: str, shares: Shares, **changes: Any
+) -> PoseStatistics:
     """The same part and scene by another method; `changes`: other fields that differ."""
-    return replace(model, method=method, poses=ranked(model.by_index.values(), shares),
-                   expected_error=shares.expected_error, largest_error=shares.largest_error,
-                   **changes)
+    return replace(
+        model,
+        method=method,
+        poses=ranked(model.by_index.values(), shares),
+        expected_error=shares.expected_error,
+        largest_error=shares.largest_error,
+        **changes,
+    )
 
 
 def ranked(poses: Iterable[StablePose], shares: Shares) -> tuple[StablePose, ...]:
@@ -312,17 +408,29 @@ def ranked(poses: Iterable[StablePose], shares: Shares) -> tuple[StablePose, ...
 
     Those equal but for rounding stay in the order of their index.
     """
-    names = ("probability", "probability_low", "probability_high", "standard_error", "count")
+    names = (
+        "probability",
+        "probability_low",
+        "probability_high",
+        "standard_error",
+        "count",
+    )
     columns = (column.tolist() for column in shares[:5])
-    found = [pose.with_values(**dict(zip(names, values, strict=True)))
-             for pose, *values in zip(poses, *columns, strict=True)]
+    found = [
+        pose.with_values(**dict(zip(names, values, strict=True)))
+        for pose, *values in zip(poses, *columns, strict=True)
+    ]
     together: dict[int, float] = {}
     for pose in found:
         together[pose.group] = together.get(pose.group, 0.0) + pose.probability
-    rank = tolerances.number_equal([0.0 if math.isnan(pose.probability) else -pose.probability
-                                    for pose in found], tolerances.SAME_SHARE)
+    rank = tolerances.number_equal(
+        [0.0 if math.isnan(pose.probability) else -pose.probability for pose in found],
+        tolerances.SAME_SHARE,
+    )
     order = sorted(range(len(found)), key=rank.__getitem__)
-    return tuple(found[k].with_values(group_probability=together[found[k].group]) for k in order)
+    return tuple(
+        found[k].with_values(group_probability=together[found[k].group]) for k in order
+    )
 
 
 def with_units(values: dict[str, Any]) -> dict[str, Any]:

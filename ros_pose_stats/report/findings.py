@@ -33,7 +33,9 @@ class Feeder:
     # of kicks of parts that lie wrong, metres; None where it does not kick
     kick_height: float | None = None
     cycle_time: float = 1.0  # seconds from one kick to the next
-    changes: bool = False  # whether to find out which changes of the part raise the accepted share
+    changes: bool = (
+        False  # whether to find out which changes of the part raise the accepted share
+    )
 
     def check(self, poses: int) -> None:
         """Check what is asked, before anything is dropped."""
@@ -44,8 +46,10 @@ class Feeder:
             flips.check_kick(self.kick_height)
             if self.rate is None:
                 raise errors.RequestError(
-                    "a rate of parts a minute beside the kick height", "none",
-                    "count the parts that can be dropped, those sent back included")
+                    "a rate of parts a minute beside the kick height",
+                    "none",
+                    "count the parts that can be dropped, those sent back included",
+                )
 
 
 class KickFeeding(NamedTuple):
@@ -63,20 +67,32 @@ class Findings:
     simulated: PoseStatistics  # counted from drops
     hybrid: PoseStatistics  # the same drops and an estimate, combined
     estimates: tuple[PoseStatistics, ...]  # by every estimator, in the registry's order
-    graph: graphs.SplittingNode  # splitting graph with the shares of the simulated drops
+    graph: (
+        graphs.SplittingNode
+    )  # splitting graph with the shares of the simulated drops
     sphere: spheres.PoseSphere
     feeder: Feeder  # what was asked; without wanted poses there is no feeder
-    afresh: feeding.Feeding | None  # what it gets if parts that lie wrong are dropped again
+    afresh: (
+        feeding.Feeding | None
+    )  # what it gets if parts that lie wrong are dropped again
     # what it gets by kicking them, from several heights, with that of the feeder among them
     kicks: tuple[KickFeeding, ...]
     target_error: float  # that the drops were to reach; 0 where their number was given
-    sensitivity: Sensitivity | None = None  # what changes of the part do to the accepted share
+    sensitivity: Sensitivity | None = (
+        None  # what changes of the part do to the accepted share
+    )
 
     @property
     def kicked(self) -> KickFeeding | None:
         """What the feeder gets by its own kick."""
-        return next((kick for kick in self.kicks
-                     if kick.flips.kick_height == self.feeder.kick_height), None)
+        return next(
+            (
+                kick
+                for kick in self.kicks
+                if kick.flips.kick_height == self.feeder.kick_height
+            ),
+            None,
+        )
 
     @property
     def best_estimate(self) -> PoseStatistics:
@@ -87,20 +103,31 @@ class Findings:
     @property
     def warnings(self) -> tuple[str, ...]:
         """What asks a person to act: of the drops, and of the wanted poses."""
-        return (*pose_groups.warn_of_alike(self.simulated, self.feeder.wanted),
-                *self.simulated.warnings)
+        return (
+            *pose_groups.warn_of_alike(self.simulated, self.feeder.wanted),
+            *self.simulated.warnings,
+        )
 
     @property
     def cautions(self) -> list[str]:
         """What else the estimates say of themselves, each code once."""
         known = {text.code_of(one) for one in self.simulated.warnings}
-        said = {text.code_of(one): one for found in (self.best_estimate, *self.estimates)[::-1]
-                for one in found.warnings}
+        said = {
+            text.code_of(one): one
+            for found in (self.best_estimate, *self.estimates)[::-1]
+            for one in found.warnings
+        }
         return [one for code, one in said.items() if code not in known]
 
 
-def investigate(part: Part, scene: DropScene, feeder: Feeder, drops: int | None, seed: int | None,
-                on_progress: Callable[[float, str], object]) -> Findings:
+def investigate(
+    part: Part,
+    scene: DropScene,
+    feeder: Feeder,
+    drops: int | None,
+    seed: int | None,
+    on_progress: Callable[[float, str], object],
+) -> Findings:
     """Compute the numbers of a report; the same request gives the same counts everywhere.
 
     `drops`: None for as many as bring the error over the poses within a point, at most 10 000;
@@ -111,29 +138,68 @@ def investigate(part: Part, scene: DropScene, feeder: Feeder, drops: int | None,
     prepare_kernels()
     target, bound = (TARGET_ERROR, MOST_DROPS) if drops is None else (0.0, drops)
     simulated = simulate.simulate(
-        part, bound, seed=seed, target_error=target, **keywords,
+        part,
+        bound,
+        seed=seed,
+        target_error=target,
+        **keywords,
         on_progress=lambda one: on_progress(
-            one.drops / bound, f"{one.drops} of {bound} drops{', or fewer' * (drops is None)}"))
+            one.drops / bound,
+            f"{one.drops} of {bound} drops{', or fewer' * (drops is None)}",
+        ),
+    )
     kicks: tuple[KickFeeding, ...] = ()
     afresh = changes = None
     if feeder.wanted and simulated.drops > simulated.unsettled:
         shares = pose_groups.pose_shares(simulated)
-        afresh = feeding.drop_afresh(shares, feeder.wanted,
-                                     math.nan if feeder.rate is None else feeder.rate)
+        afresh = feeding.drop_afresh(
+            shares, feeder.wanted, math.nan if feeder.rate is None else feeder.rate
+        )
         if feeder.kick_height is not None and feeder.rate is not None:
-            kicks = tuple(KickFeeding(counted, feeding.flip_wrong_ones(
-                shares, counted.counts, feeder.wanted, feeder.rate, feeder.cycle_time))
+            kicks = tuple(
+                KickFeeding(
+                    counted,
+                    feeding.flip_wrong_ones(
+                        shares,
+                        counted.counts,
+                        feeder.wanted,
+                        feeder.rate,
+                        feeder.cycle_time,
+                    ),
+                )
                 for counted in flips.flips_by_kick(
-                    part, replace(scene, drop_height=None),
+                    part,
+                    replace(scene, drop_height=None),
                     [feeder.kick_height, *flips.usual_kicks(simulated.radius)],
                     request.drop_request(FLIPS, simulated.seed),
                     on_kick=lambda place, count: on_progress(
-                        place / count, f"kick {place + 1} of {count}")))
+                        place / count, f"kick {place + 1} of {count}"
+                    ),
+                )
+            )
     estimates = estimate_all(part, **keywords)
-    combined = hybrid.hybrid_statistics(simulated, confidence.pose_prior(resting, scene))
+    combined = hybrid.hybrid_statistics(
+        simulated, confidence.pose_prior(resting, scene)
+    )
     graph = graphs.with_shares(graphs.splitting_graph(resting), simulated.poses)
     if feeder.changes:
-        changes = sensitivity(part, feeder.wanted, seed=simulated.seed,
-                              on_progress=lambda share: on_progress(share, "changes"), **keywords)
-    return Findings(part, simulated, combined, tuple(estimates), graph,
-                    spheres.pose_sphere(resting), feeder, afresh, kicks, target, changes)
+        changes = sensitivity(
+            part,
+            feeder.wanted,
+            seed=simulated.seed,
+            on_progress=lambda share: on_progress(share, "changes"),
+            **keywords,
+        )
+    return Findings(
+        part,
+        simulated,
+        combined,
+        tuple(estimates),
+        graph,
+        spheres.pose_sphere(resting),
+        feeder,
+        afresh,
+        kicks,
+        target,
+        changes,
+    )

@@ -31,14 +31,25 @@ def viewer_data(part: Part, poses: Sequence[StablePose], radius: float) -> str:
     vertices, triangles = np.unique(places, axis=0, return_inverse=True)
     wide = len(vertices) > 65_535
     numbers = triangles.reshape(-1).astype("<u4" if wide else "<u2")
-    return json.dumps({
-        "vertices": base64.b64encode(np.ascontiguousarray(vertices).tobytes()).decode(),
-        "triangles": base64.b64encode(numbers.tobytes()).decode(),
-        "wide": wide,
-        "poses": [{"index": pose.index, "label": f"{pose.index}",
-                   "turn": [round(float(x), 9) for x in pose.orientation],
-                   "height": round(pose.height / radius, 9)} for pose in poses],
-    }, separators=(",", ":"))
+    return json.dumps(
+        {
+            "vertices": base64.b64encode(
+                np.ascontiguousarray(vertices).tobytes()
+            ).decode(),
+            "triangles": base64.b64encode(numbers.tobytes()).decode(),
+            "wide": wide,
+            "poses": [
+                {
+                    "index": pose.index,
+                    "label": f"{pose.index}",
+                    "turn": [round(float(x), 9) for x in pose.orientation],
+                    "height": round(pose.height / radius, 9),
+                }
+                for pose in poses
+            ],
+        },
+        separators=(",", ":"),
+    )
 
 
 MOST_SHOWN = 12
@@ -67,28 +78,53 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
     first = [group.first for group in shown]
     pictures = poses.pose_pictures(part, first, found.radius)
     return words.template(
-        "page.html", named=_named, numbered=_numbered, direction=_direction).render(
-        **LIMITS, single_poses=pose_groups.single_poses, part=part, found=found,
+        "page.html", named=_named, numbered=_numbered, direction=_direction
+    ).render(
+        **LIMITS,
+        single_poses=pose_groups.single_poses,
+        part=part,
+        found=found,
         target=findings.target_error,
-        estimate=findings.best_estimate, feeder=findings.feeder, afresh=findings.afresh,
-        kicked=findings.kicked, groups=groups, shown=shown,
-        size=np.ptp(part.surface_vertices, axis=0).tolist(), commands=commands,
-        center=["0" if abs(x) < ROUNDING * found.radius else words.in_millimetres(x)
-                for x in part.center_of_mass.tolist()],
+        estimate=findings.best_estimate,
+        feeder=findings.feeder,
+        afresh=findings.afresh,
+        kicked=findings.kicked,
+        groups=groups,
+        shown=shown,
+        size=np.ptp(part.surface_vertices, axis=0).tolist(),
+        commands=commands,
+        center=[
+            "0" if abs(x) < ROUNDING * found.radius else words.in_millimetres(x)
+            for x in part.center_of_mass.tolist()
+        ],
         missed=any(one.startswith("TARGET_MISSED") for one in found.warnings),
-        **{kind: [words.in_words(one) for one in getattr(findings, kind)]
-           for kind in ("warnings", "cautions")},
+        **{
+            kind: [words.in_words(one) for one in getattr(findings, kind)]
+            for kind in ("warnings", "cautions")
+        },
         notes=[words.in_words(one) for one in found.notes],
-        cards=[(group, figures.address("png", figures.png_bytes(picture)))
-               for group, picture in zip(shown, pictures, strict=True)],
+        cards=[
+            (group, figures.address("png", figures.png_bytes(picture)))
+            for group, picture in zip(shown, pictures, strict=True)
+        ],
         by_method=_by_method(findings, shown),
-        feeders=[] if found.drops == found.unsettled else [
+        feeders=[]
+        if found.drops == found.unsettled
+        else [
             (group, feeding.drop_afresh(pose_groups.pose_shares(found), group.indices))
-            for group in groups[:MOST_FEEDERS]],
-        kicks=_kicks(findings), graph=_graph(findings), changes=_changes(findings),
-        spheres={name: figures.svg_address(sphere.sphere_figure(
-            findings.sphere, name, findings.graph)) for name in ("R", "r")},
-        view=viewer_data(part, first, found.radius))
+            for group in groups[:MOST_FEEDERS]
+        ],
+        kicks=_kicks(findings),
+        graph=_graph(findings),
+        changes=_changes(findings),
+        spheres={
+            name: figures.svg_address(
+                sphere.sphere_figure(findings.sphere, name, findings.graph)
+            )
+            for name in ("R", "r")
+        },
+        view=viewer_data(part, first, found.radius),
+    )
 
 
 def _kicks(findings: Findings) -> str | None:
@@ -96,19 +132,33 @@ def _kicks(findings: Findings) -> str | None:
     feeder, afresh = findings.feeder, findings.afresh
     if not findings.kicks or afresh is None or feeder.rate is None:
         return None
-    return figures.svg_address(shares.kick_figure(
-        findings.part.part_id, feeder.rate, feeder.cycle_time, afresh.per_minute,
-        [(kick.flips.kick_height, kick.feeding.per_minute) for kick in findings.kicks]))
+    return figures.svg_address(
+        shares.kick_figure(
+            findings.part.part_id,
+            feeder.rate,
+            feeder.cycle_time,
+            afresh.per_minute,
+            [
+                (kick.flips.kick_height, kick.feeding.per_minute)
+                for kick in findings.kicks
+            ],
+        )
+    )
 
 
-def _by_method(findings: Findings,
-               shown: Sequence[pose_groups.PoseGroup]) -> list[tuple[pose_groups.PoseGroup, Any]]:
+def _by_method(
+    findings: Findings, shown: Sequence[pose_groups.PoseGroup]
+) -> list[tuple[pose_groups.PoseGroup, Any]]:
     """Each group of poses with the answer of every method."""
     every = [findings.simulated, findings.hybrid, *findings.estimates]
-    known = [(found, {group.first.index: group for group in pose_groups.pose_groups(found)})
-             for found in every]
-    return [(group, [(found, groups[group.first.index]) for found, groups in known])
-            for group in shown]
+    known = [
+        (found, {group.first.index: group for group in pose_groups.pose_groups(found)})
+        for found in every
+    ]
+    return [
+        (group, [(found, groups[group.first.index]) for found, groups in known])
+        for group in shown
+    ]
 
 
 def _graph(findings: Findings) -> dict[str, Any] | None:
@@ -116,11 +166,17 @@ def _graph(findings: Findings) -> dict[str, Any] | None:
     root = findings.graph
     if root.level is None:
         return None
-    return {"ends": sum(not branch.parts for branch in splitting.drawn_tree(root).walk()),
-            "splitting": figures.svg_address(
-                splitting.splitting_figure(root, findings.simulated.poses)),
-            "reachable": figures.svg_address(
-                sphere.reachable_figure(findings.sphere, root, sphere.telling_energies(root)))}
+    return {
+        "ends": sum(not branch.parts for branch in splitting.drawn_tree(root).walk()),
+        "splitting": figures.svg_address(
+            splitting.splitting_figure(root, findings.simulated.poses)
+        ),
+        "reachable": figures.svg_address(
+            sphere.reachable_figure(
+                findings.sphere, root, sphere.telling_energies(root)
+            )
+        ),
+    }
 
 
 def _changes(findings: Findings) -> dict[str, Any] | None:
@@ -128,11 +184,19 @@ def _changes(findings: Findings) -> dict[str, Any] | None:
     found = findings.sensitivity
     if found is None:
         return None
-    return {"picture": figures.address("png", figures.figure_png(changes.changes_figure(found))),
-            "found": found, "gain": describe.describe_gain(found),
-            "rows": [(describe.name_step(found.space, one.number, one.step), one)
-                     for one in found.best[:MOST_EFFECTS]],
-            "judged": describe.JUDGED, "contradicted": describe.CONTRADICTED}
+    return {
+        "picture": figures.address(
+            "png", figures.figure_png(changes.changes_figure(found))
+        ),
+        "found": found,
+        "gain": describe.describe_gain(found),
+        "rows": [
+            (describe.name_step(found.space, one.number, one.step), one)
+            for one in found.best[:MOST_EFFECTS]
+        ],
+        "judged": describe.JUDGED,
+        "contradicted": describe.CONTRADICTED,
+    }
 
 
 def _named(group: pose_groups.PoseGroup) -> str:
@@ -151,42 +215,86 @@ def _direction(down: Array) -> str:
     return " ".join(f"{x + 0.0:+.3f}" for x in down.round(3))
 
 
-def comparison_page(found: comparison.Comparison, commands: tuple[str, ...] = ()) -> str:
+def comparison_page(
+    found: comparison.Comparison, commands: tuple[str, ...] = ()
+) -> str:
     """The page of a comparison of at least one drop as HTML; `commands`: as of `report_page`."""
-    named = [f"{describe.letter(place)} {one.part_id}" for place, one in enumerate(found.found)]
+    named = [
+        f"{describe.letter(place)} {one.part_id}"
+        for place, one in enumerate(found.found)
+    ]
     sizes = [1e3 * np.ptp(part.surface_vertices, axis=0) for part in found.parts]
-    return words.template("comparison.html", points=_points, numbered=_pose_numbers).render(
-        MOST_ROWS=LIMITS["MOST_ROWS"], verdict=_verdict, found=found, named=named,
-        first=found.found[0], commands=commands,
+    return words.template(
+        "comparison.html", points=_points, numbered=_pose_numbers
+    ).render(
+        MOST_ROWS=LIMITS["MOST_ROWS"],
+        verdict=_verdict,
+        found=found,
+        named=named,
+        first=found.found[0],
+        commands=commands,
         sizes=[" × ".join(f"{x:.4g}" for x in size) for size in sizes],
-        centers=[" ".join(f"{x + 0.0:.4g}" for x in np.round(1e3 * part.center_of_mass, 4))
-                 for part in found.parts],
+        centers=[
+            " ".join(f"{x + 0.0:.4g}" for x in np.round(1e3 * part.center_of_mass, 4))
+            for part in found.parts
+        ],
         sections=[_section(found, one) for one in found.variants],
-        **{kind: [(whose, *words.in_words(line))
-                  for whose, line in describe.name_remarks(found, kind)]
-           for kind in ("warnings", "notes")})
+        **{
+            kind: [
+                (whose, *words.in_words(line))
+                for whose, line in describe.name_remarks(found, kind)
+            ]
+            for kind in ("warnings", "notes")
+        },
+    )
 
 
-def _section(found: comparison.Comparison, one: comparison.VariantComparison) -> dict[str, Any]:
+def _section(
+    found: comparison.Comparison, one: comparison.VariantComparison
+) -> dict[str, Any]:
     """What the page says of the first variant beside another one."""
     shown = one.poses[:MOST_SHOWN]
     sides = found.found[0], found.found[one.second]
-    pairs = [[side.by_index[some[0]] if some else None
-              for side, some in zip(sides, pose.poses, strict=True)] for pose in shown]
+    pairs = [
+        [
+            side.by_index[some[0]] if some else None
+            for side, some in zip(sides, pose.poses, strict=True)
+        ]
+        for pose in shown
+    ]
     radius = max(side.radius for side in sides)
-    pictures = poses.pictures_beside((found.parts[0], found.parts[one.second]),
-                                     one.correspondence.turn, pairs, radius)
-    return {"other": describe.letter(one.second), "comparison": one,
-            "verdict": describe.describe_verdict(found, one),
-            "matching": describe.describe_matching(one),
-            "cards": [(pose, [None if each is None else
-                             figures.address("png", figures.png_bytes(each)) for each in pair])
-                      for pose, pair in zip(shown, pictures, strict=True)]}
+    pictures = poses.pictures_beside(
+        (found.parts[0], found.parts[one.second]),
+        one.correspondence.turn,
+        pairs,
+        radius,
+    )
+    return {
+        "other": describe.letter(one.second),
+        "comparison": one,
+        "verdict": describe.describe_verdict(found, one),
+        "matching": describe.describe_matching(one),
+        "cards": [
+            (
+                pose,
+                [
+                    None
+                    if each is None
+                    else figures.address("png", figures.png_bytes(each))
+                    for each in pair
+                ],
+            )
+            for pose, pair in zip(shown, pictures, strict=True)
+        ],
+    }
 
 
 def _verdict(pose: comparison.PoseComparison) -> str:
     """What is to be read of a pose at a glance."""
-    if (pose.share.in_model, pose.share.on_plate) == (comparison.SHOWN, comparison.NONE_SHOWN):
+    if (pose.share.in_model, pose.share.on_plate) == (
+        comparison.SHOWN,
+        comparison.NONE_SHOWN,
+    ):
         return "shown in the model only"
     return pose.share.in_model
 

@@ -27,9 +27,12 @@ class ConvexBody:
     points: Array
     # faces as corner loops with their normals, distances, areas, solid angles and sides
     arrays: BodyArrays
-    tolerance: float  # coplanarity at which the faces were merged, as a fraction of the radius
-    runs: tuple[rims.Run,
-                ...]  # its round and toothed runs; none where the body stands as in the file
+    tolerance: (
+        float  # coplanarity at which the faces were merged, as a fraction of the radius
+    )
+    runs: tuple[
+        rims.Run, ...
+    ]  # its round and toothed runs; none where the body stands as in the file
     # (F,) int; number of the strip that a face belongs to, the facets between two runs about one
     # axis; -1 for a face of none
     run_of_face: Index
@@ -54,7 +57,9 @@ class ConvexBody:
 
     def R(self, directions: Array) -> Array:  # noqa: N802 - the paper's name
         """Height of the centre of mass where directions point down (section 2.C)."""
-        return np.asarray((np.asarray(directions, dtype=np.float64) @ self.points.T).max(axis=-1))
+        return np.asarray(
+            (np.asarray(directions, dtype=np.float64) @ self.points.T).max(axis=-1)
+        )
 
 
 def foot_directions(body: ConvexBody, sides: Index) -> Array:
@@ -86,21 +91,41 @@ def _build(part: Part, round_sides: int) -> ConvexBody:
         points /= radius
         points.flags.writeable = False
         scale = radius * unit
-        arrays, tolerance = polyhedron(points, *_triangles(qhull), part.rounding / scale)
-        return ConvexBody(scale, points, arrays, tolerance, (), np.full(len(arrays.area), -1), 0)
+        arrays, tolerance = polyhedron(
+            points, *_triangles(qhull), part.rounding / scale
+        )
+        return ConvexBody(
+            scale, points, arrays, tolerance, (), np.full(len(arrays.area), -1), 0
+        )
     plain = convex_body(part, 0)
-    scale, points, arrays, tolerance = plain.radius, plain.points, plain.arrays, plain.tolerance
+    scale, points, arrays, tolerance = (
+        plain.radius,
+        plain.points,
+        plain.arrays,
+        plain.tolerance,
+    )
     qhull = hull_of_part(part).qhull
-    rounding = round_surfaces.rounding_of(part, part.surface_vertices[qhull.vertices]) / scale
+    rounding = (
+        round_surfaces.rounding_of(part, part.surface_vertices[qhull.vertices]) / scale
+    )
     if rounding > part.rounding / scale:
         arrays, tolerance = polyhedron(points, *_triangles(qhull), rounding)
-    groups = round_surfaces.find_groups(part, points, arrays, scale, rounding, round_sides)
+    groups = round_surfaces.find_groups(
+        part, points, arrays, scale, rounding, round_sides
+    )
     outline = reshaping.reshape(points, arrays, groups, round_sides)
     thinning.thin_out(outline, arrays, round_sides)
     if not (outline.changed or outline.added):
         runs = tuple(chain.as_run(1.0) for chain in outline.chains)
-        return ConvexBody(scale, points, arrays, tolerance, runs,
-                          rims.strips(points, arrays, groups, outline.chains), 0)
+        return ConvexBody(
+            scale,
+            points,
+            arrays,
+            tolerance,
+            runs,
+            rims.strips(points, arrays, groups, outline.chains),
+            0,
+        )
     points, chains = outline.compacted()
     # A rim off the centre of mass may reach a little farther between the corners of the file.
     farthest = max(float(lengths(points).max()), 1.0)
@@ -110,11 +135,19 @@ def _build(part: Part, round_sides: int) -> ConvexBody:
         rounding = part.rounding / scale
     try:
         arrays, tolerance = polyhedron(scaled, *hull_of_corners(scaled), rounding)
-    except errors.MeshError:  # the centre of mass is closer to the surface than a facet's arc
+    except (
+        errors.MeshError
+    ):  # the centre of mass is closer to the surface than a facet's arc
         return plain
-    return ConvexBody(scale * farthest, scaled, arrays, tolerance,
-                      tuple(chain.as_run(farthest) for chain in chains),
-                      rims.strips(points, arrays, groups, chains), outline.rounded)
+    return ConvexBody(
+        scale * farthest,
+        scaled,
+        arrays,
+        tolerance,
+        tuple(chain.as_run(farthest) for chain in chains),
+        rims.strips(points, arrays, groups, chains),
+        outline.rounded,
+    )
 
 
 def _triangles(qhull: Facets) -> tuple[Index, Index]:
@@ -125,17 +158,22 @@ def _triangles(qhull: Facets) -> tuple[Index, Index]:
     return number[qhull.simplices], qhull.neighbors.astype(np.int64)
 
 
-def polyhedron(points: Array, triangles: Index, neighbors: Index, rounding: float
-                ) -> tuple[BodyArrays, float]:
+def polyhedron(
+    points: Array, triangles: Index, neighbors: Index, rounding: float
+) -> tuple[BodyArrays, float]:
     """Merge coplanar triangles; where no polyhedron remains, repeat with smaller tolerances."""
     moment, _ = principal_axes(scatter(points))
     thickness = float(np.sqrt(max(moment[0], 0.0)))
     rounding = min(tolerances.COPLANAR_ROUNDINGS * rounding, tolerances.COPLANAR_MOST)
-    widest = min(max(tolerances.COPLANAR, rounding), tolerances.COPLANAR_OF_THICKNESS * thickness)
+    widest = min(
+        max(tolerances.COPLANAR, rounding), tolerances.COPLANAR_OF_THICKNESS * thickness
+    )
     for tolerance in (widest, widest / 10.0, widest / 100.0, 0.0):
         valid, arrays = build_body(points, triangles, neighbors, tolerance)
         if valid:
             return arrays, tolerance
-    raise errors.MeshError("a convex hull that encloses the centre of mass",
-                           "faces through the centre of mass",
-                           "check the mesh and the given centre of mass")
+    raise errors.MeshError(
+        "a convex hull that encloses the centre of mass",
+        "faces through the centre of mass",
+        "check the mesh and the given centre of mass",
+    )

@@ -68,8 +68,10 @@ def equilibria(part: Part, round_sides: int) -> Equilibria:
 def _find(part: Part, round_sides: int) -> Equilibria:
     body = convex_body(part, round_sides)
     arrays = find_equilibria(body.points, body.arrays)
-    group = ties((body.arrays.distance[arrays.stable], SAME_HEIGHT),
-                 *((down, SAME_DOWN) for down in body.arrays.normal[arrays.stable].T))
+    group = ties(
+        (body.arrays.distance[arrays.stable], SAME_HEIGHT),
+        *((down, SAME_DOWN) for down in body.arrays.normal[arrays.stable].T),
+    )
     return Equilibria(body, arrays, np.argsort(group, kind="stable"))
 
 
@@ -102,7 +104,9 @@ class Clusters:
     # (P,); number of the stable face that stands for the pose, by rising height: its lowest; ties
     # go to the larger face, then to the smaller number
     lowest: Index
-    pose: Index  # (S,); pose of each stable face, in the numbering of `Equilibria.order`
+    pose: (
+        Index  # (S,); pose of each stable face, in the numbering of `Equilibria.order`
+    )
     # (S,) bool; faces that the part rests on in its pose: no higher above the lowest one than the
     # tolerance. The others are shelves on the way there
     near: Mask
@@ -130,9 +134,14 @@ def clusters(found: Equilibria, tolerance: float) -> Clusters:
     areas = found.body.arrays.area[found.faces]
     order = ties((found.heights, SAME_HEIGHT), (-areas / areas.max(), SAME_HEIGHT))
     eldest, way_out = gather_poses(
-        found.body.arrays, found.rank[found.arrays.basin], found.heights,
+        found.body.arrays,
+        found.rank[found.arrays.basin],
+        found.heights,
         np.argsort(np.argsort(order, kind="stable")),
-        found.body.run_of_face[found.faces], tolerance, of_run)
+        found.body.run_of_face[found.faces],
+        tolerance,
+        of_run,
+    )
     lowest, pose = np.unique(eldest, return_inverse=True)
     held, split = part_poses(tree, np.ascontiguousarray(pose[found.rank]))
     node = np.unique(np.append(tree.child[split], held.shape[0] - 1))
@@ -140,8 +149,17 @@ def clusters(found: Equilibria, tolerance: float) -> Clusters:
     heights = found.heights[lowest]
     near = found.heights < (1.0 + tolerance) * heights[pose]
     near[lowest] = True
-    return Clusters(tolerance, lowest, pose, near, way_out[lowest], way_out[lowest] - heights,
-                    node, held[node], split)
+    return Clusters(
+        tolerance,
+        lowest,
+        pose,
+        near,
+        way_out[lowest],
+        way_out[lowest] - heights,
+        node,
+        held[node],
+        split,
+    )
 
 
 def tilt_margins(found: Equilibria, grouped: Clusters) -> Array:
@@ -156,8 +174,11 @@ def tilt_margins(found: Equilibria, grouped: Clusters) -> Array:
     several = np.bincount(grouped.pose) > 1
     here, beyond, basin = arrays.face, arrays.face[arrays.twin], found.arrays.basin
     # A foot may be outside of a side by rounding, with a higher face beyond it that comes back.
-    sides = np.flatnonzero((pose_of_face[here] >= 0) & (pose_of_face[beyond] != pose_of_face[here])
-                           & ((arrays.inset > 0.0) | (basin[beyond] != basin[here])))
+    sides = np.flatnonzero(
+        (pose_of_face[here] >= 0)
+        & (pose_of_face[beyond] != pose_of_face[here])
+        & ((arrays.inset > 0.0) | (basin[beyond] != basin[here]))
+    )
     faces = arrays.face[sides]
     alone = ~several[pose_of_face[faces]]
     tilts = np.arctan2(arrays.inset[sides], arrays.distance[faces])

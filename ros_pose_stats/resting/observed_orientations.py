@@ -25,9 +25,13 @@ UNIT_WITHIN = 0.01
 AT_ONCE = 2**21  # angles between orientations and faces that are held at once
 
 
-def classify_orientations(part: Part, orientations: ArrayLike, angle: float = DEFAULT_ANGLE,
-                          cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
-                          round_sides: int = scenes.DEFAULT_ROUND_SIDES) -> Index:
+def classify_orientations(
+    part: Part,
+    orientations: ArrayLike,
+    angle: float = DEFAULT_ANGLE,
+    cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
+    round_sides: int = scenes.DEFAULT_ROUND_SIDES,
+) -> Index:
     """Stable pose that each observed orientation of a part belongs to.
 
     Only the direction that an orientation says is down counts; yaw is free. A pose of several
@@ -62,15 +66,18 @@ def classify_orientations(part: Part, orientations: ArrayLike, angle: float = DE
     """
     widest = number_or_nan(angle)
     if not 0.0 < widest <= 0.5 * math.pi:
-        raise RequestError("an angle above 0 and up to 1.57 radians", f"{angle!r}",
-                           "math.radians(15) is the default")
+        raise RequestError(
+            "an angle above 0 and up to 1.57 radians",
+            f"{angle!r}",
+            "math.radians(15) is the default",
+        )
     poses = resting_poses(part, cluster_tolerance, round_sides)
     downs = observed_downs(orientations)
     found = np.full(len(downs), -1, dtype=np.int64)
     told = np.flatnonzero(np.isfinite(downs[:, 0]))
     step = max(1, AT_ONCE // len(poses.clusters.pose))
     for begin in range(0, len(told), step):
-        rows = told[begin:begin + step]
+        rows = told[begin : begin + step]
         found[rows] = _nearest(poses, downs[rows], widest)
     return found
 
@@ -80,25 +87,32 @@ def observed_downs(orientations: ArrayLike) -> Array:
     try:
         given = real_array(orientations)
     except NOT_NUMBERS as error:
-        raise RequestError("orientations as (n, 4) numbers x y z w", f"{error}",
-                           "one row a part") from error
+        raise RequestError(
+            "orientations as (n, 4) numbers x y z w", f"{error}", "one row a part"
+        ) from error
     if given.ndim != 2 or given.shape[1] != 4:
         if given.size:
-            raise RequestError("orientations as (n, 4) numbers x y z w",
-                               f"an array of shape {given.shape}", "one row a part")
+            raise RequestError(
+                "orientations as (n, 4) numbers x y z w",
+                f"an array of shape {given.shape}",
+                "one row a part",
+            )
         given = given.reshape(0, 4)
     with np.errstate(over="ignore", invalid="ignore"):
         length = np.sqrt((given * given).sum(axis=1))
     known = np.isfinite(given).all(axis=1) & (length > 0.0)
     wrong = np.flatnonzero(known & ~(np.abs(length - 1.0) <= UNIT_WITHIN))
     if len(wrong):
-        raise RequestError("unit quaternions x y z w",
-                           f"one of length {length[wrong[0]]:g} in row {wrong[0]}",
-                           "divide each by its length; zeros stand for an unknown orientation")
+        raise RequestError(
+            "unit quaternions x y z w",
+            f"one of length {length[wrong[0]]:g} in row {wrong[0]}",
+            "divide each by its length; zeros stand for an unknown orientation",
+        )
     downs = np.full((len(given), 3), np.nan)
     x, y, z, w = (given[known] / length[known, None]).T
-    downs[known] = -np.column_stack((2.0 * (x * z - y * w), 2.0 * (y * z + x * w),
-                                     1.0 - 2.0 * (x * x + y * y)))
+    downs[known] = -np.column_stack(
+        (2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y))
+    )
     return downs
 
 
@@ -108,8 +122,9 @@ def _nearest(poses: RestingPoses, downs: Array, angle: float) -> Index:
     cosine = downs @ poses.equilibria.downs.T
     face = cosine.argmax(axis=1)
     others = np.where(group == group[face, None], -np.inf, cosine).max(axis=1)
-    nearest, next_one = (np.arccos(np.clip(found, -1.0, 1.0))
-                         for found in (cosine.max(axis=1), others))
+    nearest, next_one = (
+        np.arccos(np.clip(found, -1.0, 1.0)) for found in (cosine.max(axis=1), others)
+    )
     # The logarithm of how many times as likely the nearest is, where errors are normal.
     apart = 0.5 * (next_one**2 - nearest**2) * (DEVIATIONS / angle) ** 2
     sure = (others == -np.inf) | (apart >= math.log(SURELY))

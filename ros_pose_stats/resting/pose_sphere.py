@@ -14,7 +14,9 @@ from ..records import Array, Index
 from . import poses
 
 FINEST, COARSEST = 200, 60  # pixels across a hemisphere
-MOST_PRODUCTS = 2e8  # most directions times faces; parts of many faces get a coarser map
+MOST_PRODUCTS = (
+    2e8  # most directions times faces; parts of many faces get a coarser map
+)
 AT_ONCE = 4_000_000  # most numbers in memory at a time
 
 
@@ -39,8 +41,11 @@ def pose_sphere(resting: poses.RestingPoses) -> PoseSphere:
     directions = _directions(int(min(max(fine, COARSEST), FINEST)))
     inside = np.isfinite(directions[..., 0])
     asked = directions[inside]
-    r, height, face = (np.empty(len(asked)), np.empty(len(asked)),
-                       np.empty(len(asked), dtype=np.int64))
+    r, height, face = (
+        np.empty(len(asked)),
+        np.empty(len(asked)),
+        np.empty(len(asked), dtype=np.int64),
+    )
     step = max(1, AT_ONCE // max(body.faces, len(body.points)))
     for begin in range(0, len(asked), step):
         some = slice(begin, begin + step)
@@ -53,10 +58,15 @@ def pose_sphere(resting: poses.RestingPoses) -> PoseSphere:
     pose = np.full(inside.shape, -1, dtype=np.int64)
     pose[inside] = resting.pose_of_face[face]
     peaks = resting.equilibria.peaks
-    return PoseSphere(directions, maps[0], maps[1], pose,
-                      np.array([one.down for one in resting.poses]),
-                      np.array([one.height for one in resting.poses]),
-                      peaks / np.linalg.norm(peaks, axis=1)[:, None])
+    return PoseSphere(
+        directions,
+        maps[0],
+        maps[1],
+        pose,
+        np.array([one.down for one in resting.poses]),
+        np.array([one.height for one in resting.poses]),
+        peaks / np.linalg.norm(peaks, axis=1)[:, None],
+    )
 
 
 def on_map(directions: Array) -> tuple[Index, Array]:
@@ -77,7 +87,7 @@ def across_disc(pixels: int) -> Array:
 def _directions(pixels: int) -> Array:
     middle = across_disc(pixels)
     across, up = np.meshgrid(middle, middle)
-    square = across ** 2 + up ** 2
+    square = across**2 + up**2
     with np.errstate(invalid="ignore"):
         scale = np.where(square <= 1.0, np.sqrt(2.0 - square), np.nan)
     z = 1.0 - square

@@ -45,8 +45,9 @@ class RestingPoses:
     @cached_property
     def group(self) -> Index:
         """Symmetry group (P,) of each pose; one for each where no records were made."""
-        return np.array([pose.group for pose in self.poses]
-                        or range(self.clusters.lowest.shape[0]))
+        return np.array(
+            [pose.group for pose in self.poses] or range(self.clusters.lowest.shape[0])
+        )
 
     @property
     def downs(self) -> Array:
@@ -74,21 +75,40 @@ class RestingPoses:
         least, middle, most = self.moments.tolist()
         trace = least + middle + most
         levels = self.equilibria.arrays.tree.level[self.clusters.split]
-        return _read_only(np.array([trace, least / trace, most / trace, levels.max(initial=0.0),
-                                    self.equilibria.heights.min()]))
+        return _read_only(
+            np.array(
+                [
+                    trace,
+                    least / trace,
+                    most / trace,
+                    levels.max(initial=0.0),
+                    self.equilibria.heights.min(),
+                ]
+            )
+        )
 
     @cached_property
     def split_features(self) -> Array:
         """Features of the components of each split; see `kernels.features.split_features`."""
         found = self.equilibria.arrays
         return features.split_features(
-            self.body.points, self.body.arrays, found.stable, found.basin, found.tree,
-            self.clusters.split, self.passage_r[0], self.passage_R[0], self.inertia)
+            self.body.points,
+            self.body.arrays,
+            found.stable,
+            found.basin,
+            found.tree,
+            self.clusters.split,
+            self.passage_r[0],
+            self.passage_R[0],
+            self.inertia,
+        )
 
     @cached_property
     def corner_crowding(self) -> Array:
         """Crowding at each of `CORNER_REACHES`, (2,); see `kernels.features.corner_crowding`."""
-        return corners.corner_crowding(self.body.points, self.body.arrays, CORNER_REACHES)
+        return corners.corner_crowding(
+            self.body.points, self.body.arrays, CORNER_REACHES
+        )
 
     @cached_property
     def axis_offsets(self) -> Array:
@@ -118,7 +138,8 @@ class RestingPoses:
             (one.group, one.rolls) == (same.group, same.rolls)
             and abs(one.height - same.height) <= OTHER_SIDES_HEIGHT * one.height
             and (one.rolls or float(one.down @ same.down) >= OTHER_SIDES_TURN)
-            for one, same in zip(self.poses, other.poses, strict=True))
+            for one, same in zip(self.poses, other.poses, strict=True)
+        )
 
     def _passage(self, of_R: bool) -> tuple[Array, Array]:  # noqa: N803 - the paper's name
         tree = self.equilibria.arrays.tree
@@ -156,8 +177,11 @@ def _read_only(shared: Array) -> Array:
     return shared
 
 
-def resting_poses(part: Part, cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
-                  round_sides: int = scenes.DEFAULT_ROUND_SIDES) -> RestingPoses:
+def resting_poses(
+    part: Part,
+    cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
+    round_sides: int = scenes.DEFAULT_ROUND_SIDES,
+) -> RestingPoses:
     """Stable poses of a part, found once for the options and kept as long as the part lives.
 
     Parameters
@@ -173,14 +197,19 @@ def resting_poses(part: Part, cluster_tolerance: float = scenes.DEFAULT_CLUSTER_
     RequestError
         If `part` is no Part, or the tolerance is not from 0 to below 1.
     """
-    return poses_in(part, DropScene(cluster_tolerance=cluster_tolerance, round_sides=round_sides))
+    return poses_in(
+        part, DropScene(cluster_tolerance=cluster_tolerance, round_sides=round_sides)
+    )
 
 
 def poses_in(part: Part, scene: DropScene) -> RestingPoses:
     """The stable poses of a part in a scene."""
     if not isinstance(part, Part):
-        raise RequestError("a Part", f"{type(part).__name__}",
-                           "make one with load_part or part_from_mesh")
+        raise RequestError(
+            "a Part",
+            f"{type(part).__name__}",
+            "make one with load_part or part_from_mesh",
+        )
     return part.prepare(_find, scene.numbering)
 
 
@@ -189,8 +218,12 @@ def bare_poses(part: Part, scene: DropScene) -> RestingPoses:
     if are_found(part, scene):
         return poses_in(part, scene)
     found = equilibria(part, scene.round_sides)
-    return RestingPoses(found, clusters(found, scene.cluster_tolerance), (),
-                        _scaled_inertia(part, found))
+    return RestingPoses(
+        found,
+        clusters(found, scene.cluster_tolerance),
+        (),
+        _scaled_inertia(part, found),
+    )
 
 
 def _scaled_inertia(part: Part, found: Equilibria) -> Array:
@@ -205,11 +238,14 @@ def are_found(part: Part, scene: DropScene) -> bool:
 def _find(part: Part, numbering: scenes.Numbering) -> RestingPoses:
     found = equilibria(part, numbering.round_sides)
     grouped = clusters(found, numbering.cluster_tolerance)
-    return RestingPoses(found, grouped, _records(part, found, grouped),
-                        _scaled_inertia(part, found))
+    return RestingPoses(
+        found, grouped, _records(part, found, grouped), _scaled_inertia(part, found)
+    )
 
 
-def _records(part: Part, found: Equilibria, grouped: Clusters) -> tuple[StablePose, ...]:
+def _records(
+    part: Part, found: Equilibria, grouped: Clusters
+) -> tuple[StablePose, ...]:
     body = found.body
     downs = found.downs[grouped.lowest]
     heights = found.heights[grouped.lowest] * body.radius
@@ -220,13 +256,16 @@ def _records(part: Part, found: Equilibria, grouped: Clusters) -> tuple[StablePo
     top = heights + tops(body.points, np.ascontiguousarray(downs)) * body.radius
     margins = tilt_margins(found, grouped)
     surface = cache(partial(symmetry.SurfaceTrial, part, body))
-    groups = symmetry.symmetry_groups(part, found, np.where(grouped.near, grouped.pose, -1),
-                                      surface)
+    groups = symmetry.symmetry_groups(
+        part, found, np.where(grouped.near, grouped.pose, -1), surface
+    )
     # A shelf between two poses that are alike goes to one of them, and neither tilts farther.
     least = np.full(len(margins), np.inf)
     np.minimum.at(least, groups, margins)
     margins = least[groups]
-    rolls, axes = rolling_axes(body, downs, found.heights[grouped.lowest], grouped.tolerance)
+    rolls, axes = rolling_axes(
+        body, downs, found.heights[grouped.lowest], grouped.tolerance
+    )
     across = (rotations * axes[:, None, :]).sum(axis=2)
     across[:, 2] = 0.0  # along the plate; zero stays zero
     level = lengths(across)[:, None]
@@ -234,16 +273,31 @@ def _records(part: Part, found: Equilibria, grouped: Clusters) -> tuple[StablePo
     yaw = yaw_symmetries(part, found, grouped.lowest, surface)
     faces, barriers = found.faces[grouped.lowest], grouped.barrier * body.radius
     ordered = np.argsort(grouped.pose, kind="stable")
-    members_of = [some.tolist()
-                  for some in np.split(ordered, np.cumsum(np.bincount(grouped.pose))[:-1])]
+    members_of = [
+        some.tolist()
+        for some in np.split(ordered, np.cumsum(np.bincount(grouped.pose))[:-1])
+    ]
     for array in (downs, quaternions, positions, on_plate):
         array.flags.writeable = False
     size = np.bincount(groups)
-    return tuple(StablePose(
-        index=i, group=int(groups[i]), down=downs[i], height=float(heights[i]), top=float(top[i]),
-        margin=float(margins[i]), barrier=float(barriers[i]),
-        spread=spread(found, grouped, members), members=tuple(members),
-        orientation=quaternions[i], position=positions[i],
-        shape=PoseShape(body, int(faces[i]), rotations[i]), group_size=int(size[groups[i]]),
-        rolls=bool(rolls[i]), roll_axis=on_plate[i], yaw_symmetry=int(yaw[i]),
-    ) for i, members in enumerate(members_of))
+    return tuple(
+        StablePose(
+            index=i,
+            group=int(groups[i]),
+            down=downs[i],
+            height=float(heights[i]),
+            top=float(top[i]),
+            margin=float(margins[i]),
+            barrier=float(barriers[i]),
+            spread=spread(found, grouped, members),
+            members=tuple(members),
+            orientation=quaternions[i],
+            position=positions[i],
+            shape=PoseShape(body, int(faces[i]), rotations[i]),
+            group_size=int(size[groups[i]]),
+            rolls=bool(rolls[i]),
+            roll_axis=on_plate[i],
+            yaw_symmetry=int(yaw[i]),
+        )
+        for i, members in enumerate(members_of)
+    )

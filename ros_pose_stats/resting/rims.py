@@ -21,9 +21,15 @@ Kind = Literal["round", "toothed"]
 ROUND_SHARE = 0.75
 """Share of a run that is surface of the mesh from which on it is round, and not toothed."""
 
-ON_AXIS = 1e-5  # a corner this close to an axis, in radii, is the tip of a cone about it
-COAXIAL = 5e-6  # corners this close to where a common axis puts them have that axis, in radii
-ON_LATERAL = 1e-4  # a corner this close to the cone between two rims, in radii, is on it
+ON_AXIS = (
+    1e-5  # a corner this close to an axis, in radii, is the tip of a cone about it
+)
+COAXIAL = (
+    5e-6  # corners this close to where a common axis puts them have that axis, in radii
+)
+ON_LATERAL = (
+    1e-4  # a corner this close to the cone between two rims, in radii, is on it
+)
 
 
 @dataclass(eq=False)
@@ -81,8 +87,16 @@ class Chain:
     def as_run(self, unit: float) -> Run:
         """What a body tells about it that has this unit of length."""
         rim = self.rim
-        return Run(rim.center / unit, rim.axis, rim.radius / unit, rim.kind, rim.closed,
-                   len(rim.corner), self.sides, rim.group)
+        return Run(
+            rim.center / unit,
+            rim.axis,
+            rim.radius / unit,
+            rim.kind,
+            rim.closed,
+            len(rim.corner),
+            self.sides,
+            rim.group,
+        )
 
 
 @dataclass(eq=False)
@@ -99,16 +113,22 @@ class Outline:
     @property
     def rounded(self) -> int:
         """Number of runs that have other numbers of corners than in the file."""
-        return sum(bool(one.sides) and len(one.point) != len(one.rim.corner)
-                   for one in self.chains)
+        return sum(
+            bool(one.sides) and len(one.point) != len(one.rim.corner)
+            for one in self.chains
+        )
 
     def compacted(self) -> tuple[Array, list[Chain]]:
         """Points of the new body, and the chains in their numbering."""
-        kept = np.append(self.keeps, np.ones(self.count - len(self.keeps), dtype=np.bool_))
+        kept = np.append(
+            self.keeps, np.ones(self.count - len(self.keeps), dtype=np.bool_)
+        )
         number = np.cumsum(kept) - 1
         points = np.ascontiguousarray(np.concatenate([self.points, *self.added])[kept])
-        return points, [replace(one, point=number[one.point[kept[one.point]]])
-                        for one in self.chains]
+        return points, [
+            replace(one, point=number[one.point[kept[one.point]]])
+            for one in self.chains
+        ]
 
     def add(self, points: Array) -> Index:
         """Take in new points; return their numbers."""
@@ -139,9 +159,14 @@ def group_by_axis(points: Array, rims: list[Rim], rounding: float) -> list[Group
         return []
     reach = np.array([rim.radius * len(rim.side) for rim in rims])
     rims = [rims[k] for k in np.argsort(-reach, kind="stable").tolist()]
-    axis, center = np.array([rim.axis for rim in rims]), np.array([rim.center for rim in rims])
+    axis, center = (
+        np.array([rim.axis for rim in rims]),
+        np.array([rim.center for rim in rims]),
+    )
     radius = np.array([rim.radius for rim in rims])
-    slack = np.array([(4.0 * rounding + rim.deviation) * _looseness(points, rim) for rim in rims])
+    slack = np.array(
+        [(4.0 * rounding + rim.deviation) * _looseness(points, rim) for rim in rims]
+    )
     waiting = np.ones(len(rims), dtype=np.bool_)
     groups = []
     for k, first in enumerate(rims):
@@ -213,8 +238,9 @@ def _with_frame(points: Array, rims: Sequence[Rim]) -> Group:
     return Group(center, np.stack([x_axis, cross(axis, x_axis), axis]), list(rims))
 
 
-def strips(points: Array, arrays: BodyArrays, groups: Sequence[Group], chains: Sequence[Chain]
-           ) -> Index:
+def strips(
+    points: Array, arrays: BodyArrays, groups: Sequence[Group], chains: Sequence[Chain]
+) -> Index:
     """Strip (F,) of each face between two runs about one axis, or a run and a tip; -1 for none."""
     found = np.full(len(arrays.area), -1, dtype=np.int64)
     count = 0
@@ -224,8 +250,14 @@ def strips(points: Array, arrays: BodyArrays, groups: Sequence[Group], chains: S
     return found
 
 
-def _number_strips(points: Array, arrays: BodyArrays, group: Group, chains: Sequence[Chain],
-                   found: Index, count: int) -> int:
+def _number_strips(
+    points: Array,
+    arrays: BodyArrays,
+    group: Group,
+    chains: Sequence[Chain],
+    found: Index,
+    count: int,
+) -> int:
     """Number the strips about one axis from `count` on, in place; return the next number."""
     rim, place, size = np.full((3, len(points)), -1, dtype=np.int64)
     off = off_axis(points, group)
@@ -242,7 +274,9 @@ def _number_strips(points: Array, arrays: BodyArrays, group: Group, chains: Sequ
     following = np.append(corner[1:], corner[:1])
     following[begin + sizes - 1] = corner[begin]
     low, high = (one.reduceat(rim[corner], begin) for one in (np.minimum, np.maximum))
-    fits = (rim[corner] == np.repeat(low, sizes)) | (rim[corner] == np.repeat(high, sizes))
+    fits = (rim[corner] == np.repeat(low, sizes)) | (
+        rim[corner] == np.repeat(high, sizes)
+    )
     apart = np.abs(place[corner] - place[following])
     fits &= (rim[corner] != rim[following]) | (apart == 1) | (apart == size[corner] - 1)
     strip = np.logical_and.reduceat(fits, begin) & (low >= 0) & (low < high)
@@ -261,8 +295,12 @@ def _number_strips(points: Array, arrays: BodyArrays, group: Group, chains: Sequ
         if heights[j] - heights[k] < ON_LATERAL:
             continue
         share = (up - heights[k]) / (heights[j] - heights[k])
-        radius = chains[k].rim.radius + share * (chains[j].rim.radius - chains[k].rim.radius)
-        on = (np.abs(off - radius) < ON_LATERAL) & (np.abs(share - 0.5) < 0.5 + ON_LATERAL)
+        radius = chains[k].rim.radius + share * (
+            chains[j].rim.radius - chains[k].rim.radius
+        )
+        on = (np.abs(off - radius) < ON_LATERAL) & (
+            np.abs(share - 0.5) < 0.5 + ON_LATERAL
+        )
         inside = np.logical_and.reduceat(on[arrays.corner], begin)
         if (inside & divided).any():
             known = int(found[inside].max())

@@ -9,7 +9,15 @@ import numpy as np
 
 from ..kernels.body.convex_body import BodyArrays
 from ..kernels.body.hull import edges_on_surface
-from ..kernels.body.runs import AXIS, CENTER, DEVIATION, HALF_SPAN, RADIUS, Runs, circular_runs
+from ..kernels.body.runs import (
+    AXIS,
+    CENTER,
+    DEVIATION,
+    HALF_SPAN,
+    RADIUS,
+    Runs,
+    circular_runs,
+)
 from ..mesh import hull, surface, vectors
 from ..records import Array, Index, Mask, Part
 from .rims import ROUND_SHARE, Group, Kind, Rim, group_by_axis, keep_turned
@@ -20,7 +28,9 @@ SEAM = 2e-4
 A mesh this close under an edge of the hull leaves no gap there.
 """
 
-LONG_EDGE = 2.2  # an edge that is this much longer than most of its run is a flat, and stays
+LONG_EDGE = (
+    2.2  # an edge that is this much longer than most of its run is a flat, and stays
+)
 
 FINE_ROUNDING = 3e-7
 """Above it, in radii, corners of a fine circle may hide each other and be off its run."""
@@ -28,34 +38,79 @@ FINE_ROUNDING = 3e-7
 FEWEST_DECIMALS = 12
 """Different coordinates that must end at the same digit for it to be the last one printed."""
 
-_POWERS = (1e-3, 1e-2, 1e-1, 1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12)
+_POWERS = (
+    1e-3,
+    1e-2,
+    1e-1,
+    1e0,
+    1e1,
+    1e2,
+    1e3,
+    1e4,
+    1e5,
+    1e6,
+    1e7,
+    1e8,
+    1e9,
+    1e10,
+    1e11,
+    1e12,
+)
 
 
-def find_groups(part: Part, points: Array, arrays: BodyArrays, scale: float, rounding: float,
-                sides: int) -> list[Group]:
+def find_groups(
+    part: Part,
+    points: Array,
+    arrays: BodyArrays,
+    scale: float,
+    rounding: float,
+    sides: int,
+) -> list[Group]:
     """Runs of a part's hull (H, 3), by their axes; `rounding`: of the coordinates, in radii."""
     runs = circular_runs(points, arrays, rounding)
     if len(runs.closed) == 0:
         return []
-    ends = np.stack([arrays.corner[runs.side], arrays.corner[arrays.twin[runs.side]]], axis=1)
+    ends = np.stack(
+        [arrays.corner[runs.side], arrays.corner[arrays.twin[runs.side]]], axis=1
+    )
     chord = vectors.lengths(points[ends[:, 1]] - points[ends[:, 0]])
     surface = _on_surface(part, ends, scale * (SEAM + 4.0 * rounding))
     rims = []
     for k in np.flatnonzero(~_crosses_others(ends, runs, len(points))).tolist():
         edges = slice(int(runs.start[k]), int(runs.start[k + 1]))
         closed = bool(runs.closed[k])
-        corner = ends[edges, 0] if closed else np.append(ends[edges, 0], ends[edges, 1][-1])
+        corner = (
+            ends[edges, 0] if closed else np.append(ends[edges, 0], ends[edges, 1][-1])
+        )
         circle, on, long = runs.circle[k], surface[edges], chord[edges]
         # Edges that bridge a gap, or are too long for a facet of their run, stay.
         usual = _median(long[on]) if on.any() else 0.0
-        stays = ~on | (long > max(LONG_EDGE * usual, 4.0 * np.pi / sides * float(circle[RADIUS])))
-        kind: Kind = "round" if long[on].sum() >= ROUND_SHARE * long.sum() else "toothed"
-        rims.append(Rim(runs.side[edges], corner, closed, circle[CENTER:CENTER + 3],
-                        circle[AXIS:AXIS + 3], float(circle[RADIUS]), float(circle[DEVIATION]),
-                        long, stays, kind))
+        stays = ~on | (
+            long > max(LONG_EDGE * usual, 4.0 * np.pi / sides * float(circle[RADIUS]))
+        )
+        kind: Kind = (
+            "round" if long[on].sum() >= ROUND_SHARE * long.sum() else "toothed"
+        )
+        rims.append(
+            Rim(
+                runs.side[edges],
+                corner,
+                closed,
+                circle[CENTER : CENTER + 3],
+                circle[AXIS : AXIS + 3],
+                float(circle[RADIUS]),
+                float(circle[DEVIATION]),
+                long,
+                stays,
+                kind,
+            )
+        )
     _absorb(rims, points, arrays, rounding)
-    groups = [group for group in group_by_axis(points, rims, rounding)
-              if keep_turned(points, arrays, group)]
+    groups = [
+        group
+        for group in group_by_axis(points, rims, rounding)
+        if keep_turned(points, arrays, group)
+    ]
     for number, group in enumerate(groups):
         for rim in group.rims:
             rim.group = number
@@ -67,7 +122,9 @@ def rounding_of(part: Part, corners: Array) -> float:
     values = np.unique(np.abs(corners))
     largest = float(values[-1])
     # With a fixed number of digits the numbers of the highest decade have the fewest decimals.
-    decade = max((power for power in _POWERS if 1.0 <= largest * power < 10.0), default=1.0)
+    decade = max(
+        (power for power in _POWERS if 1.0 <= largest * power < 10.0), default=1.0
+    )
     highest = values[values * decade >= 1.0]
     if len(highest) < FEWEST_DECIMALS:
         highest = values[values > 0.1 * largest]
@@ -92,9 +149,17 @@ def _on_surface(part: Part, ends: Index, tolerance: float) -> Mask:
         triangles = surface.weld(part.vertices, part.triangles.astype(np.int64))[1]
     vertex = hull.hull_of_part(part).qhull.vertices[ends]
     flat = vertex.ravel()
-    first = np.append(0, np.cumsum(np.bincount(flat, minlength=len(part.surface_vertices))))
-    found = edges_on_surface(part.surface_vertices, triangles, vertex, first,
-                             np.argsort(flat, kind="stable"), tolerance)
+    first = np.append(
+        0, np.cumsum(np.bincount(flat, minlength=len(part.surface_vertices)))
+    )
+    found = edges_on_surface(
+        part.surface_vertices,
+        triangles,
+        vertex,
+        first,
+        np.argsort(flat, kind="stable"),
+        tolerance,
+    )
     return np.asarray(found == 2)
 
 
@@ -110,9 +175,9 @@ def _close_seam(rim: Rim, points: Array) -> bool:
         return False
     step = vectors.length(points[rim.corner[-1]] - points[rim.corner[0]])
     seam = 10.0 * SEAM * rim.radius
-    if (rim.chord.sum() + step < 0.98 * 2.0 * np.pi * rim.radius
-            or step > min(max(LONG_EDGE * _median(rim.chord), seam),
-                          2.0 * HALF_SPAN * rim.radius)):
+    if rim.chord.sum() + step < 0.98 * 2.0 * np.pi * rim.radius or step > min(
+        max(LONG_EDGE * _median(rim.chord), seam), 2.0 * HALF_SPAN * rim.radius
+    ):
         return False
     if step <= seam:
         rim.corner = rim.corner[:-1]
@@ -122,7 +187,9 @@ def _close_seam(rim: Rim, points: Array) -> bool:
     return True
 
 
-def _absorb(rims: list[Rim], points: Array, arrays: BodyArrays, rounding: float) -> None:
+def _absorb(
+    rims: list[Rim], points: Array, arrays: BodyArrays, rounding: float
+) -> None:
     """Close runs over seams, and let runs take in other corners that lie on their circles."""
     closed = [_close_seam(rim, points) for rim in rims]
     if rounding <= FINE_ROUNDING and not any(closed):
@@ -150,4 +217,6 @@ def _crosses_others(ends: Index, runs: Runs, count: int) -> Mask:
     uses += np.bincount(last[runs.closed == 0], minlength=count)
     crossed = np.add.reduceat((uses[ends[:, 0]] > 1).astype(np.int64), runs.start[:-1])
     crossed += uses[last] > 1
-    return np.asarray((runs.closed == 0) & (crossed >= ROUND_SHARE * (np.diff(runs.start) + 1)))
+    return np.asarray(
+        (runs.closed == 0) & (crossed >= ROUND_SHARE * (np.diff(runs.start) + 1))
+    )

@@ -79,16 +79,23 @@ def splitting_graph(resting: RestingPoses, function: Function = "r") -> Splittin
     areas, probability = resting.passage_R if function == "R" else resting.passage_r
     built: dict[int, SplittingNode] = {
         node: SplittingNode((pose,), float(probability[node]))
-        for node, pose in zip(grouped.node.tolist(), grouped.node_pose.tolist(), strict=True)}
+        for node, pose in zip(
+            grouped.node.tolist(), grouped.node_pose.tolist(), strict=True
+        )
+    }
     for j in np.flatnonzero(grouped.split).tolist():
         parts = tuple(built.pop(int(child)) for child in tree.child[j])
         both = float(areas[j].sum())
         shares = tuple(float(a) / both if both > 0.0 else 0.5 for a in areas[j])
         built[leaves + j] = SplittingNode(
-            tuple(sorted({*parts[0].poses, *parts[1].poses})), float(probability[leaves + j]),
+            tuple(sorted({*parts[0].poses, *parts[1].poses})),
+            float(probability[leaves + j]),
             float(tree.level[j]) * resting.body.radius,
-            foot_directions(resting.body, tree.side[j:j + 1])[0], parts,
-            tuple(float(a) for a in areas[j]), shares)
+            foot_directions(resting.body, tree.side[j : j + 1])[0],
+            parts,
+            tuple(float(a) for a in areas[j]),
+            shares,
+        )
     (root,) = built.values()
     return root
 
@@ -102,7 +109,9 @@ def with_shares(root: SplittingNode, poses: Sequence[StablePose]) -> SplittingNo
     held = {id(root): root.poses}
     nodes = list(root.walk())
     for node in nodes:
-        homes = {pose: _home(node, pose) for pose in held[id(node)]} if node.parts else {}
+        homes = (
+            {pose: _home(node, pose) for pose in held[id(node)]} if node.parts else {}
+        )
         for part in node.parts:
             held[id(part)] = tuple(pose for pose, home in homes.items() if home is part)
     built: dict[int, SplittingNode] = {}
@@ -114,15 +123,23 @@ def with_shares(root: SplittingNode, poses: Sequence[StablePose]) -> SplittingNo
         elif names:
             total = sum(share.get(pose, 0.0) for pose in names)
             built[id(node)] = replace(
-                node, poses=names, probability=total, parts=parts,
-                transitions=tuple(one.probability / total if total else 0.0 for one in parts))
+                node,
+                poses=names,
+                probability=total,
+                parts=parts,
+                transitions=tuple(
+                    one.probability / total if total else 0.0 for one in parts
+                ),
+            )
     return built[id(root)]
 
 
 def _home(node: SplittingNode, pose: int) -> SplittingNode:
     """The part that a pose goes on into: of two with the pose, the one that is no mere shelf."""
-    return max((part for part in node.parts if pose in part.poses),
-               key=lambda part: (len(part.poses), part.probability))
+    return max(
+        (part for part in node.parts if pose in part.poses),
+        key=lambda part: (len(part.poses), part.probability),
+    )
 
 
 def levels_above(root: SplittingNode, pose: int) -> list[tuple[float, tuple[int, ...]]]:
@@ -142,7 +159,8 @@ def levels_above(root: SplittingNode, pose: int) -> list[tuple[float, tuple[int,
     return found
 
 
-def poses_within(levels: Sequence[tuple[float, tuple[int, ...]]], energy: float,
-                 every: Sequence[int]) -> tuple[int, ...]:
+def poses_within(
+    levels: Sequence[tuple[float, tuple[int, ...]]], energy: float, every: Sequence[int]
+) -> tuple[int, ...]:
     """Poses that can still be reached at an energy over weight (metres)."""
     return [tuple(every), *(poses for level, poses in levels if energy < level)][-1]

@@ -42,8 +42,9 @@ FEW_PAIRS = 128
 without symmetry few faces are alike, by chance only, and none of the pairs fits."""
 
 
-def symmetry_groups(part: Part, found: Equilibria, pose: Index,
-                    surface: "Callable[[], SurfaceTrial]") -> Index:
+def symmetry_groups(
+    part: Part, found: Equilibria, pose: Index, surface: "Callable[[], SurfaceTrial]"
+) -> Index:
     """Group number of each pose (P,), by their first pose; `pose` (S,): -1 for shelves."""
     poses = int(pose.max()) + 1
     alone = np.arange(poses)
@@ -57,8 +58,10 @@ def symmetry_groups(part: Part, found: Equilibria, pose: Index,
     # Few pairs of like faces, and no rotation that fits polygons and inertia.
     tried = list(islice(_pairs(kind, shared), FEW_PAIRS + 1))
     if len(tried) <= FEW_PAIRS and not any(
-            is_kept(part.inertia, rotation, SYMMETRY)
-            for face, other in tried for rotation in candidates(frames, face, other)):
+        is_kept(part.inertia, rotation, SYMMETRY)
+        for face, other in tried
+        for rotation in candidates(frames, face, other)
+    ):
         return alone
     trial = surface()
     orbit = _orbits(found, trial.refine(found, kind), pose, frames, trial)
@@ -67,8 +70,13 @@ def symmetry_groups(part: Part, found: Equilibria, pose: Index,
     return connections.component_labels(poses + pose.shape[0], links)[:poses]
 
 
-def _orbits(found: Equilibria, kind: Index, pose: Index, frames: Callable[[int], Frame],
-            trial: "SurfaceTrial") -> Index:
+def _orbits(
+    found: Equilibria,
+    kind: Index,
+    pose: Index,
+    frames: Callable[[int], Frame],
+    trial: "SurfaceTrial",
+) -> Index:
     """Number (S,) of each stable face's orbit under the rotations that the surface allows.
 
     All of them take the first face of a kind to another or to itself.
@@ -93,9 +101,15 @@ def _orbits(found: Equilibria, kind: Index, pose: Index, frames: Callable[[int],
 def kinds_of(found: Equilibria) -> Index:
     """Stable faces that agree in height, area, solid angle and number of corners."""
     arrays, faces = found.body.arrays, found.faces
-    corners = (arrays.face_start[faces + 1] - arrays.face_start[faces]).astype(np.float64)
-    return ties((found.heights, SYMMETRY), (corners, 0.5), (arrays.area[faces], SYMMETRY),
-                (arrays.angle[faces], SYMMETRY))
+    corners = (arrays.face_start[faces + 1] - arrays.face_start[faces]).astype(
+        np.float64
+    )
+    return ties(
+        (found.heights, SYMMETRY),
+        (corners, 0.5),
+        (arrays.area[faces], SYMMETRY),
+        (arrays.angle[faces], SYMMETRY),
+    )
 
 
 def _shared(kind: Index, pose: Index) -> Index:
@@ -116,7 +130,9 @@ def _pairs(kind: Index, shared: Index) -> Iterator[tuple[int, int]]:
         yield kinds.setdefault(number, face), face
 
 
-def candidates(frames: Callable[[int], Frame], face: int, other: int) -> Iterator[Array]:
+def candidates(
+    frames: Callable[[int], Frame], face: int, other: int
+) -> Iterator[Array]:
     """Rotations but the identity that take one contact polygon to the other, corner to corner."""
     here, there = frames(face), frames(other)
     start, count = int(np.argmax(here.size)), len(here.size)
@@ -126,7 +142,10 @@ def candidates(frames: Callable[[int], Frame], face: int, other: int) -> Iterato
     for turn in range(1 if face == other else 0, count):
         begin = turn if face == other else (turn - start) % count
         shift = (begin + start) % count
-        if like[shift] and np.abs(twice[begin:begin + count] - here.size).max() <= SYMMETRY:
+        if (
+            like[shift]
+            and np.abs(twice[begin : begin + count] - here.size).max() <= SYMMETRY
+        ):
             yield _axes(there.normal, there.corners[shift] / there.size[shift]).T @ axes
 
 
@@ -143,7 +162,7 @@ def frame_of(found: Equilibria, stable: int) -> Frame:
     foot = found.body.arrays.distance[face] * normal
     corners = found.body.polygon(face) - foot
     corners = corners - np.outer(corners @ normal, normal)
-    return Frame(corners, np.sqrt((corners ** 2).sum(axis=1)), normal)
+    return Frame(corners, np.sqrt((corners**2).sum(axis=1)), normal)
 
 
 OVERHEAD = 64  # cost of setting up one comparison, in features compared
@@ -181,7 +200,9 @@ class SurfaceTrial:
     def is_turned(self, axis: Array) -> bool:
         """Whether all regions face the axis or away from it, as those of a turned part do."""
         place, normal = self.regions.rows[:, :3], self.regions.rows[:, 3:6]
-        return bool((np.abs((np.cross(place, normal) * axis).sum(axis=1)) < SYMMETRY).all())
+        return bool(
+            (np.abs((np.cross(place, normal) * axis).sum(axis=1)) < SYMMETRY).all()
+        )
 
     def holds(self, rotation: Array) -> bool:
         """Whether the rotation carries surface and inertia into themselves."""
@@ -192,13 +213,16 @@ class SurfaceTrial:
             return False
         lost = self._first_unmatched(self.regions, rotation, _ALL)
         if lost >= 0:
-            self.probes = [lost, *self.probes][:2 * PROBES]
+            self.probes = [lost, *self.probes][: 2 * PROBES]
             return False
-        return (not len(self.corners.rows)
-                or self._first_unmatched(self.corners, rotation, _ALL) < 0)
+        return (
+            not len(self.corners.rows)
+            or self._first_unmatched(self.corners, rotation, _ALL) < 0
+        )
 
-    def _first_unmatched(self, features: nearness.FeatureGrid, rotation: Array, chosen: Index
-                         ) -> int:
+    def _first_unmatched(
+        self, features: nearness.FeatureGrid, rotation: Array, chosen: Index
+    ) -> int:
         """First feature that meets no like one where the rotation puts it, -1 for none."""
         self.effort += OVERHEAD + (len(chosen) or len(features.rows))
         return nearness.first_unmatched(features, rotation, chosen)

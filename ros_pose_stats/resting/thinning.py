@@ -15,7 +15,9 @@ FINE = 1000  # corners off all runs up to which a body stays as the file has it:
 GRID = 7
 """Directions a turn for every five sides: so that the deepest corner left out is no deeper."""
 
-SHARP = 1.25  # turns of a polygon of so many sides, from which on an outline has a corner
+SHARP = (
+    1.25  # turns of a polygon of so many sides, from which on an outline has a corner
+)
 
 TIE = 1e-7
 """Corners this close to the farthest, in radii, are as far: the other end of a straight edge."""
@@ -36,7 +38,9 @@ def thin_out(outline: Outline, arrays: convex_body.BodyArrays, sides: int) -> No
         return
     others = outline.count - len(outline.points) + int((outline.keeps & taken).sum())
     # Neighbours of each corner over the edges: where they begin, and their numbers.
-    first = np.append(0, np.cumsum(np.bincount(arrays.corner, minlength=len(outline.points))))
+    first = np.append(
+        0, np.cumsum(np.bincount(arrays.corner, minlength=len(outline.points)))
+    )
     beside = arrays.corner[arrays.twin[np.argsort(arrays.corner, kind="stable")]]
     moments = scatter(outline.points[arrays.corner])
     axes = np.ascontiguousarray(principal_axes.principal_axes(moments)[1].T)
@@ -49,13 +53,17 @@ def thin_out(outline: Outline, arrays: convex_body.BodyArrays, sides: int) -> No
         if twelfths == 12:
             # Over a rim about the poles there are the fewest directions: a prism's axis is there.
             turned = [np.roll(axes, turn, axis=0) for turn in range(3)]
-            found = [hull.outermost_corners(outline.points, first, beside, one, grid, TIE)
-                     for one in turned]
+            found = [
+                hull.outermost_corners(outline.points, first, beside, one, grid, TIE)
+                for one in turned
+            ]
             counts = [int((one & free).sum()) for one in found]
             best = counts.index(min(counts))
             poles, chosen = turned[best], found[best]
         else:
-            chosen = hull.outermost_corners(outline.points, first, beside, poles, grid, TIE)
+            chosen = hull.outermost_corners(
+                outline.points, first, beside, poles, grid, TIE
+            )
         chosen |= _corners_of_flats(outline.points, arrays, 2.0 * np.pi / level)
         if (chosen & free).sum() + others <= ENOUGH:
             break
@@ -63,7 +71,9 @@ def thin_out(outline: Outline, arrays: convex_body.BodyArrays, sides: int) -> No
     outline.keeps &= chosen | taken
 
 
-def _corners_of_flats(points: Array, arrays: convex_body.BodyArrays, step: float) -> Mask:
+def _corners_of_flats(
+    points: Array, arrays: convex_body.BodyArrays, step: float
+) -> Mask:
     """Where the outline of a face turns that is wider than a facet of the free form.
 
     Few directions have such a corner farthest out, and without it the face would be another one.
@@ -73,7 +83,11 @@ def _corners_of_flats(points: Array, arrays: convex_body.BodyArrays, step: float
     edge /= lengths(edge)[:, None]
     turns = lengths(edge[arrays.follow] - edge) > SHARP * step
     found = np.zeros(len(points), dtype=np.bool_)
-    found[arrays.corner[arrays.follow[turns & (arrays.area > step * longest)[arrays.face]]]] = True
+    found[
+        arrays.corner[
+            arrays.follow[turns & (arrays.area > step * longest)[arrays.face]]
+        ]
+    ] = True
     return found
 
 
@@ -108,12 +122,19 @@ def plan_sides(wholes: list[Whole], corners: int, sides: int) -> None:
     for one in wholes:
         groups[id(one.group)].append(one)
     profiles = [sides * share // 12 for share in (12, 8, 6, 4, 3, 2)]
-    plans = [(sides, level) for level in profiles if level >= FEWEST_ALONG or level == sides]
-    plans += [(sides // k, max(COARSEST, sides // k)) for k in (2, 3)
-              if sides % k == 0 and sides // k >= COARSEST]
+    plans = [
+        (sides, level) for level in profiles if level >= FEWEST_ALONG or level == sides
+    ]
+    plans += [
+        (sides // k, max(COARSEST, sides // k))
+        for k in (2, 3)
+        if sides % k == 0 and sides // k >= COARSEST
+    ]
     for rest, level in plans:
         # The height of the arc over one side of a polygon of radius 1.
-        tolerance = 1.0 - float(elementary.sines_cosines(np.array([np.pi / level]))[1][0])
+        tolerance = 1.0 - float(
+            elementary.sines_cosines(np.array([np.pi / level]))[1][0]
+        )
         for group in groups.values():
             _plan_profile(group, tolerance)
         for one in wholes:
@@ -131,11 +152,13 @@ def _plan_profile(wholes: list[Whole], tolerance: float) -> None:
     profile = np.array([(one.height - middle, one.rim.radius) for one in wholes])
     step = np.diff(profile, axis=0)
     # The foot of the centre of mass lies on a facet that the body can roll on.
-    rolls = (((profile[:-1] * step).sum(axis=1) < 0.0) & ((profile[1:] * step).sum(axis=1) > 0.0))
+    rolls = ((profile[:-1] * step).sum(axis=1) < 0.0) & (
+        (profile[1:] * step).sum(axis=1) > 0.0
+    )
     fixed = np.zeros(len(wholes), dtype=np.bool_)
     fixed[0] = fixed[-1] = True
     for k, one in enumerate(wholes):
-        one.rolls = bool(rolls[max(k - 1, 0):k + 1].any())
+        one.rolls = bool(rolls[max(k - 1, 0) : k + 1].any())
         fixed[k] |= one.rolls
         one.sides = int(fixed[k])
     waiting = list(pairwise(np.flatnonzero(fixed).tolist()))
@@ -144,7 +167,7 @@ def _plan_profile(wholes: list[Whole], tolerance: float) -> None:
         if high - low < 2:
             continue
         chord = profile[high] - profile[low]
-        away = profile[low + 1:high] - profile[low]
+        away = profile[low + 1 : high] - profile[low]
         beyond = np.abs(away[:, 0] * chord[1] - away[:, 1] * chord[0])
         beyond /= np.sqrt((chord * chord).sum())
         if beyond.max() <= tolerance:

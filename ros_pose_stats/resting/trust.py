@@ -29,9 +29,15 @@ def pose_remarks(resting: poses.RestingPoses) -> Remarks:
     """Remarks on a part's poses that hold for every method; made once."""
     if resting not in _REMARKS:
         warnings = (_coarse(resting), _marginal(resting.poses))
-        notes = (_rounded(resting.body), _clustered(resting), _shallow(resting.poses),
-                 _near_tie(resting))
-        _REMARKS[resting] = Remarks(tuple(filter(None, warnings)), tuple(filter(None, notes)))
+        notes = (
+            _rounded(resting.body),
+            _clustered(resting),
+            _shallow(resting.poses),
+            _near_tie(resting),
+        )
+        _REMARKS[resting] = Remarks(
+            tuple(filter(None, warnings)), tuple(filter(None, notes))
+        )
     return _REMARKS[resting]
 
 
@@ -39,9 +45,11 @@ def _rounded(body: convex_body.ConvexBody) -> str:
     if not body.rounded:
         return ""
     sides = sorted({run.sides for run in body.runs if run.sides})
-    return (f"ROUNDED: {text.several(body.rounded, 'round edge')} of the hull "
-            f"{'is taken as a polygon' if body.rounded == 1 else 'are taken as polygons'} of "
-            f"{' or '.join(map(str, sides))} sides a turn, whatever the file has.")
+    return (
+        f"ROUNDED: {text.several(body.rounded, 'round edge')} of the hull "
+        f"{'is taken as a polygon' if body.rounded == 1 else 'are taken as polygons'} of "
+        f"{' or '.join(map(str, sides))} sides a turn, whatever the file has."
+    )
 
 
 def _coarse(resting: poses.RestingPoses) -> str:
@@ -49,9 +57,11 @@ def _coarse(resting: poses.RestingPoses) -> str:
     angle = curve_angle(resting)
     if not angle:
         return ""
-    return (f"COARSE_CURVE: poses lie on a curve that is taken as the file has it, in facets that "
-            f"turn by {math.degrees(angle):.2g} degrees each; with half as large ones shares "
-            f"change by up to {tolerances.EXPORTS_DIFFER} points, and no size is the right one.")
+    return (
+        f"COARSE_CURVE: poses lie on a curve that is taken as the file has it, in facets that "
+        f"turn by {math.degrees(angle):.2g} degrees each; with half as large ones shares "
+        f"change by up to {tolerances.EXPORTS_DIFFER} points, and no size is the right one."
+    )
 
 
 def curve_angle(resting: poses.RestingPoses) -> float:
@@ -62,7 +72,9 @@ def curve_angle(resting: poses.RestingPoses) -> float:
     """
     found, body, arrays = resting.equilibria, resting.body, resting.body.arrays
     there = arrays.face[arrays.twin]
-    turn = 2.0 * np.arcsin(0.5 * lengths(arrays.normal[arrays.face] - arrays.normal[there]))
+    turn = 2.0 * np.arcsin(
+        0.5 * lengths(arrays.normal[arrays.face] - arrays.normal[there])
+    )
     small = turn < tolerances.CURVED
     narrow = arrays.inset < tolerances.NARROW * turn * arrays.distance[arrays.face]
     bent = arrays.face[~small & (turn < tolerances.BENT)]
@@ -97,9 +109,11 @@ def _clustered(resting: poses.RestingPoses) -> str:
     merged = [pose for pose in resting.poses if len(pose.members) > 1]
     if not merged:
         return ""
-    return (f"CLUSTERED: {len(merged)} of {len(resting.poses)} poses "
-            f"{_verb(merged, 'gathers', 'gather')} several stable faces, parted by low barriers "
-            f"only, as on a curve or a slender bar; their probabilities are added.")
+    return (
+        f"CLUSTERED: {len(merged)} of {len(resting.poses)} poses "
+        f"{_verb(merged, 'gathers', 'gather')} several stable faces, parted by low barriers "
+        f"only, as on a curve or a slender bar; their probabilities are added."
+    )
 
 
 def _marginal(poses: Sequence[StablePose]) -> str:
@@ -107,20 +121,28 @@ def _marginal(poses: Sequence[StablePose]) -> str:
     if not found or len(poses) == 1:
         return ""
     least = math.degrees(min(pose.margin for pose in found))
-    return (f"MARGINAL_POSE: {_named(found)} {_verb(found, 'topples', 'topple')} at a tilt of the "
-            f"plate of {least:.2g} degrees; a small change of shape or plate ends it, and "
-            f"estimators other than eae, meae and split jump there.")
+    return (
+        f"MARGINAL_POSE: {_named(found)} {_verb(found, 'topples', 'topple')} at a tilt of the "
+        f"plate of {least:.2g} degrees; a small change of shape or plate ends it, and "
+        f"estimators other than eae, meae and split jump there."
+    )
 
 
 def _shallow(poses: Sequence[StablePose]) -> str:
-    deepest = max((pose.barrier for pose in poses if math.isfinite(pose.barrier)), default=0.0)
-    found = [pose for pose in poses if pose.barrier < tolerances.SHALLOW_BARRIER * deepest]
+    deepest = max(
+        (pose.barrier for pose in poses if math.isfinite(pose.barrier)), default=0.0
+    )
+    found = [
+        pose for pose in poses if pose.barrier < tolerances.SHALLOW_BARRIER * deepest
+    ]
     if not found:
         return ""
     least = 1e3 * min(pose.barrier for pose in found)
-    return (f"SHALLOW_POSE: {_named(found)} {_verb(found, 'is', 'are')} left at a far smaller "
-            f"rise of the centre of mass than others, the shallowest at {least:.2g} mm; a "
-            f"vibrating feeder empties {_verb(found, 'it', 'them')}.")
+    return (
+        f"SHALLOW_POSE: {_named(found)} {_verb(found, 'is', 'are')} left at a far smaller "
+        f"rise of the centre of mass than others, the shallowest at {least:.2g} mm; a "
+        f"vibrating feeder empties {_verb(found, 'it', 'them')}."
+    )
 
 
 def _near_tie(resting: poses.RestingPoses) -> str:
@@ -128,9 +150,11 @@ def _near_tie(resting: poses.RestingPoses) -> str:
     if not tolerances.EXACT_TIE < gap < tolerances.NEAR_TIE:
         return ""
     apart = 1e3 * gap * resting.body.radius
-    return (f"NEAR_TIE: two ways from pose to pose differ by {apart:.2g} mm in height only; which "
-            f"one opens first, and so where the part goes as it calms down, hangs on details of "
-            f"its shape.")
+    return (
+        f"NEAR_TIE: two ways from pose to pose differ by {apart:.2g} mm in height only; which "
+        f"one opens first, and so where the part goes as it calms down, hangs on details of "
+        f"its shape."
+    )
 
 
 def _smallest_gap(resting: poses.RestingPoses) -> float:
@@ -147,7 +171,9 @@ def _smallest_gap(resting: poses.RestingPoses) -> float:
 def _named(poses: Sequence[StablePose]) -> str:
     names = ", ".join(str(pose.index) for pose in poses[:MOST_NAMED])
     more = len(poses) - MOST_NAMED
-    return f"{_verb(poses, 'pose', 'poses')} {names}" + (f" and {more} more" if more > 0 else "")
+    return f"{_verb(poses, 'pose', 'poses')} {names}" + (
+        f" and {more} more" if more > 0 else ""
+    )
 
 
 def _verb(poses: Sequence[StablePose], one: str, many: str) -> str:

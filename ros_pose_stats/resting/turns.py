@@ -17,11 +17,15 @@ LARGEST_STEP = np.radians(24.8)  # facets of a round surface turn by less
 SAME_AXIS = 1e-3  # sine of the angle within which two axes are one
 LEVEL = 1e-4  # sine of the angle to the axis within which a facet is along it
 NEAR = 0.05  # share of its radius within which a facet is one of a round surface
-LARGEST_BEND = 0.4  # radians to a neighbour, from which on both are no facets of one curve
+LARGEST_BEND = (
+    0.4  # radians to a neighbour, from which on both are no facets of one curve
+)
 TINY = 1e-12  # a share, angle or weight that is as good as none
 
 
-def axis_offsets(body: convex_body.ConvexBody, pose_of_face: Index, downs: Array) -> Array:
+def axis_offsets(
+    body: convex_body.ConvexBody, pose_of_face: Index, downs: Array
+) -> Array:
     """How far (P,) the centre of mass lies beside the axis of full cylinders poses roll on."""
     normal, distance = body.arrays.normal, body.arrays.distance
     found = np.zeros(len(downs))
@@ -29,7 +33,10 @@ def axis_offsets(body: convex_body.ConvexBody, pose_of_face: Index, downs: Array
         if run.kind != "round" or not run.full:
             continue
         mine = (body.run_of_face >= 0) & (np.abs(along(normal, run.axis)) < LEVEL)
-        mine &= np.abs(distance - along(normal, run.center) - run.radius) < NEAR * run.radius
+        mine &= (
+            np.abs(distance - along(normal, run.center) - run.radius)
+            < NEAR * run.radius
+        )
         # A flat that facets of a thin rim lead to does not roll.
         mine &= np.abs(along(downs, run.axis))[pose_of_face] < UPRIGHT
         beside = length(run.center - along(run.center[None], run.axis) * run.axis)
@@ -37,8 +44,13 @@ def axis_offsets(body: convex_body.ConvexBody, pose_of_face: Index, downs: Array
     return found
 
 
-def curves(body: convex_body.ConvexBody, inertia: Array, pose_of_face: Index, lowest: Index,
-           downs: Array) -> tuple[Array, Array]:
+def curves(
+    body: convex_body.ConvexBody,
+    inertia: Array,
+    pose_of_face: Index,
+    lowest: Index,
+    downs: Array,
+) -> tuple[Array, Array]:
     """Share (P,) of curves in what leads to each pose, and how far (P,) they lie across it.
 
     Rocking is a turn about the generators of a curve. It lasts, since narrow facets take little of
@@ -59,19 +71,36 @@ def curves(body: convex_body.ConvexBody, inertia: Array, pose_of_face: Index, lo
     middle = np.add.reduceat(begin, first) / np.diff(arrays.face_start)[:, None]
     lever = np.square((np.cross(middle, arrays.normal)[face] * edge).sum(axis=1))
     about = ((edge @ inertia) * edge).sum(axis=1)
-    half = np.square(0.5 * arrays.area[face] / size)  # of the facet's width across the side
+    half = np.square(
+        0.5 * arrays.area[face] / size
+    )  # of the facet's width across the side
     contact = about + np.square(arrays.distance[face]) + lever
     smooth = curve * size
     # Of the energy in a radian: each facet takes what a slam on a flat of its width takes.
-    curve *= np.maximum((contact - half) / (contact + half), TINY)**(2.0 / np.maximum(turn, TINY))
+    curve *= np.maximum((contact - half) / (contact + half), TINY) ** (
+        2.0 / np.maximum(turn, TINY)
+    )
     full, angle = _on_full_turns(body), np.bincount(pose_of_face, arrays.angle, poses)
-    share = np.bincount(pose_of_face, arrays.angle * np.where(
-        full, np.minimum.reduceat(curve, first), np.maximum.reduceat(curve, first)), poses) / angle
+    share = (
+        np.bincount(
+            pose_of_face,
+            arrays.angle
+            * np.where(
+                full,
+                np.minimum.reduceat(curve, first),
+                np.maximum.reduceat(curve, first),
+            ),
+            poses,
+        )
+        / angle
+    )
     curve[full[face]] = 0.0
     lies = np.maximum.reduceat(curve, first)[lowest][pose_of_face]
     each = lies * arrays.angle / np.maximum(np.add.reduceat(smooth, first), TINY)
     weight = each[face] * smooth * curve * np.sqrt(lever / (about + lever))
-    by_face = np.add.reduceat(weight[:, None, None] * edge[:, :, None] * edge[:, None, :], first)
+    by_face = np.add.reduceat(
+        weight[:, None, None] * edge[:, :, None] * edge[:, None, :], first
+    )
     tensor = np.zeros((poses, 3, 3))  # of each pose's own faces, and then of all others
     np.add.at(tensor, pose_of_face, by_face)
     tensor = tensor.sum(axis=0) - tensor
@@ -88,13 +117,16 @@ def _on_full_turns(body: convex_body.ConvexBody) -> Mask:
         if run.full:
             up = along(arrays.normal, run.axis)
             reach = np.sqrt(np.maximum(1.0 - up * up, 0.0)) * run.radius
-            found |= np.abs(arrays.distance - along(arrays.normal, run.center)
-                            - reach) < NEAR * run.radius
+            found |= (
+                np.abs(arrays.distance - along(arrays.normal, run.center) - reach)
+                < NEAR * run.radius
+            )
     return found
 
 
-def rolling_axes(body: convex_body.ConvexBody, downs: Array, heights: Array, tolerance: float
-                 ) -> tuple[Mask, Array]:
+def rolling_axes(
+    body: convex_body.ConvexBody, downs: Array, heights: Array, tolerance: float
+) -> tuple[Mask, Array]:
     """Which poses roll: can be turned by 90 degrees about a run's axis and stay that low.
 
     `tolerance`: rise over the height that does not stop a roll. That axis too (P, 3), of either
@@ -107,39 +139,62 @@ def rolling_axes(body: convex_body.ConvexBody, downs: Array, heights: Array, tol
         candidate = others[0]
         others = others[lengths(cross(others, candidate)) > SAME_AXIS]
         for pose in np.flatnonzero(np.abs(along(downs, candidate)) < UPRIGHT).tolist():
-            if can_roll(body.points, downs[pose], candidate, (1.0 + tolerance) * heights[pose]):
+            if can_roll(
+                body.points, downs[pose], candidate, (1.0 + tolerance) * heights[pose]
+            ):
                 axis[pose] = 0.0 if rolls[pose] else candidate
                 rolls[pose] = True
     return rolls, axis
 
 
-def yaw_symmetries(part: Part, found: equilibria.Equilibria, lowest: Index,
-                   trial: Callable[[], symmetry.SurfaceTrial]) -> Index:
+def yaw_symmetries(
+    part: Part,
+    found: equilibria.Equilibria,
+    lowest: Index,
+    trial: Callable[[], symmetry.SurfaceTrial],
+) -> Index:
     """Turns about the vertical (P,) that leave the part in a pose as it is.
 
     n-fold; 1 for no symmetry, and in doubt; 0 for any angle, where all that is turned is round.
     """
     number = np.ones(len(lowest), dtype=np.int64)
-    plain = convex_body.convex_body(part, 0)  # the surface has the file's own facets alone
+    plain = convex_body.convex_body(
+        part, 0
+    )  # the surface has the file's own facets alone
     for pose, face in enumerate(lowest.tolist()):
         facet = int(along(plain.arrays.normal, found.downs[face]).argmax())
         down = plain.arrays.normal[facet]
         if not is_kept(part.inertia, _turn_matrix(down, np.pi), SYMMETRY):
             continue  # whose axis would be a principal one
-        runs = [run for run in found.body.runs if run.full
-                and abs(float(along(down[None], run.axis)[0])) > 1.0 - SYMMETRY]
-        corners = int(plain.arrays.face_start[facet + 1] - plain.arrays.face_start[facet])
+        runs = [
+            run
+            for run in found.body.runs
+            if run.full and abs(float(along(down[None], run.axis)[0])) > 1.0 - SYMMETRY
+        ]
+        corners = int(
+            plain.arrays.face_start[facet + 1] - plain.arrays.face_start[facet]
+        )
         order = _order(part, down, {corners, *(run.corners for run in runs)}, trial)
-        is_round = runs and order * LARGEST_STEP > 2.0 * np.pi and trial().is_turned(down)
+        is_round = (
+            runs and order * LARGEST_STEP > 2.0 * np.pi and trial().is_turned(down)
+        )
         number[pose] = 0 if is_round else order
     return number
 
 
-def _order(part: Part, down: Array, divisions: set[int],
-           trial: Callable[[], symmetry.SurfaceTrial]) -> int:
+def _order(
+    part: Part,
+    down: Array,
+    divisions: set[int],
+    trial: Callable[[], symmetry.SurfaceTrial],
+) -> int:
     """Order of the symmetry about a direction, one that divides one of these numbers."""
-    orders = {order for sides in divisions
-              for order in range(2, sides + 1) if sides % order == 0}
+    orders = {
+        order
+        for sides in divisions
+        for order in range(2, sides + 1)
+        if sides % order == 0
+    }
     for order in sorted(orders, reverse=True):
         turn = _turn_matrix(down, 2.0 * np.pi / order)
         if not is_kept(part.inertia, turn, SYMMETRY):
@@ -156,6 +211,10 @@ def _turn_matrix(axis: Array, angle: float) -> Array:
     cos, sin = math.cos(angle), math.sin(angle)
     x, y, z = axis.tolist()
     a, b, c = (1.0 - cos) * x, (1.0 - cos) * y, (1.0 - cos) * z
-    return np.array([(a * x + cos, a * y - sin * z, a * z + sin * y),
-                     (b * x + sin * z, b * y + cos, b * z - sin * x),
-                     (c * x - sin * y, c * y + sin * x, c * z + cos)])
+    return np.array(
+        [
+            (a * x + cos, a * y - sin * z, a * z + sin * y),
+            (b * x + sin * z, b * y + cos, b * z - sin * x),
+            (c * x - sin * y, c * y + sin * x, c * z + cos),
+        ]
+    )

@@ -24,18 +24,29 @@ from .lanes import result_of, words_of
 from .stop_signals import within
 
 SERVICE_QUALITY = qos.QoSProfile(
-    history=qos.HistoryPolicy.KEEP_LAST, depth=1000, reliability=qos.ReliabilityPolicy.RELIABLE,
-    durability=qos.DurabilityPolicy.VOLATILE)
+    history=qos.HistoryPolicy.KEEP_LAST,
+    depth=1000,
+    reliability=qos.ReliabilityPolicy.RELIABLE,
+    durability=qos.DurabilityPolicy.VOLATILE,
+)
 """ROS's own depth of ten loses all other requests of a thousand silently."""
 
 THREADS = 3  # those that wait for the disk at the same time wait for it together
 MOST_WAITING = 2000  # requests; the others are left to the middleware
-MOST_NUMBERS, MOST_ALIKE = 1000, 16  # by which clients are told apart; clients of one number
+MOST_NUMBERS, MOST_ALIKE = (
+    1000,
+    16,
+)  # by which clients are told apart; clients of one number
 MISSES = 2  # in a row, after which a client is taken for one that cannot be reached
-FIRST, AGAIN = 1.0, 10.0  # seconds before such a client is tried; the second for all together
+FIRST, AGAIN = (
+    1.0,
+    10.0,
+)  # seconds before such a client is tried; the second for all together
 QUIET = 60.0  # seconds between two warnings of a kind
 
-warnings.filterwarnings("error", "failed to send response", RuntimeWarning, r"rclpy\.service")
+warnings.filterwarnings(
+    "error", "failed to send response", RuntimeWarning, r"rclpy\.service"
+)
 """rclpy warns so of each answer that was thrown away, and that is what tells which ones were.
 
 Those of its action servers it sends from another module, which takes no exception for that.
@@ -44,11 +55,17 @@ Those of its action servers it sends from another module, which takes no excepti
 Steps = Generator[Future[Any], Any, None]
 """What a callback waits for in turn; it is given what comes of each."""
 
-Callback = Callable[[Any, Any], Steps | None]  # of a request and the response to be filled in
+Callback = Callable[
+    [Any, Any], Steps | None
+]  # of a request and the response to be filled in
 
 
-def answered(callback: Callback, say_failure: Callable[[str], object], request: Any,
-             response: Any) -> Future[Any]:
+def answered(
+    callback: Callback,
+    say_failure: Callable[[str], object],
+    request: Any,
+    response: Any,
+) -> Future[Any]:
     """The response, with a refusal as `success = false` and its message."""
     coming_answer: Future[Any] = Future()
 
@@ -100,10 +117,13 @@ Asked = tuple[Client, Client | None]
 class Answers:
     """Works off requests, the clients in turn; while `lock` is held nobody is answered."""
 
-    def __init__(self, warn: Callable[[str], object],
-                 clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self, warn: Callable[[str], object], clock: Callable[[], float] = time.monotonic
+    ) -> None:
         self._warn, self._clock = warn, clock
-        self._by_number: dict[tuple[str, int], list[Client]] = {}  # of their last requests
+        self._by_number: dict[
+            tuple[str, int], list[Client]
+        ] = {}  # of their last requests
         self._lines: deque[Client] = deque()  # clients whose requests wait
         self._waiting, self._closed = 0, False
         self._next_try, self._warned = 0.0, dict[str, float]()
@@ -115,8 +135,10 @@ class Answers:
         """Tell who has given its request this number; of several clients, one that is reached."""
         with self.lock:
             # Of equal ones the last that asked: many at once come one right after the other.
-            alike = sorted(self._by_number.pop((service, number - 1), []),
-                           key=lambda candidate: -candidate.misses)
+            alike = sorted(
+                self._by_number.pop((service, number - 1), []),
+                key=lambda candidate: -candidate.misses,
+            )
             client = alike.pop() if alike else Client()
             if alike:
                 self._by_number[service, number - 1] = alike
@@ -125,7 +147,11 @@ class Answers:
             del there[:-MOST_ALIKE]
             if len(self._by_number) > MOST_NUMBERS:
                 del self._by_number[next(iter(self._by_number))]
-            rival = alike[-1] if alike and client.misses < MISSES <= alike[-1].misses else None
+            rival = (
+                alike[-1]
+                if alike and client.misses < MISSES <= alike[-1].misses
+                else None
+            )
             if rival is not None:
                 rival.is_mixed_up = True
             return client, rival
@@ -152,7 +178,9 @@ class Answers:
         try:
             act()
         except Exception as error:  # which nobody else would hear of
-            self._warn(f"a request could not be answered: {type(error).__name__}: {error}")
+            self._warn(
+                f"a request could not be answered: {type(error).__name__}: {error}"
+            )
 
     def send(self, service: str, asked: Asked, send: Callable[[], object]) -> None:
         """Send an answer, unless its client was surely not reached the last times."""
@@ -166,10 +194,14 @@ class Answers:
         self.last = now
         reached = True
         try:
-            with suppress(exceptions.InvalidHandle):  # the service has ended, and the node with it
+            with suppress(
+                exceptions.InvalidHandle
+            ):  # the service has ended, and the node with it
                 send()
         except Exception as error:
-            if not isinstance(error.__cause__ or error, RuntimeWarning):  # as which it comes out
+            if not isinstance(
+                error.__cause__ or error, RuntimeWarning
+            ):  # as which it comes out
                 self._warn(f"{service}: an answer could not be sent: {words_of(error)}")
                 return
             reached = False
@@ -185,19 +217,26 @@ class Answers:
                 return
             client.misses += 1
             client.due = now + (FIRST if client.misses == MISSES else AGAIN)
-            if client.misses < MISSES or now - self._warned.get(service, -QUIET) < QUIET:
+            if (
+                client.misses < MISSES
+                or now - self._warned.get(service, -QUIET) < QUIET
+            ):
                 return
             self._warned[service] = now
-        self._warn(f"{service}: an answer could not be delivered: expected a client whose quality "
-                   "of service fits the node's (reliable, volatile), got one that cannot be "
-                   "reached; check its quality of service and call again")
+        self._warn(
+            f"{service}: an answer could not be delivered: expected a client whose quality "
+            "of service fits the node's (reliable, volatile), got one that cannot be "
+            "reached; check its quality of service and call again"
+        )
 
-    def wait_until_quiet(self, pause: float, longest: float,
-                         is_busy: Callable[[], bool]) -> None:
+    def wait_until_quiet(
+        self, pause: float, longest: float, is_busy: Callable[[], bool]
+    ) -> None:
         """Let whoever waits be answered, until nobody was for some seconds."""
         begin = self._clock()
         while self._clock() < begin + longest and (
-                is_busy() or self._clock() < max(begin, self.last) + pause):
+            is_busy() or self._clock() < max(begin, self.last) + pause
+        ):
             time.sleep(0.01)
 
     def close(self, seconds: float) -> None:
@@ -214,25 +253,48 @@ class AnsweringNode(nodes.Node):
         self.answers = Answers(lambda line: self.get_logger().warning(line))
         super().__init__(name, **options)
 
-        def send(name: str, send_now: Callable[..., object], response: Any, header: Any) -> None:
-            self.answers.send(name, self.answers.asked(name, header.request_id.sequence_number),
-                              lambda: send_now(response, header))
+        def send(
+            name: str, send_now: Callable[..., object], response: Any, header: Any
+        ) -> None:
+            self.answers.send(
+                name,
+                self.answers.asked(name, header.request_id.sequence_number),
+                lambda: send_now(response, header),
+            )
 
-        for service in self.services:  # of parameters and types, which rclpy has made by itself
-            service.send_response = partial(send, service.srv_name, service.send_response)
+        for (
+            service
+        ) in self.services:  # of parameters and types, which rclpy has made by itself
+            service.send_response = partial(
+                send, service.srv_name, service.send_response
+            )
 
-    def serve(self, kind: Any, name: str, callback: Callback,
-              may_wait: Callable[[Any], bool] = lambda request: True) -> None:
+    def serve(
+        self,
+        kind: Any,
+        name: str,
+        callback: Callback,
+        may_wait: Callable[[Any], bool] = lambda request: True,
+    ) -> None:
         """Make a service that answers in turn, also by a future; `may_wait`: what is not large."""
         service: Any = self.create_service(
-            kind, name, lambda request, response: request, qos_profile=SERVICE_QUALITY,
-            callback_group=callback_groups.MutuallyExclusiveCallbackGroup())
+            kind,
+            name,
+            lambda request, response: request,
+            qos_profile=SERVICE_QUALITY,
+            callback_group=callback_groups.MutuallyExclusiveCallbackGroup(),
+        )
         send_now, answers = service.send_response, self.answers
 
         def answer(asked: Asked, header: Any, request: Any) -> None:
-            coming = answered(callback, self.get_logger().error, request, kind.Response())
-            coming.add_done_callback(lambda done: answers.send(
-                name, asked, lambda: send_now(done.result(), header)))
+            coming = answered(
+                callback, self.get_logger().error, request, kind.Response()
+            )
+            coming.add_done_callback(
+                lambda done: answers.send(
+                    name, asked, lambda: send_now(done.result(), header)
+                )
+            )
 
         def sort_all(request: Any, header: Any) -> None:
             """Sort a request and those behind it; one that may not wait is answered now."""
@@ -244,7 +306,9 @@ class AnsweringNode(nodes.Node):
                         break
                     try:
                         with service.handle:
-                            request, header = service.handle.service_take_request(kind.Request)
+                            request, header = service.handle.service_take_request(
+                                kind.Request
+                            )
                     except exceptions.InvalidHandle:  # of a service that has ended
                         return
                 else:

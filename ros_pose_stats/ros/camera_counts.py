@@ -22,7 +22,9 @@ from .parts import known_part, result_store
 from .recorder import POSE_COUNTS
 from .refusals import COUNTS, MINUTE, SequenceGaps
 
-MOST_BYTES = 2**20  # of a camera's message: counts of some 80 000 poses, or some 16 000 parts seen
+MOST_BYTES = (
+    2**20
+)  # of a camera's message: counts of some 80 000 poses, or some 16 000 parts seen
 DEPTH = 1000  # messages that wait in the middleware
 MOST_AT_ONCE = 2**22  # bytes of messages that are taken together
 OVERHEAD = 1000  # bytes that a message is taken to occupy beside its own, decoded and on its way
@@ -31,22 +33,48 @@ OVERHEAD = 1000  # bytes that a message is taken to occupy beside its own, decod
 class BatchSubscription:
     """Hands all messages that wait over to `take`, in their order, by one thread at a time."""
 
-    def __init__(self, base: Base, kind: type, topic: str, noun: str,
-                 take: Callable[[list[bytes]], object]) -> None:
+    def __init__(
+        self,
+        base: Base,
+        kind: type,
+        topic: str,
+        noun: str,
+        take: Callable[[list[bytes]], object],
+    ) -> None:
         self._log, self._floods = base.node.get_logger(), base.refusals.floods
         self._kind, self._topic, self._noun = kind, topic, noun
-        self._hand_over, self._count_lost = take, partial(base.refusals.count_lost, COUNTS)
-        self._gaps, self._warned, self._lock = SequenceGaps(), -math.inf, threading.Lock()
-        self._came: known_part.Memory[tuple[int, int, int], bool] = known_part.Memory(4 * DEPTH)
+        self._hand_over, self._count_lost = (
+            take,
+            partial(base.refusals.count_lost, COUNTS),
+        )
+        self._gaps, self._warned, self._lock = (
+            SequenceGaps(),
+            -math.inf,
+            threading.Lock(),
+        )
+        self._came: known_part.Memory[tuple[int, int, int], bool] = known_part.Memory(
+            4 * DEPTH
+        )
         group = callback_groups.MutuallyExclusiveCallbackGroup()
         self._subscription: Any = base.node.create_subscription(
-            kind, topic, lambda data, info: self._take_with([(data, info)]), DEPTH, raw=True,
+            kind,
+            topic,
+            lambda data, info: self._take_with([(data, info)]),
+            DEPTH,
+            raw=True,
             callback_group=group,
             event_callbacks=event_handler.SubscriptionEventCallbacks(
-                incompatible_qos=lambda info: None))
-        base.node.create_subscription(kind, topic, self._take_unreliable, qos.QoSProfile(
-            depth=DEPTH, reliability=qos.ReliabilityPolicy.BEST_EFFORT), raw=True,
-            callback_group=group)
+                incompatible_qos=lambda info: None
+            ),
+        )
+        base.node.create_subscription(
+            kind,
+            topic,
+            self._take_unreliable,
+            qos.QoSProfile(depth=DEPTH, reliability=qos.ReliabilityPolicy.BEST_EFFORT),
+            raw=True,
+            callback_group=group,
+        )
 
     def take_waiting(self) -> None:
         """Hand over what the middleware still has, at the end of the node."""
@@ -58,8 +86,10 @@ class BatchSubscription:
         size, handle = sum(len(data) for data, _ in received), self._subscription.handle
         with self._lock:
             with handle:
-                while size < MOST_AT_ONCE and (
-                        waiting := handle.take_message(self._kind, True)) is not None:
+                while (
+                    size < MOST_AT_ONCE
+                    and (waiting := handle.take_message(self._kind, True)) is not None
+                ):
                     received.append(waiting)
                     size += len(waiting[0]) + OVERHEAD
             lost = 0
@@ -69,8 +99,10 @@ class BatchSubscription:
             total = self._count_lost(lost)
             if lost and time.monotonic() - self._warned > MINUTE:
                 self._warned = time.monotonic()
-                self._log.warning(f"{self._topic}: {total} counts lost so far: they come faster "
-                                  "than they can be recorded")
+                self._log.warning(
+                    f"{self._topic}: {total} counts lost so far: they come faster "
+                    "than they can be recorded"
+                )
             fresh = [data for data, info in received if not self._is_copy(data, info)]
             if fresh:
                 self._hand_over(fresh)
@@ -84,7 +116,11 @@ class BatchSubscription:
 
     def _is_copy(self, data: bytes, info: Mapping[str, int]) -> bool:
         """Whether the other subscription had it: a reliable publisher matches both."""
-        sent = info["source_timestamp"], info["publication_sequence_number"], hash(bytes(data))
+        sent = (
+            info["source_timestamp"],
+            info["publication_sequence_number"],
+            hash(bytes(data)),
+        )
         is_copy = self._came.get(sent) is not None
         self._came.put(sent, True)
         return is_copy
@@ -93,7 +129,9 @@ class BatchSubscription:
 COUNTS_TOPIC, OBSERVED_TOPIC = "~/pose_counts", "~/observed_parts"
 MOST_PROBLEMS = 60  # counts that cannot be compared, of which each is told, in a minute
 MOST_PARTS = 10**6  # in one count
-LEAST_CONFIDENCE = 0.5  # a camera that is less sure of a part says nothing about its pose
+LEAST_CONFIDENCE = (
+    0.5  # a camera that is less sure of a part says nothing about its pose
+)
 MOST_SPEEDS, LONGEST_SPEED = 100, 100  # of a feeder, and characters of a name
 
 
@@ -105,22 +143,48 @@ class Cameras:
 
     def __init__(self, base: Base, stores: result_store.Stores) -> None:
         self._settings, self._refusals = base.settings, base.refusals
-        self._log, self._recorder, self._state = base.node.get_logger(), base.recorder, base.state
+        self._log, self._recorder, self._state = (
+            base.node.get_logger(),
+            base.recorder,
+            base.state,
+        )
         self._parts, self._counts, _, self._announcer = stores
         self._subscriptions = [
-            BatchSubscription(base, ObservedParts, OBSERVED_TOPIC, "messages", partial(
-                self._take, OBSERVED_TOPIC, "message", self._count_observed)),
-            BatchSubscription(base, PoseCounts, COUNTS_TOPIC, "counts", partial(
-                self._take, COUNTS_TOPIC, "count", lambda data: part_messages.deserialized(
-                    data, PoseCounts, MOST_BYTES)))]
+            BatchSubscription(
+                base,
+                ObservedParts,
+                OBSERVED_TOPIC,
+                "messages",
+                partial(self._take, OBSERVED_TOPIC, "message", self._count_observed),
+            ),
+            BatchSubscription(
+                base,
+                PoseCounts,
+                COUNTS_TOPIC,
+                "counts",
+                partial(
+                    self._take,
+                    COUNTS_TOPIC,
+                    "count",
+                    lambda data: part_messages.deserialized(
+                        data, PoseCounts, MOST_BYTES
+                    ),
+                ),
+            ),
+        ]
 
     def take_waiting(self) -> None:
         """Take what the middleware still has, at the end of the node."""
         for subscription in self._subscriptions:
             subscription.take_waiting()
 
-    def _take(self, topic: str, noun: str, read: Callable[[bytes], PoseCounts | None],
-              received: list[bytes]) -> None:
+    def _take(
+        self,
+        topic: str,
+        noun: str,
+        read: Callable[[bytes], PoseCounts | None],
+        received: list[bytes],
+    ) -> None:
         """Learn from what was counted, have that on the disk, and put it on record."""
         sound = []
         for data in received:
@@ -144,7 +208,9 @@ class Cameras:
     def _learn(self, counts: PoseCounts) -> None:
         """Learn from counts, or say why not."""
         part, kind = self._parts.current(counts.part_id), "counts of nothing"
-        with nullcontext() if part is None else part.revisions.lock:  # nothing comes in between
+        with (
+            nullcontext() if part is None else part.revisions.lock
+        ):  # nothing comes in between
             part = self._parts.current(counts.part_id)
             problem = count_problem(counts, part, self._settings().plate)
             if not problem and part is not None and part.shown is not None:
@@ -152,60 +218,88 @@ class Cameras:
                     return
                 stamp, kind = counts.header.stamp, "counts that came before"
                 problem = "it came before, and counts once" + (
-                    "" if stamp.sec or stamp.nanosec else
-                    "; fill in header.stamp, which tells equal counts apart")
+                    ""
+                    if stamp.sec or stamp.nanosec
+                    else "; fill in header.stamp, which tells equal counts apart"
+                )
         if self._refusals.floods.count(kind, MOST_PROBLEMS):
             self._log.warning(f"{COUNTS_TOPIC}: recorded, but {problem}")
 
     def _count_observed(self, data: bytes) -> PoseCounts | None:
         """Count the poses of parts that a camera saw on the plate; None where it saw none."""
-        settings, seen = self._settings(), part_messages.observed_parts(data, MOST_BYTES)
+        settings, seen = (
+            self._settings(),
+            part_messages.observed_parts(data, MOST_BYTES),
+        )
         part, confidence = self._parts.current(seen.part_id), seen.confidence
         if len(confidence) not in (0, len(seen.poses)):
-            raise RequestError("a confidence for each of the poses, or none at all",
-                               f"{len(confidence)} for {len(seen.poses)} poses",
-                               "fill in all or none")
+            raise RequestError(
+                "a confidence for each of the poses, or none at all",
+                f"{len(confidence)} for {len(seen.poses)} poses",
+                "fill in all or none",
+            )
         wrong = confidence[(confidence < 0.0) | (confidence > 1.0)]
         if len(wrong):
-            raise RequestError("confidences from 0 to 1", f"{wrong[0]:g}",
-                               "divide percentages by 100")
+            raise RequestError(
+                "confidences from 0 to 1", f"{wrong[0]:g}", "divide percentages by 100"
+            )
         if seen.frame_id not in ("", settings.plate_frame):
             frame = part_requests.shown(settings.plate_frame)
-            raise RequestError(f"poses in the frame {frame} (parameter plate_frame)",
-                               part_requests.shown(seen.frame_id),
-                               "transform them to the plate, z up")
+            raise RequestError(
+                f"poses in the frame {frame} (parameter plate_frame)",
+                part_requests.shown(seen.frame_id),
+                "transform them to the plate, z up",
+            )
         if part is None or part.shown is None:
-            raise RequestError("the part_id of a known part", part_requests.shown(seen.part_id),
-                               "publish its mesh on ~/part_mesh first")
+            raise RequestError(
+                "the part_id of a known part",
+                part_requests.shown(seen.part_id),
+                "publish its mesh on ~/part_mesh first",
+            )
         if not len(seen.poses):
             return None
         latched, scene = part.shown.latched, part.shown.scene
-        poses = classify_orientations(part.part, seen.poses[:, 3:],
-                                      cluster_tolerance=latched.cluster_tolerance,
-                                      round_sides=latched.round_sides)
-        sure = (poses >= 0) & (confidence >= LEAST_CONFIDENCE if len(confidence) else True)
+        poses = classify_orientations(
+            part.part,
+            seen.poses[:, 3:],
+            cluster_tolerance=latched.cluster_tolerance,
+            round_sides=latched.round_sides,
+        )
+        sure = (poses >= 0) & (
+            confidence >= LEAST_CONFIDENCE if len(confidence) else True
+        )
         index, count = np.unique(poses[sure], return_counts=True)
         counts = PoseCounts(
-            part_id=part.part_id, part_digest=part.digest,
-            cluster_tolerance=latched.cluster_tolerance, round_sides=latched.round_sides,
-            plate=settings.plate, index=index.astype(np.uint32), count=count.astype(np.uint64),
+            part_id=part.part_id,
+            part_digest=part.digest,
+            cluster_tolerance=latched.cluster_tolerance,
+            round_sides=latched.round_sides,
+            plate=settings.plate,
+            index=index.astype(np.uint32),
+            count=count.astype(np.uint64),
             drop_height=-1.0 if scene.drop_height is None else scene.drop_height,
-            unclassified=int((~sure).sum()), from_pose=seen.from_pose,
-            feeder_speed=seen.feeder_speed)
+            unclassified=int((~sure).sum()),
+            from_pose=seen.from_pose,
+            feeder_speed=seen.feeder_speed,
+        )
         counts.header.stamp = times.time_message(seen.stamp or times.now())
         counts.header.frame_id = settings.plate_frame
         return counts
 
 
-def count_problem(counts: PoseCounts, part: known_part.KnownPart | None, plate: str) -> str:
+def count_problem(
+    counts: PoseCounts, part: known_part.KnownPart | None, plate: str
+) -> str:
     """Why a camera's count of a part cannot be compared with anything; empty where it can."""
     if len(counts.index) != len(counts.count):
         return f"it has {len(counts.index)} pose indices and {len(counts.count)} counts"
     if part is None or part.shown is None:
         return f"no part {part_requests.shown(counts.part_id)} is known"
     if counts.plate not in ("", plate):
-        return (f"it names the plate {part_requests.shown(counts.plate)}, and the node's is "
-                f"{part_requests.shown(plate)}; name that one, or none")
+        return (
+            f"it names the plate {part_requests.shown(counts.plate)}, and the node's is "
+            f"{part_requests.shown(plate)}; name that one, or none"
+        )
     latched = part.shown.latched
     if counts.part_digest and counts.part_digest != part.digest:
         return f"{part_requests.shown(counts.part_id)} has another part_digest by now"
@@ -213,8 +307,10 @@ def count_problem(counts: PoseCounts, part: known_part.KnownPart | None, plate: 
         return f"it counts more than {MOST_PARTS} parts"
     if counts.from_pose >= 0:
         if not 0 < len(counts.feeder_speed) <= LONGEST_SPEED:
-            return (f"it has a from_pose and {len(counts.feeder_speed)} characters of "
-                    f"feeder_speed; name the feeder's setting in 1 to {LONGEST_SPEED}")
+            return (
+                f"it has a from_pose and {len(counts.feeder_speed)} characters of "
+                f"feeder_speed; name the feeder's setting in 1 to {LONGEST_SPEED}"
+            )
         speeds = part.counts.flips.keys() if part.counts is not None else set()
         if counts.feeder_speed not in speeds and len(speeds) >= MOST_SPEEDS:
             return f"flips at {len(speeds)} feeder_speeds have been counted, the most there are"
@@ -225,4 +321,8 @@ def count_problem(counts: PoseCounts, part: known_part.KnownPart | None, plate: 
         return f"it has {counted}, the results have {numbered}; copy both from PoseStatistics"
     named = {*counts.index, *([counts.from_pose] if counts.from_pose >= 0 else [])}
     unknown = sorted(named - {pose.index for pose in latched.poses})
-    return f"{part_requests.shown(counts.part_id)} has no pose {unknown[0]}" if unknown else ""
+    return (
+        f"{part_requests.shown(counts.part_id)} has no pose {unknown[0]}"
+        if unknown
+        else ""
+    )

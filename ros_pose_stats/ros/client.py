@@ -29,14 +29,23 @@ Tell = Callable[[str], object]
 
 
 @contextmanager
-def ros_node(name: str, arguments: Sequence[str]) -> Iterator[tuple[nodes.Node, StopSignals]]:
+def ros_node(
+    name: str, arguments: Sequence[str]
+) -> Iterator[tuple[nodes.Node, StopSignals]]:
     """A node of one's own, and whether SIGINT or SIGTERM has asked for the end."""
     stop = StopSignals()
     try:
-        rclpy.init(args=list(arguments), signal_handler_options=signals.SignalHandlerOptions.NO)
-    except Exception as error:  # what rcl raises for arguments it cannot parse has no base
-        raise RequestError("ROS arguments that rcl can read", str(error),
-                           "for instance --ros-args -r __ns:=/cell") from error
+        rclpy.init(
+            args=list(arguments), signal_handler_options=signals.SignalHandlerOptions.NO
+        )
+    except (
+        Exception
+    ) as error:  # what rcl raises for arguments it cannot parse has no base
+        raise RequestError(
+            "ROS arguments that rcl can read",
+            str(error),
+            "for instance --ros-args -r __ns:=/cell",
+        ) from error
     node = None
     try:
         node = rclpy.create_node(name)
@@ -44,8 +53,9 @@ def ros_node(name: str, arguments: Sequence[str]) -> Iterator[tuple[nodes.Node, 
     except RequestError:
         raise
     except (exceptions.NameValidationException, ValueError) as error:
-        raise RequestError("the name of a ROS topic or node", str(error),
-                           "for instance /pose_stats") from error
+        raise RequestError(
+            "the name of a ROS topic or node", str(error), "for instance /pose_stats"
+        ) from error
     finally:
         kill_after(PATIENCE)
         if node is not None:
@@ -54,8 +64,12 @@ def ros_node(name: str, arguments: Sequence[str]) -> Iterator[tuple[nodes.Node, 
         rclpy.try_shutdown()
 
 
-def spin_until(node: nodes.Node, stop: StopSignals, ready: Callable[[], bool],
-               seconds: float = math.inf) -> bool:
+def spin_until(
+    node: nodes.Node,
+    stop: StopSignals,
+    ready: Callable[[], bool],
+    seconds: float = math.inf,
+) -> bool:
     """Whether something is so before the seconds are over or the end is asked for."""
     end = time.monotonic() + seconds
     while not (stop.asked or ready()) and time.monotonic() < end:
@@ -63,29 +77,56 @@ def spin_until(node: nodes.Node, stop: StopSignals, ready: Callable[[], bool],
     return ready()
 
 
-def read_part(file: str, unit: str | None, center_of_mass: Sequence[float] | None, part_id: str,
-              mass: float | None, density: float | None) -> tuple[Part, PartMesh]:
+def read_part(
+    file: str,
+    unit: str | None,
+    center_of_mass: Sequence[float] | None,
+    part_id: str,
+    mass: float | None,
+    density: float | None,
+) -> tuple[Part, PartMesh]:
     """The part of a file, with all checks of the node, and its message."""
     part_requests.check_name(part_id)
     mesh = files.read_mesh(file, unit)
     properties = mass_properties.check_given(center_of_mass, mass, None, density)
     part = parts.part_of_file(mesh, properties, part_id)
-    given = (part.mass, part.center_of_mass) if any(
-        value is not None for value in properties) else ()
-    return part, part_messages.part_message(part_requests.PartRequest(
-        part_id, np.asarray(mesh.vertices, dtype=np.float64),
-        np.asarray(mesh.triangles, dtype=np.uint32), mesh.unit, *given), part_id, times.now())
+    given = (
+        (part.mass, part.center_of_mass)
+        if any(value is not None for value in properties)
+        else ()
+    )
+    return part, part_messages.part_message(
+        part_requests.PartRequest(
+            part_id,
+            np.asarray(mesh.vertices, dtype=np.float64),
+            np.asarray(mesh.triangles, dtype=np.uint32),
+            mesh.unit,
+            *given,
+        ),
+        part_id,
+        times.now(),
+    )
 
 
-def publish_part(part: Part, message: PartMesh, restitution: float | None,
-                 drop_height: float | None, topic: str, seconds: float | None,
-                 arguments: Sequence[str], tell: Tell, warn: Tell) -> Iterator[PoseStatistics]:
+def publish_part(
+    part: Part,
+    message: PartMesh,
+    restitution: float | None,
+    drop_height: float | None,
+    topic: str,
+    seconds: float | None,
+    arguments: Sequence[str],
+    tell: Tell,
+    warn: Tell,
+) -> Iterator[PoseStatistics]:
     """Publish a part, latched, until a node has answered; what it latched, nothing after Ctrl-C.
 
     `restitution, drop_height`: default: the node's; `seconds`: default: without end.
     """
     # The node would refuse a scene that is out of range only once the part has arrived there.
-    DropScene(scenes.DEFAULT_RESTITUTION if restitution is None else restitution, drop_height)
+    DropScene(
+        scenes.DEFAULT_RESTITUTION if restitution is None else restitution, drop_height
+    )
     if seconds is not None and not seconds >= 0.0:
         raise RequestError("seconds from 0 on", f"{seconds}", "leave them out to go on")
     message.restitution = -1.0 if restitution is None else restitution
@@ -94,9 +135,14 @@ def publish_part(part: Part, message: PartMesh, restitution: float | None,
 
     def take(result: Message) -> None:
         """Keep a result of this part in this scene."""
-        if (result.part_id, result.part_digest) == (part.part_id, part.digest) and (
-                restitution in (None, result.restitution)) and (
-                drop_height in (None, result.drop_height) or math.isnan(result.drop_height)):
+        if (
+            (result.part_id, result.part_digest) == (part.part_id, part.digest)
+            and (restitution in (None, result.restitution))
+            and (
+                drop_height in (None, result.drop_height)
+                or math.isnan(result.drop_height)
+            )
+        ):
             newest.append((time.monotonic(), result))
 
     def is_complete() -> bool:
@@ -106,7 +152,8 @@ def publish_part(part: Part, message: PartMesh, restitution: float | None,
         stamp, sent = result.header.stamp, message.header.stamp
         is_new = (stamp.sec, stamp.nanosec) >= (sent.sec, sent.nanosec)
         return (is_new and result.drops > 0) or time.monotonic() - came > (
-            PATIENCE if part_builder.is_large(part) and not is_new else UNCHECKED)
+            PATIENCE if part_builder.is_large(part) and not is_new else UNCHECKED
+        )
 
     with ros_node("part_publisher", arguments) as (node, stop):
         publisher = node.create_publisher(PartMesh, topic, LATCHED)
@@ -118,24 +165,33 @@ def publish_part(part: Part, message: PartMesh, restitution: float | None,
         spin_until(node, stop, is_complete, min(left, PATIENCE))
         if not newest and not stop.asked:
             heard = publisher.get_subscription_count()
-            problem = ("a node has the part but no result yet; its log says why" if heard
-                       else f"no node answers on {results}; {START}")
+            problem = (
+                "a node has the part but no result yet; its log says why"
+                if heard
+                else f"no node answers on {results}; {START}"
+            )
             if left <= PATIENCE:
                 raise RequestError(f"a result within {seconds:g} s", "none", problem)
             warn(f"{problem}. Publishing on until one answers, or Ctrl-C")
-            if not spin_until(node, stop, is_complete, left - PATIENCE) and not stop.asked:
+            if (
+                not spin_until(node, stop, is_complete, left - PATIENCE)
+                and not stop.asked
+            ):
                 raise RequestError(f"a result within {seconds:g} s", "none", problem)
         if newest:
             yield statistics_of_message(newest[-1][1])
 
 
-def latched_results(name: str, part_id: str, watch: bool, arguments: Sequence[str]
-                    ) -> Iterator[tuple[PoseStatistics, ...]]:
+def latched_results(
+    name: str, part_id: str, watch: bool, arguments: Sequence[str]
+) -> Iterator[tuple[PoseStatistics, ...]]:
     """What the node of a name has latched, of one part or all; then, watched, each new result."""
     news: list[Message] = []
     with ros_node("pose_stats_show", arguments) as (node, stop):
         if watch:
-            node.create_subscription(Message, f"{name}/pose_statistics", news.append, LATCHED)
+            node.create_subscription(
+                Message, f"{name}/pose_statistics", news.append, LATCHED
+            )
         service = node.create_client(GetStatistics, f"{name}/get_statistics")
         end = time.monotonic() + PATIENCE
         answer = None
@@ -148,16 +204,27 @@ def latched_results(name: str, part_id: str, watch: bool, arguments: Sequence[st
         if stop.asked:
             return
         if answer is None:
-            raise RequestError(f"a node that answers on {name}/get_statistics",
-                               f"none within {PATIENCE:g} s", f"{START}, or give its --node")
+            raise RequestError(
+                f"a node that answers on {name}/get_statistics",
+                f"none within {PATIENCE:g} s",
+                f"{START}, or give its --node",
+            )
         shown = {one.part_id: one.revision for one in answer.statistics}
         if part_id and part_id not in shown:
-            raise RequestError(f"a part that the node has a result of ({', '.join(shown)})",
-                               f"'{part_id}'", "publish it first")
-        yield tuple(statistics_of_message(one) for one in answer.statistics
-                    if part_id in ("", one.part_id))
+            raise RequestError(
+                f"a part that the node has a result of ({', '.join(shown)})",
+                f"'{part_id}'",
+                "publish it first",
+            )
+        yield tuple(
+            statistics_of_message(one)
+            for one in answer.statistics
+            if part_id in ("", one.part_id)
+        )
         while watch and spin_until(node, stop, lambda: bool(news)):
             result = news.pop(0)
-            if part_id in ("", result.part_id) and result.revision != shown.get(result.part_id):
+            if part_id in ("", result.part_id) and result.revision != shown.get(
+                result.part_id
+            ):
                 shown[result.part_id] = result.revision
                 yield (statistics_of_message(result),)

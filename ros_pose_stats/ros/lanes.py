@@ -35,8 +35,11 @@ def ending() -> NotDoneError:
 
 def words_of(error: BaseException) -> str:
     """What a client is told of an error: a refusal as it is, all else as an internal failure."""
-    return str(error) if isinstance(error, PoseStatsError) else (
-        f"internal failure: {type(error).__name__}: {error}")
+    return (
+        str(error)
+        if isinstance(error, PoseStatsError)
+        else (f"internal failure: {type(error).__name__}: {error}")
+    )
 
 
 def result_of(coming: Future[T]) -> T:
@@ -66,14 +69,19 @@ class Rank(IntEnum):
     LATER = 3  # when nothing else waits; holds on to little
 
 
-MOST_WAITING = {Lane.QUICK: (64, "meshes of a kind"), Lane.SLOW: (64, "large meshes of a kind"),
-                Lane.CHECK: (256, "estimates to be checked"),
-                Lane.OUTLINE: (16, "requests for outlines and plans"),
-                Lane.FIT: (16, "fits of plates")}
+MOST_WAITING = {
+    Lane.QUICK: (64, "meshes of a kind"),
+    Lane.SLOW: (64, "large meshes of a kind"),
+    Lane.CHECK: (256, "estimates to be checked"),
+    Lane.OUTLINE: (16, "requests for outlines and plans"),
+    Lane.FIT: (16, "fits of plates"),
+}
 MOST_SENT = 8  # large meshes that wait with their requests; each may take a minute
 
 ROOM = 4  # times `max_mesh_bytes`, for all that wait or are in hand; half of it for large ones
-LAST_SECONDS = 0.5  # what is in hand may be finished for so long when the lanes are closed
+LAST_SECONDS = (
+    0.5  # what is in hand may be finished for so long when the lanes are closed
+)
 
 
 @dataclass(eq=False)
@@ -104,11 +112,19 @@ class Lanes:
     def __init__(self, most_bytes: Callable[[], int]) -> None:
         self._most_bytes = most_bytes
         self._numbers = itertools.count()
-        self._waiting: dict[Lane, list[_Task]] = {lane: [] for lane in Lane}  # what is next first
+        self._waiting: dict[Lane, list[_Task]] = {
+            lane: [] for lane in Lane
+        }  # what is next first
         self._in_hand: dict[Lane, _Task | None] = dict.fromkeys(Lane)
-        self._threads = {lane: threading.Thread(target=self._run, args=(lane,), daemon=True,
-                                                name=f"{lane.name.lower()} lane")
-                         for lane in Lane}
+        self._threads = {
+            lane: threading.Thread(
+                target=self._run,
+                args=(lane,),
+                daemon=True,
+                name=f"{lane.name.lower()} lane",
+            )
+            for lane in Lane
+        }
         self.closed = False
         self._changed = threading.Condition()
 
@@ -121,8 +137,14 @@ class Lanes:
         """Whether this is called in the quick lane; elsewhere there is all the time."""
         return threading.current_thread() is self._threads[Lane.QUICK]
 
-    def put(self, work: Callable[[], T], rank: Rank, lane: Lane = Lane.QUICK, size: int = 0,
-            part_id: str = "") -> Future[T]:
+    def put(
+        self,
+        work: Callable[[], T],
+        rank: Rank,
+        lane: Lane = Lane.QUICK,
+        size: int = 0,
+        part_id: str = "",
+    ) -> Future[T]:
         """Queue a task; where there is no room a RequestError comes of it, or `put` waits.
 
         Work of the quick lane that raises `TakesLongError` is called again in the slow one.
@@ -154,7 +176,8 @@ class Lanes:
         """Whether lanes have an earlier task of the same name."""
         return bool(task.part_id) and any(
             other.part_id == task.part_id and other.number < task.number
-            for other in self._tasks(*lanes))
+            for other in self._tasks(*lanes)
+        )
 
     def _wait_in(self, lane: Lane, task: _Task) -> None:
         """Queue a task where it came, also one that comes back from another lane."""
@@ -171,19 +194,25 @@ class Lanes:
             most, noun = MOST_SENT, "large meshes with their requests"
         waiting = sum(other.rank is task.rank for other in self._waiting[lane])
         if waiting >= most:
-            return RequestError(f"at most {most} {noun} waiting", f"{waiting}",
-                                "ask again in a moment")
+            return RequestError(
+                f"at most {most} {noun} waiting", f"{waiting}", "ask again in a moment"
+            )
         tasks = list(self._tasks(Lane.QUICK, Lane.SLOW))
         room, held = ROOM * self._most_bytes(), sum(other.size for other in tasks)
         large = sum(other.size for other in tasks if other.lane is Lane.SLOW)
         for bound, used, kind in ((room, held, ""), (room // 2, large, "large ")):
-            if task.size and used and used + task.size > bound and (
-                    not kind or task.lane is Lane.SLOW):
+            if (
+                task.size
+                and used
+                and used + task.size > bound
+                and (not kind or task.lane is Lane.SLOW)
+            ):
                 return RequestError(
                     f"at most {bound} bytes of {kind}meshes waiting "
                     f"({bound // self._most_bytes()} times max_mesh_bytes)",
                     f"{task.size} bytes more than the {used} that wait",
-                    "send it again once they are done, or decimate it")
+                    "send it again once they are done, or decimate it",
+                )
         return None
 
     def _run(self, lane: Lane) -> None:
@@ -206,10 +235,19 @@ class Lanes:
             while not self.closed:
                 # Checks wait for meshes that are soon built, and a mesh, whoever sent it, for
                 # earlier ones of its name, of which quick ones may come back as slow ones.
-                first = list(self._tasks(lane)) if (
-                    lane is Lane.CHECK and self._waiting[Lane.QUICK]) else self._waiting[lane]
-                task = next((task for task in first
-                             if not self._is_behind(task, Lane.QUICK, lane)), None)
+                first = (
+                    list(self._tasks(lane))
+                    if (lane is Lane.CHECK and self._waiting[Lane.QUICK])
+                    else self._waiting[lane]
+                )
+                task = next(
+                    (
+                        task
+                        for task in first
+                        if not self._is_behind(task, Lane.QUICK, lane)
+                    ),
+                    None,
+                )
                 if task is None:
                     self._changed.wait()
                     continue

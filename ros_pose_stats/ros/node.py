@@ -18,7 +18,14 @@ from .base import Base
 from .jobs import Jobs, job_reports, queue, refinement, run
 from .lanes import Lanes
 from .messages.times import follow_clock, steady_timer
-from .parts import announcer, count_store, intake, part_builder, part_store, result_store
+from .parts import (
+    announcer,
+    count_store,
+    intake,
+    part_builder,
+    part_store,
+    result_store,
+)
 from .recorder import Recorder, as_of_today, definitions
 from .refusals import COUNTS, Refusals, publish_diagnostics
 from .services import cell, goals, services
@@ -26,15 +33,25 @@ from .settings import Parameters, Settings
 from .state import OF_PARTS, Change, State
 from .stop_signals import StopSignals, kill_after, within
 
-PARTING_SECONDS = 0.1  # nobody has been answered for so long when the node stops answering
-LAST_SECONDS = 0.6  # requests that wait for their turn when the node ends are refused in that time
-MENDING_SECONDS = 1.0  # a start waits for the bags of earlier runs to be mended for so long
+PARTING_SECONDS = (
+    0.1  # nobody has been answered for so long when the node stops answering
+)
+LAST_SECONDS = (
+    0.6  # requests that wait for their turn when the node ends are refused in that time
+)
+MENDING_SECONDS = (
+    1.0  # a start waits for the bags of earlier runs to be mended for so long
+)
 REFUSED = 2
 FAILED = 1
 THREADS = 8
-RESTORE_SECONDS = 1.5  # the first client is let wait so long for parts whose scene is a new one
+RESTORE_SECONDS = (
+    1.5  # the first client is let wait so long for parts whose scene is a new one
+)
 END_SECONDS = 1.4  # jobs, goals and clients that wait are seen off in that time
-SAVE_SECONDS = 0.4  # to commit the state and finish the bag, where the rest took too long
+SAVE_SECONDS = (
+    0.4  # to commit the state and finish the bag, where the rest took too long
+)
 KILL_SECONDS = 10.0  # after which DDS is taken to have locked the interpreter
 SWITCH_SECONDS = 0.001  # threads that wait for the interpreter get it this soon
 
@@ -46,10 +63,15 @@ class PoseStatsNode(AnsweringNode):
         super().__init__("pose_stats", **options)
         follow_clock(self.get_clock())
         self.table = Parameters(self, self._on_change)
-        settings, log, name = self._settings, self.get_logger(), self.get_fully_qualified_name()
+        settings, log, name = (
+            self._settings,
+            self.get_logger(),
+            self.get_fully_qualified_name(),
+        )
         # What the node keeps, and its bag.
-        self.state = state = State(settings().state_path(name), definitions(), as_of_today,
-                                   log.warning)
+        self.state = state = State(
+            settings().state_path(name), definitions(), as_of_today, log.warning
+        )
         self.recorder = recorder = Recorder(settings(), name, state, log.warning)
         # What all others work with.
         self.lanes = lanes = Lanes(lambda: settings().max_mesh_bytes)
@@ -66,8 +88,10 @@ class PoseStatsNode(AnsweringNode):
         reports, flips = job_reports.JobReports(base, stores), run.FlipReports()
         prefix = recorder.log.directory.name.removeprefix("pose_stats_")
         self.jobs = jobs = Jobs(prefix, reports, log.error)
-        self.flip_jobs = (Jobs(f"{prefix}_flips", flips, log.error, run.run_flips),
-                          Jobs(f"{prefix}_feeding", flips, log.error, run.run_flips))
+        self.flip_jobs = (
+            Jobs(f"{prefix}_flips", flips, log.error, run.run_flips),
+            Jobs(f"{prefix}_feeding", flips, log.error, run.run_flips),
+        )
         refiner = refinement.Refinement(base, stores, jobs)
         # Meshes and cameras; nothing is heard before the executor has the node.
         self.intake = intake.Intake(base, stores, self.builder, refiner.follow)
@@ -76,25 +100,39 @@ class PoseStatsNode(AnsweringNode):
         if settings().restore:
             parts.restore()
         else:
-            state.put(*(Change(table, row[0], None) for table in OF_PARTS
-                        for row in state.rows(table)))
+            state.put(
+                *(
+                    Change(table, row[0], None)
+                    for table in OF_PARTS
+                    for row in state.rows(table)
+                )
+            )
         reports.restore()
         # Services and actions, what a feeder is to do, and plates.
         self.outlines = part_builder.Outlines(base)
-        asked = services.Services(base, stores, self.intake, refiner, jobs, reports, self.outlines)
-        self.actions = [goals.SimulateDropsServer(base, asked, jobs, reports),
-                        goals.SimulateFlipsServer(base, parts, self.intake, self.flip_jobs[0])]
-        cell.FeedingService(base, stores, self.flip_jobs[1], flips, self.intake,
-                            self.outlines)
+        asked = services.Services(
+            base, stores, self.intake, refiner, jobs, reports, self.outlines
+        )
+        self.actions = [
+            goals.SimulateDropsServer(base, asked, jobs, reports),
+            goals.SimulateFlipsServer(base, parts, self.intake, self.flip_jobs[0]),
+        ]
+        cell.FeedingService(
+            base, stores, self.flip_jobs[1], flips, self.intake, self.outlines
+        )
         cell.PlateFits(base, stores, self.table.use_plate)
         # Once a second: what was counted, the disk, and how the node is.
         steady_timer(self, 1.0, self._write_down)
-        publish_diagnostics(self, {
-            "parts": lambda: refusals.health(len(parts.all()), lanes.waiting()),
-            "counts": counts.health,
-            "jobs": lambda: queue.job_health(jobs, settings()),
-            "flips": lambda: queue.flip_health(*self.flip_jobs),
-            "recording": lambda: recorder.health(refusals.lost[COUNTS])})
+        publish_diagnostics(
+            self,
+            {
+                "parts": lambda: refusals.health(len(parts.all()), lanes.waiting()),
+                "counts": counts.health,
+                "jobs": lambda: queue.job_health(jobs, settings()),
+                "flips": lambda: queue.flip_health(*self.flip_jobs),
+                "recording": lambda: recorder.health(refusals.lost[COUNTS]),
+            },
+        )
 
     def _settings(self) -> Settings:
         return self.table.settings
@@ -126,12 +164,21 @@ class PoseStatsNode(AnsweringNode):
         """End jobs and goals, and write all down; what does not end in its time is left so."""
         self.builder.close()
         self.outlines.close()
-        ends = [self.lanes.close, partial(self.answers.close, LAST_SECONDS),
-                *(partial(jobs.close, "the node ended") for jobs in (self.jobs, *self.flip_jobs))]
+        ends = [
+            self.lanes.close,
+            partial(self.answers.close, LAST_SECONDS),
+            *(
+                partial(jobs.close, "the node ended")
+                for jobs in (self.jobs, *self.flip_jobs)
+            ),
+        ]
         with ThreadPoolExecutor(len(ends)) as closing:  # each may take its time
             list(closing.map(lambda end: end(), ends))
-        self.answers.wait_until_quiet(PARTING_SECONDS, LAST_SECONDS,
-                                      lambda: any(action.goals for action in self.actions))
+        self.answers.wait_until_quiet(
+            PARTING_SECONDS,
+            LAST_SECONDS,
+            lambda: any(action.goals for action in self.actions),
+        )
         self.cameras.take_waiting()
         self._write_down()
         self.save()
@@ -153,17 +200,27 @@ def run_node(stop: StopSignals, arguments: Sequence[str] | None = None) -> int:
     """
     sys.setswitchinterval(SWITCH_SECONDS)
     try:
-        rclpy.init(args=arguments, signal_handler_options=signals.SignalHandlerOptions.NO)
-    except Exception as error:  # what rcl raises for arguments it cannot parse has no base
-        refused = RequestError("ROS arguments that rcl can read", str(error).strip(),
-                               "for instance --ros-args -p restitution:=0.3")
+        rclpy.init(
+            args=arguments, signal_handler_options=signals.SignalHandlerOptions.NO
+        )
+    except (
+        Exception
+    ) as error:  # what rcl raises for arguments it cannot parse has no base
+        refused = RequestError(
+            "ROS arguments that rcl can read",
+            str(error).strip(),
+            "for instance --ros-args -p restitution:=0.3",
+        )
         print(f"pose_stats: {refused}", file=sys.stderr)
         return REFUSED
     try:
         node = None if stop.asked else PoseStatsNode()
-    except (PoseStatsError, exceptions.InvalidParameterException,
-            exceptions.InvalidParameterValueException,
-            exceptions.NameValidationException) as refusal:
+    except (
+        PoseStatsError,
+        exceptions.InvalidParameterException,
+        exceptions.InvalidParameterValueException,
+        exceptions.NameValidationException,
+    ) as refusal:
         print(f"pose_stats: {' '.join(str(refusal).split())}", file=sys.stderr)
         node = None
     if node is None:
@@ -192,7 +249,9 @@ class Life:
             print(f"pose_stats: internal failure: {self._failure!r}", file=sys.stderr)
         sys.stdout.flush()
         sys.stderr.flush()
-        os._exit(FAILED if self._failure else 0)  # Python would wait for every pool of threads
+        os._exit(
+            FAILED if self._failure else 0
+        )  # Python would wait for every pool of threads
 
     def _live(self) -> None:
         """Load the kernels before anything is computed, and answer."""
@@ -217,16 +276,22 @@ class Life:
             try:
                 self._executor.spin()
                 return
-            except Exception as error:  # of what a client sent to rclpy itself, for instance
+            except (
+                Exception
+            ) as error:  # of what a client sent to rclpy itself, for instance
                 if not self._stop.asked:  # else the executor has just been taken apart
-                    self._node.get_logger().error("a callback failed, and the node goes on: "
-                                                  f"{type(error).__name__}: {error}")
+                    self._node.get_logger().error(
+                        "a callback failed, and the node goes on: "
+                        f"{type(error).__name__}: {error}"
+                    )
 
     def _end(self) -> None:
         """End what goes on, and leave ROS once nothing is called back any more."""
         self._node.close()
         self._executor.shutdown(timeout_sec=0.0)
         self._living.join()
-        self._executor._executor.shutdown(wait=True)  # for which rclpy 7.1.6 does not wait
+        self._executor._executor.shutdown(
+            wait=True
+        )  # for which rclpy 7.1.6 does not wait
         self._node.destroy_node()
         rclpy.try_shutdown()

@@ -14,7 +14,10 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from ament_index_python.packages import PackageNotFoundError, get_package_share_directory
+from ament_index_python.packages import (
+    PackageNotFoundError,
+    get_package_share_directory,
+)
 from rclpy.serialization import serialize_message
 from ros_pose_stats_msgs import msg
 
@@ -33,8 +36,14 @@ JOB_EVENTS = "/pose_stats/job_events"
 POSE_COUNTS = "/pose_stats/pose_counts"
 DROP_RECORDS = "/pose_stats/drop_records"
 
-TYPES = {PART_MESH: "PartMesh", POSE_STATISTICS: "PoseStatistics", ANSWERS: "PoseStatistics",
-         JOB_EVENTS: "JobEvent", POSE_COUNTS: "PoseCounts", DROP_RECORDS: "DropRecords"}
+TYPES = {
+    PART_MESH: "PartMesh",
+    POSE_STATISTICS: "PoseStatistics",
+    ANSWERS: "PoseStatistics",
+    JOB_EVENTS: "JobEvent",
+    POSE_COUNTS: "PoseCounts",
+    DROP_RECORDS: "DropRecords",
+}
 
 _decoders = Decoders()
 
@@ -55,15 +64,20 @@ def message_type(kind: str) -> message_types.MessageType:
 
 def definitions() -> dict[str, str]:
     """Definitions of the messages in the state, by type, as they are installed."""
-    return {kind: message_type(kind).definition
-            for kinds in MESSAGES.values() for kind in kinds.values()}
+    return {
+        kind: message_type(kind).definition
+        for kinds in MESSAGES.values()
+        for kind in kinds.values()
+    }
 
 
 def as_of_today(kind: str, definition: str, data: bytes) -> bytes | None:
     """A message of another definition, by the names of its fields; None where it is unreadable."""
     if definition == message_type(kind).definition:
         return data
-    decoded = _decoders.decode(reader.RawMessage("", f"{PACKAGE}/msg/{kind}", data, 0, definition))
+    decoded = _decoders.decode(
+        reader.RawMessage("", f"{PACKAGE}/msg/{kind}", data, 0, definition)
+    )
     if decoded is None:
         return None
     return bytes(serialize_message(_filled(getattr(msg, kind)(), decoded)))
@@ -77,7 +91,9 @@ def _filled(message: Any, decoded: Any) -> Any:
         if hasattr(default, "get_fields_and_field_types"):
             _filled(default, value)
         elif "/" in kind:
-            package, _, type_name = kind.removeprefix("sequence<").rstrip(">").partition("/")
+            package, _, type_name = (
+                kind.removeprefix("sequence<").rstrip(">").partition("/")
+            )
             make = getattr(import_module(f"{package}.msg"), type_name)
             setattr(message, name, [_filled(make(), item) for item in value])
         else:
@@ -91,13 +107,18 @@ class Recorder:
     What the state is to have goes there first, so a kill in between costs a line of the log.
     """
 
-    def __init__(self, settings: Settings, node: str, state: State,
-                 warn: Callable[[str], object]) -> None:
+    def __init__(
+        self, settings: Settings, node: str, state: State, warn: Callable[[str], object]
+    ) -> None:
         self._state, self._warn = state, warn
         types = {topic: message_type(kind) for topic, kind in TYPES.items()}
-        self.log = run_log.RunLog(settings.directory(), types,
-                                  max_bag_bytes=settings.max_bag_bytes,
-                                  max_log_bytes=settings.max_log_bytes, node=node)
+        self.log = run_log.RunLog(
+            settings.directory(),
+            types,
+            max_bag_bytes=settings.max_bag_bytes,
+            max_log_bytes=settings.max_log_bytes,
+            node=node,
+        )
         self._directory = self.log.directory
         self.lost = 0  # messages that were not recorded
         self._lock = threading.Lock()
@@ -146,7 +167,9 @@ class Recorder:
             self.problem, self.last_problem = problem, problem or self.last_problem
             self.lost += bool(problem)
         if changed:
-            self._warn(f"NOT_RECORDED: {problem}" if problem else "recording works again")
+            self._warn(
+                f"NOT_RECORDED: {problem}" if problem else "recording works again"
+            )
         if is_new:
             self._warn(f"the bag was deleted; recording goes on in {bag}")
 
@@ -155,7 +178,8 @@ class Recorder:
         for mended in repair.repair_bags(self.log.directory.parent):
             self._last_repair = mended.problem or (
                 f"{mended.directory.name} mended: {mended.kept} messages whole, "
-                f"{mended.cut_bytes} bytes of half a record cut off")
+                f"{mended.cut_bytes} bytes of half a record cut off"
+            )
             self._warn(self._last_repair)
 
     def health(self, counts_lost: int) -> Health:
@@ -169,18 +193,30 @@ class Recorder:
             left = f"unknown: {error}"
         text = f"NOT_RECORDED: {problem}" if problem else "recording"
         if not problem and self.log.space.exceeded:
-            text = ("log_directory is larger than max_log_bytes, and nothing that is left in it "
-                    "may be deleted")
+            text = (
+                "log_directory is larger than max_log_bytes, and nothing that is left in it "
+                "may be deleted"
+            )
         elif not problem and self._state.set_aside:
-            text = f"the state file could not be read; it is now {self._state.set_aside}"
-        return Health(text != "recording", text, {
-            "bag": str(self.log.directory), "bytes written": self.log.bytes_written,
-            "bytes left": left or min(bounds), "messages not recorded": self.lost,
-            "deleted for max_log_bytes": self.log.space.deleted,
-            "last deleted": self.log.space.last_deleted or "none",
-            "counts lost": counts_lost, "last repair": self._last_repair,
-            "state file": str(self._state.file),
-            "state file set aside": self._state.set_aside or "none"})
+            text = (
+                f"the state file could not be read; it is now {self._state.set_aside}"
+            )
+        return Health(
+            text != "recording",
+            text,
+            {
+                "bag": str(self.log.directory),
+                "bytes written": self.log.bytes_written,
+                "bytes left": left or min(bounds),
+                "messages not recorded": self.lost,
+                "deleted for max_log_bytes": self.log.space.deleted,
+                "last deleted": self.log.space.last_deleted or "none",
+                "counts lost": counts_lost,
+                "last repair": self._last_repair,
+                "state file": str(self._state.file),
+                "state file set aside": self._state.set_aside or "none",
+            },
+        )
 
 
 def _unwritable(directory: Path) -> str:

@@ -89,7 +89,9 @@ class SequenceGaps:
 
 MESHES, COUNTS = "meshes", "counts"  # that may be lost
 REMEMBERED = 20  # refused meshes listed with their reasons
-COPY_SECONDS = 2.0  # in which both copies of a latched mesh, or equal requests, count once
+COPY_SECONDS = (
+    2.0  # in which both copies of a latched mesh, or equal requests, count once
+)
 RECENT_SECONDS = 60.0  # a refused mesh is a warning for this long
 
 
@@ -122,8 +124,11 @@ class Refusals:
         """Count and tell a refusal, unless it is a copy of one just before."""
         with self._lock:
             at = time.monotonic()
-            if any((last.source, last.reason) == (source, reason) and at - last.at < COPY_SECONDS
-                   for last in self._recent):
+            if any(
+                (last.source, last.reason) == (source, reason)
+                and at - last.at < COPY_SECONDS
+                for last in self._recent
+            ):
                 return
             self.refused += 1
             self._recent.append(_Refusal(at, now(), source, reason))
@@ -132,6 +137,7 @@ class Refusals:
 
     def watch_mesh(self, source: str, coming: Future[Any]) -> None:
         """Have a mesh that turns out to be bad counted as refused, with where it came from."""
+
         def look(done: Future[Any]) -> None:
             error = None if done.cancelled() else done.exception()
             if error is not None:
@@ -148,17 +154,32 @@ class Refusals:
     def health(self, parts: int, waiting: int) -> Health:
         """The line about meshes."""
         with self._lock:
-            recent, refused, overrun = list(self._recent), self.refused, self.lost[MESHES]
+            recent, refused, overrun = (
+                list(self._recent),
+                self.refused,
+                self.lost[MESHES],
+            )
         fresh = bool(recent) and time.monotonic() - recent[-1].at < RECENT_SECONDS
-        floods = "; ".join(f"{count} of {source} within a minute"
-                           for source, count in self.floods.current().items())
-        text = f"refused: {recent[-1].source}: {recent[-1].reason}" if fresh else (
-            f"a flood: {floods}" if floods else f"{parts} parts")
-        values: dict[str, Any] = {"parts": parts, "meshes waiting": waiting, "refused": refused,
-                                  "overrun": overrun, "floods": floods or "none"}
+        floods = "; ".join(
+            f"{count} of {source} within a minute"
+            for source, count in self.floods.current().items()
+        )
+        text = (
+            f"refused: {recent[-1].source}: {recent[-1].reason}"
+            if fresh
+            else (f"a flood: {floods}" if floods else f"{parts} parts")
+        )
+        values: dict[str, Any] = {
+            "parts": parts,
+            "meshes waiting": waiting,
+            "refused": refused,
+            "overrun": overrun,
+            "floods": floods or "none",
+        }
         for place, refusal in enumerate(reversed(recent)):
-            values[f"refused {place}"] = (f"{refusal.stamp / 1e9:.3f} {refusal.source}: "
-                                          f"{refusal.reason}")
+            values[f"refused {place}"] = (
+                f"{refusal.stamp / 1e9:.3f} {refusal.source}: {refusal.reason}"
+            )
         return Health(fresh or bool(floods), text, values)
 
 
@@ -174,11 +195,18 @@ def publish_diagnostics(node: Node, lines: Mapping[str, Callable[[], Health]]) -
         message = DiagnosticArray()
         for about, look in lines.items():
             health = look()
-            message.status.append(DiagnosticStatus(
-                level=DiagnosticStatus.WARN if health.warn else DiagnosticStatus.OK,
-                name=f"{name}: {about}", message=health.text, hardware_id=HOST,
-                values=[KeyValue(key=key, value=str(value))
-                        for key, value in health.values.items()]))
+            message.status.append(
+                DiagnosticStatus(
+                    level=DiagnosticStatus.WARN if health.warn else DiagnosticStatus.OK,
+                    name=f"{name}: {about}",
+                    message=health.text,
+                    hardware_id=HOST,
+                    values=[
+                        KeyValue(key=key, value=str(value))
+                        for key, value in health.values.items()
+                    ],
+                )
+            )
         message.header.stamp = time_message(now())
         publisher.publish(message)
 

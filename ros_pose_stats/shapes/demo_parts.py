@@ -26,12 +26,25 @@ def clamp() -> Surface:
     The upper jaw ends in a fork with a transverse screw hole, counterbored on one side; the lower
     jaw has a nose, a sloping underside and a mounting hole.
     """
-    side = rounded_polygon([
-        (0.0, 0.0, 5.0), (30.0, 0.0, 3.0), (42.0, 5.0, 1.5), (42.0, 13.0, 1.5),
-        (36.5, 13.0, 1.0), (36.5, 10.0, 1.0), (11.0, 10.0, 4.0), (11.0, 25.0, 4.0),
-        (40.0, 25.0, 2.0), (40.0, 36.0, 5.0), (8.0, 36.0, 4.0), (0.0, 27.0, 4.0)])
-    slot = rounded_polygon([
-        (4.0, 27.0, 2.9), (4.0, 50.0, 0.0), (-2.0, 50.0, 0.0), (-2.0, 27.0, 2.9)])
+    side = rounded_polygon(
+        [
+            (0.0, 0.0, 5.0),
+            (30.0, 0.0, 3.0),
+            (42.0, 5.0, 1.5),
+            (42.0, 13.0, 1.5),
+            (36.5, 13.0, 1.0),
+            (36.5, 10.0, 1.0),
+            (11.0, 10.0, 4.0),
+            (11.0, 25.0, 4.0),
+            (40.0, 25.0, 2.0),
+            (40.0, 36.0, 5.0),
+            (8.0, 36.0, 4.0),
+            (0.0, 27.0, 4.0),
+        ]
+    )
+    slot = rounded_polygon(
+        [(4.0, 27.0, 2.9), (4.0, 50.0, 0.0), (-2.0, 50.0, 0.0), (-2.0, 27.0, 2.9)]
+    )
     body = extrude(side, "z", -9.0, 9.0) - extrude(slot, "y", 20.0, 40.0)
     body -= drill(2.75, "z", (34.0, 30.5), -10.0, 10.0)
     body -= drill(4.75, "z", (34.0, 30.5), 6.5, 10.0)
@@ -41,14 +54,23 @@ def clamp() -> Surface:
 
 def bracket() -> Surface:
     """L bracket of 5 mm plate, 50 mm by 42 mm by 36 mm, with a rib and four holes."""
-    angle = rounded_polygon([
-        (0.0, 0.0, 2.0), (50.0, 0.0, 0.0), (50.0, 5.0, 0.0), (5.0, 5.0, 3.0),
-        (5.0, 42.0, 0.0), (0.0, 42.0, 0.0)])
+    angle = rounded_polygon(
+        [
+            (0.0, 0.0, 2.0),
+            (50.0, 0.0, 0.0),
+            (50.0, 5.0, 0.0),
+            (5.0, 5.0, 3.0),
+            (5.0, 42.0, 0.0),
+            (0.0, 42.0, 0.0),
+        ]
+    )
     rib = np.array([(3.0, 3.0), (32.0, 3.0), (32.0, 6.0), (6.0, 28.0), (3.0, 28.0)])
-    base = rounded_polygon([
-        (-18.0, -1.0, 0.0), (18.0, -1.0, 0.0), (18.0, 50.0, 6.0), (-18.0, 50.0, 6.0)])
-    wall = rounded_polygon([
-        (-1.0, -18.0, 0.0), (42.0, -18.0, 6.0), (42.0, 18.0, 6.0), (-1.0, 18.0, 0.0)])
+    base = rounded_polygon(
+        [(-18.0, -1.0, 0.0), (18.0, -1.0, 0.0), (18.0, 50.0, 6.0), (-18.0, 50.0, 6.0)]
+    )
+    wall = rounded_polygon(
+        [(-1.0, -18.0, 0.0), (42.0, -18.0, 6.0), (42.0, 18.0, 6.0), (-1.0, 18.0, 0.0)]
+    )
     body = extrude(angle, "z", -18.0, 18.0) + extrude(rib, "z", -2.5, 2.5)
     body ^= extrude(base, "y", -1.0, 43.0) ^ extrude(wall, "x", -1.0, 51.0)
     for z in (-10.0, 10.0):
@@ -60,10 +82,13 @@ def bracket() -> Surface:
 def hex_bolt() -> Surface:
     """Hexagon head bolt M8 x 30 along z, head chamfered and above z = 0, shank 48-sided."""
     head = extrude(13.0 / np.sqrt(3.0) * unit_circle(6), "z", -5.3, 0.0)
-    chamfer = np.array([(0.0, -5.3), (6.0, -5.3), (9.0, -5.3 + np.sqrt(3.0)), (9.0, 1.0),
-                        (0.0, 1.0)])
+    chamfer = np.array(
+        [(0.0, -5.3), (6.0, -5.3), (9.0, -5.3 + np.sqrt(3.0)), (9.0, 1.0), (0.0, 1.0)]
+    )
     shank = np.array([(0.0, -1.0), (4.0, -1.0), (4.0, 29.0), (3.2, 30.0), (0.0, 30.0)])
-    cone = revolve(chamfer, 96).rotate((0.0, 0.0, 180.0 / 96.0))  # facets face the corners
+    cone = revolve(chamfer, 96).rotate(
+        (0.0, 0.0, 180.0 / 96.0)
+    )  # facets face the corners
     return surface_of((head ^ cone) + revolve(shank, 48))
 
 
@@ -86,7 +111,8 @@ def cylinder() -> Surface:
 
 
 DEMO_PARTS: dict[str, Callable[[], Surface]] = {
-    make.__name__: make for make in (clamp, bracket, hex_bolt, gear, prism, cylinder)}
+    make.__name__: make for make in (clamp, bracket, hex_bolt, gear, prism, cylinder)
+}
 """Name to a function that makes the part: vertices (V, 3) in mm and triangles (T, 3)."""
 
 
@@ -101,8 +127,10 @@ def write_demo_parts(directory: str | os.PathLike[str]) -> list[Path]:
         return paths
     except OSError as error:
         raise errors.MeshFileError(
-            "a directory that can be written to", f"{folder} ({error.strerror or error})",
-            "name another directory or change its permissions") from error
+            "a directory that can be written to",
+            f"{folder} ({error.strerror or error})",
+            "name another directory or change its permissions",
+        ) from error
 
 
 def extrude(outline: Outline, axis: str, start: float, stop: float) -> Manifold:
@@ -112,8 +140,14 @@ def extrude(outline: Outline, axis: str, start: float, stop: float) -> Manifold:
     return solid.transform(np.eye(3, 4)[list(order)])
 
 
-def drill(radius: float, axis: str, center: tuple[float, float], start: float, stop: float,
-          sides: int = 32) -> Manifold:
+def drill(
+    radius: float,
+    axis: str,
+    center: tuple[float, float],
+    start: float,
+    stop: float,
+    sides: int = 32,
+) -> Manifold:
     """Drilling tool along an axis; its center as in `extrude`."""
     return extrude(radius * unit_circle(sides) + np.array(center), axis, start, stop)
 

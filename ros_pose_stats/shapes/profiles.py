@@ -33,26 +33,42 @@ def unit_circle(sides: int) -> Outline:
     return np.column_stack((x, y)) + 0.0
 
 
-def rounded_polygon(corners: Sequence[tuple[float, float, float]], steps: int = 6) -> Outline:
+def rounded_polygon(
+    corners: Sequence[tuple[float, float, float]], steps: int = 6
+) -> Outline:
     """Polygon (N, 2) of counter-clockwise corners with tangent arcs of their radii; 0 is sharp."""
     points = np.array([corner[:2] for corner in corners], dtype=np.float64)
-    return np.concatenate([
-        _fillet(points[i - 1], points[i], points[(i + 1) % len(points)], corner[2], steps)
-        for i, corner in enumerate(corners)])
+    return np.concatenate(
+        [
+            _fillet(
+                points[i - 1],
+                points[i],
+                points[(i + 1) % len(points)],
+                corner[2],
+                steps,
+            )
+            for i, corner in enumerate(corners)
+        ]
+    )
 
 
-def _fillet(before: Outline, corner: Outline, after: Outline, radius: float, steps: int
-            ) -> Outline:
+def _fillet(
+    before: Outline, corner: Outline, after: Outline, radius: float, steps: int
+) -> Outline:
     """Arc of `radius` tangent to both sides of a corner, (steps + 1, 2)."""
     if radius == 0.0:
         return corner[None, :]
     incoming = (corner - before) / np.linalg.norm(corner - before)
     outgoing = (after - corner) / np.linalg.norm(after - corner)
-    turn = np.arctan2(incoming[0] * outgoing[1] - incoming[1] * outgoing[0], incoming @ outgoing)
+    turn = np.arctan2(
+        incoming[0] * outgoing[1] - incoming[1] * outgoing[0], incoming @ outgoing
+    )
     start = corner - incoming * radius * np.tan(abs(turn) / 2.0)
     inward = np.sign(turn) * np.array((-incoming[1], incoming[0]))
     sweep = np.linspace(0.0, abs(turn), steps + 1)[:, None]
-    arc: Outline = start + radius * (np.sin(sweep) * incoming + (1.0 - np.cos(sweep)) * inward)
+    arc: Outline = start + radius * (
+        np.sin(sweep) * incoming + (1.0 - np.cos(sweep)) * inward
+    )
     return arc
 
 
@@ -66,14 +82,18 @@ def spur_gear(teeth: int, module: float) -> Outline:
     radii = np.linspace(max(base, pitch - module), tip, 5)
     half_tooth = np.pi / (2.0 * teeth) + np.tan(pressure) - pressure
     roll = np.sqrt(np.maximum((radii / base) ** 2 - 1.0, 0.0))
-    half_widths = half_tooth - (roll - np.arctan(roll))  # less the involute's polar angle
+    half_widths = half_tooth - (
+        roll - np.arctan(roll)
+    )  # less the involute's polar angle
     radii = np.concatenate(((pitch - 1.25 * module,), radii))
     half_widths = np.concatenate((half_widths[:1], half_widths))
     radius = np.concatenate((radii, radii[::-1]))
     angle = np.concatenate((-half_widths, half_widths[::-1]))
     tooth = radius[:, None] * np.column_stack((np.cos(angle), np.sin(angle)))
     cos, sin = unit_circle(teeth).T
-    turns = np.stack((np.stack((cos, sin), axis=-1), np.stack((-sin, cos), axis=-1)), axis=1)
+    turns = np.stack(
+        (np.stack((cos, sin), axis=-1), np.stack((-sin, cos), axis=-1)), axis=1
+    )
     return np.asarray((tooth @ turns).reshape(-1, 2))
 
 
@@ -85,6 +105,10 @@ def prism(sides: int, radius: float, length: float) -> Surface:
     here = np.arange(sides)
     there = np.roll(here, -1)
     fan = np.column_stack((np.zeros(sides - 2, dtype=np.int64), here[1:-1], here[2:]))
-    walls = np.vstack((np.column_stack((here, there, there + sides)),
-                       np.column_stack((here, there + sides, here + sides))))
+    walls = np.vstack(
+        (
+            np.column_stack((here, there, there + sides)),
+            np.column_stack((here, there + sides, here + sides)),
+        )
+    )
     return vertices, np.vstack((fan[:, ::-1], fan + sides, walls)).astype(np.int64)

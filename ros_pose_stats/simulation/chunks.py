@@ -20,7 +20,9 @@ CHUNK_SECONDS = 0.025
 FIRST_CHUNK = 1
 LAST_CHUNKS = 16  # least number of drops in the chunks near the end, which get smaller
 GROWTH = 8  # factor by which a chunk may have more drops than the largest one before
-POLL_SECONDS = 0.01  # time between two questions whether to stop, while workers are busy
+POLL_SECONDS = (
+    0.01  # time between two questions whether to stop, while workers are busy
+)
 NICENESS = 10  # of workers in the background
 
 
@@ -30,9 +32,15 @@ class DropWorkers:
     `drop`: from the first drop and a count to their outcomes; `wanted`: see `request_drops`.
     """
 
-    def __init__(self, drop: Callable[[int, int], DropOutcomes], drops: int, workers: int,
-                 should_stop: Callable[[], bool], background: bool = False,
-                 wanted: int | None = None) -> None:
+    def __init__(
+        self,
+        drop: Callable[[int, int], DropOutcomes],
+        drops: int,
+        workers: int,
+        should_stop: Callable[[], bool],
+        background: bool = False,
+        wanted: int | None = None,
+    ) -> None:
         self._drop = drop
         self._bound = drops
         self._workers = workers
@@ -45,7 +53,8 @@ class DropWorkers:
         self._stopped = False
         # outcomes with the number of the first drop among them; how a worker ended
         self._done: queue.SimpleQueue[
-            tuple[int, DropOutcomes] | BaseException | None] = queue.SimpleQueue()
+            tuple[int, DropOutcomes] | BaseException | None
+        ] = queue.SimpleQueue()
 
     def stop(self) -> None:
         """Hand out no more chunks."""
@@ -61,8 +70,12 @@ class DropWorkers:
 
     def outcomes_in_order(self) -> Iterator[DropOutcomes]:
         """Start the workers, and yield outcomes from drop 0 on, without gaps."""
-        threads = [threading.Thread(target=self._compute_chunks, name=f"drops-{i}", daemon=True)
-                   for i in range(self._workers)]
+        threads = [
+            threading.Thread(
+                target=self._compute_chunks, name=f"drops-{i}", daemon=True
+            )
+            for i in range(self._workers)
+        ]
         try:
             for thread in threads:
                 thread.start()
@@ -97,7 +110,9 @@ class DropWorkers:
 
     def _compute_chunks(self) -> None:
         try:
-            if self._background and sys.platform == "linux":  # where threads have priorities
+            if (
+                self._background and sys.platform == "linux"
+            ):  # where threads have priorities
                 os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICENESS)
             while True:
                 first, count = self._next_chunk()
@@ -107,8 +122,10 @@ class DropWorkers:
                 outcomes = self._drop(first, count)
                 pace = count / max(time.perf_counter() - begin, 1e-9)
                 with self._lock:
-                    self._size = max(1, min(int(pace * CHUNK_SECONDS),
-                                            GROWTH * max(count, self._size)))
+                    self._size = max(
+                        1,
+                        min(int(pace * CHUNK_SECONDS), GROWTH * max(count, self._size)),
+                    )
                 self._done.put((first, outcomes))
         except BaseException as error:  # handed on to the caller's thread
             self._done.put(error)
@@ -118,8 +135,13 @@ class DropWorkers:
     def _next_chunk(self) -> tuple[int, int]:
         """First drop and size of the next chunk; size 0 if there is none."""
         with self._lock:
-            self._lock.wait_for(lambda: self._stopped or self._next < self._wanted
-                                or self._next >= self._bound)
+            self._lock.wait_for(
+                lambda: (
+                    self._stopped
+                    or self._next < self._wanted
+                    or self._next >= self._bound
+                )
+            )
             if self._stopped:
                 return self._next, 0
             # Towards the end the chunks get smaller, so that all workers end together.

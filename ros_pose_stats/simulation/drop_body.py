@@ -59,11 +59,23 @@ def _prepare(part: Part, resting: poses.RestingPoses) -> PreparedBody:
     points, corner = points[order], used[order]
     x, y, z = np.ascontiguousarray(points.T)
     rims = rolling_rims(resting, moment, axes, corner)
-    arrays = layout.DropBody(x, y, z, moment, ball, ball_range, *_neighbours(points),
-                             *_sides(resting, corner),
-                             resting.equilibria.heights[resting.clusters.lowest],
-                             resting.clusters.way_out, rims.pose, rims.level, rims.climb, rims.rim,
-                             min(evolve.TURN, 2.0 * math.sqrt(CROWD / corner.shape[0])))
+    arrays = layout.DropBody(
+        x,
+        y,
+        z,
+        moment,
+        ball,
+        ball_range,
+        *_neighbours(points),
+        *_sides(resting, corner),
+        resting.equilibria.heights[resting.clusters.lowest],
+        resting.clusters.way_out,
+        rims.pose,
+        rims.level,
+        rims.climb,
+        rims.rim,
+        min(evolve.TURN, 2.0 * math.sqrt(CROWD / corner.shape[0])),
+    )
     return PreparedBody(resting, arrays, axes, corner)
 
 
@@ -81,14 +93,18 @@ def _neighbours(points: Array) -> tuple[Index, Index, Array]:
     if valid and np.bincount(flat.corner, minlength=count).all():
         pairs = np.stack((flat.corner, flat.corner[flat.twin]), axis=1)
     else:
-        pairs = np.concatenate([triangles[:, ends] for ends in permutations(range(3), 2)])
+        pairs = np.concatenate(
+            [triangles[:, ends] for ends in permutations(range(3), 2)]
+        )
     code = np.unique(pairs[:, 0] * count + pairs[:, 1])
     first, second = np.divmod(code, count)
     start = np.append(0, np.cumsum(np.bincount(first, minlength=count)))
     return start, second, vectors.lengths(points[first] - points[second])
 
 
-def _sides(resting: poses.RestingPoses, corner: Index) -> tuple[Index, Index, Index, Index]:
+def _sides(
+    resting: poses.RestingPoses, corner: Index
+) -> tuple[Index, Index, Index, Index]:
     """Sides that leave each corner: where they start, their far ends, poses left and right."""
     arrays = resting.body.arrays
     place = np.full(resting.body.points.shape[0], -1, dtype=np.int64)
@@ -97,8 +113,12 @@ def _sides(resting: poses.RestingPoses, corner: Index) -> tuple[Index, Index, In
     begins = place[arrays.corner]
     order = np.argsort(begins, kind="stable")
     start = np.append(0, np.cumsum(np.bincount(begins, minlength=corner.shape[0])))
-    return (start, begins[arrays.twin][order], pose_of_face[arrays.face][order],
-            pose_of_face[arrays.face[arrays.twin]][order])
+    return (
+        start,
+        begins[arrays.twin][order],
+        pose_of_face[arrays.face][order],
+        pose_of_face[arrays.face[arrays.twin]][order],
+    )
 
 
 LEAF = 16
@@ -112,7 +132,9 @@ def ball_tree(points: Array) -> tuple[Index, Array, Index]:
     """Binary tree of balls, in the order in which it is walked."""
     order: list[Index] = []  # (C,); points as the leaves hold them
     balls: list[tuple[float, ...]] = []  # (B, 4); centre and radius
-    ranges: list[list[int]] = []  # (B, 3); begin and end in `order`, node that follows the subtree
+    ranges: list[
+        list[int]
+    ] = []  # (B, 3); begin and end in `order`, node that follows the subtree
     # Nodes are numbered as they are first seen, a left child right after its parent.
     waiting: list[Index] = [np.arange(points.shape[0])]
     ancestors: list[tuple[int, int]] = []  # a node, and the end of its corners
@@ -129,7 +151,10 @@ def ball_tree(points: Array) -> tuple[Index, Array, Index]:
             order.append(inside)
             placed += inside.shape[0]
         else:
-            axis, middle = int(np.argmax(np.ptp(points[inside], axis=0))), inside.shape[0] // 2
+            axis, middle = (
+                int(np.argmax(np.ptp(points[inside], axis=0))),
+                inside.shape[0] // 2,
+            )
             # Stable, since a partition would order its halves differently on other processors.
             ranked = inside[np.argsort(points[inside, axis], kind="stable")]
             waiting += [ranked[middle:], ranked[:middle]]
@@ -144,12 +169,15 @@ class RollingRims(NamedTuple):
 
     pose: Index  # (C,); pose that a part is in that rolls on this corner's rim; -1 for none
     level: Array  # (C,); energy without that of the roll with which it can tip over
-    climb: Array  # (C,); height of the centre of mass above that at the rim's lowest place
+    climb: (
+        Array  # (C,); height of the centre of mass above that at the rim's lowest place
+    )
     rim: Array  # (P, 10); see `kernels.drops.layout`
 
 
-def rolling_rims(resting: poses.RestingPoses, moment: Array, axes: Array,
-                 corner: Index) -> RollingRims:
+def rolling_rims(
+    resting: poses.RestingPoses, moment: Array, axes: Array, corner: Index
+) -> RollingRims:
     """Find the rims of a part that it can roll on all the way round, in one pose.
 
     `moment`: of unit mass, lengths in radii; `corner`: hull points that the tables are about.
@@ -157,32 +185,59 @@ def rolling_rims(resting: poses.RestingPoses, moment: Array, axes: Array,
     body, pose_of_face = resting.body, resting.pose_of_face
     place = np.full(body.points.shape[0], -1, dtype=np.int64)
     place[corner] = np.arange(corner.shape[0])
-    rims = RollingRims(np.full(corner.shape[0], -1), np.full(corner.shape[0], math.inf),
-                       np.zeros(corner.shape[0]), np.zeros((len(resting.poses), layout.RIM)))
+    rims = RollingRims(
+        np.full(corner.shape[0], -1),
+        np.full(corner.shape[0], math.inf),
+        np.zeros(corner.shape[0]),
+        np.zeros((len(resting.poses), layout.RIM)),
+    )
     for run, faces, edges in _rims(body):
         pose = int(pose_of_face[faces[0]])
         begin = body.points[body.arrays.corner[edges]]
         end = body.points[body.arrays.corner[body.arrays.twin[edges]]]
-        low, high = np.sort((vectors.along(begin, run.axis), vectors.along(end, run.axis)), axis=0)
+        low, high = np.sort(
+            (vectors.along(begin, run.axis), vectors.along(end, run.axis)), axis=0
+        )
         # How far from the rim's edges, along its axis, a part stands on each facet, in radii.
         inside: Array = np.full(body.faces, math.inf)
-        np.minimum.at(inside, body.arrays.face[edges],
-                      np.where(body.arrays.inset[edges] > 0.0, np.maximum(low, -high), 0.0))
+        np.minimum.at(
+            inside,
+            body.arrays.face[edges],
+            np.where(body.arrays.inset[edges] > 0.0, np.maximum(low, -high), 0.0),
+        )
         inside = inside[faces]
-        if rims.rim[pose].any() or (pose_of_face[faces] != pose).any() or not inside.min() > 0.0:
+        if (
+            rims.rim[pose].any()
+            or (pose_of_face[faces] != pose).any()
+            or not inside.min() > 0.0
+        ):
             continue
         distance = body.arrays.distance[faces]
         edge = np.sqrt(distance * distance + inside * inside)
         rise = float((edge - distance).min())
         chord = vectors.lengths(vectors.cross(end - begin, run.axis))
         axle, center = vectors.turn_vectors(np.stack((run.axis, run.center)), axes)
-        about, bumps, single = _shares(chord, 0.5 * float(np.ptp(distance)) * rise, axle, moment,
-                                       float((inside / distance).max()))
-        rims.rim[pose] = [*axle, *vectors.cross(axle, center), about,
-                          float((inside / edge).min()), bumps, single]
+        about, bumps, single = _shares(
+            chord,
+            0.5 * float(np.ptp(distance)) * rise,
+            axle,
+            moment,
+            float((inside / distance).max()),
+        )
+        rims.rim[pose] = [
+            *axle,
+            *vectors.cross(axle, center),
+            about,
+            float((inside / edge).min()),
+            bumps,
+            single,
+        ]
         for face, level in zip(faces.tolist(), distance.tolist(), strict=True):
-            at = place[body.arrays.corner[body.arrays.face_start[face]:
-                                          body.arrays.face_start[face + 1]]]
+            at = place[
+                body.arrays.corner[
+                    body.arrays.face_start[face] : body.arrays.face_start[face + 1]
+                ]
+            ]
             rims.pose[at] = pose
             rims.level[at] = np.minimum(rims.level[at], level + rise)
             rims.climb[at] = np.maximum(rims.climb[at], level - float(distance.min()))
@@ -199,13 +254,26 @@ def _rims(body: convex_body.ConvexBody) -> Iterator[tuple[Run, Index, Index]]:
     for number in np.unique(body.run_of_face[body.run_of_face >= 0]).tolist():
         first = np.flatnonzero(body.run_of_face == number)
         distance, directions = body.arrays.distance[first], normal[first]
-        upright = [run for run in body.runs if run.kind == "round" and run.full
-                   and np.abs(vectors.along(directions, run.axis)).max() < turns.LEVEL]
+        upright = [
+            run
+            for run in body.runs
+            if run.kind == "round"
+            and run.full
+            and np.abs(vectors.along(directions, run.axis)).max() < turns.LEVEL
+        ]
         if not upright:
             continue
         # Of several with one direction, the axis about which the facets are equally far away.
-        run = upright[int(np.argmin([np.ptp(distance - vectors.along(directions, run.center))
-                                     for run in upright]))]
+        run = upright[
+            int(
+                np.argmin(
+                    [
+                        np.ptp(distance - vectors.along(directions, run.center))
+                        for run in upright
+                    ]
+                )
+            )
+        ]
         ring = np.abs(vectors.along(normal, run.axis)) < turns.LEVEL
         here, beyond = ring[face], ring[face[body.arrays.twin]]
         links = np.bincount(face[here & beyond], minlength=body.faces)
@@ -213,8 +281,9 @@ def _rims(body: convex_body.ConvexBody) -> Iterator[tuple[Run, Index, Index]]:
             yield run, np.flatnonzero(ring), np.flatnonzero(here & ~beyond)
 
 
-def _shares(chord: Array, swing: float, axle: Array, moment: Array, slope: float
-            ) -> tuple[float, float, float]:
+def _shares(
+    chord: Array, swing: float, axle: Array, moment: Array, slope: float
+) -> tuple[float, float, float]:
     """Moment of inertia about a rim's axis, and the shares of a roll that the rim sets free.
 
     On a facet c wide across the axis the corner below moves at -w c / 2 to w c / 2, at a mean
@@ -227,8 +296,13 @@ def _shares(chord: Array, swing: float, axle: Array, moment: Array, slope: float
     """
     x, y, z = axle.tolist()
     about = float((moment * axle * axle).sum())
-    pull = np.array([y * z * (moment[2] - moment[1]), z * x * (moment[0] - moment[2]),
-                     x * y * (moment[1] - moment[0])])
+    pull = np.array(
+        [
+            y * z * (moment[2] - moment[1]),
+            z * x * (moment[0] - moment[2]),
+            x * y * (moment[1] - moment[0]),
+        ]
+    )
     square = chord * chord
     single = float(square.max()) + 4.0 * swing + 2.0 * vectors.length(pull) * slope
     return about, math.fsum(square.tolist()) / len(square) / about, single / about

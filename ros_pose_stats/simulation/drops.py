@@ -9,7 +9,15 @@ from ..kernels.drops import drop, layout as at
 from ..kernels.elementary import sines_cosines
 from ..mesh.vectors import turn_vectors
 from ..records import Array, DropScene, Index, Mask, scene as scenes
-from ..tolerances import MOST_STEPS, SLOW, SOFT, SOFT_SHARE, SOON_OVER, TOUCHING, TRUNCATION
+from ..tolerances import (
+    MOST_STEPS,
+    SLOW,
+    SOFT,
+    SOFT_SHARE,
+    SOON_OVER,
+    TOUCHING,
+    TRUNCATION,
+)
 from .drop_body import PreparedBody
 
 NO_TAPE: Array = np.zeros((0, at.TAPE))
@@ -22,8 +30,12 @@ class DropOutcomes(NamedTuple):
     impacts: Index  # (n,) int; single impacts
     events: Index  # (n,) int; impacts and steps, which is what a drop costs
     seconds: Array  # (n,); from release until the outcome was certain
-    energy_left: Array  # (n,); mechanical energy at that time, the plate at 0, in m g radius
-    trapped: Mask  # (n,) bool; whether the outcome was certain before the part came to rest
+    energy_left: (
+        Array  # (n,); mechanical energy at that time, the plate at 0, in m g radius
+    )
+    trapped: (
+        Mask  # (n,) bool; whether the outcome was certain before the part came to rest
+    )
     touched: Mask  # (n,) bool; whether it was released touching the plate, for want of height
 
     def first(self, count: int) -> "DropOutcomes":
@@ -39,15 +51,27 @@ class DropChunk(NamedTuple):
     outcomes: DropOutcomes
 
 
-def drop_rules(scene: DropScene, radius: float, *, to_rest: bool = False) -> at.DropRules:
+def drop_rules(
+    scene: DropScene, radius: float, *, to_rest: bool = False
+) -> at.DropRules:
     """The scene and `tolerances` in the kernels' units; `to_rest`: until the part lies still."""
     slow = max(SLOW, SOON_OVER * (1.0 - float(scene.restitution)))
-    return at.DropRules(float(scene.restitution), scene.release_height(radius) / radius, to_rest,
-                        TRUNCATION, TOUCHING, slow, SOFT, SOFT_SHARE, MOST_STEPS)
+    return at.DropRules(
+        float(scene.restitution),
+        scene.release_height(radius) / radius,
+        to_rest,
+        TRUNCATION,
+        TOUCHING,
+        slow,
+        SOFT,
+        SOFT_SHARE,
+        MOST_STEPS,
+    )
 
 
-def compute_drops(body: PreparedBody, rules: at.DropRules, downs: Array,
-                  tape: Array = NO_TAPE) -> DropOutcomes:
+def compute_drops(
+    body: PreparedBody, rules: at.DropRules, downs: Array, tape: Array = NO_TAPE
+) -> DropOutcomes:
     """Compute the drops of a body from directions `downs` (n, 3) in the caller's thread."""
     return compute_motions(body, rules, states_at_rest(body, rules.height, downs), tape)
 
@@ -56,12 +80,13 @@ def states_at_rest(body: PreparedBody, heights: float | Array, downs: Array) -> 
     """States (n, 8) of a body at rest, in principal axes, by `downs` (n, 3); radii."""
     states = np.zeros((downs.shape[0], at.STATE))
     states[:, at.Z] = heights
-    states[:, at.P:at.P + 3] = -turn_vectors(downs, body.axes)
+    states[:, at.P : at.P + 3] = -turn_vectors(downs, body.axes)
     return states
 
 
-def compute_motions(body: PreparedBody, rules: at.DropRules, states: Array,
-                    tape: Array = NO_TAPE) -> DropOutcomes:
+def compute_motions(
+    body: PreparedBody, rules: at.DropRules, states: Array, tape: Array = NO_TAPE
+) -> DropOutcomes:
     """Compute what becomes of a body that is released in given states (n, 8), in principal axes.
 
     `tape` (T, 14): takes the events of the last one; see `kernels.drops.layout`.
@@ -69,16 +94,22 @@ def compute_motions(body: PreparedBody, rules: at.DropRules, states: Array,
     outcome = np.empty((states.shape[0], 5), dtype=np.int64)
     measure = np.empty((states.shape[0], 2))
     drop.run_drops(body.arrays, rules, states, outcome, measure, tape)
-    return DropOutcomes(outcome[:, at.POSE], outcome[:, at.IMPACT_COUNT],
-                        outcome[:, at.EVENT_COUNT], measure[:, at.DURATION]
-                        * math.sqrt(body.radius / scenes.GRAVITY), measure[:, at.ENERGY],
-                        outcome[:, at.ENDING] == at.TRAPPED, outcome[:, at.TOUCHED] == 1)
+    return DropOutcomes(
+        outcome[:, at.POSE],
+        outcome[:, at.IMPACT_COUNT],
+        outcome[:, at.EVENT_COUNT],
+        measure[:, at.DURATION] * math.sqrt(body.radius / scenes.GRAVITY),
+        measure[:, at.ENERGY],
+        outcome[:, at.ENDING] == at.TRAPPED,
+        outcome[:, at.TOUCHED] == 1,
+    )
 
 
 _WORDS = 4  # 64-bit words that Philox makes at each place of its stream
 _RANDOM_STREAM = 1
 _FLIP_STREAM = 3
 """Second words of the key, so that drops and flips of one seed have nothing in common."""
+
 
 def random_starts(seed: int, first: int, count: int) -> Array:
     """Unit vectors (count, 3), uniform on the sphere, that point down at release.
@@ -103,5 +134,7 @@ def _pairs(seed: int, stream: int, first: int, count: int) -> Array:
     """Numbers of 53 bits in [0, 1), (count, 2), from pair `first` of a stream on."""
     place, before = divmod(2 * first, _WORDS)
     key = np.array((seed, stream), dtype=np.uint64)
-    words = np.random.Philox(counter=place, key=key).random_raw(before + 2 * count)[before:]
-    return np.asarray((words >> np.uint64(11)) * 2.0 ** -53).reshape(count, 2)
+    words = np.random.Philox(counter=place, key=key).random_raw(before + 2 * count)[
+        before:
+    ]
+    return np.asarray((words >> np.uint64(11)) * 2.0**-53).reshape(count, 2)

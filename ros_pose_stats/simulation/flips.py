@@ -22,14 +22,20 @@ LOWEST_KICK, HIGHEST_KICK, KICKS = 0.05, 5.0, 13
 the highest most come to rest as if dropped."""
 
 
-def simulate_flips(part: Part, kick_height: float, drops: int = DEFAULT_FLIPS,
-                   restitution: float = scenes.DEFAULT_RESTITUTION, seed: int | None = None,
-                   workers: int | None = None,
-                   on_progress: Callable[[int, int], object] | None = None,
-                   should_stop: Callable[[], bool] | None = None, *,
-                   cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
-                   round_sides: int = scenes.DEFAULT_ROUND_SIDES,
-                   background: bool = False) -> FlipStatistics:
+def simulate_flips(
+    part: Part,
+    kick_height: float,
+    drops: int = DEFAULT_FLIPS,
+    restitution: float = scenes.DEFAULT_RESTITUTION,
+    seed: int | None = None,
+    workers: int | None = None,
+    on_progress: Callable[[int, int], object] | None = None,
+    should_stop: Callable[[], bool] | None = None,
+    *,
+    cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
+    round_sides: int = scenes.DEFAULT_ROUND_SIDES,
+    background: bool = False,
+) -> FlipStatistics:
     """Kick a part many times out of each of its poses, and count where it comes to rest.
 
     Parameters
@@ -63,20 +69,32 @@ def simulate_flips(part: Part, kick_height: float, drops: int = DEFAULT_FLIPS,
     RequestError, MeshError
         If a value is out of range, or the part's hull does not enclose its centre of mass.
     """
-    return count_flips(part, DropScene(restitution, None, cluster_tolerance, round_sides),
-                       kick_height, drop_request(drops, seed, 0.0, workers),
-                       Watch.of(None, should_stop, None, background), on_progress)
+    return count_flips(
+        part,
+        DropScene(restitution, None, cluster_tolerance, round_sides),
+        kick_height,
+        drop_request(drops, seed, 0.0, workers),
+        Watch.of(None, should_stop, None, background),
+        on_progress,
+    )
 
 
-def count_flips(part: Part, scene: DropScene, kick_height: float, per_pose: DropRequest,
-                watch: Watch = ALONE, on_progress: Callable[[int, int], object] | None = None
-                ) -> FlipStatistics:
+def count_flips(
+    part: Part,
+    scene: DropScene,
+    kick_height: float,
+    per_pose: DropRequest,
+    watch: Watch = ALONE,
+    on_progress: Callable[[int, int], object] | None = None,
+) -> FlipStatistics:
     """Flip a part in a scene, out of each pose as requested; see `simulate_flips`."""
     begin = time.perf_counter()
     kick = check_kick(kick_height)
     body = drop_body.drop_body(part, scene)
     poses = body.resting.poses
-    request = drop_request(per_pose.drops * len(poses), per_pose.seed, 0.0, per_pose.workers)
+    request = drop_request(
+        per_pose.drops * len(poses), per_pose.seed, 0.0, per_pose.workers
+    )
     outcomes = _count(body, scene, kick, request, watch, on_progress)
     counts, unsettled = outcomes[:, 1:], outcomes[:, 0]
     settled = counts.sum(axis=1)
@@ -84,22 +102,45 @@ def count_flips(part: Part, scene: DropScene, kick_height: float, per_pose: Drop
         transition = counts / settled[:, None]
     errors = np.stack([standard_errors(row, int(row.sum())) for row in counts])
     remarks = pose_remarks(body.resting)
-    warnings = [*part.warnings, *remarks.warnings,
-                *scenes.height_warnings("kick", kick, body.radius, scenes.HIGHEST_KICK)]
+    warnings = [
+        *part.warnings,
+        *remarks.warnings,
+        *scenes.height_warnings("kick", kick, body.radius, scenes.HIGHEST_KICK),
+    ]
     if unsettled.any():
         warnings.append(
             f"UNSETTLED: {unsettled.sum()} of {outcomes.sum()} flips were given up before their "
-            f"pose was certain; they are left out of the probabilities.")
+            f"pose was certain; they are left out of the probabilities."
+        )
     return FlipStatistics(
-        part.part_id, part.digest, body.radius, scene.restitution, kick,
-        scene.cluster_tolerance, scene.round_sides, poses, counts, unsettled, transition, errors,
-        request.seed, time.perf_counter() - begin, tuple(warnings), version.VERSION,
-        (*part.notes, *remarks.notes))
+        part.part_id,
+        part.digest,
+        body.radius,
+        scene.restitution,
+        kick,
+        scene.cluster_tolerance,
+        scene.round_sides,
+        poses,
+        counts,
+        unsettled,
+        transition,
+        errors,
+        request.seed,
+        time.perf_counter() - begin,
+        tuple(warnings),
+        version.VERSION,
+        (*part.notes, *remarks.notes),
+    )
 
 
-def flips_by_kick(part: Part, scene: DropScene, kicks: Iterable[float], per_pose: DropRequest,
-                  watch: Watch = ALONE, on_kick: Callable[[int, int], object] | None = None
-                  ) -> list[FlipStatistics]:
+def flips_by_kick(
+    part: Part,
+    scene: DropScene,
+    kicks: Iterable[float],
+    per_pose: DropRequest,
+    watch: Watch = ALONE,
+    on_kick: Callable[[int, int], object] | None = None,
+) -> list[FlipStatistics]:
     """Flips at several kick heights, as far as they are complete, at the same points."""
     heights, complete = sorted({check_kick(kick) for kick in kicks}), []
     for place, height in enumerate(heights):
@@ -116,8 +157,11 @@ def check_kick(kick_height: float) -> float:
     """A kick height as a number."""
     kick = scenes.real_number("kick_height", kick_height)
     if not 0.0 <= kick < math.inf:
-        raise errors.RequestError("a kick height of 0 m or more", f"{kick_height}",
-                                  "half the part's radius flips most parts")
+        raise errors.RequestError(
+            "a kick height of 0 m or more",
+            f"{kick_height}",
+            "half the part's radius flips most parts",
+        )
     return kick
 
 
@@ -126,24 +170,35 @@ def usual_kicks(radius: float) -> tuple[float, ...]:
     return tuple((radius * np.geomspace(LOWEST_KICK, HIGHEST_KICK, KICKS)).tolist())
 
 
-def _count(body: drop_body.PreparedBody, scene: DropScene, kick: float, request: DropRequest,
-           watch: Watch, on_progress: Callable[[int, int], object] | None) -> Index:
+def _count(
+    body: drop_body.PreparedBody,
+    scene: DropScene,
+    kick: float,
+    request: DropRequest,
+    watch: Watch,
+    on_progress: Callable[[int, int], object] | None,
+) -> Index:
     """Flips (K, 1 + K) out of each pose: given up, and into each pose."""
     poses = len(body.resting.poses)
     rules = drops.drop_rules(scene, body.radius)
     kicks = Kicks(body, kick / body.radius)
 
     def flip(first: int, count: int) -> drops.DropOutcomes:
-        return drops.compute_motions(body, rules, kicks.states(request.seed, first, count))
+        return drops.compute_motions(
+            body, rules, kicks.states(request.seed, first, count)
+        )
 
-    workers = chunks.DropWorkers(flip, request.drops, request.workers, watch.should_stop,
-                                 watch.background)
+    workers = chunks.DropWorkers(
+        flip, request.drops, request.workers, watch.should_stop, watch.background
+    )
     found = np.zeros(poses * (1 + poses), dtype=np.int64)
     done = 0
     for outcomes in workers.outcomes_in_order():
         end = done + outcomes.pose.shape[0]
         row = np.arange(done, end) % poses
-        found += np.bincount(row * (1 + poses) + outcomes.pose + 1, minlength=found.shape[0])
+        found += np.bincount(
+            row * (1 + poses) + outcomes.pose + 1, minlength=found.shape[0]
+        )
         done = end
         if on_progress is not None:
             on_progress(done, request.drops)
@@ -165,13 +220,21 @@ class Kicks:
             first, second = polygon[1:-1] - polygon[0], polygon[2:] - polygon[0]
             grown = np.cumsum(lengths(np.cross(first, second)))
             share = np.concatenate(([0.0], grown / grown[-1]))
-            rows.append((np.broadcast_to(polygon[0], first.shape), first, second,
-                         pose + share[1:], pose + share[:-1]))
+            rows.append(
+                (
+                    np.broadcast_to(polygon[0], first.shape),
+                    first,
+                    second,
+                    pose + share[1:],
+                    pose + share[:-1],
+                )
+            )
         # (T, 3); a triangle of a contact polygon, in principal axes: a corner and the sides that
         # leave it; (T,): share of the polygon's area that it and those before it have, plus the
         # pose's index, and the same without itself. Where corners lie on one line both are equal.
         self.corner, self.first, self.second, self.end, self.begin = map(
-            np.concatenate, zip(*rows, strict=True))
+            np.concatenate, zip(*rows, strict=True)
+        )
 
     def states(self, seed: int, first: int, count: int) -> Array:
         """States (count, 8) just after kicks from `first` on, all poses in turn.
@@ -182,15 +245,20 @@ class Kicks:
         resting, moment = self.body.resting, self.body.arrays.moment
         pose = np.arange(first, first + count) % len(resting.poses)
         lowest = resting.clusters.lowest[pose]
-        states = drops.states_at_rest(self.body, resting.equilibria.heights[lowest],
-                                      resting.equilibria.downs[lowest])
+        states = drops.states_at_rest(
+            self.body,
+            resting.equilibria.heights[lowest],
+            resting.equilibria.downs[lowest],
+        )
         x, y, z = self._points(pose, drops.flip_draws(seed, first, count)).T
-        p, q, r = states[:, P:P + 3].T
+        p, q, r = states[:, P : P + 3].T
         arm = np.stack((y * r - z * q, z * p - x * r, x * q - y * p), axis=1)
         reach = arm * arm / moment
-        impulse = np.sqrt(2.0 * self.height / (1.0 + reach[:, 0] + reach[:, 1] + reach[:, 2]))
+        impulse = np.sqrt(
+            2.0 * self.height / (1.0 + reach[:, 0] + reach[:, 1] + reach[:, 2])
+        )
         states[:, V] = impulse
-        states[:, W:W + 3] = impulse[:, None] * arm / moment
+        states[:, W : W + 3] = impulse[:, None] * arm / moment
         return states
 
     def _points(self, pose: Index, draws: Array) -> Array:
@@ -201,5 +269,7 @@ class Kicks:
         size = self.end[at] - self.begin[at]
         share = np.clip((pose + draws[:, 0] - self.begin[at]) / size, 0.0, 1.0)
         out, along = np.sqrt(share)[:, None], draws[:, 1:]
-        return np.asarray(self.corner[at] + out * (
-            (1.0 - along) * self.first[at] + along * self.second[at]))
+        return np.asarray(
+            self.corner[at]
+            + out * ((1.0 - along) * self.first[at] + along * self.second[at])
+        )

@@ -38,48 +38,75 @@ class ChiSquare:
         return self.degrees_of_freedom == 0
 
 
-def goodness_of_fit(counts: ArrayLike, probabilities: ArrayLike,
-                    errors: ArrayLike | None = None, unit: ArrayLike | None = None) -> ChiSquare:
+def goodness_of_fit(
+    counts: ArrayLike,
+    probabilities: ArrayLike,
+    errors: ArrayLike | None = None,
+    unit: ArrayLike | None = None,
+) -> ChiSquare:
     """Compare counts with probabilities, exact ones or some with an error of their own.
 
     Errors are taken to be correlated as those of shares are: then the inverse of the covariance
     parts into a sum over units and one over the bins within each. A bin of probability 0 is pooled
     if something was counted there, else left out; `unit`: bins of one number share their error.
     """
-    observed, weights = _checked("counts", counts), _checked("probabilities", probabilities)
+    observed, weights = (
+        _checked("counts", counts),
+        _checked("probabilities", probabilities),
+    )
     if observed.shape != weights.shape or not weights.sum() > 0.0:
-        raise RequestError("as many probabilities as counts, not all 0",
-                           f"{weights.size} of sum {weights.sum():g} for {observed.size} counts",
-                           "number both by the same poses")
+        raise RequestError(
+            "as many probabilities as counts, not all 0",
+            f"{weights.size} of sum {weights.sum():g} for {observed.size} counts",
+            "number both by the same poses",
+        )
     expected = weights * (observed.sum() / weights.sum())
     told = (observed > 0.0) | (expected > 0.0)
     bins, pooled = pooled_bins(expected[told])
-    joined, foreseen = (np.bincount(bins, values[told]).astype(np.float64)
-                        for values in (observed, expected))
+    joined, foreseen = (
+        np.bincount(bins, values[told]).astype(np.float64)
+        for values in (observed, expected)
+    )
     if _too_small(foreseen):
         return _too_few(pooled)
-    apart = np.zeros(observed.size) if errors is None else np.asarray(errors, dtype=np.float64)
+    apart = (
+        np.zeros(observed.size)
+        if errors is None
+        else np.asarray(errors, dtype=np.float64)
+    )
     shared = np.arange(observed.size) if unit is None else np.asarray(unit)
-    owner, variance = _join_errors(bins, pooled, np.nan_to_num(apart[told]), shared[told])
+    owner, variance = _join_errors(
+        bins, pooled, np.nan_to_num(apart[told]), shared[told]
+    )
     total, whole = foreseen.sum(), np.bincount(owner, foreseen)
     beyond = np.bincount(owner, joined) - whole
     other = np.maximum(1.0 - whole / total, np.finfo(float).tiny)
     scatter = np.where(other > ROUNDING, variance * total * total / other, 0.0)
     inside = joined - foreseen - (beyond / whole)[owner] * foreseen
-    found = _outcome(float((beyond * beyond / (whole + scatter)).sum()
-                           + (inside * inside / foreseen).sum()), foreseen.size, pooled)
+    found = _outcome(
+        float(
+            (beyond * beyond / (whole + scatter)).sum()
+            + (inside * inside / foreseen).sum()
+        ),
+        foreseen.size,
+        pooled,
+    )
     return replace(found, p_value=math.nan) if np.isnan(apart[told]).any() else found
 
 
-def _join_errors(bins: Index, pooled: int, errors: Array, shared: Index) -> tuple[Index, Array]:
+def _join_errors(
+    bins: Index, pooled: int, errors: Array, shared: Index
+) -> tuple[Index, Array]:
     """Unit of each new bin, and variance of each unit; bins put together are one of their own."""
     label = np.where((bins == 0) & (pooled > 0), -1, shared)
-    _, first, place = np.unique(np.stack((label, shared)), axis=1, return_index=True,
-                                return_inverse=True)
+    _, first, place = np.unique(
+        np.stack((label, shared)), axis=1, return_index=True, return_inverse=True
+    )
     whole = np.bincount(place.reshape(-1), errors)
     labels, owner = np.unique(label, return_inverse=True)
-    variance: Array = np.bincount(owner[first], whole * whole, minlength=labels.size).astype(
-        np.float64)
+    variance: Array = np.bincount(
+        owner[first], whole * whole, minlength=labels.size
+    ).astype(np.float64)
     unit = np.empty(int(bins.max(initial=-1)) + 1, dtype=np.int64)
     unit[bins] = owner
     return unit, variance
@@ -89,20 +116,26 @@ def homogeneity(first: ArrayLike, second: ArrayLike) -> ChiSquare:
     """Compare two sets of counts, both with their own chance; bins empty in both are left out."""
     rows = [_checked("counts", first), _checked("counts", second)]
     if rows[0].shape != rows[1].shape:
-        raise RequestError("two equally long sets of counts", f"{rows[0].size} and {rows[1].size}",
-                           "number both by the same poses")
+        raise RequestError(
+            "two equally long sets of counts",
+            f"{rows[0].size} and {rows[1].size}",
+            "number both by the same poses",
+        )
     table = np.stack(rows)
     table = table[:, table.sum(axis=0) > 0.0]
     if not table.sum(axis=1).all():
         return _too_few(0)
     shares = table.sum(axis=1) / table.sum()
     bins, pooled = pooled_bins(shares.min() * table.sum(axis=0))
-    joined: Array = np.stack([np.bincount(bins, row) for row in table]).astype(np.float64)
+    joined: Array = np.stack([np.bincount(bins, row) for row in table]).astype(
+        np.float64
+    )
     expected = np.outer(shares, joined.sum(axis=0))
     if _too_small(expected):
         return _too_few(pooled)
-    return _outcome(float((np.square(joined - expected) / expected).sum()), joined.shape[1],
-                    pooled)
+    return _outcome(
+        float((np.square(joined - expected) / expected).sum()), joined.shape[1], pooled
+    )
 
 
 def pooled_bins(expected: ArrayLike) -> tuple[Index, int]:
@@ -129,7 +162,9 @@ def _too_small(expected: Array) -> bool:
 
 
 def _outcome(statistic: float, bins: int, pooled: int) -> ChiSquare:
-    return ChiSquare(statistic, bins - 1, float(chdtrc(bins - 1, statistic)), bins, pooled)
+    return ChiSquare(
+        statistic, bins - 1, float(chdtrc(bins - 1, statistic)), bins, pooled
+    )
 
 
 def _too_few(pooled: int) -> ChiSquare:
@@ -139,6 +174,9 @@ def _too_few(pooled: int) -> ChiSquare:
 def _checked(what: str, values: ArrayLike) -> Array:
     array = np.asarray(values, dtype=np.float64)
     if array.ndim != 1 or not np.all((array >= 0.0) & np.isfinite(array)):
-        raise RequestError(f"finite {what} from 0 up, in one row", f"{array.tolist()}",
-                           "leave unknown ones out")
+        raise RequestError(
+            f"finite {what} from 0 up, in one row",
+            f"{array.tolist()}",
+            "leave unknown ones out",
+        )
     return array

@@ -24,9 +24,11 @@ def standard_errors(counts: ArrayLike, settled: int) -> Array:
     """
     counted = np.atleast_1d(np.asarray(counts, dtype=float))
     if counted.size and not (counted.min() >= 0.0 and counted.max() <= settled):
-        raise RequestError(f"counts from 0 to {settled}, the settled drops",
-                           f"{counted.min():g} to {counted.max():g}",
-                           "count the settled drops alone")
+        raise RequestError(
+            f"counts from 0 to {settled}, the settled drops",
+            f"{counted.min():g} to {counted.max():g}",
+            "count the settled drops alone",
+        )
     if settled == 0:
         return np.full(counted.shape, math.nan)
     return np.sqrt(error_variances(counted, settled, counted.size))
@@ -35,7 +37,9 @@ def standard_errors(counts: ArrayLike, settled: int) -> Array:
 def error_variances(counts: ArrayLike, settled: ArrayLike, poses: ArrayLike) -> Array:
     """Squares of `standard_errors`, for poses of many parts at once, given for each pose."""
     total = np.asarray(settled, dtype=float)
-    q = (np.asarray(counts, dtype=float) + 0.5) / (total + 0.5 * np.asarray(poses, dtype=float))
+    q = (np.asarray(counts, dtype=float) + 0.5) / (
+        total + 0.5 * np.asarray(poses, dtype=float)
+    )
     return np.asarray(q * (1.0 - q) / total)
 
 
@@ -49,8 +53,9 @@ DEFAULT_LEVEL = 0.9
 """Chance that `probability_low` and `probability_high` of the contract enclose the truth."""
 
 
-def jeffreys_interval(count: ArrayLike, total: ArrayLike,
-                      level: float = DEFAULT_LEVEL) -> tuple[Array, Array]:
+def jeffreys_interval(
+    count: ArrayLike, total: ArrayLike, level: float = DEFAULT_LEVEL
+) -> tuple[Array, Array]:
     """Equal-tailed Jeffreys interval of a binomial probability.
 
     The quantiles of Beta(count + 1/2, total - count + 1/2), with 0 as the lower bound where
@@ -58,14 +63,20 @@ def jeffreys_interval(count: ArrayLike, total: ArrayLike,
     "Interval estimation for a binomial proportion", Statistical Science 16 (2001), section 4.1.
     `total` need not be whole: an effective number of drops is.
     """
-    counted, totals = np.broadcast_arrays(np.asarray(count, float), np.asarray(total, float))
+    counted, totals = np.broadcast_arrays(
+        np.asarray(count, float), np.asarray(total, float)
+    )
     if not 0.0 < level < 1.0:
-        raise RequestError("a level between 0 and 1", f"{level}", "0.9 is the contract's")
+        raise RequestError(
+            "a level between 0 and 1", f"{level}", "0.9 is the contract's"
+        )
     bad = ~((counted >= 0.0) & (counted <= totals) & np.isfinite(totals))
     if bad.any():
-        raise RequestError("counts from 0 to their total",
-                           f"{counted[bad][0]:g} of {totals[bad][0]:g}",
-                           "divide both by the same variance factor")
+        raise RequestError(
+            "counts from 0 to their total",
+            f"{counted[bad][0]:g} of {totals[bad][0]:g}",
+            "divide both by the same variance factor",
+        )
     a, b, tail = counted + 0.5, totals - counted + 0.5, (1.0 - level) / 2.0
     low = np.where(counted == 0.0, 0.0, betaincinv(a, b, tail))
     high = np.where(counted == totals, 1.0, betaincinv(a, b, 1.0 - tail))
@@ -82,8 +93,14 @@ NODES = np.geomspace(0.01, 12.0, 64)
 STRIDE = 9  # of these nodes every so many are looked at first, then those between two of them
 
 
-def largest_error(deviation: ArrayLike, level: float, *, weight: ArrayLike = (1.0,),
-                  away: ArrayLike = 0.0, size: ArrayLike = 1) -> float:
+def largest_error(
+    deviation: ArrayLike,
+    level: float,
+    *,
+    weight: ArrayLike = (1.0,),
+    away: ArrayLike = 0.0,
+    size: ArrayLike = 1,
+) -> float:
     """Bound that no pose's error exceeds with this probability, a fraction.
 
     Errors are normal in each of M cases of a `weight` (M,), off by `away` (M, G); a unit's is
@@ -106,17 +123,22 @@ def largest_error(deviation: ArrayLike, level: float, *, weight: ArrayLike = (1.
 
     def kept(some: NDArray[np.floating]) -> Array:
         """Chance that all errors are within each of some bounds."""
-        inside = (ndtr((some[:, None, None] - middle) / scale)
-                  - ndtr((-some[:, None, None] - middle) / scale))
-        return np.asarray(inside.prod(axis=2) ** free @ np.asarray(weight, dtype=np.float64))
+        inside = ndtr((some[:, None, None] - middle) / scale) - ndtr(
+            (-some[:, None, None] - middle) / scale
+        )
+        return np.asarray(
+            inside.prod(axis=2) ** free @ np.asarray(weight, dtype=np.float64)
+        )
 
     passed = int(np.searchsorted(kept(bounds[::STRIDE]), level, "right"))
-    near = bounds[STRIDE * max(passed - 1, 0):][:STRIDE + 1]
+    near = bounds[STRIDE * max(passed - 1, 0) :][: STRIDE + 1]
     return min(float(np.interp(level, kept(near), near)), 1.0)
 
 
 AT_A_LOOK = 0.92  # confidence asked for at each look, so that 90 % are left
-DEVIATE = 1.4050715603096329  # the normal deviate below which a share of `AT_A_LOOK` lies
+DEVIATE = (
+    1.4050715603096329  # the normal deviate below which a share of `AT_A_LOOK` lies
+)
 
 
 class Judged(NamedTuple):
@@ -129,8 +151,10 @@ class Judged(NamedTuple):
 
 def judge_counts(counts: Index) -> Judged:
     """Judge counts (K,) of independent drops by themselves."""
-    return Judged(root_mean_square(standard_errors(counts, int(counts.sum()))),
-                  counted_bound(counts))
+    return Judged(
+        root_mean_square(standard_errors(counts, int(counts.sum()))),
+        counted_bound(counts),
+    )
 
 
 def counted_bound(counts: Index) -> float:

@@ -46,7 +46,9 @@ CERTAIN = 1e15  # so many drops would leave no error but that of rounding
 NO_FLIPS = Bounded(0.0, 0.0, 0.0)
 
 
-def drop_afresh(dropped: PoseShares, wanted: Sequence[int], rate: float = math.nan) -> Feeding:
+def drop_afresh(
+    dropped: PoseShares, wanted: Sequence[int], rate: float = math.nan
+) -> Feeding:
     """Feed a part by dropping those again that lie wrong.
 
     `wanted`: indices of the poses that are accepted, at least one; `rate`: parts dropped a minute,
@@ -56,8 +58,12 @@ def drop_afresh(dropped: PoseShares, wanted: Sequence[int], rate: float = math.n
     if not math.isnan(rate):
         check_rate(rate)
     accepted = _accepted_share(dropped, kept)
-    return Feeding(accepted, passes_of(*accepted), NO_FLIPS,
-                   Bounded(*(rate * one for one in accepted)))
+    return Feeding(
+        accepted,
+        passes_of(*accepted),
+        NO_FLIPS,
+        Bounded(*(rate * one for one in accepted)),
+    )
 
 
 def passes_of(share: float, low: float, high: float) -> Bounded:
@@ -65,8 +71,13 @@ def passes_of(share: float, low: float, high: float) -> Bounded:
     return Bounded(*(1.0 / one if one else math.inf for one in (share, high, low)))
 
 
-def flip_wrong_ones(dropped: PoseShares, counts: ArrayLike, wanted: Sequence[int], rate: float,
-                    cycle_time: float) -> Feeding:
+def flip_wrong_ones(
+    dropped: PoseShares,
+    counts: ArrayLike,
+    wanted: Sequence[int],
+    rate: float,
+    cycle_time: float,
+) -> Feeding:
     """Feed a part by kicking those that lie wrong until they lie right.
 
     A part that is dropped takes 60 / rate seconds, and each flip as long as a cycle. `counts`
@@ -77,9 +88,11 @@ def flip_wrong_ones(dropped: PoseShares, counts: ArrayLike, wanted: Sequence[int
     check_rate(rate, cycle_time)
     settled = flips.sum(axis=1)
     if not (settled[~kept] > 0.0).all():
-        raise RequestError("flips counted out of every pose that is not wanted",
-                           f"none out of pose {np.flatnonzero(~kept & (settled <= 0.0))[0]}",
-                           "simulate more flips")
+        raise RequestError(
+            "flips counted out of every pose that is not wanted",
+            f"none out of pose {np.flatnonzero(~kept & (settled <= 0.0))[0]}",
+            "simulate more flips",
+        )
     if kept.all():
         return drop_afresh(dropped, wanted, rate)
     wrong, shares = np.flatnonzero(~kept), dropped.probability
@@ -88,17 +101,31 @@ def flip_wrong_ones(dropped: PoseShares, counts: ArrayLike, wanted: Sequence[int
     if not leaving.all():
         # In the end a part lies there for ever; those that arrive before are accepted.
         out, moves = wrong[leaving], moves[leaving]
-        arrive = np.linalg.solve(np.eye(out.size) - moves[:, out], moves[:, kept].sum(axis=1))
+        arrive = np.linalg.solve(
+            np.eye(out.size) - moves[:, out], moves[:, kept].sum(axis=1)
+        )
         unknown = Bounded(math.nan, math.nan, math.nan)
         return Feeding(
-            unknown._replace(value=float(shares[kept].sum() + shares[out] @ arrive)), unknown,
-            unknown._replace(value=math.inf), Bounded(0.0, 0.0, math.nan))
+            unknown._replace(value=float(shares[kept].sum() + shares[out] @ arrive)),
+            unknown,
+            unknown._replace(value=math.inf),
+            Bounded(0.0, 0.0, math.nan),
+        )
     value, error = _flips_needed(dropped, moves, flips[wrong], wrong)
     spread = spread_of(error / value) if value else 1.0
     needed = Bounded(value, value / spread, value * spread)
     certain = Bounded(1.0, 1.0, 1.0)
-    return Feeding(certain, certain, needed, Bounded(*(
-        60.0 / (60.0 / rate + one * cycle_time) for one in (value, needed.high, needed.low))))
+    return Feeding(
+        certain,
+        certain,
+        needed,
+        Bounded(
+            *(
+                60.0 / (60.0 / rate + one * cycle_time)
+                for one in (value, needed.high, needed.low)
+            )
+        ),
+    )
 
 
 def spread_of(error: float) -> float:
@@ -106,8 +133,9 @@ def spread_of(error: float) -> float:
     return math.exp(-float(ndtri(0.5 * (1.0 - DEFAULT_LEVEL))) * error)
 
 
-def _flips_needed(dropped: PoseShares, moves: Array, flips: Array,
-                  wrong: Index) -> tuple[float, float]:
+def _flips_needed(
+    dropped: PoseShares, moves: Array, flips: Array, wrong: Index
+) -> tuple[float, float]:
     """Flips that a dropped part needs on average, and the standard error of that.
 
     With T the moves among the wrong poses: g = (I - T)^-1 1 flips are needed out of each, and each
@@ -119,8 +147,8 @@ def _flips_needed(dropped: PoseShares, moves: Array, flips: Array,
     needed[wrong] = np.linalg.solve(inner, np.ones(wrong.size))
     visits = np.linalg.solve(inner.T, shares[wrong])
     smooth = (flips + 0.5) / (flips.sum(axis=1) + 0.5 * shares.size)[:, None]
-    rows = smooth @ needed ** 2 - (smooth @ needed) ** 2
-    variance = float(visits ** 2 @ (rows / flips.sum(axis=1)))
+    rows = smooth @ needed**2 - (smooth @ needed) ** 2
+    variance = float(visits**2 @ (rows / flips.sum(axis=1)))
     if dropped.drops != math.inf:
         variance += dropped.scatter(needed) / dropped.drops
     return float(shares @ needed), math.sqrt(variance)
@@ -154,13 +182,19 @@ def _accepted_share(dropped: PoseShares, kept: Mask) -> Bounded:
 def check_wanted(wanted: Sequence[int], poses: int) -> Mask:
     """Which of all poses (K,) are accepted."""
     indices: list[Any] = list(wanted) if np.ndim(wanted) == 1 else [wanted]
-    bad = [one for one in indices if isinstance(one, bool) or not isinstance(one, Integral)
-           or not 0 <= int(one) < poses]
+    bad = [
+        one
+        for one in indices
+        if isinstance(one, bool)
+        or not isinstance(one, Integral)
+        or not 0 <= int(one) < poses
+    ]
     if bad or not indices:
-        raise RequestError(f"wanted poses out of 0 to {poses - 1}, at least one",
-                           f"{bad[0]!r}" if bad else "none",
-                           "they are the `index` of the poses; `ros_pose_stats estimate` lists "
-                           "them")
+        raise RequestError(
+            f"wanted poses out of 0 to {poses - 1}, at least one",
+            f"{bad[0]!r}" if bad else "none",
+            "they are the `index` of the poses; `ros_pose_stats estimate` lists them",
+        )
     kept = np.zeros(poses, dtype=np.bool_)
     kept[indices] = True
     return kept
@@ -169,11 +203,17 @@ def check_wanted(wanted: Sequence[int], poses: int) -> Mask:
 def check_rate(rate: float, cycle_time: float = 0.0) -> None:
     """Refuse a rate of drops, and a time from kick to kick, that is none."""
     if not 0.0 < rate < math.inf:
-        raise RequestError("a rate above 0 parts a minute", f"{rate}",
-                           "count the parts that are dropped, those sent back included")
+        raise RequestError(
+            "a rate above 0 parts a minute",
+            f"{rate}",
+            "count the parts that are dropped, those sent back included",
+        )
     if not 0.0 <= cycle_time < math.inf:
-        raise RequestError("a cycle time of 0 s or more", f"{cycle_time}",
-                           "it is the time from one kick to the next")
+        raise RequestError(
+            "a cycle time of 0 s or more",
+            f"{cycle_time}",
+            "it is the time from one kick to the next",
+        )
 
 
 STRENGTHS = np.geomspace(3.0, 300.0, 9)
@@ -181,8 +221,9 @@ STRENGTHS = np.geomspace(3.0, 300.0, 9)
 is 15 points off stands for some ten, one that is 5 points off for a hundred."""
 
 
-def learn_flips(kicks: Sequence[FlipStatistics], counts: ArrayLike,
-                feeder_speed: str = "") -> FlipStatistics:
+def learn_flips(
+    kicks: Sequence[FlipStatistics], counts: ArrayLike, feeder_speed: str = ""
+) -> FlipStatistics:
     """Combine flips that were counted at one speed of a feeder with those of the model.
 
     The kick height is that of the model's kicks which explains the counts best. Each row is a
@@ -211,19 +252,31 @@ def learn_flips(kicks: Sequence[FlipStatistics], counts: ArrayLike,
     """
     counted = np.asarray(counts)
     if not kicks:
-        raise RequestError("flips of the model at one kick height or more", "none",
-                           "name kick heights")
+        raise RequestError(
+            "flips of the model at one kick height or more", "none", "name kick heights"
+        )
     check_alike(kicks)
     poses = kicks[0].counts.shape[0]
-    if counted.shape != (poses, poses) or counted.dtype.kind not in "iu" or (counted < 0).any():
-        raise RequestError(f"{poses} rows of {poses} whole numbers from 0 up, a row a pose",
-                           f"{counted}", "count the flips from pose to pose, by their index")
-    member = np.equal.outer([pose.group for pose in kicks[0].poses],
-                            sorted({pose.group for pose in kicks[0].poses})).astype(float)
+    if (
+        counted.shape != (poses, poses)
+        or counted.dtype.kind not in "iu"
+        or (counted < 0).any()
+    ):
+        raise RequestError(
+            f"{poses} rows of {poses} whole numbers from 0 up, a row a pose",
+            f"{counted}",
+            "count the flips from pose to pose, by their index",
+        )
+    member = np.equal.outer(
+        [pose.group for pose in kicks[0].poses],
+        sorted({pose.group for pose in kicks[0].poses}),
+    ).astype(float)
     size = member.sum(axis=0)
     seen = member.T @ counted @ member
-    rows = [(kick.counts + 0.5 / poses) / (kick.counts.sum(axis=1) + 0.5)[:, None]
-            for kick in kicks]
+    rows = [
+        (kick.counts + 0.5 / poses) / (kick.counts.sum(axis=1) + 0.5)[:, None]
+        for kick in kicks
+    ]
     models = [member.T @ row @ member for row in rows]
     evidence = np.array([_evidence(model, seen, size) for model in models])
     best = int(np.logaddexp.reduce(evidence, axis=1).argmax())
@@ -232,22 +285,40 @@ def learn_flips(kicks: Sequence[FlipStatistics], counts: ArrayLike,
 
     known = strength * models[best] + seen
     within = rows[best] / (rows[best] @ member @ member.T)
-    flips = np.asarray(known.sum(axis=1) / size @ member.T)  # out of each pose, shared among twins
+    flips = np.asarray(
+        known.sum(axis=1) / size @ member.T
+    )  # out of each pose, shared among twins
     between = known / known.sum(axis=1)[:, None]
     errors = np.sqrt(between * (1.0 - between) / (known.sum(axis=1) + 1.0)[:, None])
     moves, errors = (member @ each @ member.T * within for each in (between, errors))
-    return replace(kicks[best], counts=flips[:, None] * moves, transition=moves,
-                   unsettled=np.zeros_like(kicks[best].unsettled), standard_error=errors,
-                   feeder_speed=feeder_speed, observed=int(counted.sum()))
+    return replace(
+        kicks[best],
+        counts=flips[:, None] * moves,
+        transition=moves,
+        unsettled=np.zeros_like(kicks[best].unsettled),
+        standard_error=errors,
+        feeder_speed=feeder_speed,
+        observed=int(counted.sum()),
+    )
 
 
 def check_alike(results: Sequence[PoseStatistics | FlipStatistics]) -> None:
     """Refuse results that are not about the same poses of the same part."""
-    if len({(one.part_digest, one.cluster_tolerance, one.round_sides) for one in results}) > 1:
-        raise RequestError("results of one part and its poses",
-                           text.listed(sorted({one.part_id for one in results})),
-                           "simulate all of them with the same part, cluster tolerance and "
-                           "round sides")
+    if (
+        len(
+            {
+                (one.part_digest, one.cluster_tolerance, one.round_sides)
+                for one in results
+            }
+        )
+        > 1
+    ):
+        raise RequestError(
+            "results of one part and its poses",
+            text.listed(sorted({one.part_id for one in results})),
+            "simulate all of them with the same part, cluster tolerance and "
+            "round sides",
+        )
 
 
 def _evidence(model: Array, seen: Array | Index, size: Array) -> Array:
@@ -258,5 +329,7 @@ def _evidence(model: Array, seen: Array | Index, size: Array) -> Array:
     row, column = np.nonzero(seen)
     prior = STRENGTHS[:, None] * model[row, column]
     total = STRENGTHS[:, None] * size
-    return np.asarray((gammaln(prior + seen[row, column]) - gammaln(prior)).sum(axis=1)
-                      + (gammaln(total) - gammaln(total + seen.sum(axis=1))).sum(axis=1))
+    return np.asarray(
+        (gammaln(prior + seen[row, column]) - gammaln(prior)).sum(axis=1)
+        + (gammaln(total) - gammaln(total + seen.sum(axis=1))).sum(axis=1)
+    )

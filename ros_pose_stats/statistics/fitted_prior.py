@@ -1,6 +1,5 @@
 """Numbers of the prior, written by `python -m lab.training.fit_posterior`."""
 
-
 FITTED_METHOD = "split"  # the estimator that they belong to
 FITTED_AT = (0.2, 0.5, 0.8)  # restitutions of the rows below
 

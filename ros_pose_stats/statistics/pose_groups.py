@@ -28,12 +28,25 @@ def pose_groups(found: PoseStatistics) -> tuple[PoseGroup, ...]:
     for pose in found.by_index.values():
         groups.setdefault(pose.group, []).append(pose)
     settled = sum(pose.count for pose in found.poses)
-    joined = [_joined(poses, settled if found.method == methods.SIMULATION else None, len(groups))
-              for poses in groups.values()]
-    rank = tolerances.number_equal([0.0 if math.isnan(group.probability) else -group.probability
-                                    for group in joined], tolerances.SAME_SHARE)
-    return tuple(joined[k] for k in sorted(range(len(joined)), key=lambda k: (
-        rank[k], joined[k].first.index)))
+    joined = [
+        _joined(
+            poses, settled if found.method == methods.SIMULATION else None, len(groups)
+        )
+        for poses in groups.values()
+    ]
+    rank = tolerances.number_equal(
+        [
+            0.0 if math.isnan(group.probability) else -group.probability
+            for group in joined
+        ],
+        tolerances.SAME_SHARE,
+    )
+    return tuple(
+        joined[k]
+        for k in sorted(
+            range(len(joined)), key=lambda k: (rank[k], joined[k].first.index)
+        )
+    )
 
 
 def listed_poses(found: PoseStatistics, each: bool) -> tuple[PoseGroup, ...]:
@@ -48,30 +61,52 @@ def _joined(poses: list[StablePose], settled: int | None, groups: int) -> PoseGr
     high = sum(pose.probability_high for pose in poses)
     high = 1.0 if high > 1.0 else high  # NaN stays
     if settled is not None and len(poses) > 1:
-        low, high = map(float, jeffreys_interval(count, settled)) if groups > 1 else (1.0, 1.0)
-    return PoseGroup(tuple(poses), sum(pose.probability for pose in poses), low, high, count)
+        low, high = (
+            map(float, jeffreys_interval(count, settled)) if groups > 1 else (1.0, 1.0)
+        )
+    return PoseGroup(
+        tuple(poses), sum(pose.probability for pose in poses), low, high, count
+    )
 
 
 def warn_of_alike(found: PoseStatistics, wanted: Sequence[int]) -> tuple[str, ...]:
     """Warn where only some of the poses that look the same are wanted."""
     kept = set(map(int, wanted))
-    groups = [group.indices for group in sorted(pose_groups(found), key=lambda one: one.indices)]
-    split = [([one for one in group if one in kept], [one for one in group if one not in kept])
-             for group in groups if 0 < len(kept.intersection(group)) < len(group)]
+    groups = [
+        group.indices
+        for group in sorted(pose_groups(found), key=lambda one: one.indices)
+    ]
+    split = [
+        (
+            [one for one in group if one in kept],
+            [one for one in group if one not in kept],
+        )
+        for group in groups
+        if 0 < len(kept.intersection(group)) < len(group)
+    ]
     if not split:
         return ()
     missing = [index for _, outside in split for index in outside]
-    alike = text.listed([f"{text.name_poses(outside)} look{'s' if len(outside) == 1 else ''} "
-                         f"the same as {text.name_poses(inside)}" for inside, outside in split])
+    alike = text.listed(
+        [
+            f"{text.name_poses(outside)} look{'s' if len(outside) == 1 else ''} "
+            f"the same as {text.name_poses(inside)}"
+            for inside, outside in split
+        ]
+    )
     are = "is" if len(missing) == 1 else "are"
-    return (f"WANTED_ALIKE: {alike} (symmetry) and {are} not among the wanted ones"
-            f"{_shares(found, kept, kept.union(missing))}.",)
+    return (
+        f"WANTED_ALIKE: {alike} (symmetry) and {are} not among the wanted ones"
+        f"{_shares(found, kept, kept.union(missing))}.",
+    )
 
 
 def _shares(found: PoseStatistics, kept: set[int], every: set[int]) -> str:
     """What is accepted without and with the others; nothing where no share is known."""
-    now, then = (min(1.0, sum(pose.probability for pose in found.poses if pose.index in some))
-                 for some in (kept, every))
+    now, then = (
+        min(1.0, sum(pose.probability for pose in found.poses if pose.index in some))
+        for some in (kept, every)
+    )
     if math.isnan(now):
         return ""
     return f": {100.0 * now:.1f} % are accepted, with them {100.0 * then:.1f} %"
@@ -112,10 +147,13 @@ def pose_shares(found: PoseStatistics) -> PoseShares:
     poses = found.by_index.values()
     probability = np.array([pose.probability for pose in poses])
     if not np.isfinite(probability).all():
-        raise errors.RequestError("probabilities of the poses", "none", "simulate more drops")
+        raise errors.RequestError(
+            "probabilities of the poses", "none", "simulate more drops"
+        )
     if found.method == methods.SIMULATION:
-        return PoseShares(probability, float(sum(pose.count for pose in poses)),
-                          np.arange(len(poses)))
+        return PoseShares(
+            probability, float(sum(pose.count for pose in poses)), np.arange(len(poses))
+        )
     unit = np.unique([pose.group for pose in poses], return_inverse=True)[1].reshape(-1)
     off = np.bincount(unit, [pose.standard_error for pose in poses]).astype(np.float64)
     certain = PoseShares(probability, math.inf, unit)
@@ -129,11 +167,15 @@ def equivalent_drops(shares: Array, errors: Array) -> float:
     and 1 / K, so that n stands on both sides; the mean of both converges.
     """
     scatter = float((errors * errors).sum())
-    if scatter == 0.0 or shares.size == 1:  # poses that symmetry makes alike are all there are
+    if (
+        scatter == 0.0 or shares.size == 1
+    ):  # poses that symmetry makes alike are all there are
         return math.inf
     drops = 1.0 / scatter
     for _ in range(MOST_ROUNDS):
         q = (drops * shares + 0.5) / (drops + 0.5 * shares.size)
-        spread = max(0.0, float((q * (1.0 - q)).sum()))  # of shares that round to above 1, too
+        spread = max(
+            0.0, float((q * (1.0 - q)).sum())
+        )  # of shares that round to above 1, too
         drops = math.sqrt(drops * spread / scatter)
     return drops

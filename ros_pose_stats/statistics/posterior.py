@@ -45,7 +45,9 @@ class SquareError(NamedTuple):
 
 
 WIDEST = 1.0 - 1e-9
-NARROWEST = 1e-12  # variance of a unit over that of a single drop, where it is not certain
+NARROWEST = (
+    1e-12  # variance of a unit over that of a single drop, where it is not certain
+)
 
 
 class Kinds(NamedTuple):
@@ -59,7 +61,9 @@ class Kinds(NamedTuple):
 class Posterior(NamedTuple):
     """Distribution of the pose probabilities of one part."""
 
-    probability: Array  # (P,); means; they sum to 1, and poses of one group have equal ones
+    probability: (
+        Array  # (P,); means; they sum to 1, and poses of one group have equal ones
+    )
     standard_error: Array  # (P,); standard deviations
     unit: Index  # (P,); the unit that each pose belongs to
     size: Index  # (G,); poses of each unit, which share its error evenly
@@ -69,8 +73,15 @@ class Posterior(NamedTuple):
     kinds: Kinds
 
     @classmethod
-    def mixed(cls, weight: Array, mean: Array, variance: Array, unit: Index,
-              size: Index, kinds: Kinds) -> "Posterior":
+    def mixed(
+        cls,
+        weight: Array,
+        mean: Array,
+        variance: Array,
+        unit: Index,
+        size: Index,
+        kinds: Kinds,
+    ) -> "Posterior":
         """From the moments (M, G) of the units at each of some strengths, and their weights (M,).
 
         `kinds`: the same, parted by which kind of estimate holds rather than by strength.
@@ -80,14 +91,27 @@ class Posterior(NamedTuple):
         away = mean - middle
         spread = weight @ (variance + away * away)
         share = 1.0 / size
-        each = 1.0 / (size * size.sum())  # a unit's square error to the poses' mean square
+        each = 1.0 / (
+            size * size.sum()
+        )  # a unit's square error to the poses' mean square
         own = variance * each
         odds = own * (mean / np.maximum(1.0 - mean, SMALLEST))
         shared = np.square(odds.sum(axis=1)) - np.square(odds).sum(axis=1)
-        error = SquareError(weight, (variance + away * away) @ each, 2.0 * (
-            np.square(own).sum(axis=1) + np.maximum(shared, 0.0)))
-        return cls((middle * share)[unit], (np.sqrt(spread) * share)[unit], unit, size, error,
-                   variance, away, kinds)
+        error = SquareError(
+            weight,
+            (variance + away * away) @ each,
+            2.0 * (np.square(own).sum(axis=1) + np.maximum(shared, 0.0)),
+        )
+        return cls(
+            (middle * share)[unit],
+            (np.sqrt(spread) * share)[unit],
+            unit,
+            size,
+            error,
+            variance,
+            away,
+            kinds,
+        )
 
     @property
     def expected_error(self) -> float:
@@ -96,8 +120,14 @@ class Posterior(NamedTuple):
 
     def shares(self, counts: Index) -> statistics.Shares:
         """The probabilities with their errors, beside what was counted (P,)."""
-        return statistics.Shares(self.probability, *self.interval(), self.standard_error, counts,
-                                 self.expected_error, self.largest_error())
+        return statistics.Shares(
+            self.probability,
+            *self.interval(),
+            self.standard_error,
+            counts,
+            self.expected_error,
+            self.largest_error(),
+        )
 
     def error_quantile(self, level: float = DEFAULT_LEVEL) -> float:
         """Bound that the root mean square error over the poses keeps with this probability."""
@@ -105,8 +135,13 @@ class Posterior(NamedTuple):
 
     def largest_error(self) -> float:
         """Bound that the errors of all poses keep together with 90 % confidence, a fraction."""
-        return largest_error(np.sqrt(self.variance), DEFAULT_LEVEL, weight=self.error.weight,
-                             away=self.away, size=self.size)
+        return largest_error(
+            np.sqrt(self.variance),
+            DEFAULT_LEVEL,
+            weight=self.error.weight,
+            away=self.away,
+            size=self.size,
+        )
 
     def interval(self, level: float = DEFAULT_LEVEL) -> tuple[Array, Array]:
         """Bounds (P,), each pair the shortest that holds this share of a pose's distribution.
@@ -122,8 +157,11 @@ class Posterior(NamedTuple):
         high = low.copy()
         if unsure.any():
             low[unsure], high[unsure] = shortest_interval(
-                share[:, unsure], mean[:, unsure],
-                np.maximum(spread[:, unsure], NARROWEST * single[:, unsure]), level)
+                share[:, unsure],
+                mean[:, unsure],
+                np.maximum(spread[:, unsure], NARROWEST * single[:, unsure]),
+                level,
+            )
         return (low / self.size)[self.unit], (high / self.size)[self.unit]
 
 
@@ -138,8 +176,9 @@ NEAR_NOTHING = 10.0 ** np.arange(-8.0, 0.0)
 CELL_HALVINGS = 16  # of the cell in which the upper end lies
 
 
-def shortest_interval(weight: Array, mean: Array, variance: Array, level: float
-                      ) -> tuple[Array, Array]:
+def shortest_interval(
+    weight: Array, mean: Array, variance: Array, level: float
+) -> tuple[Array, Array]:
     """Bounds (P,) between which the density of a mixture (K, P) is nowhere lower than outside.
 
     `weight` sums to 1 over K; 0 < mean < 1, 0 < variance < mean (1 - mean), 0 < level < 1. The
@@ -151,20 +190,31 @@ def shortest_interval(weight: Array, mean: Array, variance: Array, level: float
     return np.where(mirrored, 1.0 - high, low), np.where(mirrored, 1.0 - low, high)
 
 
-def _left(weight: Array, mean: Array, variance: Array, level: float) -> tuple[Array, Array]:
+def _left(
+    weight: Array, mean: Array, variance: Array, level: float
+) -> tuple[Array, Array]:
     """The same of distributions whose mean is at most 1 / 2, so that only 0 may bind."""
     total = mean * (1.0 - mean) / np.maximum(variance, SMALLEST) - 1.0
-    a, b = mean * total, (1.0 - mean) * total  # of the Beta distributions of these moments
+    a, b = (
+        mean * total,
+        (1.0 - mean) * total,
+    )  # of the Beta distributions of these moments
     around = mean[..., None] + np.sqrt(variance)[..., None] * AROUND
     near = mean[..., None] * NEAR_NOTHING
     count = mean.shape[1]
     nodes = np.concatenate((around, near), axis=2).swapaxes(0, 1).reshape(count, -1)
-    nodes = np.sort(np.clip(np.column_stack((np.zeros(count), nodes, np.ones(count))), 0.0, 1.0))
+    nodes = np.sort(
+        np.clip(np.column_stack((np.zeros(count), nodes, np.ones(count))), 0.0, 1.0)
+    )
     mass = np.einsum("kp,kpn->pn", weight, betainc(a[..., None], b[..., None], nodes))
     low = np.array([_begin(x, y, level) for x, y in zip(nodes, mass, strict=True)])
     wanted = level + _mass(weight, a, b, low)
-    cell = np.sum(mass < wanted[:, None], axis=1, keepdims=True).clip(1, nodes.shape[1] - 1)
-    least, most = (np.take_along_axis(nodes, at, axis=1)[:, 0] for at in (cell - 1, cell))
+    cell = np.sum(mass < wanted[:, None], axis=1, keepdims=True).clip(
+        1, nodes.shape[1] - 1
+    )
+    least, most = (
+        np.take_along_axis(nodes, at, axis=1)[:, 0] for at in (cell - 1, cell)
+    )
     for _ in range(CELL_HALVINGS):
         middle = 0.5 * (least + most)
         short = _mass(weight, a, b, middle) < wanted
@@ -175,13 +225,16 @@ def _left(weight: Array, mean: Array, variance: Array, level: float) -> tuple[Ar
 def _begin(nodes: Array, mass: Array, level: float) -> float:
     """Where the shortest interval begins, by a parabola through the three shortest in a row."""
     begin = nodes[mass <= mass[-1] - level]
-    ends = np.interp(mass[:begin.size] + level, mass, nodes)
+    ends = np.interp(mass[: begin.size] + level, mass, nodes)
     length = ends - begin
     best = int(np.argmin(length))
     if not 0 < best < begin.size - 1 or begin[best - 1] == begin[best]:
         return float(begin[best])
-    x, y = begin[best - 1:best + 2], length[best - 1:best + 2]
-    left, right = (y[0] - y[1]) / (x[1] - x[0]), (y[2] - y[1]) / max(x[2] - x[1], 1e-300)
+    x, y = begin[best - 1 : best + 2], length[best - 1 : best + 2]
+    left, right = (
+        (y[0] - y[1]) / (x[1] - x[0]),
+        (y[2] - y[1]) / max(x[2] - x[1], 1e-300),
+    )
     turn = 0.5 * (x[2] - x[0]) * left / (left + right) if left + right > 0.0 else 0.0
     return float(min(max(0.5 * (x[0] + x[1]) + turn, x[0]), x[2]))
 

@@ -14,7 +14,9 @@ import numpy as np
 from ..records import Index, statistics
 from . import errors
 
-FIRST_CHECKPOINT = 100  # drops before the first look; fewer say little about their own error
+FIRST_CHECKPOINT = (
+    100  # drops before the first look; fewer say little about their own error
+)
 
 LEAST_STEPS = (8, 0.1)
 """A look costs as much as a dozen drops: the next one is at least so many drops away, and such a
@@ -68,8 +70,9 @@ class Judge(NamedTuple):
 class Prefix:
     """Counts of the contiguous prefix of a run of `drops`, cut where the target is reached."""
 
-    def __init__(self, poses: int, drops: int, target_error: float,
-                 judge: Judge | None = None) -> None:
+    def __init__(
+        self, poses: int, drops: int, target_error: float, judge: Judge | None = None
+    ) -> None:
         self.bound = drops
         self.target_error = target_error
         self.counts = np.zeros(poses, dtype=np.int64)
@@ -119,7 +122,9 @@ class Prefix:
             if self._judge is not None and not self.finished:
                 sooner = sooner_checkpoint(self.drops, bound, self.target_error)
         self.finished = self.finished or self.drops >= self.bound
-        self._next = int(min(next_checkpoint(self.drops, self.bound, self._first), sooner))
+        self._next = int(
+            min(next_checkpoint(self.drops, self.bound, self._first), sooner)
+        )
 
     def judged(self) -> errors.Judged:
         """What the counts are worth, by themselves or by the judge."""
@@ -131,8 +136,11 @@ class Prefix:
 
     def recently_judged(self) -> errors.Judged:
         """The same, to be shown: while drops go on, a judge's may be as old as its pause."""
-        if self._judge is None or self.finished or (
-                time.monotonic() - self._judged_at >= self._judge.pause):
+        if (
+            self._judge is None
+            or self.finished
+            or (time.monotonic() - self._judged_at >= self._judge.pause)
+        ):
             return self.judged()
         return self._judged[1]
 
@@ -141,9 +149,18 @@ def counted_shares(counts: Index) -> statistics.Shares:
     """Shares of settled drops (K,) with their errors; NaN as long as nothing has settled."""
     settled = int(counts.sum())
     deviations = errors.standard_errors(counts, settled)
-    low, high = ((np.ones(1), np.ones(1)) if counts.size == 1 and settled
-                 else errors.jeffreys_interval(counts, settled))
+    low, high = (
+        (np.ones(1), np.ones(1))
+        if counts.size == 1 and settled
+        else errors.jeffreys_interval(counts, settled)
+    )
     share = counts / settled if settled else np.full(deviations.shape, math.nan)
-    return statistics.Shares(share, low, high, deviations, counts,
-                             errors.root_mean_square(deviations),
-                             errors.largest_error(deviations, errors.DEFAULT_LEVEL))
+    return statistics.Shares(
+        share,
+        low,
+        high,
+        deviations,
+        counts,
+        errors.root_mean_square(deviations),
+        errors.largest_error(deviations, errors.DEFAULT_LEVEL),
+    )

@@ -42,16 +42,24 @@ class PriorFit(NamedTuple):
 
 def prior_fit(restitution: float) -> PriorFit:
     """The fit at a restitution, straight between those measured, the nearest one beyond."""
-    return PriorFit(*(float(np.interp(restitution, fitted_prior.FITTED_AT, column))
-                      for column in zip(*fitted_prior.FITTED, strict=True)))
+    return PriorFit(
+        *(
+            float(np.interp(restitution, fitted_prior.FITTED_AT, column))
+            for column in zip(*fitted_prior.FITTED, strict=True)
+        )
+    )
 
 
 FLOOR = 1e-4
 """Least probability of a pose: far below the errors of all methods, but above 0, so that drops
 can contradict an estimate that rules a pose out."""
 
-FLOORS_TOGETHER = 0.01  # most probability that the floor may take where there are many poses
-LEAST_ERROR = 1e-4  # no estimate is believed to be nearer than this: beyond 10 million drops
+FLOORS_TOGETHER = (
+    0.01  # most probability that the floor may take where there are many poses
+)
+LEAST_ERROR = (
+    1e-4  # no estimate is believed to be nearer than this: beyond 10 million drops
+)
 LEAST_STRENGTH = 1.0  # pseudo-drops of an estimate that is expected to be worthless
 TAIL = 3.0  # degrees of freedom of the scatter of the strength
 
@@ -72,44 +80,75 @@ class PosePrior:
     `known`: whether there is an expected error.
     """
 
-    def __init__(self, estimate: ArrayLike, group: ArrayLike, expected_error: float,
-                 restitution: float, fit: PriorFit | None = None) -> None:
+    def __init__(
+        self,
+        estimate: ArrayLike,
+        group: ArrayLike,
+        expected_error: float,
+        restitution: float,
+        fit: PriorFit | None = None,
+    ) -> None:
         given = np.asarray(estimate, dtype=np.float64)
-        if given.ndim != 1 or given.size == 0 or not (given >= 0.0).all() or not (
-                abs(given.sum() - 1.0) < 1e-6):
-            raise RequestError("probabilities of one pose at least, with a sum of 1",
-                               f"{given}", "give an estimate of all poses")
+        if (
+            given.ndim != 1
+            or given.size == 0
+            or not (given >= 0.0).all()
+            or not (abs(given.sum() - 1.0) < 1e-6)
+        ):
+            raise RequestError(
+                "probabilities of one pose at least, with a sum of 1",
+                f"{given}",
+                "give an estimate of all poses",
+            )
         how = prior_fit(restitution) if fit is None else fit
-        self.unit: Index = np.unique(np.asarray(group), return_inverse=True)[1].reshape(-1)
+        self.unit: Index = np.unique(np.asarray(group), return_inverse=True)[1].reshape(
+            -1
+        )
         if self.unit.shape != given.shape:
-            raise RequestError(f"a group for each of {given.size} poses",
-                               f"{self.unit.size}", "give poses of their own group each")
+            raise RequestError(
+                f"a group for each of {given.size} poses",
+                f"{self.unit.size}",
+                "give poses of their own group each",
+            )
         self.size: Index = np.bincount(self.unit)
         together = np.bincount(self.unit, given).astype(np.float64)
         self.mean: Array = _thinned(together, self.size, how.overrated)
         self.known = not math.isnan(expected_error)
         self.strength = self._implied(expected_error) * math.exp(how.center)
         strange = STRANGE_GRID if how.strange else STRANGE_GRID[:0]
-        log_strength = how.center + how.spread * GRID + math.log(self._implied(expected_error))
+        log_strength = (
+            how.center + how.spread * GRID + math.log(self._implied(expected_error))
+        )
         firm = 1.0 + how.rare_below * self.size / self.mean
         kinds = np.vstack((firm, np.ones_like(firm)))[:, None]
         any_strength = max(self.strength, LEAST_STRENGTH) ** strange[:, None]
-        self._strength = np.concatenate((
-            np.exp(log_strength)[:, None] * kinds,
-            np.broadcast_to(any_strength, (2, strange.size, firm.size))), axis=1)
+        self._strength = np.concatenate(
+            (
+                np.exp(log_strength)[:, None] * kinds,
+                np.broadcast_to(any_strength, (2, strange.size, firm.size)),
+            ),
+            axis=1,
+        )
         self._share = np.array((1.0 - how.unsure_share, how.unsure_share))
         scatter = -0.5 * (TAIL + 1.0) * np.log1p(GRID * GRID / TAIL)
         usual = scatter - math.log(np.exp(scatter).sum())
-        self._log_weight = np.concatenate((
-            usual + math.log1p(-how.strange),
-            np.log(np.full(strange.shape, how.strange / STRANGE_GRID.size))))
+        self._log_weight = np.concatenate(
+            (
+                usual + math.log1p(-how.strange),
+                np.log(np.full(strange.shape, how.strange / STRANGE_GRID.size)),
+            )
+        )
 
     def _implied(self, expected_error: float) -> float:
         """Pseudo-drops that leave as large an error as is expected."""
-        spread = np.mean((self.mean * (1.0 - self.mean) / (self.size * self.size))[self.unit])
+        spread = np.mean(
+            (self.mean * (1.0 - self.mean) / (self.size * self.size))[self.unit]
+        )
         if math.isnan(expected_error):
             return LEAST_STRENGTH
-        return max(float(spread) / max(expected_error, LEAST_ERROR) ** 2 - 1.0, LEAST_STRENGTH)
+        return max(
+            float(spread) / max(expected_error, LEAST_ERROR) ** 2 - 1.0, LEAST_STRENGTH
+        )
 
     def log_evidence(self, counts: ArrayLike) -> float:
         """Logarithm of the probability of such counts (P,), up to what the prior leaves alone."""
@@ -122,19 +161,25 @@ class PosePrior:
         back = np.argsort(self._order(pooled))
         mean, variance = (each[:, back] for each in breaks.moments())
         kinds = posterior.Kinds(*(each[:, back] for each in breaks.kinds(weight)))
-        return posterior.Posterior.mixed(weight, mean, variance, self.unit, self.size, kinds)
+        return posterior.Posterior.mixed(
+            weight, mean, variance, self.unit, self.size, kinds
+        )
 
     def contradicted(self, counts: ArrayLike) -> Mask:
         """Poses (P,) in which drops contradict the estimate beyond both errors."""
-        usual = np.exp(self._log_weight[:GRID.size])
+        usual = np.exp(self._log_weight[: GRID.size])
         weight = self._share[:, None] * usual / usual.sum()
-        strength = self._strength[:, :GRID.size]
-        return contradicted_units(self._pooled(counts), self.mean, weight, strength)[self.unit]
+        strength = self._strength[:, : GRID.size]
+        return contradicted_units(self._pooled(counts), self.mean, weight, strength)[
+            self.unit
+        ]
 
     def _updated(self, pooled: Array) -> "tuple[ConnorMosimann, Array, float]":
         """Breaks after the drops at each strength, the strengths' weights, log evidence."""
         order = self._order(pooled)
-        before = ConnorMosimann.around(self.mean[order], self._strength[..., order], self._share)
+        before = ConnorMosimann.around(
+            self.mean[order], self._strength[..., order], self._share
+        )
         after, log_evidence = before.updated(pooled[order])
         log_weight = self._log_weight + log_evidence
         top = log_weight.max()
@@ -148,8 +193,11 @@ class PosePrior:
     def _pooled(self, counts: ArrayLike) -> Array:
         counted = np.asarray(counts, dtype=np.float64)
         if counted.shape != self.unit.shape or not (counted >= 0.0).all():
-            raise RequestError(f"{self.unit.size} counts from 0 up", f"{counted}",
-                               "count the settled drops of each pose")
+            raise RequestError(
+                f"{self.unit.size} counts from 0 up",
+                f"{counted}",
+                "count the settled drops of each pose",
+            )
         return np.bincount(self.unit, counted).astype(np.float64)
 
 
@@ -169,7 +217,9 @@ as far off as it says, at most; Bonferroni's bound over the units and both sides
 LEAST_PARAMETER = 1e-9
 
 
-def contradicted_units(counts: Array, mean: Array, weight: Array, strength: Array) -> Mask:
+def contradicted_units(
+    counts: Array, mean: Array, weight: Array, strength: Array
+) -> Mask:
     """Units whose count is too far from its estimate to be explained by both errors.
 
     A count of n drops with a probability from a Beta distribution of strength s scatters like a
@@ -200,15 +250,18 @@ class ConnorMosimann(NamedTuple):
     """
 
     taken: Array  # (K, M, G - 1) first Beta parameters
-    left: Array   # (K, M, G - 1) second ones
+    left: Array  # (K, M, G - 1) second ones
     log_share: Array  # (K, M, G - 1) logarithms of how likely each is, or (K, 1, 1) if all alike
 
     @classmethod
     def around(cls, mean: Array, strength: Array, share: Array) -> "ConnorMosimann":
         """With given means, as sure as pseudo-drops; `share` (K,): how likely each of the K is."""
         beyond = np.cumsum(mean[:0:-1])[::-1]
-        return cls(strength[..., :-1] * mean[:-1], strength[..., :-1] * beyond,
-                   np.log(share)[:, None, None])
+        return cls(
+            strength[..., :-1] * mean[:-1],
+            strength[..., :-1] * beyond,
+            np.log(share)[:, None, None],
+        )
 
     def updated(self, counts: Array) -> "tuple[ConnorMosimann, Array]":
         """After counts (G,), and the logarithm (M,) of their probability in this very sequence."""
@@ -236,9 +289,14 @@ class ConnorMosimann(NamedTuple):
         part = each / np.maximum(whole, LEAST_WEIGHT)[:, None]
         middle = (part * mean).sum(axis=1)
         spread = np.maximum((part * square).sum(axis=1) - middle * middle, 0.0)
-        holds = np.where(whole > RULED_OUT, np.arange(len(whole))[:, None], whole.argmax(axis=0))
-        return (whole, np.take_along_axis(middle, holds, axis=0),
-                np.take_along_axis(spread, holds, axis=0))
+        holds = np.where(
+            whole > RULED_OUT, np.arange(len(whole))[:, None], whole.argmax(axis=0)
+        )
+        return (
+            whole,
+            np.take_along_axis(middle, holds, axis=0),
+            np.take_along_axis(spread, holds, axis=0),
+        )
 
     def _kinds(self) -> tuple[Array, Array, Array]:
         """Shares, means and mean squares (K, M, G) of the units; the last has the last break."""
@@ -247,15 +305,18 @@ class ConnorMosimann(NamedTuple):
         first, rest = self.taken / total, self.left / total
         twice = first * (self.taken + 1.0) / (total + 1.0)
         rest_twice = rest * (self.left + 1.0) / (total + 1.0)
-        before, before_twice = (_remaining((share * one).sum(axis=0))
-                                for one in (rest, rest_twice))
+        before, before_twice = (
+            _remaining((share * one).sum(axis=0)) for one in (rest, rest_twice)
+        )
         shares = np.broadcast_to(share, first.shape)
         if not first.shape[-1]:
             whole = np.ones((*first.shape[:-1], 1))
             return whole / len(first), whole, whole
-        return (np.concatenate((shares, shares[..., -1:]), axis=-1),
-                np.concatenate((first, rest[..., -1:]), axis=-1) * before,
-                np.concatenate((twice, rest_twice[..., -1:]), axis=-1) * before_twice)
+        return (
+            np.concatenate((shares, shares[..., -1:]), axis=-1),
+            np.concatenate((first, rest[..., -1:]), axis=-1) * before,
+            np.concatenate((twice, rest_twice[..., -1:]), axis=-1) * before_twice,
+        )
 
 
 def _remaining(rest: Array) -> Array:

@@ -1,5 +1,13 @@
 """The chart of speed against accuracy: every method, simulation, and other software."""
 
-from .speed_accuracy import PLANS, QUICK, ChartResults, Measured, Plan, chart, chart_text
+from .speed_accuracy import (
+    PLANS,
+    QUICK,
+    ChartResults,
+    Measured,
+    Plan,
+    chart,
+    chart_text,
+)
 
 __all__ = ["PLANS", "QUICK", "ChartResults", "Measured", "Plan", "chart", "chart_text"]

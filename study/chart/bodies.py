@@ -37,7 +37,9 @@ class Mesh:
 
     def part(self) -> Part:
         """Make a new part, for which nothing is prepared."""
-        return part_from_mesh(self.vertices, self.triangles, center_of_mass=self.center_of_mass)
+        return part_from_mesh(
+            self.vertices, self.triangles, center_of_mass=self.center_of_mass
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,21 +71,27 @@ class Size:
 
     def scene(self, restitution: float) -> DropScene:
         """The scene of its bodies at a restitution."""
-        return DropScene(restitution, self.height, self.cluster_tolerance, self.round_sides)
+        return DropScene(
+            restitution, self.height, self.cluster_tolerance, self.round_sides
+        )
 
 
 def paper_size(dataset: Dataset) -> Size:
     """The bodies of a dataset, with its counts."""
     bodies = [dataset.polyhedron(number) for number in range(dataset.spec.bodies)]
     vertices = dataset.arrays["vertices"]
-    return Size(f"paper-size, {vertices.min()} to {vertices.max()} vertices",
-                [Mesh(one.vertices, one.triangles, one.center_of_mass) for one in bodies],
-                restings(dataset),
-                {one: dataset.simulated(one) for one in dataset.spec.restitutions},
-                dataset.spec.drop_height)
+    return Size(
+        f"paper-size, {vertices.min()} to {vertices.max()} vertices",
+        [Mesh(one.vertices, one.triangles, one.center_of_mass) for one in bodies],
+        restings(dataset),
+        {one: dataset.simulated(one) for one in dataset.spec.restitutions},
+        dataset.spec.drop_height,
+    )
 
 
-def ellipsoids(vertices: int, bodies: int, drops: int, restitutions: tuple[float, ...]) -> Size:
+def ellipsoids(
+    vertices: int, bodies: int, drops: int, restitutions: tuple[float, ...]
+) -> Size:
     """Hulls of random points on ellipsoids of different proportions, simulated here.
 
     Parameters
@@ -94,8 +102,9 @@ def ellipsoids(vertices: int, bodies: int, drops: int, restitutions: tuple[float
     restitutions : tuple of float
     """
     meshes = [_ellipsoid(vertices, number) for number in range(bodies)]
-    return _dropped(f"{vertices:,} vertices".replace(",", " "), meshes, drops, restitutions,
-                    0.0, 0)
+    return _dropped(
+        f"{vertices:,} vertices".replace(",", " "), meshes, drops, restitutions, 0.0, 0
+    )
 
 
 def machined_parts(bodies: int, drops: int, restitutions: tuple[float, ...]) -> Size:
@@ -115,24 +124,54 @@ def machined_parts(bodies: int, drops: int, restitutions: tuple[float, ...]) -> 
         surface = random_part(PARTS_SEED, number)
         meshes.append(Mesh(*surface, part_from_mesh(*surface).center_of_mass))
     sizes = [len(mesh.vertices) for mesh in meshes]
-    return _dropped(f"machined and turned parts, {min(sizes)} to {max(sizes)} vertices", meshes,
-                    drops, restitutions, DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES)
+    return _dropped(
+        f"machined and turned parts, {min(sizes)} to {max(sizes)} vertices",
+        meshes,
+        drops,
+        restitutions,
+        DEFAULT_CLUSTER_TOLERANCE,
+        DEFAULT_ROUND_SIDES,
+    )
 
 
-def _dropped(title: str, meshes: list[Mesh], drops: int, restitutions: tuple[float, ...],
-             cluster_tolerance: float, round_sides: int) -> Size:
+def _dropped(
+    title: str,
+    meshes: list[Mesh],
+    drops: int,
+    restitutions: tuple[float, ...],
+    cluster_tolerance: float,
+    round_sides: int,
+) -> Size:
     """Simulate bodies from 20 radii."""
     known, simulated = [], []
     for number, mesh in enumerate(meshes):
         part = mesh.part()
         known.append(resting_poses(part, cluster_tolerance, round_sides))
-        simulated.append([_simulated(part, drops, number,
-                                     DropScene(one, None, cluster_tolerance, round_sides))
-                          for one in restitutions])
-    return Size(title, meshes, known,
-                {restitution: pooled(list(of_all)) for restitution, of_all
-                 in zip(restitutions, zip(*simulated, strict=True), strict=True)}, None,
-                cluster_tolerance, round_sides)
+        simulated.append(
+            [
+                _simulated(
+                    part,
+                    drops,
+                    number,
+                    DropScene(one, None, cluster_tolerance, round_sides),
+                )
+                for one in restitutions
+            ]
+        )
+    return Size(
+        title,
+        meshes,
+        known,
+        {
+            restitution: pooled(list(of_all))
+            for restitution, of_all in zip(
+                restitutions, zip(*simulated, strict=True), strict=True
+            )
+        },
+        None,
+        cluster_tolerance,
+        round_sides,
+    )
 
 
 def _ellipsoid(vertices: int, number: int) -> Mesh:
@@ -146,11 +185,19 @@ def _ellipsoid(vertices: int, number: int) -> Mesh:
 def _simulated(part: Part, drops: int, number: int, scene: DropScene) -> SimulatedPoses:
     """Drops that ended in each pose of a body, by `index`."""
     entropy = np.random.SeedSequence((number, round(scene.restitution * 1e9)))
-    found = simulate(part, drops, scene.restitution,
-                     int(entropy.generate_state(1, np.uint64)[0]),
-                     cluster_tolerance=scene.cluster_tolerance, round_sides=scene.round_sides)
+    found = simulate(
+        part,
+        drops,
+        scene.restitution,
+        int(entropy.generate_state(1, np.uint64)[0]),
+        cluster_tolerance=scene.cluster_tolerance,
+        round_sides=scene.round_sides,
+    )
     counts = np.zeros(len(found.poses), dtype=np.int64)
     for pose in found.poses:
         counts[pose.index] = pose.count
-    return SimulatedPoses(np.full_like(counts, number), counts,
-                          np.full_like(counts, found.drops - found.unsettled))
+    return SimulatedPoses(
+        np.full_like(counts, number),
+        counts,
+        np.full_like(counts, found.drops - found.unsettled),
+    )

@@ -72,12 +72,16 @@ class Effort(NamedTuple):
 def estimator_points(size: Size, effort: Effort) -> Iterator[ChartPoint]:
     """A point for each estimator; the time is from the mesh arrays to the statistics."""
     every = pooled(list(size.simulated.values()))
-    values = {rho: estimates(size.known, size.scene(rho))
-              for rho in size.simulated}
+    values = {rho: estimates(size.known, size.scene(rho)) for rho in size.simulated}
     names = list(next(iter(values.values())))
     # The methods take turns, so that other load of the machine affects all of them alike.
-    took = medians([{name: partial(_estimate, size, mesh, name) for name in names}
-                    for mesh in some(size.meshes, effort.parts)], REPEATS)
+    took = medians(
+        [
+            {name: partial(_estimate, size, mesh, name) for name in names}
+            for mesh in some(size.meshes, effort.parts)
+        ],
+        REPEATS,
+    )
     for name in names:
         found = accuracy(np.concatenate([one[name] for one in values.values()]), every)
         kind = "paper" if name in paper.ERRORS else "estimator"
@@ -88,29 +92,55 @@ def simulation_points(size: Size, effort: Effort) -> Iterator[ChartPoint]:
     """A point for each number of drops; the error is the noise of that many independent drops."""
     every = pooled(list(size.simulated.values()))
     for drops in effort.drops:
-        took = medians([{"": partial(_simulate, size, mesh, drops, restitution)}
-                        for restitution in size.simulated
-                        for mesh in some(size.meshes, effort.timed(drops))])
+        took = medians(
+            [
+                {"": partial(_simulate, size, mesh, drops, restitution)}
+                for restitution in size.simulated
+                for mesh in some(size.meshes, effort.timed(drops))
+            ]
+        )
         noise = noise_of(every, drops)
-        yield ChartPoint(f"n = {drops:,}".replace(",", " "), "simulation", took[""], noise.error,
-                         noise.low, noise.high, "drop simulation")
+        yield ChartPoint(
+            f"n = {drops:,}".replace(",", " "),
+            "simulation",
+            took[""],
+            noise.error,
+            noise.low,
+            noise.high,
+            "drop simulation",
+        )
 
 
-def point(name: str, kind: str, seconds: float, found: Accuracy,
-          series: str | None = None) -> ChartPoint:
+def point(
+    name: str, kind: str, seconds: float, found: Accuracy, series: str | None = None
+) -> ChartPoint:
     """Make a point of a measured error, without an interval where there is a single body."""
-    bounds = (found.error, found.error) if math.isnan(found.low) else (found.low, found.high)
+    bounds = (
+        (found.error, found.error) if math.isnan(found.low) else (found.low, found.high)
+    )
     return ChartPoint(name, kind, seconds, found.error, *bounds, series)
 
 
 def _estimate(size: Size, mesh: Mesh, name: str) -> object:
-    return estimate(mesh.part(), name, cluster_tolerance=size.cluster_tolerance,
-                    round_sides=size.round_sides)
+    return estimate(
+        mesh.part(),
+        name,
+        cluster_tolerance=size.cluster_tolerance,
+        round_sides=size.round_sides,
+    )
 
 
 def _simulate(size: Size, mesh: Mesh, drops: int, restitution: float) -> object:
-    return simulate(mesh.part(), drops, restitution, 1, size.height, workers=1,
-                    cluster_tolerance=size.cluster_tolerance, round_sides=size.round_sides)
+    return simulate(
+        mesh.part(),
+        drops,
+        restitution,
+        1,
+        size.height,
+        workers=1,
+        cluster_tolerance=size.cluster_tolerance,
+        round_sides=size.round_sides,
+    )
 
 
 def some(meshes: Sequence[Mesh], number: int) -> list[Mesh]:
@@ -131,27 +161,53 @@ def combined_points(size: Size, effort: Effort) -> Iterator[ChartPoint]:
     """
     every = pooled(list(size.simulated.values()))
     for drops in effort.combined:
-        took = medians([{"": partial(_hybrid, size, mesh, drops, restitution, 1)}
-                        for restitution in size.simulated
-                        for mesh in some(size.meshes, effort.timed(drops))])
-        values = [_combined_shares(size, mesh, drops, restitution, number)
-                for restitution in size.simulated for number, mesh in enumerate(size.meshes)]
-        yield point(f"n = {drops:,}".replace(",", " "), "hybrid", took[""],
-                    accuracy(np.concatenate(values), every), SERIES)
+        took = medians(
+            [
+                {"": partial(_hybrid, size, mesh, drops, restitution, 1)}
+                for restitution in size.simulated
+                for mesh in some(size.meshes, effort.timed(drops))
+            ]
+        )
+        values = [
+            _combined_shares(size, mesh, drops, restitution, number)
+            for restitution in size.simulated
+            for number, mesh in enumerate(size.meshes)
+        ]
+        yield point(
+            f"n = {drops:,}".replace(",", " "),
+            "hybrid",
+            took[""],
+            accuracy(np.concatenate(values), every),
+            SERIES,
+        )
 
 
-def _combined_shares(size: Size, mesh: Mesh, drops: int, restitution: float,
-                     number: int) -> Array:
+def _combined_shares(
+    size: Size, mesh: Mesh, drops: int, restitution: float, number: int
+) -> Array:
     """Probabilities (P,) by `index`, of hybrid with drops of its own."""
     seed = np.random.SeedSequence((SEED, number, round(restitution * 1e9)))
-    found = _hybrid(size, mesh, drops, restitution, int(seed.generate_state(1, np.uint64)[0]))
-    return np.array([pose.probability for pose in sorted(found.poses, key=lambda one: one.index)])
+    found = _hybrid(
+        size, mesh, drops, restitution, int(seed.generate_state(1, np.uint64)[0])
+    )
+    return np.array(
+        [pose.probability for pose in sorted(found.poses, key=lambda one: one.index)]
+    )
 
 
-def _hybrid(size: Size, mesh: Mesh, drops: int, restitution: float,
-            seed: int) -> PoseStatistics:
-    return hybrid(mesh.part(), drops, restitution, seed, size.height, workers=1,
-                  cluster_tolerance=size.cluster_tolerance, round_sides=size.round_sides)
+def _hybrid(
+    size: Size, mesh: Mesh, drops: int, restitution: float, seed: int
+) -> PoseStatistics:
+    return hybrid(
+        mesh.part(),
+        drops,
+        restitution,
+        seed,
+        size.height,
+        workers=1,
+        cluster_tolerance=size.cluster_tolerance,
+        round_sides=size.round_sides,
+    )
 
 
 Call = Callable[[], object]
@@ -173,7 +229,9 @@ def medians(parts: Sequence[Mapping[str, Call]], times: int = 1) -> dict[str, fl
         call()
     found: dict[str, list[float]] = {name: [] for name in parts[0]}
     for calls in parts:
-        turns = [{name: _once(call) for name, call in calls.items()} for _ in range(times)]
+        turns = [
+            {name: _once(call) for name, call in calls.items()} for _ in range(times)
+        ]
         for name, seconds in found.items():
             seconds.append(median(turn[name] for turn in turns))
     return {name: median(seconds) for name, seconds in found.items()}

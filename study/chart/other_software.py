@@ -44,7 +44,9 @@ def trimesh_points(size: Size, parts: int) -> Iterator[ChartPoint]:
     probabilities, seconds = [], []
     for mesh, known in zip(size.meshes[:chosen], size.known, strict=False):
         body = trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False)
-        took, found = timed(partial(compute_stable_poses, body, center_mass=mesh.center_of_mass))
+        took, found = timed(
+            partial(compute_stable_poses, body, center_mass=mesh.center_of_mass)
+        )
         seconds.append(took)
         probabilities.append(matched(known, *found))
     every = pooled([_of_first(one, chosen) for one in size.simulated.values()])
@@ -52,8 +54,9 @@ def trimesh_points(size: Size, parts: int) -> Iterator[ChartPoint]:
     yield point("trimesh.poses", "outside", median(seconds), error)
 
 
-def mujoco_points(size: Size, parts: int,
-                  say: Callable[[str], object] = lambda _: None) -> Iterator[ChartPoint]:
+def mujoco_points(
+    size: Size, parts: int, say: Callable[[str], object] = lambda _: None
+) -> Iterator[ChartPoint]:
     """Drops by MuJoCo from 20 radii; only the time inside `mj_step` counts.
 
     The error comes from both MuJoCo's noise and its different contacts. There is no point where
@@ -64,7 +67,9 @@ def mujoco_points(size: Size, parts: int,
         say("MuJoCo is not installed, left out")
         return
     if not low <= min(size.simulated) <= max(size.simulated) <= high:
-        say(f"MuJoCo is left out: its contacts reach restitutions from {low:g} to {high:g}")
+        say(
+            f"MuJoCo is left out: its contacts reach restitutions from {low:g} to {high:g}"
+        )
         return
     chosen = _first(size, parts)
     try:
@@ -74,7 +79,13 @@ def mujoco_points(size: Size, parts: int,
         return
     every = pooled([_of_first(one, chosen) for one in size.simulated.values()])
     for drops, values in shares.items():
-        yield point(f"n = {drops}", "outside", drops * seconds, accuracy(values, every), "MuJoCo")
+        yield point(
+            f"n = {drops}",
+            "outside",
+            drops * seconds,
+            accuracy(values, every),
+            "MuJoCo",
+        )
 
 
 def _mujoco_shares(size: Size, bodies: int) -> tuple[float, dict[int, Array]]:
@@ -84,22 +95,35 @@ def _mujoco_shares(size: Size, bodies: int) -> tuple[float, dict[int, Array]]:
     for restitution in size.simulated:
         for number, mesh in enumerate(size.meshes[:bodies]):
             plate = Plate(mesh.part(), 0.0)
-            found = drop_in_mujoco(plate, setting(plate, restitution, MUJOCO_DEPTH, MUJOCO_STEPS),
-                                   max(MUJOCO_DROPS), number)
+            found = drop_in_mujoco(
+                plate,
+                setting(plate, restitution, MUJOCO_DEPTH, MUJOCO_STEPS),
+                max(MUJOCO_DROPS),
+                number,
+            )
             seconds.append(found.seconds / found.drops)
             for drops, shares_of in shares.items():
-                seen = np.bincount(found.index[:drops], minlength=len(size.known[number].poses))
+                seen = np.bincount(
+                    found.index[:drops], minlength=len(size.known[number].poses)
+                )
                 shares_of.append(seen / drops)
-    return median(seconds), {drops: np.concatenate(one) for drops, one in shares.items()}
+    return median(seconds), {
+        drops: np.concatenate(one) for drops, one in shares.items()
+    }
 
 
-def matched(known: RestingPoses, transforms: Array, probabilities: Sequence[float]) -> Array:
+def matched(
+    known: RestingPoses, transforms: Array, probabilities: Sequence[float]
+) -> Array:
     """Another program's probabilities in the order of our poses, without those that match none."""
     theirs = -np.asarray(transforms)[:, 2, :3]
     gap, face = cKDTree(known.equilibria.downs).query(theirs)
     near = gap < (SAME_FACET if known.body.rounded else SAME_FACE)
-    return np.bincount(known.clusters.pose[face[near]], np.asarray(probabilities)[near],
-                       len(known.poses)).astype(np.float64)
+    return np.bincount(
+        known.clusters.pose[face[near]],
+        np.asarray(probabilities)[near],
+        len(known.poses),
+    ).astype(np.float64)
 
 
 def _first(size: Size, parts: int) -> int:
@@ -109,4 +133,6 @@ def _first(size: Size, parts: int) -> int:
 def _of_first(simulated: SimulatedPoses, bodies: int) -> SimulatedPoses:
     """Of the first bodies alone."""
     kept = simulated.body < bodies
-    return SimulatedPoses(simulated.body[kept], simulated.count[kept], simulated.settled[kept])
+    return SimulatedPoses(
+        simulated.body[kept], simulated.count[kept], simulated.settled[kept]
+    )

@@ -42,16 +42,20 @@ class Plan(NamedTuple):
     machined: bool = False
 
 
-PLANS = (Plan(0, 0, 0, Effort(), 1_000_000, 6),
-         Plan(200, 60, 1_000, Effort(40, 10_000), 60, 3),
-         Plan(2_000, 20, 400, Effort(20, 2_000, fewest=1, combined=(10, 100)), 20, 2),
-         Plan(0, 60, 2_000, Effort(30, 10_000), 60, 0, machined=True))
+PLANS = (
+    Plan(0, 0, 0, Effort(), 1_000_000, 6),
+    Plan(200, 60, 1_000, Effort(40, 10_000), 60, 3),
+    Plan(2_000, 20, 400, Effort(20, 2_000, fewest=1, combined=(10, 100)), 20, 2),
+    Plan(0, 60, 2_000, Effort(30, 10_000), 60, 0, machined=True),
+)
 
 FEW_DROPS, FEWER_DROPS = (10, 100, 1_000), (10, 100)
 
-QUICK = (Plan(0, 0, 0, Effort(9, 1_000, FEW_DROPS, FEWER_DROPS), 30, 0),
-         Plan(200, 8, 200, Effort(8, 1_000, FEW_DROPS, FEWER_DROPS), 8, 0),
-         Plan(0, 12, 400, Effort(12, 1_000, FEW_DROPS, FEWER_DROPS), 12, 0, machined=True))
+QUICK = (
+    Plan(0, 0, 0, Effort(9, 1_000, FEW_DROPS, FEWER_DROPS), 30, 0),
+    Plan(200, 8, 200, Effort(8, 1_000, FEW_DROPS, FEWER_DROPS), 8, 0),
+    Plan(0, 12, 400, Effort(12, 1_000, FEW_DROPS, FEWER_DROPS), 12, 0, machined=True),
+)
 
 
 class Measured(NamedTuple):
@@ -104,12 +108,22 @@ class ChartResults:
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values for JSON."""
-        return {"scene": self.scene, "dataset": self.spec.as_dict(), "seconds": self.seconds,
-                "sizes": [{**plain(one), "pareto_front": one.front()} for one in self.sizes]}
+        return {
+            "scene": self.scene,
+            "dataset": self.spec.as_dict(),
+            "seconds": self.seconds,
+            "sizes": [
+                {**plain(one), "pareto_front": one.front()} for one in self.sizes
+            ],
+        }
 
 
-def chart(dataset: Dataset, plans: tuple[Plan, ...] = PLANS, *,
-          on_progress: Callable[[str], object] = lambda _: None) -> ChartResults:
+def chart(
+    dataset: Dataset,
+    plans: tuple[Plan, ...] = PLANS,
+    *,
+    on_progress: Callable[[str], object] = lambda _: None,
+) -> ChartResults:
     """Time and error of every method for each size of part.
 
     Parameters
@@ -123,17 +137,30 @@ def chart(dataset: Dataset, plans: tuple[Plan, ...] = PLANS, *,
     begin = time.perf_counter()
     found = []
     for plan in plans:
-        on_progress("simulating machined and turned parts" if plan.machined
-                    else f"simulating bodies of {plan.vertices} vertices" if plan.vertices
-                    else "reading the dataset's bodies")
+        on_progress(
+            "simulating machined and turned parts"
+            if plan.machined
+            else f"simulating bodies of {plan.vertices} vertices"
+            if plan.vertices
+            else "reading the dataset's bodies"
+        )
         size = _planned_bodies(dataset, plan)
         points = []
         for point in _points(size, plan, on_progress):
             points.append(point)
-            on_progress(f"{size.title}: {f'{point.series}, ' if point.series else ''}{point.name}")
+            on_progress(
+                f"{size.title}: {f'{point.series}, ' if point.series else ''}{point.name}"
+            )
         poses = sum(len(one.poses) for one in size.known)
-        found.append(Measured(size.title, len(size.meshes), poses / len(size.meshes),
-                              plan.drops or dataset.spec.drops, tuple(points)))
+        found.append(
+            Measured(
+                size.title,
+                len(size.meshes),
+                poses / len(size.meshes),
+                plan.drops or dataset.spec.drops,
+                tuple(points),
+            )
+        )
     return ChartResults(dataset.spec, tuple(found), time.perf_counter() - begin)
 
 
@@ -145,8 +172,9 @@ def _planned_bodies(dataset: Dataset, plan: Plan) -> Size:
     return ellipsoids(plan.vertices, plan.bodies, plan.drops, dataset.spec.restitutions)
 
 
-def _points(size: Size, plan: Plan,
-            say: Callable[[str], object]) -> Iterator[ChartPoint]:
+def _points(
+    size: Size, plan: Plan, say: Callable[[str], object]
+) -> Iterator[ChartPoint]:
     yield from estimator_points(size, plan.effort)
     yield from combined_points(size, plan.effort)
     yield from simulation_points(size, plan.effort)
@@ -166,13 +194,21 @@ def _size_text(one: Measured) -> str:
     rows = []
     for k, point in sorted(enumerate(one.points), key=lambda entry: entry[1].seconds):
         name = f"{point.series}, {point.name}" if point.series else point.name
-        rows.append((name, duration(point.seconds), points(point.error, 2),
-                     f"{points(max(point.low, 0.0), 2)} to {points(point.high, 2)}",
-                     "yes" if k in front else ""))
+        rows.append(
+            (
+                name,
+                duration(point.seconds),
+                points(point.error, 2),
+                f"{points(max(point.low, 0.0), 2)} to {points(point.high, 2)}",
+                "yes" if k in front else "",
+            )
+        )
     head = ("method", "time a part", "error, points", "95 % interval", "on the front")
-    return (f"### {one.title}\n\n{one.bodies} bodies with {one.mean_poses:.1f} stable poses on "
-            f"average, {one.reference_drops} reference drops of each at each restitution.\n\n"
-            + markdown_table(head, rows))
+    return (
+        f"### {one.title}\n\n{one.bodies} bodies with {one.mean_poses:.1f} stable poses on "
+        f"average, {one.reference_drops} reference drops of each at each restitution.\n\n"
+        + markdown_table(head, rows)
+    )
 
 
 def duration(seconds: float) -> str:

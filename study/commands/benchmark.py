@@ -27,75 +27,166 @@ if TYPE_CHECKING:
 
 def register(kinds: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add a command for each kind of study."""
-    table = _kind(kinds, "table", run_table, "Table I beside the paper's figures, from datasets",
-                  "Compare every estimator with datasets, as Table I of the paper does, and show "
-                  "the paper's figures beside: errors by restitution, noise, sensitivity, "
-                  "coefficients fitted anew, and the largest deviations, dropped again.",
-                  "table --dataset small.npz")
+    table = _kind(
+        kinds,
+        "table",
+        run_table,
+        "Table I beside the paper's figures, from datasets",
+        "Compare every estimator with datasets, as Table I of the paper does, and show "
+        "the paper's figures beside: errors by restitution, noise, sensitivity, "
+        "coefficients fitted anew, and the largest deviations, dropped again.",
+        "table --dataset small.npz",
+    )
     _add_dataset_options(table, None)
-    table.add_argument("--no-rerun", action="store_true",
-                       help="do not drop the largest deviations again")
-    prisms = _kind(kinds, "prisms", run_prisms, "Fig. 5: square prisms and Budden's dice",
-                   "Drop square prisms of many proportions, as in Fig. 5 of the paper, and the "
-                   "dice that Budden rolled, and show the answer of every estimator beside.",
-                   "prisms --drops 200 --dice-drops 400 -o prisms.png")
-    prisms.add_argument("--drops", type=read_count, default=1000, metavar="N",
-                        help="number of drops of each prism at each restitution "
-                        "(default: %(default)s)")
-    prisms.add_argument("--dice-drops", type=read_count, default=2000, metavar="N",
-                        help="number of drops of each die at each restitution "
-                        "(default: %(default)s)")
-    prisms.add_argument("--seed", type=read_count, default=1, metavar="S",
-                        help="seed of the drops (default: %(default)s)")
-    prisms.add_argument("-o", "--output", metavar="FILE",
-                        help="draw them to a .png or .svg file (default ending: .png)")
-    chart = _kind(kinds, "chart", run_chart, "speed against accuracy, for four kinds of part",
-                  "Measure time and error of every method for random polyhedra of three sizes "
-                  "and for machined and turned parts, and draw one "
-                  "against the other. A shift or a dataset chooses the bodies of the paper's "
-                  "size.",
-                  "chart --quick -o speed_accuracy.png")
+    table.add_argument(
+        "--no-rerun",
+        action="store_true",
+        help="do not drop the largest deviations again",
+    )
+    prisms = _kind(
+        kinds,
+        "prisms",
+        run_prisms,
+        "Fig. 5: square prisms and Budden's dice",
+        "Drop square prisms of many proportions, as in Fig. 5 of the paper, and the "
+        "dice that Budden rolled, and show the answer of every estimator beside.",
+        "prisms --drops 200 --dice-drops 400 -o prisms.png",
+    )
+    prisms.add_argument(
+        "--drops",
+        type=read_count,
+        default=1000,
+        metavar="N",
+        help="number of drops of each prism at each restitution (default: %(default)s)",
+    )
+    prisms.add_argument(
+        "--dice-drops",
+        type=read_count,
+        default=2000,
+        metavar="N",
+        help="number of drops of each die at each restitution (default: %(default)s)",
+    )
+    prisms.add_argument(
+        "--seed",
+        type=read_count,
+        default=1,
+        metavar="S",
+        help="seed of the drops (default: %(default)s)",
+    )
+    prisms.add_argument(
+        "-o",
+        "--output",
+        metavar="FILE",
+        help="draw them to a .png or .svg file (default ending: .png)",
+    )
+    chart = _kind(
+        kinds,
+        "chart",
+        run_chart,
+        "speed against accuracy, for four kinds of part",
+        "Measure time and error of every method for random polyhedra of three sizes "
+        "and for machined and turned parts, and draw one "
+        "against the other. A shift or a dataset chooses the bodies of the paper's "
+        "size.",
+        "chart --quick -o speed_accuracy.png",
+    )
     _add_dataset_options(chart, 0.0)
-    chart.add_argument("--quick", action="store_true",
-                       help="measure fewer bodies and drops, and two sizes of polyhedra")
-    chart.add_argument("-o", "--output", default="speed_accuracy", metavar="FILE",
-                       help="draw it to a .png or .svg file (default ending: .png), and write its "
-                       "numbers to a .json file beside it (default: %(default)s)")
-    stability = _kind(kinds, "stability", run_stability,
-                      "every method along walks through each known trouble",
-                      "Follow every method along walks through each known trouble: jumps, slopes, "
-                      "and the distance from simulation.",
-                      "stability --quick -o stability")
-    stability.add_argument("-o", "--output", metavar="DIR",
-                           help="directory into which measured/stability.md, its numbers and "
-                           "its figures are written")
-    stability.add_argument("--quick", action="store_true", help="measure fewer values and drops")
-    plates = _kind(kinds, "plates", run_plates, "fitted plates, judged by other parts",
-                   "Fit restitution and drop height to five of Budden's dice, and to five parts "
-                   "on plates simulated with friction, and predict the others.",
-                   "plates --splits 4")
-    plates.add_argument("--splits", type=read_count, default=20, metavar="N",
-                        help="random choices of the five (default: %(default)s)")
-    plates.add_argument("--seed", type=read_count, default=1, metavar="S",
-                        help="seed of the choices (default: %(default)s)")
-    plates.add_argument("-o", "--output", metavar="DIR",
-                        help="directory into which measured/plates.md and its numbers are "
-                        "written")
-    figures = _kind(kinds, "figures", run_figures,
-                    "table, prisms and chart, into a folder of documents",
-                    "Measure table, prisms and chart, and write them into a folder of documents.",
-                    "figures --quick -o measured")
-    figures.add_argument("-o", "--output", default="docs", metavar="DIR",
-                         help="directory into which measured/accuracy.md, its numbers and its "
-                         "figures are written (default: %(default)s)")
-    figures.add_argument("--quick", action="store_true", help="measure fewer bodies and drops")
+    chart.add_argument(
+        "--quick",
+        action="store_true",
+        help="measure fewer bodies and drops, and two sizes of polyhedra",
+    )
+    chart.add_argument(
+        "-o",
+        "--output",
+        default="speed_accuracy",
+        metavar="FILE",
+        help="draw it to a .png or .svg file (default ending: .png), and write its "
+        "numbers to a .json file beside it (default: %(default)s)",
+    )
+    stability = _kind(
+        kinds,
+        "stability",
+        run_stability,
+        "every method along walks through each known trouble",
+        "Follow every method along walks through each known trouble: jumps, slopes, "
+        "and the distance from simulation.",
+        "stability --quick -o stability",
+    )
+    stability.add_argument(
+        "-o",
+        "--output",
+        metavar="DIR",
+        help="directory into which measured/stability.md, its numbers and "
+        "its figures are written",
+    )
+    stability.add_argument(
+        "--quick", action="store_true", help="measure fewer values and drops"
+    )
+    plates = _kind(
+        kinds,
+        "plates",
+        run_plates,
+        "fitted plates, judged by other parts",
+        "Fit restitution and drop height to five of Budden's dice, and to five parts "
+        "on plates simulated with friction, and predict the others.",
+        "plates --splits 4",
+    )
+    plates.add_argument(
+        "--splits",
+        type=read_count,
+        default=20,
+        metavar="N",
+        help="random choices of the five (default: %(default)s)",
+    )
+    plates.add_argument(
+        "--seed",
+        type=read_count,
+        default=1,
+        metavar="S",
+        help="seed of the choices (default: %(default)s)",
+    )
+    plates.add_argument(
+        "-o",
+        "--output",
+        metavar="DIR",
+        help="directory into which measured/plates.md and its numbers are written",
+    )
+    figures = _kind(
+        kinds,
+        "figures",
+        run_figures,
+        "table, prisms and chart, into a folder of documents",
+        "Measure table, prisms and chart, and write them into a folder of documents.",
+        "figures --quick -o measured",
+    )
+    figures.add_argument(
+        "-o",
+        "--output",
+        default="docs",
+        metavar="DIR",
+        help="directory into which measured/accuracy.md, its numbers and its "
+        "figures are written (default: %(default)s)",
+    )
+    figures.add_argument(
+        "--quick", action="store_true", help="measure fewer bodies and drops"
+    )
 
 
-def _kind(kinds: argparse._SubParsersAction[argparse.ArgumentParser], name: str,
-          run: Callable[[argparse.Namespace], int], about: str,
-          description: str, example: str) -> argparse.ArgumentParser:
-    parser = kinds.add_parser(name, help=about, description=description,
-                              examples=(f"python -m study {example}",))
+def _kind(
+    kinds: argparse._SubParsersAction[argparse.ArgumentParser],
+    name: str,
+    run: Callable[[argparse.Namespace], int],
+    about: str,
+    description: str,
+    example: str,
+) -> argparse.ArgumentParser:
+    parser = kinds.add_parser(
+        name,
+        help=about,
+        description=description,
+        examples=(f"python -m study {example}",),
+    )
     if name != "figures":
         parser.add_argument("--json", action="store_true", help="print JSON")
     parser.set_defaults(run=run)
@@ -104,9 +195,13 @@ def _kind(kinds: argparse._SubParsersAction[argparse.ArgumentParser], name: str,
 
 def _add_dataset_options(command: argparse.ArgumentParser, shift: float | None) -> None:
     add_shift_options(command, shift)
-    command.add_argument("--dataset", nargs="+" if shift is None else None, metavar="FILE",
-                         help="made by `dataset`, instead of a shift (default: what comes with "
-                         "the package)")
+    command.add_argument(
+        "--dataset",
+        nargs="+" if shift is None else None,
+        metavar="FILE",
+        help="made by `dataset`, instead of a shift (default: what comes with "
+        "the package)",
+    )
 
 
 FIGURE_ENDINGS = (".png", ".svg")
@@ -121,10 +216,18 @@ def run_table(options: argparse.Namespace) -> int:
     found = []
     with end_on_interrupt(), ProgressBar(sys.stderr) as bar:
         for number, dataset in enumerate(datasets):
-            found.append(table(dataset, rerun=not options.no_rerun,
-                               on_progress=_bodies(bar, dataset, number, len(datasets))))
-    _print(options, [one.as_dict() for one in found],
-           "\n\n".join(table_text(one) for one in found))
+            found.append(
+                table(
+                    dataset,
+                    rerun=not options.no_rerun,
+                    on_progress=_bodies(bar, dataset, number, len(datasets)),
+                )
+            )
+    _print(
+        options,
+        [one.as_dict() for one in found],
+        "\n\n".join(table_text(one) for one in found),
+    )
     return 0
 
 
@@ -135,10 +238,15 @@ def run_prisms(options: argparse.Namespace) -> int:
 
         file = _figure(options.output) if options.output is not None else None
     with stop_on_interrupt() as interrupted, ProgressBar(sys.stderr) as bar:
-        found = prisms(options.drops, options.dice_drops, options.seed,
-                       on_progress=lambda done, total: bar.draw(
-                           done / total, f"{done} of {total} drops"),
-                       should_stop=interrupted)
+        found = prisms(
+            options.drops,
+            options.dice_drops,
+            options.seed,
+            on_progress=lambda done, total: bar.draw(
+                done / total, f"{done} of {total} drops"
+            ),
+            should_stop=interrupted,
+        )
     if file is not None:
         from ..accuracy_documents import write_prisms
 
@@ -218,13 +326,18 @@ def _datasets(options: argparse.Namespace) -> list[Dataset]:
     from ..dataset import read_dataset, shipped_dataset, shipped_datasets
 
     if options.dataset:
-        files = [options.dataset] if isinstance(options.dataset, str) else options.dataset
+        files = (
+            [options.dataset] if isinstance(options.dataset, str) else options.dataset
+        )
         return [read_dataset(file) for file in files]
     if options.shift is not None:
         return [shipped_dataset(options.shift, options.shift_moment)]
     if options.shift_moment != "inertia":
-        raise RequestError("--shift beside --shift-moment", f"{options.shift_moment} alone",
-                           "leave both out for all reference datasets")
+        raise RequestError(
+            "--shift beside --shift-moment",
+            f"{options.shift_moment} alone",
+            "leave both out for all reference datasets",
+        )
     return shipped_datasets()
 
 
@@ -234,18 +347,24 @@ def _figure(output: str) -> Path:
 
     path = Path(output)
     if path.name in ("", "..") or output.endswith("/"):
-        raise RequestError("the path of a .png or .svg file", f"{output!r}",
-                           "for instance -o figures/chart.png")
+        raise RequestError(
+            "the path of a .png or .svg file",
+            f"{output!r}",
+            "for instance -o figures/chart.png",
+        )
     refuse_unwritable(path.parent)
     return path if path.suffix in FIGURE_ENDINGS else path.with_name(f"{path.name}.png")
 
 
-def _bodies(bar: ProgressBar, dataset: Dataset, number: int,
-            total: int) -> Callable[[int], object]:
+def _bodies(
+    bar: ProgressBar, dataset: Dataset, number: int, total: int
+) -> Callable[[int], object]:
     def show(done: int) -> None:
         bodies = dataset.spec.bodies
-        bar.draw((number + done / bodies) / total,
-                 f"dataset {number + 1} of {total}, {done} of {bodies} bodies")
+        bar.draw(
+            (number + done / bodies) / total,
+            f"dataset {number + 1} of {total}, {done} of {bodies} bodies",
+        )
 
     return show
 

@@ -29,31 +29,68 @@ PAPER_BODIES, PAPER_DROPS, PAPER_RESTITUTIONS = 1057, 100, (0.2, 0.5, 0.8)
 def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the command."""
     command = commands.add_parser(
-        "dataset", help="simulate the paper's random polyhedra, into one file",
+        "dataset",
+        help="simulate the paper's random polyhedra, into one file",
         description="Draw the paper's random polyhedra, drop each many times at each "
         "restitution, and write bodies, stable poses and counts to one numpy archive. A run "
         "that is cut off goes on when the same command is given again.",
-        examples=("python -m study dataset --bodies 40 --drops 200 --shift 0.25 -o small.npz",))
-    command.add_argument("-o", "--output", metavar="FILE",
-                         help="the archive to write (default: a name that says what is in it)")
-    command.add_argument("--bodies", type=read_count, default=PAPER_BODIES, metavar="B",
-                         help="number of bodies (default: %(default)s)")
-    command.add_argument("--drops", type=read_count, default=PAPER_DROPS, metavar="N",
-                         help="number of drops of each body at each restitution "
-                         "(default: %(default)s)")
-    command.add_argument("--restitution", type=float, nargs="+", metavar="R",
-                         default=list(PAPER_RESTITUTIONS),
-                         help="coefficients of restitution (default: 0.2 0.5 0.8)")
+        examples=(
+            "python -m study dataset --bodies 40 --drops 200 --shift 0.25 -o small.npz",
+        ),
+    )
+    command.add_argument(
+        "-o",
+        "--output",
+        metavar="FILE",
+        help="the archive to write (default: a name that says what is in it)",
+    )
+    command.add_argument(
+        "--bodies",
+        type=read_count,
+        default=PAPER_BODIES,
+        metavar="B",
+        help="number of bodies (default: %(default)s)",
+    )
+    command.add_argument(
+        "--drops",
+        type=read_count,
+        default=PAPER_DROPS,
+        metavar="N",
+        help="number of drops of each body at each restitution (default: %(default)s)",
+    )
+    command.add_argument(
+        "--restitution",
+        type=float,
+        nargs="+",
+        metavar="R",
+        default=list(PAPER_RESTITUTIONS),
+        help="coefficients of restitution (default: 0.2 0.5 0.8)",
+    )
     add_shift_options(command, 0.0)
-    command.add_argument("--seed", type=read_count, default=1, metavar="S",
-                         help="the same seed gives the same file (default: %(default)s)")
+    command.add_argument(
+        "--seed",
+        type=read_count,
+        default=1,
+        metavar="S",
+        help="the same seed gives the same file (default: %(default)s)",
+    )
     where = command.add_mutually_exclusive_group()
-    where.add_argument("--workers", type=read_count, metavar="W",
-                       help="number of threads (default: all cores)")
-    where.add_argument("--scheduler", metavar="ADDRESS",
-                       help="address of a dask.distributed cluster that does the work instead")
-    command.add_argument("--json", action="store_true",
-                         help="print one JSON object that says what was written")
+    where.add_argument(
+        "--workers",
+        type=read_count,
+        metavar="W",
+        help="number of threads (default: all cores)",
+    )
+    where.add_argument(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="address of a dask.distributed cluster that does the work instead",
+    )
+    command.add_argument(
+        "--json",
+        action="store_true",
+        help="print one JSON object that says what was written",
+    )
     command.set_defaults(run=run)
 
 
@@ -64,19 +101,32 @@ def run(options: argparse.Namespace) -> int:
 
         from ..dataset import DatasetSpec, make_dataset
 
-        spec = DatasetSpec(options.bodies, options.drops, tuple(options.restitution),
-                           options.shift, options.shift_moment, options.seed)
+        spec = DatasetSpec(
+            options.bodies,
+            options.drops,
+            tuple(options.restitution),
+            options.shift,
+            options.shift_moment,
+            options.seed,
+        )
         maker = _maker(options)
         if options.scheduler is None:
             prepare_kernels()
     file = Path(options.output or default_name(spec))
     begin = time.monotonic()
     with stop_on_interrupt() as interrupted, ProgressBar(sys.stderr) as bar:
-        complete = make_dataset(file, spec, maker, on_progress=lambda one: bar.draw(*done(one)),
-                                should_stop=interrupted)
+        complete = make_dataset(
+            file,
+            spec,
+            maker,
+            on_progress=lambda one: bar.draw(*done(one)),
+            should_stop=interrupted,
+        )
     if not complete:
-        print("ros_pose_stats: interrupted; the same command goes on from here",
-              file=sys.stderr)
+        print(
+            "ros_pose_stats: interrupted; the same command goes on from here",
+            file=sys.stderr,
+        )
         return INTERRUPTED
     _report(file, time.monotonic() - begin, options.json)
     return 0
@@ -84,19 +134,30 @@ def run(options: argparse.Namespace) -> int:
 
 def default_name(spec: DatasetSpec) -> str:
     """File name of a dataset; restitutions are named where they are not the paper's."""
-    others = "" if spec.restitutions == PAPER_RESTITUTIONS else "_".join(
-        ["_restitution", *(f"{one:g}" for one in spec.restitutions)])
-    return (f"polyhedra_{spec.bodies}_shift_{spec.shift:g}_{spec.shift_moment}_"
-            f"drops_{spec.drops}{others}_seed_{spec.seed}.npz")
+    others = (
+        ""
+        if spec.restitutions == PAPER_RESTITUTIONS
+        else "_".join(["_restitution", *(f"{one:g}" for one in spec.restitutions)])
+    )
+    return (
+        f"polyhedra_{spec.bodies}_shift_{spec.shift:g}_{spec.shift_moment}_"
+        f"drops_{spec.drops}{others}_seed_{spec.seed}.npz"
+    )
 
 
 def done(progress: DatasetProgress) -> tuple[float, str]:
     """How far the run is, as a share and as a text."""
     own = progress.bodies - progress.found
-    left = (progress.bound - progress.bodies) * progress.seconds / own if own else float("nan")
+    left = (
+        (progress.bound - progress.bodies) * progress.seconds / own
+        if own
+        else float("nan")
+    )
     found = f" ({progress.found} found)" if progress.found else ""
-    return (progress.bodies / progress.bound,
-            f"{progress.bodies} of {progress.bound} bodies{found}, {duration(left)} left")
+    return (
+        progress.bodies / progress.bound,
+        f"{progress.bodies} of {progress.bound} bodies{found}, {duration(left)} left",
+    )
 
 
 def _maker(options: argparse.Namespace) -> Maker:
@@ -117,18 +178,27 @@ def _report(file: Path, seconds: float, as_json: bool) -> None:
     spec, arrays = dataset.spec, dataset.arrays
     drops = spec.bodies * len(spec.restitutions) * spec.drops
     unsettled = drops - int(arrays["settled"].sum())
-    found = {"file": str(file), "scene": spec.scene, **spec.as_dict(), "poses": len(dataset.body),
-             "drops_in_all": drops, "unsettled": unsettled,
-             "redraws": int(arrays["redraws"].sum()), "bytes": file.stat().st_size,
-             "seconds": seconds}
+    found = {
+        "file": str(file),
+        "scene": spec.scene,
+        **spec.as_dict(),
+        "poses": len(dataset.body),
+        "drops_in_all": drops,
+        "unsettled": unsettled,
+        "redraws": int(arrays["redraws"].sum()),
+        "bytes": file.stat().st_size,
+        "seconds": seconds,
+    }
     if as_json:
         print_json(found)
         return
-    print(f"{file}: {file.stat().st_size / 1e6:.2f} MB, {spec.scene}\n"
-          f"{spec.bodies} random polyhedra with {len(dataset.body)} stable poses, "
-          f"shift {spec.shift:g} ({spec.shift_moment}), {found['redraws']} drawn anew\n"
-          f"{drops} drops, {spec.drops} of each at each restitution; {unsettled} did not settle\n"
-          f"took {seconds:.1f} s")
+    print(
+        f"{file}: {file.stat().st_size / 1e6:.2f} MB, {spec.scene}\n"
+        f"{spec.bodies} random polyhedra with {len(dataset.body)} stable poses, "
+        f"shift {spec.shift:g} ({spec.shift_moment}), {found['redraws']} drawn anew\n"
+        f"{drops} drops, {spec.drops} of each at each restitution; {unsettled} did not settle\n"
+        f"took {seconds:.1f} s"
+    )
 
 
 SHIFT_MOMENTS = ("inertia", "second")
@@ -137,10 +207,19 @@ SHIFT_MOMENTS = ("inertia", "second")
 def add_shift_options(command: argparse.ArgumentParser, shift: float | None) -> None:
     """Add the shift of the centre of mass; None as the default stands for all."""
     told = "%(default)s" if shift is not None else "all that are there"
-    command.add_argument("--shift", type=float, default=shift, metavar="S",
-                         help="scale of the shift of the centre of mass; 0 leaves it at the "
-                         f"centroid, 1 is as the paper prints it (default: {told})")
-    command.add_argument("--shift-moment", choices=SHIFT_MOMENTS, default=SHIFT_MOMENTS[0],
-                         help="the shift is measured in roots of the principal moments of "
-                         "inertia over the mass, as printed, or of the second moments "
-                         "(default: %(default)s)")
+    command.add_argument(
+        "--shift",
+        type=float,
+        default=shift,
+        metavar="S",
+        help="scale of the shift of the centre of mass; 0 leaves it at the "
+        f"centroid, 1 is as the paper prints it (default: {told})",
+    )
+    command.add_argument(
+        "--shift-moment",
+        choices=SHIFT_MOMENTS,
+        default=SHIFT_MOMENTS[0],
+        help="the shift is measured in roots of the principal moments of "
+        "inertia over the mass, as printed, or of the second moments "
+        "(default: %(default)s)",
+    )

@@ -4,5 +4,15 @@ from .dataset import Dataset, read_dataset, shipped_dataset, shipped_datasets
 from .making import DatasetProgress, Maker, make_chunk, make_dataset, on_threads
 from .spec import DatasetSpec
 
-__all__ = ["Dataset", "DatasetProgress", "DatasetSpec", "Maker", "make_chunk", "make_dataset",
-           "on_threads", "read_dataset", "shipped_dataset", "shipped_datasets"]
+__all__ = [
+    "Dataset",
+    "DatasetProgress",
+    "DatasetSpec",
+    "Maker",
+    "make_chunk",
+    "make_dataset",
+    "on_threads",
+    "read_dataset",
+    "shipped_dataset",
+    "shipped_datasets",
+]

@@ -32,13 +32,19 @@ def write_archive(file: Path, spec: DatasetSpec, chunks: Sequence[Arrays]) -> No
         If it cannot be written.
     """
     schema = {
-        "format": FORMAT, "format_version": FORMAT_VERSION,
-        "written_by": f"ros_pose_stats {VERSION}", "spec": spec.as_dict(),
+        "format": FORMAT,
+        "format_version": FORMAT_VERSION,
+        "written_by": f"ros_pose_stats {VERSION}",
+        "spec": spec.as_dict(),
         "block_ends": spec.block_ends,
-        "fields": {name: {"shape": list(field.shape), "meaning": field.meaning}
-                   for name, field in FIELDS.items()},
+        "fields": {
+            name: {"shape": list(field.shape), "meaning": field.meaning}
+            for name, field in FIELDS.items()
+        },
     }
-    arrays = {name: np.concatenate([chunk[name] for chunk in chunks]) for name in FIELDS}
+    arrays = {
+        name: np.concatenate([chunk[name] for chunk in chunks]) for name in FIELDS
+    }
     whole: dict[str, Any] = {"schema": np.array(json.dumps(schema, indent=1)), **arrays}
     stream = io.BytesIO()
     np.savez_compressed(stream, **whole)
@@ -63,13 +69,20 @@ def read_archive(file: Path) -> tuple[DatasetSpec, Arrays]:
                 check_arrays(arrays, spec, spec.bodies)
                 return spec, arrays
     except OSError as error:
-        raise DatasetError("a readable file", f"{file} ({reason(error)})",
-                           "check the path") from error
+        raise DatasetError(
+            "a readable file", f"{file} ({reason(error)})", "check the path"
+        ) from error
     except Exception as error:  # numpy and zip raise a dozen kinds on damaged files
-        raise DatasetError("a dataset as `python -m study dataset` writes it",
-                           f"{file} ({reason(error)})", "make it anew") from error
-    raise DatasetError(f"a {FORMAT} of version {FORMAT_VERSION}", f"{format_name} in {file}",
-                       "make it anew with `python -m study dataset`")
+        raise DatasetError(
+            "a dataset as `python -m study dataset` writes it",
+            f"{file} ({reason(error)})",
+            "make it anew",
+        ) from error
+    raise DatasetError(
+        f"a {FORMAT} of version {FORMAT_VERSION}",
+        f"{format_name} in {file}",
+        "make it anew with `python -m study dataset`",
+    )
 
 
 Arrays = dict[str, NDArray[Any]]
@@ -88,17 +101,36 @@ FIELDS: Final = {
     "triangles": Field(("B",), "u4", "triangles of each body"),
     "poses": Field(("B",), "u4", "stable poses of each body, one a stable face"),
     "redraws": Field(("B",), "u4", "bodies thrown away before each body"),
-    "vertex": Field(("V", 3), "f8", "vertices of all bodies, body after body; unit: the largest "
-                    "distance of a vertex from the body's centroid, which is the origin"),
-    "triangle": Field(("T", 3), "u4", "triangles of all bodies, counter-clockwise from outside; "
-                      "vertices numbered from 0 in each body"),
-    "center_of_mass": Field(("B", 3), "f8", "shifted centre of mass; the inertia is the "
-                            "homogeneous body's about its centroid"),
-    "down": Field(("P", 3), "f8", "unit vector that points down in each pose, poses of a body by "
-                  "rising height"),
+    "vertex": Field(
+        ("V", 3),
+        "f8",
+        "vertices of all bodies, body after body; unit: the largest "
+        "distance of a vertex from the body's centroid, which is the origin",
+    ),
+    "triangle": Field(
+        ("T", 3),
+        "u4",
+        "triangles of all bodies, counter-clockwise from outside; "
+        "vertices numbered from 0 in each body",
+    ),
+    "center_of_mass": Field(
+        ("B", 3),
+        "f8",
+        "shifted centre of mass; the inertia is the "
+        "homogeneous body's about its centroid",
+    ),
+    "down": Field(
+        ("P", 3),
+        "f8",
+        "unit vector that points down in each pose, poses of a body by rising height",
+    ),
     "height": Field(("P",), "f8", "height of the centre of mass in each pose"),
-    "count": Field(("P", "R", "K"), "u4", "drops that came to rest in each pose, at each "
-                   "restitution, in each block of successive drops"),
+    "count": Field(
+        ("P", "R", "K"),
+        "u4",
+        "drops that came to rest in each pose, at each "
+        "restitution, in each block of successive drops",
+    ),
     "settled": Field(("B", "R", "K"), "u4", "drops that came to rest at all"),
 }
 """B bodies, V vertices, T triangles, P poses in all; R restitutions; K blocks."""
@@ -115,21 +147,35 @@ def check_arrays(arrays: Arrays, spec: DatasetSpec, bodies: int) -> None:
     for name, field in FIELDS.items():
         found = arrays[name]
         if found.dtype != np.dtype(field.kind) or found.ndim != len(field.shape):
-            raise ValueError(f"{name} of kind {found.dtype.str[1:]} in {found.ndim} dimensions")
+            raise ValueError(
+                f"{name} of kind {found.dtype.str[1:]} in {found.ndim} dimensions"
+            )
     sizes: dict[str | int, int] = {
-        "B": bodies, "R": len(spec.restitutions), "K": len(spec.block_ends),
-        **{letter: int(arrays[name].sum(dtype=np.int64)) for letter, name in
-           (("V", "vertices"), ("T", "triangles"), ("P", "poses"))}}
+        "B": bodies,
+        "R": len(spec.restitutions),
+        "K": len(spec.block_ends),
+        **{
+            letter: int(arrays[name].sum(dtype=np.int64))
+            for letter, name in (("V", "vertices"), ("T", "triangles"), ("P", "poses"))
+        },
+    }
     for name, field in FIELDS.items():
         shape = tuple(sizes.get(letter, letter) for letter in field.shape)
         if arrays[name].shape != shape:
-            raise ValueError(f"{name} of shape {arrays[name].shape} in place of {shape}")
+            raise ValueError(
+                f"{name} of shape {arrays[name].shape} in place of {shape}"
+            )
     for name in ("vertices", "triangles", "poses"):
         if not arrays[name].all():
             raise ValueError(f"a body without {name}")
-    if not all(np.isfinite(arrays[name]).all() for name in ("vertex", "center_of_mass", "down")):
+    if not all(
+        np.isfinite(arrays[name]).all() for name in ("vertex", "center_of_mass", "down")
+    ):
         raise ValueError("a coordinate that is no number")
-    if (arrays["triangle"] >= np.repeat(arrays["vertices"], arrays["triangles"])[:, None]).any():
+    if (
+        arrays["triangle"]
+        >= np.repeat(arrays["vertices"], arrays["triangles"])[:, None]
+    ).any():
         raise ValueError("a triangle without a corner")
     _check_counts(arrays, spec)
 

@@ -31,10 +31,13 @@ def on_cluster(address: str, worker_seconds: float = WORKER_SECONDS) -> Maker:
         While running: if the scheduler cannot be reached or goes away, no worker comes, or a
         piece fails.
     """
-    def make(spec: DatasetSpec, pieces: Sequence[Piece],
-             should_stop: Callable[[], bool]) -> Generator[Made, None, None]:
+
+    def make(
+        spec: DatasetSpec, pieces: Sequence[Piece], should_stop: Callable[[], bool]
+    ) -> Generator[Made, None, None]:
         work: ClusterWork[Piece, Arrays] = ClusterWork(
-            make_chunk, lambda piece: (spec, *piece), lambda _: IN_HAND)
+            make_chunk, lambda piece: (spec, *piece), lambda _: IN_HAND
+        )
         yield from work_on_cluster(address, work, pieces, should_stop, worker_seconds)
 
     return make

@@ -52,9 +52,13 @@ class Dataset:
         """One of the bodies."""
         vertices, triangles = self._vertex_starts, self._triangle_starts
         return RandomPolyhedron(
-            self.arrays["vertex"][vertices[number]:vertices[number + 1]],
-            self.arrays["triangle"][triangles[number]:triangles[number + 1]].astype(np.int64),
-            self.arrays["center_of_mass"][number], int(self.arrays["redraws"][number]))
+            self.arrays["vertex"][vertices[number] : vertices[number + 1]],
+            self.arrays["triangle"][triangles[number] : triangles[number + 1]].astype(
+                np.int64
+            ),
+            self.arrays["center_of_mass"][number],
+            int(self.arrays["redraws"][number]),
+        )
 
     def part(self, number: int) -> Part:
         """One of the bodies as a part, a unit being a metre."""
@@ -72,9 +76,15 @@ class Dataset:
         span = slice(self.pose_starts[number], self.pose_starts[number + 1])
         expected = self.arrays["down"][span]
         downs = np.array([pose.down for pose in found.poses])
-        if downs.shape != expected.shape or not np.abs(downs - expected).max() <= SAME_DOWN:
-            raise DatasetError("the stable poses in the file", f"others of body {number}",
-                               "make the dataset anew with this version")
+        if (
+            downs.shape != expected.shape
+            or not np.abs(downs - expected).max() <= SAME_DOWN
+        ):
+            raise DatasetError(
+                "the stable poses in the file",
+                f"others of body {number}",
+                "make the dataset anew with this version",
+            )
         return found
 
     def simulated(self, restitution: float, drops: int | None = None) -> SimulatedPoses:
@@ -101,18 +111,26 @@ class Dataset:
     def blocks(self, restitution: float, first: int, end: int) -> SimulatedPoses:
         """Counts of the drops of blocks first ... end - 1."""
         if restitution not in self.spec.restitutions:
-            raise RequestError(f"a restitution out of {self.spec.restitutions}",
-                               f"{restitution}", "the dataset holds no other")
+            raise RequestError(
+                f"a restitution out of {self.spec.restitutions}",
+                f"{restitution}",
+                "the dataset holds no other",
+            )
         which = self.spec.restitutions.index(restitution)
         count = self.arrays["count"][:, which, first:end].sum(axis=1, dtype=np.int64)
-        settled = self.arrays["settled"][:, which, first:end].sum(axis=1, dtype=np.int64)
+        settled = self.arrays["settled"][:, which, first:end].sum(
+            axis=1, dtype=np.int64
+        )
         return SimulatedPoses(self.body, count, settled[self.body])
 
     def _blocks(self, drops: int | None) -> int:
         ends = self.spec.block_ends
         if drops is not None and drops not in ends:
-            raise RequestError(f"a number of drops at the end of a block of {self.spec.block}",
-                               f"{drops}", f"the dataset has {self.spec.drops} of each body")
+            raise RequestError(
+                f"a number of drops at the end of a block of {self.spec.block}",
+                f"{drops}",
+                f"the dataset has {self.spec.drops} of each body",
+            )
         return len(ends) if drops is None else ends.index(drops) + 1
 
     @cached_property
@@ -155,8 +173,11 @@ def shipped_file(shift: float, shift_moment: str) -> Path:
     """
     if (shift, shift_moment) not in SHIPPED:
         known = ", ".join(f"{one:g} ({moment})" for one, moment in SHIPPED)
-        raise DatasetError(f"a shift of {known}", f"{shift:g} ({shift_moment})",
-                           "make one with `python -m study dataset` and give it with --dataset")
+        raise DatasetError(
+            f"a shift of {known}",
+            f"{shift:g} ({shift_moment})",
+            "make one with `python -m study dataset` and give it with --dataset",
+        )
     return FOLDER / f"polyhedra_{abs(shift):g}_{shift_moment}.npz"  # of -0.0 too
 
 

@@ -26,8 +26,9 @@ from .unfinished import Unfinished, clear_leftovers
 
 Piece = tuple[int, int]
 Made = tuple[Piece, Arrays]
-Maker = Callable[[DatasetSpec, Sequence[Piece], Callable[[], bool]],
-                 Generator[Made, None, None]]
+Maker = Callable[
+    [DatasetSpec, Sequence[Piece], Callable[[], bool]], Generator[Made, None, None]
+]
 """Makes the pieces of a specification and yields each when it is done, until told to stop."""
 
 
@@ -51,9 +52,14 @@ class DatasetProgress:
     seconds: float
 
 
-def make_dataset(file: Path, spec: DatasetSpec, maker: Maker, *,
-                 on_progress: Callable[[DatasetProgress], object] = lambda _: None,
-                 should_stop: Callable[[], bool] = lambda: False) -> bool:
+def make_dataset(
+    file: Path,
+    spec: DatasetSpec,
+    maker: Maker,
+    *,
+    on_progress: Callable[[DatasetProgress], object] = lambda _: None,
+    should_stop: Callable[[], bool] = lambda: False,
+) -> bool:
     """Make a dataset, or go on where an earlier run was cut off.
 
     Parameters
@@ -95,8 +101,11 @@ def make_dataset(file: Path, spec: DatasetSpec, maker: Maker, *,
             for piece, arrays in made:
                 unfinished.put(piece, arrays)
                 bodies += piece[1]
-                on_progress(DatasetProgress(bodies, spec.bodies, found,
-                                            time.monotonic() - begin))
+                on_progress(
+                    DatasetProgress(
+                        bodies, spec.bodies, found, time.monotonic() - begin
+                    )
+                )
         if bodies < spec.bodies:
             return False
         write_archive(file, spec, unfinished.pieces())
@@ -110,14 +119,23 @@ def _is_there(file: Path, spec: DatasetSpec) -> bool:
         if not file.exists():
             return False
     except OSError as error:
-        raise DatasetError("a file name that the file system takes",
-                           f"{file} ({error.strerror})", "name another one with -o") from error
+        raise DatasetError(
+            "a file name that the file system takes",
+            f"{file} ({error.strerror})",
+            "name another one with -o",
+        ) from error
     there, _ = read_archive(file)
     if there != spec:
-        others = ", ".join(f"{name} {value}" for name, value in there.as_dict().items()
-                           if value != spec.as_dict()[name])
-        raise DatasetError("a file that is not there yet, or the same dataset",
-                           f"another one in {file} ({others})", "name another file with -o")
+        others = ", ".join(
+            f"{name} {value}"
+            for name, value in there.as_dict().items()
+            if value != spec.as_dict()[name]
+        )
+        raise DatasetError(
+            "a file that is not there yet, or the same dataset",
+            f"another one in {file} ({others})",
+            "name another file with -o",
+        )
     return True
 
 
@@ -131,14 +149,19 @@ def on_threads(workers: int | None = None) -> Maker:
     """
     threads = check_workers(workers)
 
-    def make(spec: DatasetSpec, pieces: Sequence[Piece],
-             should_stop: Callable[[], bool]) -> Generator[Made, None, None]:
+    def make(
+        spec: DatasetSpec, pieces: Sequence[Piece], should_stop: Callable[[], bool]
+    ) -> Generator[Made, None, None]:
         ended = Event()
         with ThreadPoolExecutor(threads) as pool:
             try:
                 yield from in_flight(
                     lambda piece: pool.submit(make_chunk, spec, *piece, ended.is_set),
-                    lambda future, _: future.result(), pieces, should_stop, lambda: 2 * threads)
+                    lambda future, _: future.result(),
+                    pieces,
+                    should_stop,
+                    lambda: 2 * threads,
+                )
             finally:
                 ended.set()
                 pool.shutdown(wait=False, cancel_futures=True)
@@ -154,8 +177,12 @@ class Stopped(Exception):  # noqa: N818 - no error
     """A piece was given up because somebody asked for it."""
 
 
-def make_chunk(spec: DatasetSpec, first: int, count: int,
-               should_stop: Callable[[], bool] = lambda: False) -> Arrays:
+def make_chunk(
+    spec: DatasetSpec,
+    first: int,
+    count: int,
+    should_stop: Callable[[], bool] = lambda: False,
+) -> Arrays:
     """Draw bodies and drop them.
 
     Parameters
@@ -177,16 +204,22 @@ def make_chunk(spec: DatasetSpec, first: int, count: int,
     Stopped
         If `should_stop` says so.
     """
-    bodies = [random_polyhedron(spec.seed, number, spec.shift, spec.shift_moment)
-              for number in range(first, first + count)]
+    bodies = [
+        random_polyhedron(spec.seed, number, spec.shift, spec.shift_moment)
+        for number in range(first, first + count)
+    ]
     scene = DropScene(cluster_tolerance=0.0, round_sides=0)
     prepared = [drop_body(body.part(), scene) for body in bodies]
-    counts = [_counts(spec, first + k, one, should_stop) for k, one in enumerate(prepared)]
+    counts = [
+        _counts(spec, first + k, one, should_stop) for k, one in enumerate(prepared)
+    ]
     poses = [pose for one in prepared for pose in one.resting.poses]
     return {
         **_surfaces(bodies),
         "redraws": np.array([body.redraws for body in bodies], dtype=np.uint32),
-        "poses": np.array([len(one.resting.poses) for one in prepared], dtype=np.uint32),
+        "poses": np.array(
+            [len(one.resting.poses) for one in prepared], dtype=np.uint32
+        ),
         "down": np.array([pose.down for pose in poses]),
         "height": np.array([pose.height for pose in poses]),
         "count": np.concatenate(counts).astype(np.uint32),
@@ -197,21 +230,28 @@ def make_chunk(spec: DatasetSpec, first: int, count: int,
 def _surfaces(bodies: list[RandomPolyhedron]) -> Arrays:
     return {
         "vertices": np.array([len(body.vertices) for body in bodies], dtype=np.uint32),
-        "triangles": np.array([len(body.triangles) for body in bodies], dtype=np.uint32),
+        "triangles": np.array(
+            [len(body.triangles) for body in bodies], dtype=np.uint32
+        ),
         "vertex": np.concatenate([body.vertices for body in bodies]),
-        "triangle": np.concatenate([body.triangles for body in bodies]).astype(np.uint32),
+        "triangle": np.concatenate([body.triangles for body in bodies]).astype(
+            np.uint32
+        ),
         "center_of_mass": np.array([body.center_of_mass for body in bodies]),
     }
 
 
-def _counts(spec: DatasetSpec, number: int, body: PreparedBody,
-            should_stop: Callable[[], bool]) -> NDArray[np.int64]:
+def _counts(
+    spec: DatasetSpec, number: int, body: PreparedBody, should_stop: Callable[[], bool]
+) -> NDArray[np.int64]:
     """Drops in each pose, at each restitution, in each block (P, R, K)."""
     ends = spec.block_ends
     shape = len(body.resting.poses), len(spec.restitutions), len(ends)
     counts = np.zeros(shape, dtype=np.int64)
     for k, restitution in enumerate(spec.restitutions):
-        rules = drop_rules(DropScene(restitution, spec.drop_height, 0.0, 0), body.radius)
+        rules = drop_rules(
+            DropScene(restitution, spec.drop_height, 0.0, 0), body.radius
+        )
         seed = spec.drop_seed(number, restitution)
         for start in range(0, spec.drops, AT_ONCE):
             if should_stop():

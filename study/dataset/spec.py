@@ -77,16 +77,23 @@ class DatasetSpec:
         _within("bodies", self.bodies, MOST_BODIES)
         _within("drops", self.drops, MOST_DROPS)
         check_shift(self.shift, self.shift_moment)
-        if not _is_whole(self.seed) or not 0 <= self.seed < 2 ** 64:
-            raise RequestError("a seed from 0 to 2^64 - 1", f"{self.seed!r}", "1 is the default")
+        if not _is_whole(self.seed) or not 0 <= self.seed < 2**64:
+            raise RequestError(
+                "a seed from 0 to 2^64 - 1", f"{self.seed!r}", "1 is the default"
+            )
         for restitution in self.restitutions:
             DropScene(restitution, self.drop_height, 0.0, 0)
         if self.drop_height is None:
-            raise RequestError("a drop height", "none", f"the paper has {PAPER_DROP_HEIGHT:g}")
+            raise RequestError(
+                "a drop height", "none", f"the paper has {PAPER_DROP_HEIGHT:g}"
+            )
         told_apart = {_billionths(restitution) for restitution in self.restitutions}
         if not self.restitutions or len(told_apart) < len(self.restitutions):
-            raise RequestError("different restitutions, one at least", f"{self.restitutions}",
-                               "the paper has 0.2, 0.5 and 0.8")
+            raise RequestError(
+                "different restitutions, one at least",
+                f"{self.restitutions}",
+                "the paper has 0.2, 0.5 and 0.8",
+            )
         # 1 and 1.0 are the same number: equal datasets are to be equal bytes.
         for name in ("shift", "drop_height"):
             object.__setattr__(self, name, float(getattr(self, name)))
@@ -116,7 +123,10 @@ class DatasetSpec:
         """First body and number of bodies of each piece of work."""
         size = math.ceil(_DROPS_A_CHUNK / (self.drops * len(self.restitutions)))
         size = min(size, _MOST_BODIES_A_CHUNK)
-        return [(first, min(size, self.bodies - first)) for first in range(0, self.bodies, size)]
+        return [
+            (first, min(size, self.bodies - first))
+            for first in range(0, self.bodies, size)
+        ]
 
     def drop_seed(self, body: int, restitution: float, run: int = 0) -> int:
         """Seed of one body's drops at one restitution; independent of all the others.
@@ -130,8 +140,11 @@ class DatasetSpec:
 
 def _within(name: str, value: int, most: int) -> None:
     if not _is_whole(value) or not 1 <= value <= most:
-        raise RequestError(f"1 to {most} {name}", f"{value!r}",
-                           f"the paper has {PAPER_BODIES} bodies and {PAPER_DROPS} drops")
+        raise RequestError(
+            f"1 to {most} {name}",
+            f"{value!r}",
+            f"the paper has {PAPER_BODIES} bodies and {PAPER_DROPS} drops",
+        )
 
 
 def _is_whole(value: object) -> bool:

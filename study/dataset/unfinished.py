@@ -42,14 +42,19 @@ class Unfinished:
     def __init__(self, file: Path, spec: DatasetSpec) -> None:
         self.directory = directory_of(file)
         self._spec = spec
-        self._folder = WorkFolder(self.directory, SPEC, spec.as_dict(), self._any_piece,
-                                  "a dataset")
+        self._folder = WorkFolder(
+            self.directory, SPEC, spec.as_dict(), self._any_piece, "a dataset"
+        )
 
     def __enter__(self) -> Unfinished:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
-                 trace: TracebackType | None) -> None:
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
         if not self._any_piece():
             self.remove()
         self._folder.release()
@@ -76,8 +81,11 @@ class Unfinished:
         found = [self._read(piece) for piece in self._spec.chunks]
         whole = [arrays for arrays in found if arrays is not None]
         if len(whole) < len(found):
-            raise DatasetError(f"{len(found)} whole pieces in {self.directory}",
-                               f"{len(whole)}", "run the same command again")
+            raise DatasetError(
+                f"{len(found)} whole pieces in {self.directory}",
+                f"{len(whole)}",
+                "run the same command again",
+            )
         return whole
 
     def remove(self) -> None:
@@ -98,8 +106,9 @@ class Unfinished:
         except FileNotFoundError:
             return None
         except OSError as error:
-            raise DatasetError("pieces that can be read", f"{path} ({reason(error)})",
-                               "check the disk") from error
+            raise DatasetError(
+                "pieces that can be read", f"{path} ({reason(error)})", "check the disk"
+            ) from error
         except Exception:  # damaged, in one of a dozen ways
             return None
         return arrays

@@ -24,8 +24,13 @@ _KEPT_CELLS: Final = 1 << 22
 """Most weights that are remembered."""
 
 
-def body_bootstrap(body: ArrayLike, terms: ArrayLike, statistic: Callable[[Array], Array],
-                   resamples: int = RESAMPLES, seed: int = 0) -> Array:
+def body_bootstrap(
+    body: ArrayLike,
+    terms: ArrayLike,
+    statistic: Callable[[Array], Array],
+    resamples: int = RESAMPLES,
+    seed: int = 0,
+) -> Array:
     """Values of a statistic on resamples of the bodies, drawn with replacement.
 
     All values of a body are drawn or left out together, its poses and its restitutions: they
@@ -60,21 +65,33 @@ def body_bootstrap(body: ArrayLike, terms: ArrayLike, statistic: Callable[[Array
     """
     sums = _body_sums(np.asarray(body), np.asarray(terms, dtype=np.float64))
     if resamples < 2 or seed < 0:
-        raise RequestError("2 resamples at least and a seed from 0 up",
-                           f"{resamples} and {seed}", "1000 resamples give an error to 2 %")
+        raise RequestError(
+            "2 resamples at least and a seed from 0 up",
+            f"{resamples} and {seed}",
+            "1000 resamples give an error to 2 %",
+        )
     few = resamples * len(sums) <= _KEPT_CELLS
     weights = _kept_weights if few else _all_weights
-    return np.concatenate([statistic((some @ sums).T)
-                           for some in weights(len(sums), resamples, seed)])
+    return np.concatenate(
+        [statistic((some @ sums).T) for some in weights(len(sums), resamples, seed)]
+    )
 
 
 def _body_sums(body: NDArray[np.generic], terms: Array) -> Array:
     """Sums (bodies, k) of the terms of each body."""
-    if (body.ndim != 1 or body.dtype.kind not in "iu" or terms.ndim != 2 or not body.size
-            or len(body) != len(terms) or not np.isfinite(terms).all()):
-        raise RequestError("finite terms (N, k) and the number of the body of each, N from 1 up",
-                           f"{terms.shape} of {body.shape} bodies of {body.dtype}",
-                           "give one row of terms a value")
+    if (
+        body.ndim != 1
+        or body.dtype.kind not in "iu"
+        or terms.ndim != 2
+        or not body.size
+        or len(body) != len(terms)
+        or not np.isfinite(terms).all()
+    ):
+        raise RequestError(
+            "finite terms (N, k) and the number of the body of each, N from 1 up",
+            f"{terms.shape} of {body.shape} bodies of {body.dtype}",
+            "give one row of terms a value",
+        )
     row = np.unique(body, return_inverse=True)[1]
     return np.stack([np.bincount(row, weights=column) for column in terms.T], axis=1)
 

@@ -11,13 +11,18 @@ from numpy.typing import NDArray
 from scipy.special import gammaln
 
 from ros_pose_stats.errors import RequestError
-from ros_pose_stats.statistics.errors import DEFAULT_LEVEL, error_variances, jeffreys_interval
+from ros_pose_stats.statistics.errors import (
+    DEFAULT_LEVEL,
+    error_variances,
+    jeffreys_interval,
+)
 
 from .bootstrap import RESAMPLES, body_bootstrap
 from .simulated_poses import SimulatedPoses
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+
 
 @dataclass(frozen=True)
 class Calibration:
@@ -61,8 +66,14 @@ class Calibration:
     certain: int
 
 
-def calibration(first: SimulatedPoses, second: SimulatedPoses, level: float = DEFAULT_LEVEL, *,
-                resamples: int = RESAMPLES, seed: int = 0) -> Calibration:
+def calibration(
+    first: SimulatedPoses,
+    second: SimulatedPoses,
+    level: float = DEFAULT_LEVEL,
+    *,
+    resamples: int = RESAMPLES,
+    seed: int = 0,
+) -> Calibration:
     """Test `standard_errors` and `jeffreys_interval` of a run on an independent second one.
 
     Parameters
@@ -83,23 +94,36 @@ def calibration(first: SimulatedPoses, second: SimulatedPoses, level: float = DE
         level is out of its range.
     """
     if not np.array_equal(first.body, second.body):
-        raise RequestError("two simulations of the same poses in the same order",
-                           f"{first.body.size} and {second.body.size} values of unlike bodies",
-                           "number the bodies of both alike")
+        raise RequestError(
+            "two simulations of the same poses in the same order",
+            f"{first.body.size} and {second.body.size} values of unlike bodies",
+            "number the bodies of both alike",
+        )
     poses = _poses(first)
     _poses(second)
-    pair = outcomes(first.count, first.settled, second.count, second.settled, poses, level)
+    pair = outcomes(
+        first.count, first.settled, second.count, second.settled, poses, level
+    )
     foreseen = means_of_equal_chances(first, second, poses, level)
     terms = np.stack([*pair, np.ones_like(pair[0])], axis=1)
-    drawn = [body_bootstrap(first.body, terms, one, resamples, seed) for one in (_z_rms, _share)]
+    drawn = [
+        body_bootstrap(first.body, terms, one, resamples, seed)
+        for one in (_z_rms, _share)
+    ]
     known = 1.0 if np.ptp(first.body) else math.nan
     seen = first.count + second.count
     return Calibration(
-        z_rms=math.sqrt(pair[0].mean()), expected_z_rms=math.sqrt(foreseen[0].mean()),
-        z_rms_error=known * float(drawn[0].std(ddof=1)), coverage=float(pair[1].mean()),
+        z_rms=math.sqrt(pair[0].mean()),
+        expected_z_rms=math.sqrt(foreseen[0].mean()),
+        z_rms_error=known * float(drawn[0].std(ddof=1)),
+        coverage=float(pair[1].mean()),
         expected_coverage=float(foreseen[1].mean()),
-        coverage_error=known * float(drawn[1].std(ddof=1)), values=seen.size,
-        certain=int(np.count_nonzero((seen == 0) | (seen == first.settled + second.settled))))
+        coverage_error=known * float(drawn[1].std(ddof=1)),
+        values=seen.size,
+        certain=int(
+            np.count_nonzero((seen == 0) | (seen == first.settled + second.settled))
+        ),
+    )
 
 
 def _poses(simulated: SimulatedPoses) -> Index:
@@ -109,10 +133,13 @@ def _poses(simulated: SimulatedPoses) -> Index:
     drops = np.add.reduceat(simulated.count, starts).repeat(poses)
     wrong = drops != simulated.settled
     if wrong.any():
-        raise RequestError("all poses of a body at one restitution in a row, their counts adding "
-                           "up to its settled drops",
-                           f"{drops[wrong][0]} of {simulated.settled[wrong][0]} for body "
-                           f"{simulated.body[wrong][0]}", "list the poses never seen too")
+        raise RequestError(
+            "all poses of a body at one restitution in a row, their counts adding "
+            "up to its settled drops",
+            f"{drops[wrong][0]} of {simulated.settled[wrong][0]} for body "
+            f"{simulated.body[wrong][0]}",
+            "list the poses never seen too",
+        )
     return poses.repeat(poses)
 
 
@@ -131,8 +158,14 @@ _REACH: Final = 9.0
 """Standard deviations to each side of the mean; what lies beyond is below 1e-12."""
 
 
-def outcomes(first: Index, first_settled: Index, second: Index, second_settled: Index,
-             poses: Index, level: float) -> tuple[Array, Array]:
+def outcomes(
+    first: Index,
+    first_settled: Index,
+    second: Index,
+    second_settled: Index,
+    poses: Index,
+    level: float,
+) -> tuple[Array, Array]:
     """z², and whether the interval of the first count holds the second's proportion.
 
     z = (s1 - s2) / sqrt(se1² + se2²), with the standard errors that `standard_errors` gives and
@@ -150,16 +183,20 @@ def outcomes(first: Index, first_settled: Index, second: Index, second_settled: 
         `held` is 0 or 1.
     """
     other = second / second_settled
-    variance = (error_variances(first, first_settled, poses)
-                + error_variances(second, second_settled, poses))
+    variance = error_variances(first, first_settled, poses) + error_variances(
+        second, second_settled, poses
+    )
     squares = np.square(first / first_settled - other)
     low, high = _intervals(first, first_settled, level)
-    return (np.divide(squares, variance, out=np.zeros_like(squares), where=variance > 0.0),
-            ((low <= other) & (other <= high)).astype(np.float64))
+    return (
+        np.divide(squares, variance, out=np.zeros_like(squares), where=variance > 0.0),
+        ((low <= other) & (other <= high)).astype(np.float64),
+    )
 
 
-def means_of_equal_chances(first: SimulatedPoses, second: SimulatedPoses, poses: Index,
-                           level: float) -> tuple[Array, Array]:
+def means_of_equal_chances(
+    first: SimulatedPoses, second: SimulatedPoses, poses: Index, level: float
+) -> tuple[Array, Array]:
     """Means of what `outcomes` gives, over all ways to share the total between the runs.
 
     If both runs have the same probability, the first count is hypergeometric given the total:
@@ -176,11 +213,13 @@ def means_of_equal_chances(first: SimulatedPoses, second: SimulatedPoses, poses:
     begin = np.floor(first.settled * share - _REACH * deviation - 20.0).astype(np.int64)
     begin = np.maximum(np.maximum(begin, total - second.settled), 0)
     top = np.minimum(first.settled, total)
-    width = int(np.minimum(top - begin, np.ceil(2.0 * _REACH * deviation) + 40.0).max()) + 1
+    width = (
+        int(np.minimum(top - begin, np.ceil(2.0 * _REACH * deviation) + 40.0).max()) + 1
+    )
     found = np.empty((2, total.size))
     step = max(1, _CELLS // width)
     for at in range(0, total.size, step):
-        rows = np.s_[at:at + step, None]
+        rows = np.s_[at : at + step, None]
         count = np.minimum(begin[rows] + np.arange(width), top[rows])
         drops = first.settled[rows], second.settled[rows]
         weight = _weights(count, total[rows] - count, *drops)
@@ -189,14 +228,20 @@ def means_of_equal_chances(first: SimulatedPoses, second: SimulatedPoses, poses:
         weight /= weight.sum(axis=1, keepdims=True)
         n1, n2, k = (np.broadcast_to(one, count.shape) for one in (*drops, poses[rows]))
         pair = outcomes(count, n1, total[rows] - count, n2, k, level)
-        found[:, at:at + step] = [(weight * one).sum(axis=1) for one in pair]
+        found[:, at : at + step] = [(weight * one).sum(axis=1) for one in pair]
     return found[0], found[1]
 
 
-def _weights(first: Index, second: Index, first_settled: Index, second_settled: Index) -> Array:
+def _weights(
+    first: Index, second: Index, first_settled: Index, second_settled: Index
+) -> Array:
     """Hypergeometric probabilities of each row, but for a factor."""
-    logs = -(gammaln(first + 1) + gammaln(first_settled - first + 1)
-             + gammaln(second + 1) + gammaln(second_settled - second + 1))
+    logs = -(
+        gammaln(first + 1)
+        + gammaln(first_settled - first + 1)
+        + gammaln(second + 1)
+        + gammaln(second_settled - second + 1)
+    )
     return np.asarray(np.exp(logs - logs.max(axis=1, keepdims=True)))
 
 

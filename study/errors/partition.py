@@ -62,8 +62,14 @@ class Accuracy:
     values: int
 
 
-def accuracy(estimate: ArrayLike, simulated: SimulatedPoses, *, unbiased: bool = True,
-             resamples: int = RESAMPLES, seed: int = 0) -> Accuracy:
+def accuracy(
+    estimate: ArrayLike,
+    simulated: SimulatedPoses,
+    *,
+    unbiased: bool = True,
+    resamples: int = RESAMPLES,
+    seed: int = 0,
+) -> Accuracy:
     """Error of an estimator, sigma(e, p), from its deviation from noisy simulations.
 
     Eq. 4 of the paper. It neglects the covariance C of Eq. 2: the estimator must not have been
@@ -88,15 +94,28 @@ def accuracy(estimate: ArrayLike, simulated: SimulatedPoses, *, unbiased: bool =
     """
     values = np.asarray(estimate, dtype=np.float64)
     if values.shape != simulated.body.shape or not np.isfinite(values).all():
-        raise RequestError(f"{simulated.body.size} finite probabilities, one a simulated pose",
-                           f"{np.count_nonzero(np.isfinite(values))} in shape {values.shape}",
-                           "give them in the order of the simulated poses")
-    return _partition(simulated, values - simulated.probability,
-                      simulated.noise_variance(unbiased=unbiased), resamples, seed)
+        raise RequestError(
+            f"{simulated.body.size} finite probabilities, one a simulated pose",
+            f"{np.count_nonzero(np.isfinite(values))} in shape {values.shape}",
+            "give them in the order of the simulated poses",
+        )
+    return _partition(
+        simulated,
+        values - simulated.probability,
+        simulated.noise_variance(unbiased=unbiased),
+        resamples,
+        seed,
+    )
 
 
-def sensitivity(one: SimulatedPoses, other: SimulatedPoses, *, unbiased: bool = True,
-                resamples: int = RESAMPLES, seed: int = 0) -> Accuracy:
+def sensitivity(
+    one: SimulatedPoses,
+    other: SimulatedPoses,
+    *,
+    unbiased: bool = True,
+    resamples: int = RESAMPLES,
+    seed: int = 0,
+) -> Accuracy:
     """Deviation of two exact sets, sigma(p_a, p_b), from a simulation of each.
 
     Eq. 10 of the paper, for instance of two restitutions: both noises are taken off.
@@ -117,29 +136,49 @@ def sensitivity(one: SimulatedPoses, other: SimulatedPoses, *, unbiased: bool = 
         If the bodies differ, or a value has too few drops for its noise.
     """
     if not np.array_equal(one.body, other.body):
-        raise RequestError("two simulations of the same poses in the same order",
-                           f"{one.body.size} and {other.body.size} values of unlike bodies",
-                           "number the bodies of both alike")
-    noise = one.noise_variance(unbiased=unbiased) + other.noise_variance(unbiased=unbiased)
+        raise RequestError(
+            "two simulations of the same poses in the same order",
+            f"{one.body.size} and {other.body.size} values of unlike bodies",
+            "number the bodies of both alike",
+        )
+    noise = one.noise_variance(unbiased=unbiased) + other.noise_variance(
+        unbiased=unbiased
+    )
     return _partition(one, one.probability - other.probability, noise, resamples, seed)
 
 
-def _partition(simulated: SimulatedPoses, difference: Array, noise: Array, resamples: int,
-               seed: int) -> Accuracy:
+def _partition(
+    simulated: SimulatedPoses,
+    difference: Array,
+    noise: Array,
+    resamples: int,
+    seed: int,
+) -> Accuracy:
     terms = np.stack([np.square(difference), noise, np.ones_like(noise)], axis=1)
-    spread = np.sqrt(np.maximum(body_bootstrap(simulated.body, terms, _error_variance,
-                                               resamples, seed), 0.0))
-    low, high = np.quantile(spread, [0.5 - INTERVAL_LEVEL / 2.0, 0.5 + INTERVAL_LEVEL / 2.0])
+    spread = np.sqrt(
+        np.maximum(
+            body_bootstrap(simulated.body, terms, _error_variance, resamples, seed), 0.0
+        )
+    )
+    low, high = np.quantile(
+        spread, [0.5 - INTERVAL_LEVEL / 2.0, 0.5 + INTERVAL_LEVEL / 2.0]
+    )
     # Resamples of a single body are all alike, so the error is not known.
     known = 1.0 if np.ptp(simulated.body) else math.nan
     squares, noises = terms[:, 0].mean(), terms[:, 1].mean()
     at = int(np.argmax(np.abs(difference)))
     return Accuracy(
-        deviation=math.sqrt(squares), noise=math.sqrt(noises),
-        error=math.sqrt(max(squares - noises, 0.0)), error_variance=float(squares - noises),
-        standard_error=known * float(spread.std(ddof=1)), low=known * float(low),
-        high=known * float(high), largest=float(abs(difference[at])), largest_at=at,
-        values=difference.size)
+        deviation=math.sqrt(squares),
+        noise=math.sqrt(noises),
+        error=math.sqrt(max(squares - noises, 0.0)),
+        error_variance=float(squares - noises),
+        standard_error=known * float(spread.std(ddof=1)),
+        low=known * float(low),
+        high=known * float(high),
+        largest=float(abs(difference[at])),
+        largest_at=at,
+        values=difference.size,
+    )
 
 
 def _error_variance(sums: Array) -> Array:
@@ -177,6 +216,12 @@ def noise_of(simulated: SimulatedPoses, drops: int) -> Noise:
     # noise_variance is s (1 - s) / (m - 1) for the m drops there are: p (1 - p) / m unbiased.
     variance = simulated.noise_variance(unbiased=True) * simulated.settled / drops
     terms = np.column_stack((variance, np.ones_like(variance)))
-    spread = np.sqrt(body_bootstrap(simulated.body, terms, lambda sums: sums[0] / sums[1]))
-    low, high = np.quantile(spread, (0.5 - INTERVAL_LEVEL / 2, 0.5 + INTERVAL_LEVEL / 2)).tolist()
-    return Noise(math.sqrt(float(variance.mean())), float(spread.std(ddof=1)), low, high)
+    spread = np.sqrt(
+        body_bootstrap(simulated.body, terms, lambda sums: sums[0] / sums[1])
+    )
+    low, high = np.quantile(
+        spread, (0.5 - INTERVAL_LEVEL / 2, 0.5 + INTERVAL_LEVEL / 2)
+    ).tolist()
+    return Noise(
+        math.sqrt(float(variance.mean())), float(spread.std(ddof=1)), low, high
+    )

@@ -43,13 +43,18 @@ class SimulatedPoses:
             object.__setattr__(self, name, _whole(name, getattr(self, name)))
         sizes = self.body.size, self.count.size, self.settled.size
         if len(set(sizes)) != 1:
-            raise RequestError("as many bodies, counts and settled drops",
-                               "{}, {} and {}".format(*sizes), "give each value all three")
+            raise RequestError(
+                "as many bodies, counts and settled drops",
+                "{}, {} and {}".format(*sizes),
+                "give each value all three",
+            )
         bad = (self.count > self.settled) | (self.settled < 1)
         if bad.any():
-            raise RequestError("counts up to the settled drops, of which there is one at least",
-                               f"{self.count[bad][0]} of {self.settled[bad][0]}",
-                               "count the settled drops alone and leave out bodies without any")
+            raise RequestError(
+                "counts up to the settled drops, of which there is one at least",
+                f"{self.count[bad][0]} of {self.settled[bad][0]}",
+                "count the settled drops alone and leave out bodies without any",
+            )
 
     @property
     def probability(self) -> Array:
@@ -78,7 +83,9 @@ class SimulatedPoses:
         """
         s = self.probability
         if unbiased and self.settled.min() < 2:
-            raise RequestError("2 settled drops at least", "1", "drop each body more often")
+            raise RequestError(
+                "2 settled drops at least", "1", "drop each body more often"
+            )
         return np.asarray(s * (1.0 - s) / (self.settled - int(unbiased)))
 
 
@@ -96,17 +103,28 @@ def pooled(parts: Sequence[SimulatedPoses]) -> SimulatedPoses:
         If there is none.
     """
     if not parts:
-        raise RequestError("one simulation at least", "none", "give the poses of one restitution")
-    return SimulatedPoses(np.concatenate([part.body for part in parts]),
-                          np.concatenate([part.count for part in parts]),
-                          np.concatenate([part.settled for part in parts]))
+        raise RequestError(
+            "one simulation at least", "none", "give the poses of one restitution"
+        )
+    return SimulatedPoses(
+        np.concatenate([part.body for part in parts]),
+        np.concatenate([part.count for part in parts]),
+        np.concatenate([part.settled for part in parts]),
+    )
 
 
 def _whole(what: str, values: ArrayLike) -> Index:
     array = np.asarray(values)
-    if array.ndim != 1 or array.dtype.kind not in "iu" or array.size == 0 or array.min() < 0:
-        raise RequestError(f"one row of whole numbers from 0 up as the {what} of each value",
-                           f"shape {array.shape} of {array.dtype}"
-                           + (f" from {array.min()}" if array.size else ""),
-                           "give an array (N,) of int")
+    if (
+        array.ndim != 1
+        or array.dtype.kind not in "iu"
+        or array.size == 0
+        or array.min() < 0
+    ):
+        raise RequestError(
+            f"one row of whole numbers from 0 up as the {what} of each value",
+            f"shape {array.shape} of {array.dtype}"
+            + (f" from {array.min()}" if array.size else ""),
+            "give an array (N,) of int",
+        )
     return array.astype(np.int64)

@@ -26,9 +26,14 @@ OFFSET = 1.03
 """Factor of length/width between the bars of neighbouring restitutions."""
 
 
-def prisms_figure(ratios: ArrayLike, panels: Sequence[tuple[str, Curves]],
-                  simulated: Sequence[tuple[str, ArrayLike]] = (),
-                  dice: ArrayLike | None = None, title: str = "", note: str = "") -> Figure:
+def prisms_figure(
+    ratios: ArrayLike,
+    panels: Sequence[tuple[str, Curves]],
+    simulated: Sequence[tuple[str, ArrayLike]] = (),
+    dice: ArrayLike | None = None,
+    title: str = "",
+    note: str = "",
+) -> Figure:
     """Draw the probability of the four sides of square prisms over length/width.
 
     Parameters
@@ -68,7 +73,12 @@ def prisms_figure(ratios: ArrayLike, panels: Sequence[tuple[str, Curves]],
 
 
 def _prepare(axes: Axes, title: str) -> None:
-    axes.set(xscale="log", xlim=LIMITS, ylim=(-2.0, 102.0), xlabel="length / width of the prism")
+    axes.set(
+        xscale="log",
+        xlim=LIMITS,
+        ylim=(-2.0, 102.0),
+        xlabel="length / width of the prism",
+    )
     axes.set_title(title, fontsize=11, color=INK)
     axes.xaxis.set_major_locator(FixedLocator(TICKS))
     axes.xaxis.set_minor_locator(NullLocator())
@@ -78,20 +88,29 @@ def _prepare(axes: Axes, title: str) -> None:
     open_axes(axes, "#dddddd", 0.7)
 
 
-def _draw_curves(axes: Axes, ratios: Array, curves: Curves,
-                 styles: Iterator[tuple[str, object]]) -> list[object]:
+def _draw_curves(
+    axes: Axes, ratios: Array, curves: Curves, styles: Iterator[tuple[str, object]]
+) -> list[object]:
     """Lines, the highest at the right end first, as they lie beside the legend."""
     ordered = sorted(merged(curves), key=lambda curve: -curve[1][-1])
     found: list[object] = []
     for label, values in ordered:
         colour, dashes = next(styles)
-        found += axes.plot(ratios, 100.0 * values, color=colour, linestyle=dashes,
-                           linewidth=2.0, label=label, zorder=2.0)
+        found += axes.plot(
+            ratios,
+            100.0 * values,
+            color=colour,
+            linestyle=dashes,
+            linewidth=2.0,
+            label=label,
+            zorder=2.0,
+        )
     return found
 
 
-def _draw_points(axes: Axes, simulated: Sequence[tuple[str, ArrayLike]],
-                 dice: ArrayLike | None) -> list[object]:
+def _draw_points(
+    axes: Axes, simulated: Sequence[tuple[str, ArrayLike]], dice: ArrayLike | None
+) -> list[object]:
     shown = [(label, rows) for label, given in simulated if (rows := _rows(given)).size]
     found: list[object] = []
     for place, (label, rows) in enumerate(shown):
@@ -99,7 +118,9 @@ def _draw_points(axes: Axes, simulated: Sequence[tuple[str, ArrayLike]],
         found.append(_bars(axes, rows, shift, label, "D", GREYS[place], INK, 0.8))
     if dice is not None and _rows(dice).size:
         # Hollow, so that points beneath can be seen.
-        found.append(_bars(axes, _rows(dice), 1.0, "measured dice", "s", "none", DICE, 1.5))
+        found.append(
+            _bars(axes, _rows(dice), 1.0, "measured dice", "s", "none", DICE, 1.5)
+        )
     return found
 
 
@@ -107,14 +128,33 @@ def _rows(given: ArrayLike) -> Array:
     return np.asarray(given, dtype=np.float64).reshape(-1, 4)
 
 
-def _bars(axes: Axes, rows: Array, shift: float, label: str, marker: str, filling: str,
-          edge: str, thickness: float) -> object:
+def _bars(
+    axes: Axes,
+    rows: Array,
+    shift: float,
+    label: str,
+    marker: str,
+    filling: str,
+    edge: str,
+    thickness: float,
+) -> object:
     ratio, probability, low, high = rows.T
     # A bar must not be shorter than 0, not even by a rounding.
     lengths = 100.0 * np.maximum((probability - low, high - probability), 0.0)
-    return axes.errorbar(ratio * shift, 100.0 * probability, lengths, label=label, fmt=marker,
-                         markersize=4.8, markerfacecolor=filling, markeredgecolor=edge,
-                         markeredgewidth=thickness, ecolor=edge, elinewidth=1.1, zorder=3.0)
+    return axes.errorbar(
+        ratio * shift,
+        100.0 * probability,
+        lengths,
+        label=label,
+        fmt=marker,
+        markersize=4.8,
+        markerfacecolor=filling,
+        markeredgecolor=edge,
+        markeredgewidth=thickness,
+        ecolor=edge,
+        elinewidth=1.1,
+        zorder=3.0,
+    )
 
 
 def _legends(axes: Axes, lines: Sequence[object], points: Sequence[object]) -> None:

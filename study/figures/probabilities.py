@@ -71,18 +71,24 @@ def estimators_figure(panels: Sequence[Panel], drops: int) -> Figure:
     end = axis_end(*(values for pair in dots for values in pair))
     columns = min(COLUMNS, len(panels))
     rows = -(-len(panels) // columns)
-    figure = new_figure(max(3.1 * columns + 0.6, 6.0), 3.5 * rows + 0.9, dpi=160,
-                        layout=ConstrainedLayoutEngine(w_pad=0.1))
+    figure = new_figure(
+        max(3.1 * columns + 0.6, 6.0),
+        3.5 * rows + 0.9,
+        dpi=160,
+        layout=ConstrainedLayoutEngine(w_pad=0.1),
+    )
     for place, (panel, (across, up)) in enumerate(zip(panels, dots, strict=True)):
         axes = figure.add_subplot(rows, columns, place + 1)
         draw_dots(axes, across, up, end, size=2.0)
         _name(axes, panel)
         if panel.curve is not None:
             _draw_curve(axes, np.asarray(panel.curve, dtype=np.float64), end)
-        axes.tick_params(labelbottom=place + columns >= len(panels),
-                         labelleft=place % columns == 0)
-    figure.suptitle("Predicted against simulated probabilities, one dot a stable pose",
-                    fontsize=13)
+        axes.tick_params(
+            labelbottom=place + columns >= len(panels), labelleft=place % columns == 0
+        )
+    figure.suptitle(
+        "Predicted against simulated probabilities, one dot a stable pose", fontsize=13
+    )
     figure.supxlabel("probability predicted by the estimator", fontsize=12)
     figure.supylabel(f"simulated probability, n = {drops}", fontsize=12)
     return figure
@@ -90,14 +96,26 @@ def estimators_figure(panels: Sequence[Panel], drops: int) -> Figure:
 
 def _name(axes: Axes, panel: Panel) -> None:
     """Name and error above the panel, the largest deviation in smaller print."""
-    axes.set_title(f"{panel.title}, error {100.0 * panel.error:.1f} %", fontsize=12, color=INK,
-                   pad=19.0)
+    axes.set_title(
+        f"{panel.title}, error {100.0 * panel.error:.1f} %",
+        fontsize=12,
+        color=INK,
+        pad=19.0,
+    )
     small = f"largest deviation {100.0 * panel.largest:.1f} %"
     if panel.curve is not None:
         small += ", curve: fitted"
-    axes.annotate(small, (0.5, 1.0),
-                  xycoords="axes fraction", xytext=(0.0, 6.0), textcoords="offset points",
-                  ha="center", va="bottom", fontsize=9.5, color=REFERENCE)
+    axes.annotate(
+        small,
+        (0.5, 1.0),
+        xycoords="axes fraction",
+        xytext=(0.0, 6.0),
+        textcoords="offset points",
+        ha="center",
+        va="bottom",
+        fontsize=9.5,
+        color=REFERENCE,
+    )
 
 
 def _draw_curve(axes: Axes, curve: Array, end: float) -> None:
@@ -106,7 +124,9 @@ def _draw_curve(axes: Axes, curve: Array, end: float) -> None:
     axes.plot(across, up, color="#000000", linewidth=1.8, zorder=3)
 
 
-def noise_figure(drawn: ArrayLike, simulated: ArrayLike, drops: int, noise: float) -> Figure:
+def noise_figure(
+    drawn: ArrayLike, simulated: ArrayLike, drops: int, noise: float
+) -> Figure:
     """Draw simulated probabilities against what the same number of drops makes of them.
 
     Parameters
@@ -136,8 +156,11 @@ def noise_figure(drawn: ArrayLike, simulated: ArrayLike, drops: int, noise: floa
     draw_dots(axes, across, up, axis_end(across, up), size=3.0)
     axes.set_xlabel("simulated probability")
     axes.set_ylabel(f"redrawn from it, n = {drops}")
-    axes.set_title("What a perfect estimator would look like:\n"
-                   f"the noise of {drops} drops is {100.0 * noise:.1f} %", fontsize=12)
+    axes.set_title(
+        "What a perfect estimator would look like:\n"
+        f"the noise of {drops} drops is {100.0 * noise:.1f} %",
+        fontsize=12,
+    )
     return figure
 
 
@@ -169,15 +192,19 @@ def paired(across: ArrayLike, up: ArrayLike, what: str) -> tuple[Array, Array]:
     pair = np.asarray(across, dtype=np.float64), np.asarray(up, dtype=np.float64)
     shapes = [values.shape for values in pair]
     if shapes[0] != shapes[1] or pair[0].ndim != 1 or not pair[0].size:
-        raise RequestError(f"two equally long rows of probabilities for {what}",
-                           f"shapes {shapes[0]} and {shapes[1]}",
-                           "give one value of each a stable pose, at least one")
+        raise RequestError(
+            f"two equally long rows of probabilities for {what}",
+            f"shapes {shapes[0]} and {shapes[1]}",
+            "give one value of each a stable pose, at least one",
+        )
     for values in pair:
         bad = ~((values >= -ROUNDING) & (values <= 1.0 + ROUNDING))
         if bad.any():
-            raise RequestError(f"probabilities from 0 to 1 for {what}",
-                               f"{values[bad][0]} at place {int(np.argmax(bad))}",
-                               "leave such poses out of both rows")
+            raise RequestError(
+                f"probabilities from 0 to 1 for {what}",
+                f"{values[bad][0]} at place {int(np.argmax(bad))}",
+                "leave such poses out of both rows",
+            )
     return pair
 
 
@@ -201,11 +228,31 @@ def draw_dots(axes: Axes, across: Array, up: Array, end: float, size: float) -> 
         Diameter of a dot, points (1/72 inch).
     """
     opacity = min(max(OPAQUE_IN_ALL / len(across), FAINTEST), STRONGEST)
-    axes.plot(across, up, color=BLUE, linestyle="none", marker="o", markersize=size,
-              markeredgewidth=0.0, alpha=opacity, clip_on=False, rasterized=True, zorder=1)
-    axes.plot((0.0, end), (0.0, end), color=INK, linewidth=0.8, linestyle=(0, (5, 3)), zorder=2)
+    axes.plot(
+        across,
+        up,
+        color=BLUE,
+        linestyle="none",
+        marker="o",
+        markersize=size,
+        markeredgewidth=0.0,
+        alpha=opacity,
+        clip_on=False,
+        rasterized=True,
+        zorder=1,
+    )
+    axes.plot(
+        (0.0, end),
+        (0.0, end),
+        color=INK,
+        linewidth=0.8,
+        linestyle=(0, (5, 3)),
+        zorder=2,
+    )
     ticks = np.arange(0.0, end + 1e-9, 0.1 if end < 0.45 else 0.2)
-    axes.set(xlim=(0.0, end), ylim=(0.0, end), aspect="equal", xticks=ticks, yticks=ticks)
+    axes.set(
+        xlim=(0.0, end), ylim=(0.0, end), aspect="equal", xticks=ticks, yticks=ticks
+    )
     axes.xaxis.set_major_formatter("{x:.1f}")
     axes.yaxis.set_major_formatter("{x:.1f}")
     axes.spines[["top", "right"]].set_visible(False)

@@ -64,9 +64,18 @@ class WalkPanel(NamedTuple):
     behind_name: str = ""
 
 
-def walk_figure(parameter: ArrayLike, panels: Sequence[WalkPanel],
-                simulated: ArrayLike, label: str, quantity: str, *, logarithmic: bool,
-                mark: float | None = None, title: str = "", note: str = "") -> Figure:
+def walk_figure(
+    parameter: ArrayLike,
+    panels: Sequence[WalkPanel],
+    simulated: ArrayLike,
+    label: str,
+    quantity: str,
+    *,
+    logarithmic: bool,
+    mark: float | None = None,
+    title: str = "",
+    note: str = "",
+) -> Figure:
     """Draw probabilities over a parameter.
 
     Parameters
@@ -98,14 +107,21 @@ def walk_figure(parameter: ArrayLike, panels: Sequence[WalkPanel],
     where = np.asarray(parameter, dtype=np.float64)
     points = np.asarray(simulated, dtype=np.float64)
     curves = [curve for panel in panels for curve in (*panel.behind, *panel.curves)]
-    if not curves or points.shape != (3, where.size) or any(
-            np.shape(curve.values) != where.shape for curve in curves):
-        raise RequestError(f"panels of curves of {where.size} values, and (3, {where.size})",
-                           f"{len(curves)} curves, and {points.shape}",
-                           "give every method at every value")
+    if (
+        not curves
+        or points.shape != (3, where.size)
+        or any(np.shape(curve.values) != where.shape for curve in curves)
+    ):
+        raise RequestError(
+            f"panels of curves of {where.size} values, and (3, {where.size})",
+            f"{len(curves)} curves, and {points.shape}",
+            "give every method at every value",
+        )
     figure = new_figure(6.2 * len(panels), 5.2, layout="constrained")
     every = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
-    top = max(float(points[2].max()), *(float(np.max(curve.values)) for curve in curves))
+    top = max(
+        float(points[2].max()), *(float(np.max(curve.values)) for curve in curves)
+    )
     styles = cycle(LINES)
     for axes, panel in zip(every, panels, strict=True):
         _prepare(axes, panel.title, label, logarithmic, top)
@@ -115,28 +131,52 @@ def walk_figure(parameter: ArrayLike, panels: Sequence[WalkPanel],
         _draw_points(axes, where, points)
         if mark is not None:
             axes.axvline(mark, color=REFERENCE, linewidth=0.9, linestyle=":")
-        axes.legend(frameon=False, fontsize=9, labelcolor=INK, handlelength=3.6,
-                    loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=3)
+        axes.legend(
+            frameon=False,
+            fontsize=9,
+            labelcolor=INK,
+            handlelength=3.6,
+            loc="upper center",
+            bbox_to_anchor=(0.5, -0.16),
+            ncols=3,
+        )
     every[0].set_ylabel(fill(f"probability of {quantity}, %", LABEL))
     figure.suptitle(title, fontsize=12, color=INK)
     figure.supxlabel(note, fontsize=9, color=REFERENCE)
     return figure
 
 
-def _draw_curves(axes: Axes, where: Array, panel: WalkPanel,
-                 styles: Iterator[tuple[str, object]]) -> None:
+def _draw_curves(
+    axes: Axes, where: Array, panel: WalkPanel, styles: Iterator[tuple[str, object]]
+) -> None:
     for place, one in enumerate(panel.behind):
-        axes.plot(where, 100.0 * np.asarray(one.values), color=PALE, linewidth=1.1, zorder=1.5,
-                  label="_" if place else panel.behind_name)
+        axes.plot(
+            where,
+            100.0 * np.asarray(one.values),
+            color=PALE,
+            linewidth=1.1,
+            zorder=1.5,
+            label="_" if place else panel.behind_name,
+        )
     for names, curve in merged([(one.label, one.values) for one in panel.curves]):
         colour, dashes = next(styles)
-        axes.plot(where, 100.0 * curve, color=colour, linestyle=dashes, label=names, zorder=2.0,
-                  linewidth=2.6 if panel.behind else 1.9)
+        axes.plot(
+            where,
+            100.0 * curve,
+            color=colour,
+            linestyle=dashes,
+            label=names,
+            zorder=2.0,
+            linewidth=2.6 if panel.behind else 1.9,
+        )
 
 
 def _prepare(axes: Axes, title: str, label: str, logarithmic: bool, top: float) -> None:
-    axes.set(xscale="log" if logarithmic else "linear", xlabel=label,
-             ylim=(-2.0 * top, 104.0 * top))
+    axes.set(
+        xscale="log" if logarithmic else "linear",
+        xlabel=label,
+        ylim=(-2.0 * top, 104.0 * top),
+    )
     axes.set_title(title, fontsize=11, color=INK)
     axes.yaxis.set_tick_params(labelleft=True)
     open_axes(axes, "#dddddd", 0.7)
@@ -154,20 +194,43 @@ def _set_limits(axes: Axes, where: Array, logarithmic: bool) -> None:
 
 def _draw_jumps(axes: Axes, where: Array, curves: Sequence[WalkCurve]) -> None:
     """A cross in the middle of each jump."""
-    found = [(at, float(np.interp(at, where, np.asarray(curve.values))))
-             for curve in curves for at, _ in curve.jumps]
+    found = [
+        (at, float(np.interp(at, where, np.asarray(curve.values))))
+        for curve in curves
+        for at, _ in curve.jumps
+    ]
     if found:
         across, up = np.array(found).T
-        axes.plot(across, 100.0 * up, linestyle="none", marker="x", markersize=8.0,
-                  markeredgewidth=1.8, color=JUMP, label="jump", zorder=4.0)
+        axes.plot(
+            across,
+            100.0 * up,
+            linestyle="none",
+            marker="x",
+            markersize=8.0,
+            markeredgewidth=1.8,
+            color=JUMP,
+            label="jump",
+            zorder=4.0,
+        )
 
 
 def _draw_points(axes: Axes, where: Array, points: Array) -> None:
     middle, low, high = 100.0 * points
     lengths = np.maximum((middle - low, high - middle), 0.0)
-    axes.errorbar(where, middle, lengths, fmt="D", markersize=4.2, markerfacecolor="#ffffff",
-                  markeredgecolor=INK, markeredgewidth=0.9, ecolor=INK, elinewidth=1.0,
-                  label="drop simulation", zorder=3.0)
+    axes.errorbar(
+        where,
+        middle,
+        lengths,
+        fmt="D",
+        markersize=4.2,
+        markerfacecolor="#ffffff",
+        markeredgecolor=INK,
+        markeredgewidth=0.9,
+        ecolor=INK,
+        elinewidth=1.0,
+        label="drop simulation",
+        zorder=3.0,
+    )
 
 
 COLUMNS = 4
@@ -199,8 +262,12 @@ def reliability_figure(panels: Sequence[tuple[str, ArrayLike]]) -> Figure:
     for place, (title, given) in enumerate(panels):
         axes = figure.add_subplot(rows, columns, place + 1)
         _draw(axes, title, 100.0 * np.asarray(given, dtype=np.float64).reshape(-1, 3))
-    figure.suptitle("Does a larger expected error mean a larger true one? Parts in ten bins of "
-                    "rising expected error", fontsize=12, color=INK)
+    figure.suptitle(
+        "Does a larger expected error mean a larger true one? Parts in ten bins of "
+        "rising expected error",
+        fontsize=12,
+        color=INK,
+    )
     figure.supxlabel("expected error, percentage points", fontsize=11)
     figure.supylabel("true error, percentage points", fontsize=11)
     return figure
@@ -210,8 +277,9 @@ def _draw(axes: Axes, title: str, rows: Array) -> None:
     expected, true, error = rows.T
     end = 1.08 * float(max(expected.max(), (true + error).max()))
     axes.plot((0.0, end), (0.0, end), color=REFERENCE, linewidth=0.9, linestyle=":")
-    axes.errorbar(expected, true, 2.0 * error, fmt="o", markersize=4.0, color=BLUE,
-                  elinewidth=1.1)
+    axes.errorbar(
+        expected, true, 2.0 * error, fmt="o", markersize=4.0, color=BLUE, elinewidth=1.1
+    )
     axes.set(xlim=(0.0, end), ylim=(0.0, end), aspect="equal")
     axes.set_title(title, fontsize=11, color=INK)
     open_axes(axes, "#e5e5e5", 0.6)

@@ -19,7 +19,10 @@ from ros_pose_stats.simulation.flips import usual_kicks
 from ..output import markdown_table, points, write_page
 from .friction import Array, RealPlate, plate_of, poses_reached, strike, study_parts
 
-FEEDERS, KICKS = (1, 6), (0.2, 0.5, 1.5)  # plates of the study; mean energies, in part radii
+FEEDERS, KICKS = (
+    (1, 6),
+    (0.2, 0.5, 1.5),
+)  # plates of the study; mean energies, in part radii
 TRUE, MODEL, COUNTED, DRAWS = 300, 500, (30, 100, 300), 10
 PARTS = range(0, 12, 2)
 
@@ -38,27 +41,48 @@ the most probable one, over those by all flips; geometric means.
 
 
 @cache
-def kick_parts(resting: RestingPoses, plate: RealPlate, kick: float, seed: int) -> Array:
+def kick_parts(
+    resting: RestingPoses, plate: RealPlate, kick: float, seed: int
+) -> Array:
     """Counts (K, K) from pose to pose of parts that a plate kicks at one speed."""
     random, radius, poses = default_rng(seed), resting.body.radius, resting.poses
     pose = np.repeat(np.arange(len(poses)), TRUE)
     turns = rotation_matrices(np.array([each.orientation for each in poses]))[pose]
-    yielding = turns @ np.linalg.inv(resting.inertia * radius * radius) @ turns.transpose(0, 2, 1)
+    yielding = (
+        turns
+        @ np.linalg.inv(resting.inertia * radius * radius)
+        @ turns.transpose(0, 2, 1)
+    )
     height = np.array([each.height for each in poses])[pose]
-    velocity, momentum = np.tile((0.0, 0.0, -1.0), (len(pose), 1)), np.zeros((len(pose), 3))
-    for number, index in enumerate(pose.tolist()):  # as a plate sees parts that comes up at 1 m/s
+    velocity, momentum = (
+        np.tile((0.0, 0.0, -1.0), (len(pose), 1)),
+        np.zeros((len(pose), 3)),
+    )
+    for number, index in enumerate(
+        pose.tolist()
+    ):  # as a plate sees parts that comes up at 1 m/s
         corners = poses[index].support_polygon
         first, second = corners[1:-1] - corners[0], corners[2:] - corners[0]
         area = np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])
         triangle = random.choice(len(area), p=area / area.sum())
         out, along = math.sqrt(random.random()), random.random()
-        at = corners[0] + out * ((1.0 - along) * first[triangle] + along * second[triangle])
-        strike(np.array([*at, -height[number]]), velocity[number], momentum[number],
-               yielding[number], plate.restitution, plate.friction)
+        at = corners[0] + out * (
+            (1.0 - along) * first[triangle] + along * second[triangle]
+        )
+        strike(
+            np.array([*at, -height[number]]),
+            velocity[number],
+            momentum[number],
+            yielding[number],
+            plate.restitution,
+            plate.friction,
+        )
     velocity[:, 2] += 1.0
     spin = np.einsum("nij,nj->ni", yielding, momentum)
-    energy = 0.5 * ((velocity ** 2).sum(axis=1) + (spin * momentum).sum(axis=1)).mean()
-    speed = math.sqrt(GRAVITY * kick * radius / energy)  # an impact is in proportion to it
+    energy = 0.5 * ((velocity**2).sum(axis=1) + (spin * momentum).sum(axis=1)).mean()
+    speed = math.sqrt(
+        GRAVITY * kick * radius / energy
+    )  # an impact is in proportion to it
     ends = poses_reached(resting, plate, turns, height, speed * velocity, speed * spin)
     found = np.zeros((len(poses), len(poses)))
     np.add.at(found, (pose, ends), 1.0)
@@ -69,7 +93,10 @@ def measure(number: int) -> dict[tuple[float, int], Array]:
     """Square errors of a part by model, counts and both, and logarithms of told over true."""
     part, random, found = study_parts()[number], default_rng(number), {}
     resting, radius = resting_poses(part), resting_poses(part).body.radius
-    kicks = [simulate_flips(part, height, MODEL, seed=number) for height in usual_kicks(radius)]
+    kicks = [
+        simulate_flips(part, height, MODEL, seed=number)
+        for height in usual_kicks(radius)
+    ]
     member = np.equal.outer(resting.group, np.unique(resting.group)).astype(float)
     wanted = resting.group[estimate(part, "split").poses[0].index]
 
@@ -78,19 +105,28 @@ def measure(number: int) -> dict[tuple[float, int], Array]:
         together = member.T @ (flips + 0.5 / len(flips) ** 2) @ member
         moves = together / together.sum(axis=1, keepdims=True)
         stay = np.delete(np.delete(moves, wanted, axis=0), wanted, axis=1)
-        return moves, np.linalg.solve(np.eye(len(stay)) - stay, np.ones(len(stay))).mean()
+        return moves, np.linalg.solve(
+            np.eye(len(stay)) - stay, np.ones(len(stay))
+        ).mean()
 
     for kick, counted in product(KICKS, COUNTED):
         model, rows = simulate_flips(part, kick * radius, MODEL, seed=number).counts, []
-        for truth in DRAWS * [kick_parts(resting, plate_of(feeder), kick, number)
-                              for feeder in FEEDERS]:
+        for truth in DRAWS * [
+            kick_parts(resting, plate_of(feeder), kick, number) for feeder in FEEDERS
+        ]:
             out = random.multinomial(counted, np.full(len(truth), 1.0 / len(truth)))
             counts = random.multinomial(out, truth / TRUE)
             right, needed = judge(truth)
-            told = [judge(np.asarray(each, float))
-                    for each in (model, counts, learn_flips(kicks, counts).counts)]
-            rows.append([*(np.square(moves - right).mean() for moves, _ in told),
-                         *(math.log(flips / needed) for _, flips in told)])
+            told = [
+                judge(np.asarray(each, float))
+                for each in (model, counts, learn_flips(kicks, counts).counts)
+            ]
+            rows.append(
+                [
+                    *(np.square(moves - right).mean() for moves, _ in told),
+                    *(math.log(flips / needed) for _, flips in told),
+                ]
+            )
         found[kick, counted] = np.mean(rows, axis=0)
     return found
 
@@ -100,12 +136,27 @@ def main() -> None:
     rows, every = [], [measure(number) for number in PARTS]
     for kick, counted in product(KICKS, COUNTED):
         mean = np.mean([each[kick, counted] for each in every], axis=0)
-        rows.append([f"{kick:g}", f"{counted}", *map(points, np.sqrt(mean[:3]).tolist()),
-                     *(f"{each:.2f}" for each in np.exp(mean[3:]).tolist())])
-    heads = ["kick", "flips counted", *(f"{of}{way}" for of in ("", "told / true, ")
-                                        for way in ("model", "counts", "learnt"))]
-    feeders = " and ".join(f"restitution {one.restitution:.2f}, friction {one.friction:.2f}"
-                           for one in map(plate_of, FEEDERS))
+        rows.append(
+            [
+                f"{kick:g}",
+                f"{counted}",
+                *map(points, np.sqrt(mean[:3]).tolist()),
+                *(f"{each:.2f}" for each in np.exp(mean[3:]).tolist()),
+            ]
+        )
+    heads = [
+        "kick",
+        "flips counted",
+        *(
+            f"{of}{way}"
+            for of in ("", "told / true, ")
+            for way in ("model", "counts", "learnt")
+        ),
+    ]
+    feeders = " and ".join(
+        f"restitution {one.restitution:.2f}, friction {one.friction:.2f}"
+        for one in map(plate_of, FEEDERS)
+    )
     text = PAGE.format(feeders, TRUE, DRAWS) + markdown_table(heads, rows)
     print(text)
     write_page(Path("docs"), "flips.md", f"{text}\n", {}, {"flips": [heads, *rows]})

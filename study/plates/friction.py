@@ -61,31 +61,58 @@ class RealPlate(NamedTuple):
     def in_words(self) -> str:
         """For a table."""
         how = "moving" if self.speed else "at rest"
-        return (f"restitution {self.restitution:.2f}, friction {self.friction:.2f}, "
-                f"{1e3 * self.drop_height:.0f} mm, {how}")
+        return (
+            f"restitution {self.restitution:.2f}, friction {self.friction:.2f}, "
+            f"{1e3 * self.drop_height:.0f} mm, {how}"
+        )
 
 
 def plate_of(number: int) -> RealPlate:
     """One of the plates of the study; every other one is fed by parts that move."""
     random, moving = np.random.default_rng((1, number)), number % 2
-    restitution, friction = float(random.uniform(0.1, 0.5)), float(random.uniform(0.1, 0.3))
+    restitution, friction = (
+        float(random.uniform(0.1, 0.5)),
+        float(random.uniform(0.1, 0.3)),
+    )
     height = float(np.exp(random.uniform(math.log(0.025), math.log(0.3))))
     return RealPlate(restitution, friction, height, 0.5 * moving, 15.0 * moving)
 
 
 def study_parts() -> list[Part]:
     """Boxes, prisms, irregular ones, a wedge and a box without a corner, of 7 to 50 mm."""
-    sizes = ((0.02, 0.03, 0.012), (0.01, 0.01, 0.0075), (0.016, 0.022, 0.02), (0.03, 0.05, 0.012),
-             (0.014, 0.025, 0.018))
-    wedge = np.array([(x, y, z) for x in (0.0, 0.03)
-                      for y, z in ((0.0, 0.0), (0.02, 0.0), (0.0, 0.015))])
-    cut = np.vstack((box(0.02, 0.024, 0.016)[0][:-1],
-                     [(0.01, 0.012, 0.0), (0.01, 0.0, 0.008), (-0.002, 0.012, 0.008)]))
-    return [part_from_mesh(*surface) for surface in (
-        *(box(*size) for size in sizes), prism(6, 0.01, 0.024), prism(3, 0.012, 0.015),
-        prism(5, 0.012, 0.014), hull_mesh(ellipsoid_points(8, 1, (0.012, 0.015, 0.009))),
-        hull_mesh(ellipsoid_points(12, 2, (0.02, 0.014, 0.012))), hull_mesh(wedge),
-        hull_mesh(cut))]
+    sizes = (
+        (0.02, 0.03, 0.012),
+        (0.01, 0.01, 0.0075),
+        (0.016, 0.022, 0.02),
+        (0.03, 0.05, 0.012),
+        (0.014, 0.025, 0.018),
+    )
+    wedge = np.array(
+        [
+            (x, y, z)
+            for x in (0.0, 0.03)
+            for y, z in ((0.0, 0.0), (0.02, 0.0), (0.0, 0.015))
+        ]
+    )
+    cut = np.vstack(
+        (
+            box(0.02, 0.024, 0.016)[0][:-1],
+            [(0.01, 0.012, 0.0), (0.01, 0.0, 0.008), (-0.002, 0.012, 0.008)],
+        )
+    )
+    return [
+        part_from_mesh(*surface)
+        for surface in (
+            *(box(*size) for size in sizes),
+            prism(6, 0.01, 0.024),
+            prism(3, 0.012, 0.015),
+            prism(5, 0.012, 0.014),
+            hull_mesh(ellipsoid_points(8, 1, (0.012, 0.015, 0.009))),
+            hull_mesh(ellipsoid_points(12, 2, (0.02, 0.014, 0.012))),
+            hull_mesh(wedge),
+            hull_mesh(cut),
+        )
+    ]
 
 
 def read_counts() -> list[list[list[int]]]:
@@ -94,27 +121,47 @@ def read_counts() -> list[list[list[int]]]:
     return found
 
 
-def count_poses(part: Part, plate: RealPlate, drops: int, seed: tuple[int, ...]) -> Index:
+def count_poses(
+    part: Part, plate: RealPlate, drops: int, seed: tuple[int, ...]
+) -> Index:
     """How many of some drops (P,) end in each pose, by `index`."""
     resting = resting_poses(part)
     random = np.random.default_rng(seed)
     turns = rotation_matrices(_unit(random.standard_normal((drops, 4))))
     spin = plate.spin * _unit(random.standard_normal((drops, 3)))
-    height, speed = np.full(drops, plate.drop_height), np.tile((plate.speed, 0.0, 0.0), (drops, 1))
+    height, speed = (
+        np.full(drops, plate.drop_height),
+        np.tile((plate.speed, 0.0, 0.0), (drops, 1)),
+    )
     ends = poses_reached(resting, plate, turns, height, speed, spin)
     return np.bincount(ends, minlength=len(resting.poses)).astype(np.int64)
 
 
-def poses_reached(resting: RestingPoses, plate: RealPlate, turns: Array, height: Array,
-                  velocity: Array, spin: Array) -> Index:
+def poses_reached(
+    resting: RestingPoses,
+    plate: RealPlate,
+    turns: Array,
+    height: Array,
+    velocity: Array,
+    spin: Array,
+) -> Index:
     """Poses (n,) in which parts come to rest from orientations, heights, velocities and spins."""
     radius, faces, pose = resting.body.radius, resting.equilibria, resting.clusters.pose
     barrier = np.array([each.barrier for each in resting.poses])[pose]
     least = radius * faces.heights + np.minimum(NEAR * barrier, radius)
     inverse = np.linalg.inv(resting.inertia * radius * radius)
-    ends = _drop_all(resting.body.points * radius, inverse,
-                     faces.downs, least, turns, height, velocity, spin, np.array(plate[:2]),
-                     radius)
+    ends = _drop_all(
+        resting.body.points * radius,
+        inverse,
+        faces.downs,
+        least,
+        turns,
+        height,
+        velocity,
+        spin,
+        np.array(plate[:2]),
+        radius,
+    )
     if (ends < 0).any():
         raise RuntimeError(f"a drop was still going on after {MOST_STEPS} steps")
     return np.asarray(pose[ends], dtype=np.int64)
@@ -125,11 +172,23 @@ def _unit(vectors: Array) -> Array:
 
 
 @numba.njit(cache=True)
-def _drop_all(corners, inverse, downs, least, turns, heights, velocities, spins, plate, radius):  # type: ignore[no-untyped-def]
+def _drop_all(
+    corners, inverse, downs, least, turns, heights, velocities, spins, plate, radius
+):  # type: ignore[no-untyped-def]
     ends = np.empty(len(turns), np.int64)
     for drop in range(len(turns)):
-        ends[drop] = _drop(corners, inverse, downs, least, turns[drop].copy(), heights[drop],
-                           velocities[drop].copy(), spins[drop], plate, radius)
+        ends[drop] = _drop(
+            corners,
+            inverse,
+            downs,
+            least,
+            turns[drop].copy(),
+            heights[drop],
+            velocities[drop].copy(),
+            spins[drop],
+            plate,
+            radius,
+        )
     return ends
 
 
@@ -148,12 +207,16 @@ def _drop(corners, inverse, downs, least, turn, height, velocity, spin, plate, r
         lowest = z + arms[:, 2].min()
         rate = world @ momentum
         spinning = math.sqrt(rate @ rate)
-        falling = math.sqrt(velocity[2] * velocity[2] + 2.0 * GRAVITY * max(lowest, 0.0))
+        falling = math.sqrt(
+            velocity[2] * velocity[2] + 2.0 * GRAVITY * max(lowest, 0.0)
+        )
         fastest = falling + spinning * radius + slowest
         step = max(shortest, min(lowest / fastest, TURN / max(spinning, 1e-9)))
         velocity[2] -= GRAVITY * step
         if lowest > 0.0:
-            z += 0.5 * GRAVITY * step * step  # of a flight; a touching part is held at each step
+            z += (
+                0.5 * GRAVITY * step * step
+            )  # of a flight; a touching part is held at each step
         else:
             _touch(arms, z, velocity, momentum, world, restitution, friction, slowest)
             rate = world @ momentum
@@ -187,7 +250,9 @@ def _touch(arms, z, velocity, momentum, world, restitution, friction, slowest): 
         rate = world @ momentum
         for number in range(len(arms)):
             if z + arms[number, 2] <= 0.0:
-                rise = velocity[2] + rate[0] * arms[number, 1] - rate[1] * arms[number, 0]
+                rise = (
+                    velocity[2] + rate[0] * arms[number, 1] - rate[1] * arms[number, 0]
+                )
                 if rise < fastest:
                     fastest, found = rise, number
         if found < 0:
@@ -236,6 +301,16 @@ def strike(arm, velocity, momentum, world, restitution, friction):  # type: igno
 
 
 if __name__ == "__main__":  # for ten minutes
-    FILE.write_text(json.dumps([[count_poses(part, plate_of(k), DROPS, (7, k, number)).tolist()
-                                 for number, part in enumerate(study_parts())]
-                                for k in range(PLATES)]) + "\n", encoding="utf-8")
+    FILE.write_text(
+        json.dumps(
+            [
+                [
+                    count_poses(part, plate_of(k), DROPS, (7, k, number)).tolist()
+                    for number, part in enumerate(study_parts())
+                ]
+                for k in range(PLATES)
+            ]
+        )
+        + "\n",
+        encoding="utf-8",
+    )

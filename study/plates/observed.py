@@ -35,18 +35,27 @@ def observed_errors(repeats: int, seed: int) -> dict[int, dict[str, float]]:
                 random = np.random.default_rng((seed, counted, plate, repeat))
                 true = [np.array(count) / sum(count) for count in counts]
                 seen = [random.multinomial(counted, shares) for shares in true]
-                told = [plate_evidence(model, count)
-                        for model, count in zip(models, seen, strict=True)]
+                told = [
+                    plate_evidence(model, count)
+                    for model, count in zip(models, seen, strict=True)
+                ]
                 for place, (model, count) in enumerate(zip(models, seen, strict=True)):
-                    learnt = learnt_plate_error(told[:place] + told[place + 1:])
-                    answers = (shares_of(model), count / counted, shares_of(observe_counts(
-                        replace(model, plate_error=learnt), count)),
-                        shares_of(observe_counts(model, count)))
+                    learnt = learnt_plate_error(told[:place] + told[place + 1 :])
+                    answers = (
+                        shares_of(model),
+                        count / counted,
+                        shares_of(
+                            observe_counts(replace(model, plate_error=learnt), count)
+                        ),
+                        shares_of(observe_counts(model, count)),
+                    )
                     group = np.array([pose.group for pose in by_index(model)])
                     for way, answer in zip(WAYS, answers, strict=True):
                         error = np.bincount(group, answer - true[place])
                         squares[way].append(float(np.square(error).mean()))
-        found[counted] = {way: math.sqrt(float(np.mean(each))) for way, each in squares.items()}
+        found[counted] = {
+            way: math.sqrt(float(np.mean(each))) for way, each in squares.items()
+        }
     return found
 
 

@@ -20,43 +20,78 @@ TRUE = 0.7, 1.4
 
 def plates_text(found: PlateResults) -> str:
     """All plates as Markdown."""
-    rows = [[one.plate, *(points(one.errors[method], 2) for method in METHODS),
-             points(one.told, 2), f"{one.told / max(one.errors['fit'], 1e-4):.2f}",
-             f"{one.default_weight:.2f}"] for one in found.plates]
+    rows = [
+        [
+            one.plate,
+            *(points(one.errors[method], 2) for method in METHODS),
+            points(one.told, 2),
+            f"{one.told / max(one.errors['fit'], 1e-4):.2f}",
+            f"{one.default_weight:.2f}",
+        ]
+        for one in found.plates
+    ]
     simulated = found.plates[1:]
-    rows.append(["all but the dice", *(
-        points(_together([one.errors[method] for one in simulated]), 2) for method in METHODS),
-        points(_together([one.told for one in simulated]), 2), "", ""])
-    near = sum(TRUE[0] <= one.told / max(one.errors["fit"], 1e-4) <= TRUE[1]
-               for one in simulated)
+    rows.append(
+        [
+            "all but the dice",
+            *(
+                points(_together([one.errors[method] for one in simulated]), 2)
+                for method in METHODS
+            ),
+            points(_together([one.told for one in simulated]), 2),
+            "",
+            "",
+        ]
+    )
+    near = sum(
+        TRUE[0] <= one.told / max(one.errors["fit"], 1e-4) <= TRUE[1]
+        for one in simulated
+    )
     worse = max(one.errors["fit"] - one.errors["default"] for one in simulated)
-    return "\n".join([
-        f"A plate is fitted to {FITTED} kinds of parts, and the others are predicted by `split`; "
-        f"{found.splits} random choices. Errors in points: root mean square over groups of poses, "
-        "the noise of the counts taken off. Budden's fifteen dice "
-        f"({SOURCE}) were rolled; the other plates are simulated with friction "
-        f"(`study/plates/friction.py`), twelve kinds of parts, {COUNTED} counts of each of the "
-        "five. All others: each part predicted by a fit to all other ones with all their counts, "
-        "about what more counting can bring. Gibbs: shares as exp(-b h / V^(1/3)) with the height "
-        "h of the pose, the volume V and b fitted; split × tilt: the default shares times that. "
-        "Best scene: the scene of the grid with the least error, chosen by the very counts that "
-        "judge it: about the best of one scene for all.", "",
-        markdown_table(("plate", *METHODS, "told", "told / true", "default's probability"), rows),
-        "", f"Told over true is {TRUE[0]} to {TRUE[1]} on {near} of {len(simulated)} simulated "
-        f"plates; the fit is at most {points(worse, 2)} points worse than the default on any.", "",
-        *_observed_lines(found)])
+    return "\n".join(
+        [
+            f"A plate is fitted to {FITTED} kinds of parts, and the others are predicted by `split`; "
+            f"{found.splits} random choices. Errors in points: root mean square over groups of poses, "
+            "the noise of the counts taken off. Budden's fifteen dice "
+            f"({SOURCE}) were rolled; the other plates are simulated with friction "
+            f"(`study/plates/friction.py`), twelve kinds of parts, {COUNTED} counts of each of the "
+            "five. All others: each part predicted by a fit to all other ones with all their counts, "
+            "about what more counting can bring. Gibbs: shares as exp(-b h / V^(1/3)) with the height "
+            "h of the pose, the volume V and b fitted; split × tilt: the default shares times that. "
+            "Best scene: the scene of the grid with the least error, chosen by the very counts that "
+            "judge it: about the best of one scene for all.",
+            "",
+            markdown_table(
+                ("plate", *METHODS, "told", "told / true", "default's probability"),
+                rows,
+            ),
+            "",
+            f"Told over true is {TRUE[0]} to {TRUE[1]} on {near} of {len(simulated)} simulated "
+            f"plates; the fit is at most {points(worse, 2)} points worse than the default on any.",
+            "",
+            *_observed_lines(found),
+        ]
+    )
 
 
 def _observed_lines(found: PlateResults) -> list[str]:
     """What counts of a part are worth beside its estimate, without a fit."""
-    rows = [[str(counted), *(points(errors[way], 2) for way in WAYS),
-             f"{errors['observed'] / min(errors['estimate'], errors['counts']):.2f}"]
-            for counted, errors in found.observed.items()]
-    return ["`observed` on the simulated plates without a fit, so many counts of each of the "
-            "twelve: errors in points over groups, parts and plates, and that of `observed` over "
-            "the smaller one of estimate and counts. The plate's error is learnt from the other "
-            "eleven.", "",
-            markdown_table(("counts of a part", *WAYS, "over the better"), rows)]
+    rows = [
+        [
+            str(counted),
+            *(points(errors[way], 2) for way in WAYS),
+            f"{errors['observed'] / min(errors['estimate'], errors['counts']):.2f}",
+        ]
+        for counted, errors in found.observed.items()
+    ]
+    return [
+        "`observed` on the simulated plates without a fit, so many counts of each of the "
+        "twelve: errors in points over groups, parts and plates, and that of `observed` over "
+        "the smaller one of estimate and counts. The plate's error is learnt from the other "
+        "eleven.",
+        "",
+        markdown_table(("counts of a part", *WAYS, "over the better"), rows),
+    ]
 
 
 def _together(errors: Sequence[float]) -> float:
@@ -65,6 +100,10 @@ def _together(errors: Sequence[float]) -> float:
 
 def write_plates(found: PlateResults, folder: Path) -> list[Path]:
     """Write `measured/plates.md` and its numbers into a folder of documents."""
-    head = ("# Fitted plates\n\nWritten by `python -m study plates -o docs`; edits here "
-            f"are lost. What is fitted, and how: [plates](../plates.md). Seed {found.seed}.\n\n")
-    return write_page(folder, PAGE, f"{head}{plates_text(found)}\n", {}, {"plates": plain(found)})
+    head = (
+        "# Fitted plates\n\nWritten by `python -m study plates -o docs`; edits here "
+        f"are lost. What is fitted, and how: [plates](../plates.md). Seed {found.seed}.\n\n"
+    )
+    return write_page(
+        folder, PAGE, f"{head}{plates_text(found)}\n", {}, {"plates": plain(found)}
+    )

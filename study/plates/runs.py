@@ -78,7 +78,9 @@ class Candidate(NamedTuple):
     size: Array  # (G,); poses of each
 
 
-def plates(splits: int = 20, seed: int = 1, *, say: Say = lambda _: None) -> PlateResults:
+def plates(
+    splits: int = 20, seed: int = 1, *, say: Say = lambda _: None
+) -> PlateResults:
     """Fit plates to five kinds of parts and predict the others.
 
     Parameters
@@ -90,24 +92,54 @@ def plates(splits: int = 20, seed: int = 1, *, say: Say = lambda _: None) -> Pla
     say : callable
         Told what is done.
     """
-    found = [judge_plate("Budden's dice", [_candidate(counted_die(die)) for die in DICE], 10_000,
-                         splits, (seed, 0), say)]
+    found = [
+        judge_plate(
+            "Budden's dice",
+            [_candidate(counted_die(die)) for die in DICE],
+            10_000,
+            splits,
+            (seed, 0),
+            say,
+        )
+    ]
     for number, counts in enumerate(read_counts()):
-        parts = [_candidate(count_part(part, dict(enumerate(count))))
-                 for part, count in zip(study_parts(), counts, strict=True)]
-        found.append(judge_plate(plate_of(number).in_words(), parts, COUNTED, splits,
-                                 (seed, 1 + number), say))
-    return PlateResults(tuple(found), observed_errors(OBSERVED_REPEATS, seed), splits, seed)
+        parts = [
+            _candidate(count_part(part, dict(enumerate(count))))
+            for part, count in zip(study_parts(), counts, strict=True)
+        ]
+        found.append(
+            judge_plate(
+                plate_of(number).in_words(),
+                parts,
+                COUNTED,
+                splits,
+                (seed, 1 + number),
+                say,
+            )
+        )
+    return PlateResults(
+        tuple(found), observed_errors(OBSERVED_REPEATS, seed), splits, seed
+    )
 
 
-def judge_plate(name: str, parts: Sequence[Candidate], most: int, splits: int,
-                seed: tuple[int, ...], say: Say) -> PlateErrors:
+def judge_plate(
+    name: str,
+    parts: Sequence[Candidate],
+    most: int,
+    splits: int,
+    seed: tuple[int, ...],
+    say: Say,
+) -> PlateErrors:
     """Fit to at most so many counts of each of five parts, and predict the others."""
     squares: dict[str, list[float]] = {method: [] for method in METHODS}
     grid = SceneGrid([one.counted.resting.body.radius for one in parts], SIDES[:1])
     known = [ExplainedPart(one.counted, grid) for one in parts]
-    squares["best scene"] = [min(float(np.mean([one.square_error(place) for one in known]))
-                                 for place in range(grid.prior.size))]
+    squares["best scene"] = [
+        min(
+            float(np.mean([one.square_error(place) for one in known]))
+            for place in range(grid.prior.size)
+        )
+    ]
     by_digest = {one.counted.part.digest: one.counted for one in parts}
     for left in fit_plate(list(by_digest.values())).parts:
         counted = by_digest[left.part_digest]
@@ -127,16 +159,23 @@ def judge_plate(name: str, parts: Sequence[Candidate], most: int, splits: int,
         weights.append(fit.default_weight)
         for one in (parts[k] for k in order[FITTED:]):
             for method, share in (
-                    ("default", one.default), ("fit", shares_in(one.counted, scene)),
-                    ("Gibbs", _normal(one.size * np.exp(-gibbs * one.height))),
-                    ("split × tilt", _normal(_tilted(one, tilt)))):
+                ("default", one.default),
+                ("fit", shares_in(one.counted, scene)),
+                ("Gibbs", _normal(one.size * np.exp(-gibbs * one.height))),
+                ("split × tilt", _normal(_tilted(one, tilt))),
+            ):
                 squares[method].append(_square_error(one.counted.by_group, share))
-    errors = {method: math.sqrt(max(float(np.mean(each)), 0.0))
-              for method, each in squares.items()}
-    say(f"{name}: " + ", ".join(f"{method} {100.0 * error:.2f}"
-                                for method, error in errors.items()))
-    return PlateErrors(name, errors, float(np.sqrt(np.mean(np.square(told)))),
-                       float(np.mean(weights)))
+    errors = {
+        method: math.sqrt(max(float(np.mean(each)), 0.0))
+        for method, each in squares.items()
+    }
+    say(
+        f"{name}: "
+        + ", ".join(f"{method} {100.0 * error:.2f}" for method, error in errors.items())
+    )
+    return PlateErrors(
+        name, errors, float(np.sqrt(np.mean(np.square(told)))), float(np.mean(weights))
+    )
 
 
 def shares_in(counted: CountedPart, scene: DropScene) -> Array:
@@ -151,16 +190,25 @@ def _candidate(counted: CountedPart) -> Candidate:
     height = np.bincount(resting.group, [pose.height for pose in resting.poses]) / size
     vertices = counted.part.vertices[counted.part.triangles]
     volume = float(np.linalg.det(vertices).sum()) / 6.0
-    return Candidate(counted, shares_in(counted, DropScene()), height / abs(volume) ** (1.0 / 3.0),
-                     size)
+    return Candidate(
+        counted,
+        shares_in(counted, DropScene()),
+        height / abs(volume) ** (1.0 / 3.0),
+        size,
+    )
 
 
 def _drawn(one: Candidate, most: int, random: np.random.Generator) -> Candidate:
     """The same with at most so many of its counts."""
     count = one.counted.count
     drawn = random.multivariate_hypergeometric(count, min(most, int(count.sum())))
-    return one._replace(counted=count_part(
-        one.counted.part, dict(enumerate(drawn.tolist())), **one.counted.numbering._asdict()))
+    return one._replace(
+        counted=count_part(
+            one.counted.part,
+            dict(enumerate(drawn.tolist())),
+            **one.counted.numbering._asdict(),
+        )
+    )
 
 
 def _tilted(one: Candidate, by: float) -> Array:
@@ -171,10 +219,20 @@ def _normal(weight: Array) -> Array:
     return np.asarray(weight / weight.sum())
 
 
-def _likeliest(parts: Sequence[Candidate], weigh: Callable[[Candidate, float], Array]) -> float:
+def _likeliest(
+    parts: Sequence[Candidate], weigh: Callable[[Candidate, float], Array]
+) -> float:
     """The steepness at which the shares explain the counts best."""
-    fits = [sum(float(one.counted.by_group @ np.log(np.maximum(_normal(weigh(one, by)), 1e-12)))
-                for one in parts) for by in STEEPNESSES.tolist()]
+    fits = [
+        sum(
+            float(
+                one.counted.by_group
+                @ np.log(np.maximum(_normal(weigh(one, by)), 1e-12))
+            )
+            for one in parts
+        )
+        for by in STEEPNESSES.tolist()
+    ]
     return float(STEEPNESSES[int(np.argmax(fits))])
 
 
@@ -190,6 +248,11 @@ def counted_die(die: Die) -> CountedPart:
     part = square_prism(die.ratio)
     unknown = count_part(part, {}, **AS_FILED._asdict())
     squares = [pose.index for pose in on_squares(unknown.resting.poses)]
-    side = next(pose.index for pose in unknown.resting.poses if pose.index not in squares)
-    return count_part(part, {squares[0]: die.rolls - die.rolls_on_sides,
-                             side: die.rolls_on_sides}, **AS_FILED._asdict())
+    side = next(
+        pose.index for pose in unknown.resting.poses if pose.index not in squares
+    )
+    return count_part(
+        part,
+        {squares[0]: die.rolls - die.rolls_on_sides, side: die.rolls_on_sides},
+        **AS_FILED._asdict(),
+    )

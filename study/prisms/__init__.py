@@ -4,4 +4,12 @@ from .dice import DICE, Die
 from .prism_results import Misfit, PrismResults, SidesPoint, prisms_text
 from .prism_runs import prisms
 
-__all__ = ["DICE", "Die", "Misfit", "PrismResults", "SidesPoint", "prisms", "prisms_text"]
+__all__ = [
+    "DICE",
+    "Die",
+    "Misfit",
+    "PrismResults",
+    "SidesPoint",
+    "prisms",
+    "prisms_text",
+]

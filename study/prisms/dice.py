@@ -9,8 +9,10 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
-SOURCE = ("Budden, 1980; table in Mungan and Lipscombe, Mathematical Gazette 97 (2013), "
-          "note 97.16")
+SOURCE = (
+    "Budden, 1980; table in Mungan and Lipscombe, Mathematical Gazette 97 (2013), "
+    "note 97.16"
+)
 
 
 class Die(NamedTuple):
@@ -72,8 +74,9 @@ def root_mean_square(predicted: ArrayLike) -> float:
     return float(np.sqrt(np.mean(np.square(np.asarray(predicted) - MEASURED))))
 
 
-def standard_error(predicted: ArrayLike, trials: ArrayLike | None = None, *,
-                   seed: int) -> float:
+def standard_error(
+    predicted: ArrayLike, trials: ArrayLike | None = None, *, seed: int
+) -> float:
     """Standard error of `root_mean_square` by parametric bootstrap.
 
     The dice are rolled again, binomially at their measured frequencies, and a prediction that

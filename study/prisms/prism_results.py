@@ -124,15 +124,23 @@ class PrismResults:
 
     def as_dict(self) -> dict[str, Any]:
         """The results as plain values that JSON can hold; every number is finite."""
-        return {"level": LEVEL, "scene": self.scene, **plain(self),
-                "simulated": _by_restitution(self.simulated),
-                "dice_simulated": _by_restitution(self.dice_simulated)}
+        return {
+            "level": LEVEL,
+            "scene": self.scene,
+            **plain(self),
+            "simulated": _by_restitution(self.simulated),
+            "dice_simulated": _by_restitution(self.dice_simulated),
+        }
 
 
-def _by_restitution(points: dict[float, tuple[SidesPoint, ...]]) -> list[dict[str, Any]]:
+def _by_restitution(
+    points: dict[float, tuple[SidesPoint, ...]],
+) -> list[dict[str, Any]]:
     """A list, since the keys of a JSON object are no numbers."""
-    return [{"restitution": restitution, "points": plain(some)}
-            for restitution, some in points.items()]
+    return [
+        {"restitution": restitution, "points": plain(some)}
+        for restitution, some in points.items()
+    ]
 
 
 SHOWN = ("combined", "eae")
@@ -151,27 +159,40 @@ def prisms_text(results: PrismResults) -> str:
     str
         Lines of at most 100 characters, without an end of line at the end.
     """
-    lines = [*_heading(results), "", *_misfits(results), "", *_dice(results), "",
-             f"computed in {results.seconds:.1f} s"]
+    lines = [
+        *_heading(results),
+        "",
+        *_misfits(results),
+        "",
+        *_dice(results),
+        "",
+        f"computed in {results.seconds:.1f} s",
+    ]
     if results.stopped:
         lines.insert(-1, "stopped before its end: simulations are missing")
     return "\n".join(lines)
 
 
 def _heading(results: PrismResults) -> list[str]:
-    return [f"Square prisms, {results.scene}",
-            "probability of the four sides together (section 5.B, Fig. 5)",
-            "",
-            f"dice: {SOURCE}",
-            f"simulation: {results.dice_drops} drops for each die and restitution, seed "
-            f"{results.seed}"]
+    return [
+        f"Square prisms, {results.scene}",
+        "probability of the four sides together (section 5.B, Fig. 5)",
+        "",
+        f"dice: {SOURCE}",
+        f"simulation: {results.dice_drops} drops for each die and restitution, seed "
+        f"{results.seed}",
+    ]
 
 
 def _misfits(results: PrismResults) -> list[str]:
-    lines = [f"{'distance from the 15 dice':<30} {'rms':>8} {'standard error':>16}",
-             f"{'':<30} {'points':>8} {'points':>16}"]
+    lines = [
+        f"{'distance from the 15 dice':<30} {'rms':>8} {'standard error':>16}",
+        f"{'':<30} {'points':>8} {'points':>16}",
+    ]
     lines += [_row(misfit) for misfit in results.misfits]
-    lines.append(f"{'sampling noise of the dice':<30} {_points(results.sampling_noise):>8}")
+    lines.append(
+        f"{'sampling noise of the dice':<30} {_points(results.sampling_noise):>8}"
+    )
     return lines
 
 
@@ -183,17 +204,27 @@ def _dice(results: PrismResults) -> list[str]:
     simulated = list(results.dice_simulated)
     estimators = [ESTIMATORS[name].title for name in SHOWN]
     spanning = "simulated at restitution".center(10 * len(simulated))
-    lines = [f"{'':>12} {'':>6} {'':>9} {'':>15}  {spanning}",
-             f"{'length/width':>12} {'rolls':>6} {'measured':>9} {'95 % interval':>15}  "
-             + "".join(f"{title:>10}" for title in (*map("{:g}".format, simulated), *estimators)),
-             f"{'':>12} {'':>6} {'%':>9} {'%':>15}  "
-             + "".join(f"{'%':>10}" for _ in (*simulated, *SHOWN))]
+    lines = [
+        f"{'':>12} {'':>6} {'':>9} {'':>15}  {spanning}",
+        f"{'length/width':>12} {'rolls':>6} {'measured':>9} {'95 % interval':>15}  "
+        + "".join(
+            f"{title:>10}" for title in (*map("{:g}".format, simulated), *estimators)
+        ),
+        f"{'':>12} {'':>6} {'%':>9} {'%':>15}  "
+        + "".join(f"{'%':>10}" for _ in (*simulated, *SHOWN)),
+    ]
     for place, die in enumerate(results.dice):
-        values = [_at(results.dice_simulated[restitution], place) for restitution in simulated]
-        values += [_points(float(results.dice_estimated[name][place])) for name in SHOWN]
+        values = [
+            _at(results.dice_simulated[restitution], place) for restitution in simulated
+        ]
+        values += [
+            _points(float(results.dice_estimated[name][place])) for name in SHOWN
+        ]
         interval = f"{_points(die.low)} - {_points(die.high)}"
-        lines.append(f"{die.ratio:>12.2f} {die.trials:>6} {_points(die.probability):>9} "
-                     f"{interval:>15}  " + "".join(f"{value:>10}" for value in values))
+        lines.append(
+            f"{die.ratio:>12.2f} {die.trials:>6} {_points(die.probability):>9} "
+            f"{interval:>15}  " + "".join(f"{value:>10}" for value in values)
+        )
     return [line.rstrip() for line in lines]
 
 
@@ -226,16 +257,22 @@ def draw_prisms(results: PrismResults) -> Figure:
     from ..figures.prisms import prisms_figure
 
     new = [name for name in results.estimated if name not in EXISTING]
-    simulated = [(f"simulation, restitution {restitution:g}", _rows(points))
-                 for restitution, points in results.simulated.items()]
+    simulated = [
+        (f"simulation, restitution {restitution:g}", _rows(points))
+        for restitution, points in results.simulated.items()
+    ]
     return prisms_figure(
         results.ratios,
-        [("existing estimators", _curves(results, EXISTING)),
-         ("new estimators", _curves(results, new))],
-        simulated, _rows(results.dice),
+        [
+            ("existing estimators", _curves(results, EXISTING)),
+            ("new estimators", _curves(results, new)),
+        ],
+        simulated,
+        _rows(results.dice),
         "Square prisms coming to rest on a side",
         f"Bars: {100.0 * LEVEL:g} % intervals. {results.drops} drops a diamond; the simulations "
-        "of one prism stand side by side, the middle one at its length / width.")
+        "of one prism stand side by side, the middle one at its length / width.",
+    )
 
 
 def _curves(results: PrismResults, names: Sequence[str]) -> list[tuple[str, Array]]:

@@ -36,10 +36,15 @@ OF_CURVE, OF_DICE, OF_ERRORS = range(3)
 """Streams of random numbers."""
 
 
-def prisms(drops: int = DROPS, dice_drops: int = DICE_DROPS, seed: int = DEFAULT_SEED, *,
-           workers: int | None = None,
-           on_progress: Callable[[int, int], object] | None = None,
-           should_stop: Callable[[], bool] | None = None) -> PrismResults:
+def prisms(
+    drops: int = DROPS,
+    dice_drops: int = DICE_DROPS,
+    seed: int = DEFAULT_SEED,
+    *,
+    workers: int | None = None,
+    on_progress: Callable[[int, int], object] | None = None,
+    should_stop: Callable[[], bool] | None = None,
+) -> PrismResults:
     """Compare estimators, simulation and rolled dice on square prisms (section 5.B, Fig. 5).
 
     Square prisms of length over width 0.3 to 3 go through every registered estimator and are
@@ -76,18 +81,28 @@ def prisms(drops: int = DROPS, dice_drops: int = DICE_DROPS, seed: int = DEFAULT
         drop_request(asked, seed, 0.0, workers, None)
     curve = np.array(_spread(CURVE_RATIOS))
     of_dice = [die.ratio for die in DICE]
-    planned = [*_plan(_spread(DROPPED_RATIOS), drops, seed, OF_CURVE),
-               *_plan(of_dice, dice_drops, seed, OF_DICE)]
+    planned = [
+        *_plan(_spread(DROPPED_RATIOS), drops, seed, OF_CURVE),
+        *_plan(of_dice, dice_drops, seed, OF_DICE),
+    ]
     done = _run(planned, workers, on_progress, should_stop)
     dice_estimated, dice_simulated = estimated_sides(of_dice), _gathered(done, OF_DICE)
     return PrismResults(
-        ratios=curve, estimated=estimated_sides(curve), simulated=_gathered(done, OF_CURVE),
+        ratios=curve,
+        estimated=estimated_sides(curve),
+        simulated=_gathered(done, OF_CURVE),
         dice=tuple(counted(die.ratio, die.rolls_on_sides, die.rolls) for die in DICE),
-        dice_estimated=dice_estimated, dice_simulated=dice_simulated,
+        dice_estimated=dice_estimated,
+        dice_simulated=dice_simulated,
         misfits=_misfits(dice_estimated, dice_simulated, seed),
-        sampling_noise=sampling_noise(), drops=drops, dice_drops=dice_drops, seed=seed,
-        release_radii=DEFAULT_DROP_RADII, stopped=len(done) < len(planned),
-        seconds=time.perf_counter() - begin)
+        sampling_noise=sampling_noise(),
+        drops=drops,
+        dice_drops=dice_drops,
+        seed=seed,
+        release_radii=DEFAULT_DROP_RADII,
+        stopped=len(done) < len(planned),
+        seconds=time.perf_counter() - begin,
+    )
 
 
 class _Drops(NamedTuple):
@@ -107,9 +122,11 @@ def _spread(count: int) -> list[float]:
 
 
 def _plan(ratios: Sequence[float], drops: int, seed: int, stream: int) -> list[_Drops]:
-    return [_Drops(stream, restitution, ratio, drops, _seed(seed, stream, row, place))
-            for row, restitution in enumerate(RESTITUTIONS)
-            for place, ratio in enumerate(ratios)]
+    return [
+        _Drops(stream, restitution, ratio, drops, _seed(seed, stream, row, place))
+        for row, restitution in enumerate(RESTITUTIONS)
+        for place, ratio in enumerate(ratios)
+    ]
 
 
 def _seed(seed: int, *place: int) -> int:
@@ -117,16 +134,22 @@ def _seed(seed: int, *place: int) -> int:
     return int(np.random.SeedSequence((seed, *place)).generate_state(1, np.uint64)[0])
 
 
-def _run(planned: Sequence[_Drops], workers: int | None,
-         on_progress: Callable[[int, int], object] | None,
-         should_stop: Callable[[], bool] | None) -> list[tuple[_Drops, SidesPoint]]:
+def _run(
+    planned: Sequence[_Drops],
+    workers: int | None,
+    on_progress: Callable[[int, int], object] | None,
+    should_stop: Callable[[], bool] | None,
+) -> list[tuple[_Drops, SidesPoint]]:
     done: list[tuple[_Drops, SidesPoint]] = []
     count, total = 0, sum(one.drops for one in planned)
     for one in planned:
-        if should_stop is not None and should_stop():  # a short simulation may end unasked
+        if (
+            should_stop is not None and should_stop()
+        ):  # a short simulation may end unasked
             break
-        point = dropped_sides(one.ratio, one.restitution, one.drops, one.seed, workers,
-                              should_stop)
+        point = dropped_sides(
+            one.ratio, one.restitution, one.drops, one.seed, workers, should_stop
+        )
         if point is None:
             break
         done.append((one, point))
@@ -137,23 +160,46 @@ def _run(planned: Sequence[_Drops], workers: int | None,
 
 
 def _gathered(done: Iterable[tuple[_Drops, SidesPoint]], stream: int) -> Points:
-    return {restitution: tuple(point for one, point in done
-                               if (one.stream, one.restitution) == (stream, restitution))
-            for restitution in RESTITUTIONS}
+    return {
+        restitution: tuple(
+            point
+            for one, point in done
+            if (one.stream, one.restitution) == (stream, restitution)
+        )
+        for restitution in RESTITUTIONS
+    }
 
 
-def _misfits(estimated: dict[str, Array], simulated: Points, seed: int) -> tuple[Misfit, ...]:
+def _misfits(
+    estimated: dict[str, Array], simulated: Points, seed: int
+) -> tuple[Misfit, ...]:
     error_seed = _seed(seed, OF_ERRORS)
-    found = [Misfit(name, ESTIMATORS[name].title, None, root_mean_square(sides),
-                    standard_error(sides, seed=error_seed))
-             for name, sides in estimated.items()]
+    found = [
+        Misfit(
+            name,
+            ESTIMATORS[name].title,
+            None,
+            root_mean_square(sides),
+            standard_error(sides, seed=error_seed),
+        )
+        for name, sides in estimated.items()
+    ]
     for restitution, points in simulated.items():
         if len(points) < len(DICE):
             continue
         sides = [point.probability for point in points]
-        error = standard_error(sides, [point.trials for point in points], seed=error_seed)
-        found.append(Misfit("simulation", f"simulation, restitution {restitution:g}",
-                            restitution, root_mean_square(sides), error))
+        error = standard_error(
+            sides, [point.trials for point in points], seed=error_seed
+        )
+        found.append(
+            Misfit(
+                "simulation",
+                f"simulation, restitution {restitution:g}",
+                restitution,
+                root_mean_square(sides),
+                error,
+            )
+        )
     # Equal but for rounding (CSAE and QSE): in the order of the registry.
     return tuple(sorted(found, key=lambda misfit: round(misfit.rms, 12)))
 
@@ -201,19 +247,34 @@ def estimated_sides(ratios: ArrayLike) -> dict[str, Array]:
     return found
 
 
-def dropped_sides(ratio: float, restitution: float, drops: int, seed: int,
-                  workers: int | None = None,
-                  should_stop: Callable[[], bool] | None = None) -> SidesPoint | None:
+def dropped_sides(
+    ratio: float,
+    restitution: float,
+    drops: int,
+    seed: int,
+    workers: int | None = None,
+    should_stop: Callable[[], bool] | None = None,
+) -> SidesPoint | None:
     """Share of drops from 20 radii that come to rest on a side; None if stopped before the end.
 
     The parameters are those of `simulate`. Drops that did not settle are left out of the share.
     """
-    found = simulate(square_prism(ratio), drops, restitution, seed, workers=workers,
-                     should_stop=should_stop, cluster_tolerance=0.0, round_sides=0)
+    found = simulate(
+        square_prism(ratio),
+        drops,
+        restitution,
+        seed,
+        workers=workers,
+        should_stop=should_stop,
+        cluster_tolerance=0.0,
+        round_sides=0,
+    )
     settled = found.drops - found.unsettled
     if found.drops < drops or not settled:
         return None
-    return counted(ratio, settled - sum(pose.count for pose in on_squares(found.poses)), settled)
+    return counted(
+        ratio, settled - sum(pose.count for pose in on_squares(found.poses)), settled
+    )
 
 
 def counted(ratio: float, sides: int, trials: int) -> SidesPoint:

@@ -3,5 +3,12 @@
 from .stability_page import as_dict, stability_page, stability_text, write_stability
 from .walk_runs import StabilityResults, WalkResults, stability
 
-__all__ = ["StabilityResults", "WalkResults", "as_dict", "stability", "stability_page",
-           "stability_text", "write_stability"]
+__all__ = [
+    "StabilityResults",
+    "WalkResults",
+    "as_dict",
+    "stability",
+    "stability_page",
+    "stability_text",
+    "write_stability",
+]

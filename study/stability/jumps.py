@@ -45,8 +45,9 @@ class Change(NamedTuple):
     jumps: tuple[Jump, ...]
 
 
-def change(places: Array, values: Array, probability: Callable[[float], float],
-           whole: bool) -> Change:
+def change(
+    places: Array, values: Array, probability: Callable[[float], float], whole: bool
+) -> Change:
     """Find slopes between neighbours, and jumps.
 
     Parameters
@@ -64,9 +65,17 @@ def change(places: Array, values: Array, probability: Callable[[float], float],
     slope, at = 0.0, float(places[0])
     end = NARROW * float(places[-1] - places[0])
     for k in range(len(places) - 1):
-        ends, step = (float(places[k]), float(places[k + 1])), float(values[k + 1] - values[k])
-        found = [] if whole else _jumps(ends, (float(values[k]), float(values[k + 1])),
-                                        probability, end)
+        ends, step = (
+            (float(places[k]), float(places[k + 1])),
+            float(values[k + 1] - values[k]),
+        )
+        found = (
+            []
+            if whole
+            else _jumps(
+                ends, (float(values[k]), float(values[k + 1])), probability, end
+            )
+        )
         jumps += found
         steep = abs(step - sum(jump.size for jump in found)) / (ends[1] - ends[0])
         if steep > slope:
@@ -74,8 +83,12 @@ def change(places: Array, values: Array, probability: Callable[[float], float],
     return Change(slope, at, tuple(jumps))
 
 
-def _jumps(ends: tuple[float, float], values: tuple[float, float],
-           probability: Callable[[float], float], narrow: float) -> list[Jump]:
+def _jumps(
+    ends: tuple[float, float],
+    values: tuple[float, float],
+    probability: Callable[[float], float],
+    narrow: float,
+) -> list[Jump]:
     """The jump with the largest change between two positions, if there is one.
 
     The half with the larger change is halved again until it is narrow; a smooth curve's change

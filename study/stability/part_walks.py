@@ -29,44 +29,80 @@ def part_walks() -> list[Walk]:
 
 def _turned() -> Walk:
     sides = np.unique(spread_by_ratio(6.0, 512.0, 20).round())
-    return Walk("cylinder_sides",
-                "A file cuts a cylinder, as high as wide, into more and more sides",
-                "sides in the file", sides, True,
-                lambda count: Step(part_from_mesh(*cylinder(round(count), SIZE, 2.0 * SIZE))),
-                along(2), "both ends together", round_sides=DEFAULT_ROUND_SIDES, whole=True,
-                mark=15.0)
+    return Walk(
+        "cylinder_sides",
+        "A file cuts a cylinder, as high as wide, into more and more sides",
+        "sides in the file",
+        sides,
+        True,
+        lambda count: Step(part_from_mesh(*cylinder(round(count), SIZE, 2.0 * SIZE))),
+        along(2),
+        "both ends together",
+        round_sides=DEFAULT_ROUND_SIDES,
+        whole=True,
+        mark=15.0,
+    )
 
 
 def _toothed() -> Walk:
     teeth = np.unique(spread_by_ratio(8.0, 120.0, 14).round())
-    return Walk("gear_teeth", "A spur gear of the same size has more and more teeth", "teeth",
-                teeth, True, lambda count: Step(_gear(round(count))), along(2),
-                "both faces together", round_sides=DEFAULT_ROUND_SIDES, whole=True, mark=15.0)
+    return Walk(
+        "gear_teeth",
+        "A spur gear of the same size has more and more teeth",
+        "teeth",
+        teeth,
+        True,
+        lambda count: Step(_gear(round(count))),
+        along(2),
+        "both faces together",
+        round_sides=DEFAULT_ROUND_SIDES,
+        whole=True,
+        mark=15.0,
+    )
 
 
 def _drilled() -> Walk:
-    return Walk("hole_size", "A blind hole in a block grows",
-                "diameter over the width of the block", spread_evenly(0.0, 0.96, 17), False,
-                lambda diameter: Step(_drilled_block(diameter)), towards((0.0, 0.0, -1.0), 0.3),
-                "the closed end", round_sides=DEFAULT_ROUND_SIDES)
+    return Walk(
+        "hole_size",
+        "A blind hole in a block grows",
+        "diameter over the width of the block",
+        spread_evenly(0.0, 0.96, 17),
+        False,
+        lambda diameter: Step(_drilled_block(diameter)),
+        towards((0.0, 0.0, -1.0), 0.3),
+        "the closed end",
+        round_sides=DEFAULT_ROUND_SIDES,
+    )
 
 
 def _nudged() -> Walk:
     lump = part_from_mesh(*hull_mesh(SIZE * ellipsoid_points(*LUMP)))
     x, y, z = resting_poses(lump, round_sides=0).poses[0].down.tolist()
-    return Walk("nudge", "The nudge that a pose of a cast lump has to survive grows",
-                "cluster tolerance", spread_by_ratio(1e-5, 0.1, 17), True,
-                lambda tolerance: Step(lump, cluster_tolerance=tolerance),
-                towards((x, y, z), 0.1), "its lowest pose", mark=DEFAULT_CLUSTER_TOLERANCE)
+    return Walk(
+        "nudge",
+        "The nudge that a pose of a cast lump has to survive grows",
+        "cluster tolerance",
+        spread_by_ratio(1e-5, 0.1, 17),
+        True,
+        lambda tolerance: Step(lump, cluster_tolerance=tolerance),
+        towards((x, y, z), 0.1),
+        "its lowest pose",
+        mark=DEFAULT_CLUSTER_TOLERANCE,
+    )
 
 
 def _gear(teeth: int) -> Part:
-    from ros_pose_stats.shapes.demo_parts import extrude, surface_of  # loads the solid modeller
+    from ros_pose_stats.shapes.demo_parts import (
+        extrude,
+        surface_of,
+    )  # loads the solid modeller
     from ros_pose_stats.shapes.profiles import spur_gear
 
     radius = 1e3 * SIZE
     outline = spur_gear(teeth, 2.0 * radius / (teeth + 2))
-    return part_from_mesh(*surface_of(extrude(outline, "z", 0.0, GEAR_WIDTH * radius)), unit="mm")
+    return part_from_mesh(
+        *surface_of(extrude(outline, "z", 0.0, GEAR_WIDTH * radius)), unit="mm"
+    )
 
 
 def _drilled_block(diameter: float) -> Part:
@@ -79,8 +115,14 @@ def _drilled_block(diameter: float) -> Part:
     wide = 1e3 * SIZE
     high = BLOCK_HEIGHT * wide
     half = 0.5 * wide
-    block = extrude(np.array([(-half, -half), (half, -half), (half, half), (-half, half)]), "z",
-                    0.0, high)
+    block = extrude(
+        np.array([(-half, -half), (half, -half), (half, half), (-half, half)]),
+        "z",
+        0.0,
+        high,
+    )
     if diameter > 0.0:
-        block -= drill(diameter * half, "z", (0.0, 0.0), (1.0 - HOLE_DEPTH) * high, high + 1.0, 64)
+        block -= drill(
+            diameter * half, "z", (0.0, 0.0), (1.0 - HOLE_DEPTH) * high, high + 1.0, 64
+        )
     return part_from_mesh(*surface_of(block), unit="mm")

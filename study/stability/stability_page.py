@@ -41,34 +41,58 @@ def write_stability(found: StabilityResults, folder: Path) -> list[Path]:
         What was written.
     """
     figures = {f"stability_{one.walk.name}": draw_walk(one) for one in found.walks}
-    return write_page(folder, PAGE, stability_page(found),
-                      {**figures, "stability_reliability": draw_reliability(found)},
-                      {"stability": as_dict(found)})
+    return write_page(
+        folder,
+        PAGE,
+        stability_page(found),
+        {**figures, "stability_reliability": draw_reliability(found)},
+        {"stability": as_dict(found)},
+    )
 
 
 def as_dict(found: StabilityResults) -> dict[str, Any]:
     """Plain values for JSON."""
-    return {"scene": SCENE, "walks": [_walk(one) for one in found.walks],
-            "reliability": {name: [one._asdict() for one in bins]
-                            for name, bins in found.reliability.items()}}
+    return {
+        "scene": SCENE,
+        "walks": [_walk(one) for one in found.walks],
+        "reliability": {
+            name: [one._asdict() for one in bins]
+            for name, bins in found.reliability.items()
+        },
+    }
 
 
 def _walk(one: WalkResults) -> dict[str, Any]:
     return {
-        "name": one.walk.name, "title": one.walk.title, "parameter": one.walk.parameter,
-        "logarithmic": one.walk.logarithmic, "watched": one.walk.quantity,
-        "cluster_tolerance": one.walk.cluster_tolerance, "values": one.values.tolist(),
-        "poses": one.poses.tolist(), "methods": [_method(one, curve) for curve in one.curves],
-        "simulation": {"probability": one.simulated.values.tolist(),
-                       "low": one.simulated.low.tolist(), "high": one.simulated.high.tolist(),
-                       "settled": one.simulated.settled.tolist()}}
+        "name": one.walk.name,
+        "title": one.walk.title,
+        "parameter": one.walk.parameter,
+        "logarithmic": one.walk.logarithmic,
+        "watched": one.walk.quantity,
+        "cluster_tolerance": one.walk.cluster_tolerance,
+        "values": one.values.tolist(),
+        "poses": one.poses.tolist(),
+        "methods": [_method(one, curve) for curve in one.curves],
+        "simulation": {
+            "probability": one.simulated.values.tolist(),
+            "low": one.simulated.low.tolist(),
+            "high": one.simulated.high.tolist(),
+            "settled": one.simulated.settled.tolist(),
+        },
+    }
 
 
 def _method(found: WalkResults, one: Curve) -> dict[str, Any]:
-    return {"method": one.method, "probability": one.values.tolist(), "slope": one.change.slope,
-            "slope_at": found.walk.value(one.change.slope_at),
-            "jumps": [{"at": found.walk.value(jump.place), "size": jump.size}
-                      for jump in one.change.jumps]}
+    return {
+        "method": one.method,
+        "probability": one.values.tolist(),
+        "slope": one.change.slope,
+        "slope_at": found.walk.value(one.change.slope_at),
+        "jumps": [
+            {"at": found.walk.value(jump.place), "size": jump.size}
+            for jump in one.change.jumps
+        ],
+    }
 
 
 WIDTH = 99
@@ -110,24 +134,36 @@ def stability_page(found: StabilityResults) -> str:
     for one in found.walks:
         name = one.walk.name
         picture = f"![{one.walk.title}](../figures/stability_{name}.png)"
-        parts += [f"## {one.walk.title}\n", f"{picture}\n",
-                  *wrap(LESSONS[name], WIDTH), "", walk_text(one), ""]
+        parts += [
+            f"## {one.walk.title}\n",
+            f"{picture}\n",
+            *wrap(LESSONS[name], WIDTH),
+            "",
+            walk_text(one),
+            "",
+        ]
     return "\n".join([*parts, RELIABILITY, reliability_text(found), ""])
 
 
 def stability_text(found: StabilityResults) -> str:
     """All tables."""
     parts = [f"### {one.walk.title}\n\n{walk_text(one)}" for one in found.walks]
-    return "\n\n".join([SCENE, *parts, f"### Expected errors\n\n{reliability_text(found)}"])
+    return "\n\n".join(
+        [SCENE, *parts, f"### Expected errors\n\n{reliability_text(found)}"]
+    )
 
 
 def reliability_text(found: StabilityResults) -> str:
     """Table with a row for each method: expected and true error in every bin of parts."""
     bins = len(next(iter(found.reliability.values())))
     head = ["method, expected / true", *(f"bin {k + 1}" for k in range(bins))]
-    rows = [[ESTIMATORS[name].title if name in ESTIMATORS else name,
-             *(f"{points(one.expected)} / {points(one.true)}" for one in some)]
-            for name, some in found.reliability.items()]
+    rows = [
+        [
+            ESTIMATORS[name].title if name in ESTIMATORS else name,
+            *(f"{points(one.expected)} / {points(one.true)}" for one in some),
+        ]
+        for name, some in found.reliability.items()
+    ]
     return markdown_table(head, rows)
 
 
@@ -139,13 +175,23 @@ def walk_text(found: WalkResults) -> str:
     low, high = min(at, key=at.__getitem__), max(at, key=at.__getitem__)
     steps = np.abs(np.diff(found.simulated.values))
     noise = _noise(found)
-    said = (f"Watched: {found.walk.quantity}; {found.poses.min()} to {found.poses.max()} stable "
-            f"poses. The methods are farthest apart at {found.values[place]:.3g}: {_title(low)} "
-            f"{points(at[low])} %, {_title(high)} {points(at[high])} %, {points(apart)} points. "
-            f"The simulation's standard error is at most {points(noise.max(), 2)} points, its "
-            f"largest step between neighbouring values {points(steps.max())}.")
-    head = ("method", "jumps", "largest jump, points", "slope, points a per cent", "at",
-            "off, points", "at", "beyond noise")
+    said = (
+        f"Watched: {found.walk.quantity}; {found.poses.min()} to {found.poses.max()} stable "
+        f"poses. The methods are farthest apart at {found.values[place]:.3g}: {_title(low)} "
+        f"{points(at[low])} %, {_title(high)} {points(at[high])} %, {points(apart)} points. "
+        f"The simulation's standard error is at most {points(noise.max(), 2)} points, its "
+        f"largest step between neighbouring values {points(steps.max())}."
+    )
+    head = (
+        "method",
+        "jumps",
+        "largest jump, points",
+        "slope, points a per cent",
+        "at",
+        "off, points",
+        "at",
+        "beyond noise",
+    )
     rows = markdown_table(head, [_row(found, one) for one in found.curves])
     return "\n".join([*wrap(said, WIDTH), "", rows])
 
@@ -155,11 +201,16 @@ def _row(found: WalkResults, one: Curve) -> tuple[str, ...]:
     worst = int(np.argmax(away))
     sizes = [abs(jump.size) for jump in one.change.jumps]
     far = int((away > 4.0 * _noise(found)).sum())
-    return (_title(one.method), str(len(sizes)), points(max(sizes)) if sizes else "",
-            points(0.01 * one.change.slope, 3),
-            f"{found.walk.value(one.change.slope_at):.3g}" if one.change.slope else "",
-            points(float(away[worst])), f"{found.values[worst]:.3g}",
-            f"{far} of {len(found.values)}")
+    return (
+        _title(one.method),
+        str(len(sizes)),
+        points(max(sizes)) if sizes else "",
+        points(0.01 * one.change.slope, 3),
+        f"{found.walk.value(one.change.slope_at):.3g}" if one.change.slope else "",
+        points(float(away[worst])),
+        f"{found.values[worst]:.3g}",
+        f"{far} of {len(found.values)}",
+    )
 
 
 def _noise(found: WalkResults) -> NDArray[np.float64]:
@@ -186,11 +237,16 @@ def draw_walk(found: WalkResults) -> Figure:
     ours.append(WalkCurve(f"hybrid, {COMBINED_DROPS} drops", found.combined))
     drops = int(simulated.settled.max())
     return walk_figure(
-        found.values, [WalkPanel(PAPER, paper),
-                       WalkPanel(heading, ours, paper, "those on the left")],
-        np.array([simulated.values, simulated.low, simulated.high]), walk.parameter,
-        walk.quantity, logarithmic=walk.logarithmic, mark=walk.mark, title=walk.title,
-        note=f"Bars: {100.0 * LEVEL:g} % intervals of {drops} drops.{_tolerance(found)} {SCENE}")
+        found.values,
+        [WalkPanel(PAPER, paper), WalkPanel(heading, ours, paper, "those on the left")],
+        np.array([simulated.values, simulated.low, simulated.high]),
+        walk.parameter,
+        walk.quantity,
+        logarithmic=walk.logarithmic,
+        mark=walk.mark,
+        title=walk.title,
+        note=f"Bars: {100.0 * LEVEL:g} % intervals of {drops} drops.{_tolerance(found)} {SCENE}",
+    )
 
 
 def _tolerance(found: WalkResults) -> str:
@@ -202,10 +258,15 @@ def _tolerance(found: WalkResults) -> str:
 
 def draw_reliability(found: StabilityResults) -> Figure:
     """Expected against true errors, a panel a method."""
-    return reliability_figure([
-        (ESTIMATORS[name].title if name in ESTIMATORS else name,
-         np.array([(one.expected, one.true, one.error) for one in bins]))
-        for name, bins in found.reliability.items()])
+    return reliability_figure(
+        [
+            (
+                ESTIMATORS[name].title if name in ESTIMATORS else name,
+                np.array([(one.expected, one.true, one.error) for one in bins]),
+            )
+            for name, bins in found.reliability.items()
+        ]
+    )
 
 
 def _curve(found: WalkResults, one: Curve) -> WalkCurve:

@@ -92,11 +92,16 @@ class Walk:
 
     def tolerance(self, step: Step) -> float:
         """Cluster tolerance at a step."""
-        return self.cluster_tolerance if step.cluster_tolerance is None else step.cluster_tolerance
+        return (
+            self.cluster_tolerance
+            if step.cluster_tolerance is None
+            else step.cluster_tolerance
+        )
 
 
-def towards(direction: tuple[float, float, float],
-            angle: float) -> Callable[[Array], NDArray[np.bool_]]:
+def towards(
+    direction: tuple[float, float, float], angle: float
+) -> Callable[[Array], NDArray[np.bool_]]:
     """Whether directions (P, 3) lie within an angle, in radians, of one."""
     unit = np.asarray(direction) / np.linalg.norm(direction)
     least = np.cos(angle)

@@ -17,7 +17,11 @@ from ros_pose_stats.planning.hybrid import hybrid
 from ros_pose_stats.records import DropScene, PoseStatistics
 from ros_pose_stats.resting.poses import resting_poses
 from ros_pose_stats.simulation.simulate import simulate
-from ros_pose_stats.statistics.errors import jeffreys_interval, root_mean_square, standard_errors
+from ros_pose_stats.statistics.errors import (
+    jeffreys_interval,
+    root_mean_square,
+    standard_errors,
+)
 
 from ..dataset import Dataset, shipped_dataset, shipped_datasets
 from ..estimates import restings, scene_estimates, square_errors
@@ -98,8 +102,9 @@ class StabilityResults:
     reliability: dict[str, tuple[ReliabilityBin, ...]]
 
 
-def stability(*, quick: bool = False,
-              on_progress: Callable[[str], object] = lambda _: None) -> StabilityResults:
+def stability(
+    *, quick: bool = False, on_progress: Callable[[str], object] = lambda _: None
+) -> StabilityResults:
     """Measure along all walks, then compare expected errors with true ones.
 
     Parameters
@@ -140,47 +145,92 @@ def measured(walk: Walk, drops: int, stride: int = 1) -> WalkResults:
 
     def curve(method: str) -> Curve:
         probabilities = np.array([one[method] for one in told])
-        return Curve(method, probabilities, change(
-            places, probabilities, lambda place: between(place)[method], walk.whole))
+        return Curve(
+            method,
+            probabilities,
+            change(
+                places, probabilities, lambda place: between(place)[method], walk.whole
+            ),
+        )
 
-    poses = [len(resting_poses(step.part, walk.tolerance(step), walk.round_sides).poses)
-             for step in steps]
-    return WalkResults(walk, values, np.array(poses), tuple(map(curve, told[0])),
-                       _simulated(walk, steps, drops), _combined(walk, steps))
+    poses = [
+        len(resting_poses(step.part, walk.tolerance(step), walk.round_sides).poses)
+        for step in steps
+    ]
+    return WalkResults(
+        walk,
+        values,
+        np.array(poses),
+        tuple(map(curve, told[0])),
+        _simulated(walk, steps, drops),
+        _combined(walk, steps),
+    )
 
 
 def _estimated(walk: Walk, step: Step) -> dict[str, float]:
     """Probability of what is watched, by each estimator."""
-    found = estimate_all(step.part, restitution=step.restitution, drop_height=step.drop_height,
-                         cluster_tolerance=walk.tolerance(step), round_sides=walk.round_sides)
+    found = estimate_all(
+        step.part,
+        restitution=step.restitution,
+        drop_height=step.drop_height,
+        cluster_tolerance=walk.tolerance(step),
+        round_sides=walk.round_sides,
+    )
     return {one.method: _watched(walk, one) for one in found}
 
 
 def _combined(walk: Walk, steps: Sequence[Step]) -> Array:
     """Probability by an estimate with a few fresh drops, at each step."""
-    return np.array([_watched(walk, hybrid(
-        step.part, COMBINED_DROPS, step.restitution, COMBINED_SEED + place, step.drop_height,
-        cluster_tolerance=walk.tolerance(step), round_sides=walk.round_sides))
-        for place, step in enumerate(steps)])
+    return np.array(
+        [
+            _watched(
+                walk,
+                hybrid(
+                    step.part,
+                    COMBINED_DROPS,
+                    step.restitution,
+                    COMBINED_SEED + place,
+                    step.drop_height,
+                    cluster_tolerance=walk.tolerance(step),
+                    round_sides=walk.round_sides,
+                ),
+            )
+            for place, step in enumerate(steps)
+        ]
+    )
 
 
 def _watched(walk: Walk, found: PoseStatistics) -> float:
     seen = walk.watched(np.array([pose.down for pose in found.poses]))
-    return float(sum(pose.probability for pose, yes in zip(found.poses, seen, strict=True)
-                     if yes))
+    return float(
+        sum(
+            pose.probability for pose, yes in zip(found.poses, seen, strict=True) if yes
+        )
+    )
 
 
 def _simulated(walk: Walk, steps: Sequence[Step], drops: int) -> SimulatedCurve:
     """Fresh drops at each step, so that neighbours scatter independently."""
     counts, settled = [], []
     for seed, step in enumerate(steps):
-        found = simulate(step.part, drops, step.restitution, seed, step.drop_height,
-                         cluster_tolerance=walk.tolerance(step), round_sides=walk.round_sides)
+        found = simulate(
+            step.part,
+            drops,
+            step.restitution,
+            seed,
+            step.drop_height,
+            cluster_tolerance=walk.tolerance(step),
+            round_sides=walk.round_sides,
+        )
         seen = walk.watched(np.array([pose.down for pose in found.poses]))
-        counts.append(sum(pose.count for pose, yes in zip(found.poses, seen, strict=True) if yes))
+        counts.append(
+            sum(pose.count for pose, yes in zip(found.poses, seen, strict=True) if yes)
+        )
         settled.append(found.drops - found.unsettled)
     low, high = jeffreys_interval(np.array(counts), np.array(settled), LEVEL)
-    return SimulatedCurve(np.array(counts) / np.array(settled), low, high, np.array(settled))
+    return SimulatedCurve(
+        np.array(counts) / np.array(settled), low, high, np.array(settled)
+    )
 
 
 BINS = 10
@@ -219,8 +269,10 @@ def reliability(datasets: Sequence[Dataset]) -> dict[str, tuple[ReliabilityBin, 
         for name, told, found in _judged(dataset):
             expected.setdefault(name, []).extend(told)
             squares.setdefault(name, []).append(found)
-    return {name: _bins(np.array(told), np.concatenate(squares[name]))
-            for name, told in expected.items()}
+    return {
+        name: _bins(np.array(told), np.concatenate(squares[name]))
+        for name, told in expected.items()
+    }
 
 
 def _judged(dataset: Dataset) -> Iterator[tuple[str, list[float], Array]]:
@@ -230,13 +282,17 @@ def _judged(dataset: Dataset) -> Iterator[tuple[str, list[float], Array]]:
     for restitution, told_by in scene_estimates(dataset, poses).items():
         scene = DropScene(restitution, dataset.spec.drop_height, 0.0, 0)
         for name, values in told_by.items():
-            told = [expected_error(name, one, some, scene).here
-                    for one, some in zip(poses, np.split(values, ends), strict=True)]
+            told = [
+                expected_error(name, one, some, scene).here
+                for one, some in zip(poses, np.split(values, ends), strict=True)
+            ]
             yield name, told, square_errors(values, dataset.simulated(restitution))
     for restitution in dataset.spec.restitutions:
         few = dataset.simulated(restitution, FEW_DROPS)
-        told = [root_mean_square(standard_errors(some, int(some.sum())))
-                for some in np.split(few.count, ends)]
+        told = [
+            root_mean_square(standard_errors(some, int(some.sum())))
+            for some in np.split(few.count, ends)
+        ]
         others = dataset.rest(restitution, FEW_DROPS)
         yield SIMULATION, told, square_errors(few.probability, others)
 
@@ -247,7 +303,12 @@ def _bins(expected: Array, squares: Array) -> tuple[ReliabilityBin, ...]:
         mean = float(squares[some].mean())
         scatter = float(squares[some].std(ddof=1)) / math.sqrt(len(some))
         true = math.sqrt(max(mean, 0.0))
-        found.append(ReliabilityBin(
-            math.sqrt(float(np.mean(np.square(expected[some])))), true,
-            0.5 * scatter / true if true > 0.0 else math.sqrt(scatter), len(some)))
+        found.append(
+            ReliabilityBin(
+                math.sqrt(float(np.mean(np.square(expected[some])))),
+                true,
+                0.5 * scatter / true if true > 0.0 else math.sqrt(scatter),
+                len(some),
+            )
+        )
     return tuple(found)

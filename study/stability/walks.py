@@ -14,7 +14,16 @@ from ros_pose_stats.resting.poses import resting_poses
 from ..random_polyhedra import random_polyhedron
 from ..shapes import box, hull_mesh, sphere_points
 from .part_walks import part_walks
-from .walk import SIZE, Array, Step, Walk, along, spread_by_ratio, spread_evenly, towards
+from .walk import (
+    SIZE,
+    Array,
+    Step,
+    Walk,
+    along,
+    spread_by_ratio,
+    spread_evenly,
+    towards,
+)
 
 LEAN_HEIGHT = 1.5
 RANDOM_BODY = 3
@@ -32,15 +41,33 @@ NEAR = 0.3
 
 def walks() -> list[Walk]:
     """All walks, in the order of the page."""
-    return [_leaning(), _roof(), *part_walks(), _sphere(), _prism(), _broken_cube(),
-            _noisy(), _restitution(), _rocking(), _drop_height()]
+    return [
+        _leaning(),
+        _roof(),
+        *part_walks(),
+        _sphere(),
+        _prism(),
+        _broken_cube(),
+        _noisy(),
+        _restitution(),
+        _rocking(),
+        _drop_height(),
+    ]
 
 
 def _leaning() -> Walk:
-    return Walk("marginal_face", "A prism leans until its centre of mass crosses the base's edge",
-                "lean of the top over the width of the base", spread_evenly(0.85, 1.15, 13), False,
-                lambda lean: Step(_leaning_prism(lean)), along(2), "both bases together",
-                0.0, mark=1.0)
+    return Walk(
+        "marginal_face",
+        "A prism leans until its centre of mass crosses the base's edge",
+        "lean of the top over the width of the base",
+        spread_evenly(0.85, 1.15, 13),
+        False,
+        lambda lean: Step(_leaning_prism(lean)),
+        along(2),
+        "both bases together",
+        0.0,
+        mark=1.0,
+    )
 
 
 def _leaning_prism(lean: float) -> Part:
@@ -49,10 +76,17 @@ def _leaning_prism(lean: float) -> Part:
 
 
 def _roof() -> Walk:
-    return Walk("coplanar_faces", "The roof of a house flattens until it is one face",
-                "height of the ridge over the width", spread_by_ratio(1e-12, 0.3, 24), True,
-                lambda rise: Step(_house(rise)), towards((0.0, 0.0, 1.0), 0.8), "the roof",
-                0.0)
+    return Walk(
+        "coplanar_faces",
+        "The roof of a house flattens until it is one face",
+        "height of the ridge over the width",
+        spread_by_ratio(1e-12, 0.3, 24),
+        True,
+        lambda rise: Step(_house(rise)),
+        towards((0.0, 0.0, 1.0), 0.8),
+        "the roof",
+        0.0,
+    )
 
 
 def _house(rise: float) -> Part:
@@ -62,17 +96,25 @@ def _house(rise: float) -> Part:
 
 
 def _sphere() -> Walk:
-    return Walk("heavy_sphere", "A tessellated sphere loses the offset of its centre of mass",
-                "offset over the radius", spread_by_ratio(1e-4, 0.2, 12), True,
-                lambda offset: Step(_loaded_sphere(offset)),
-                towards((0.0, 0.0, -1.0), 0.25 * math.pi),
-                "a pose within 45 degrees of the heavy side")
+    return Walk(
+        "heavy_sphere",
+        "A tessellated sphere loses the offset of its centre of mass",
+        "offset over the radius",
+        spread_by_ratio(1e-4, 0.2, 12),
+        True,
+        lambda offset: Step(_loaded_sphere(offset)),
+        towards((0.0, 0.0, -1.0), 0.25 * math.pi),
+        "a pose within 45 degrees of the heavy side",
+    )
 
 
 def _loaded_sphere(offset: float) -> Part:
     plain = _plain_sphere()
-    return part_from_mesh(plain.vertices, plain.triangles,
-                          plain.center_of_mass - np.array((0.0, 0.0, offset * SIZE)))
+    return part_from_mesh(
+        plain.vertices,
+        plain.triangles,
+        plain.center_of_mass - np.array((0.0, 0.0, offset * SIZE)),
+    )
 
 
 @lru_cache(maxsize=1)
@@ -81,51 +123,92 @@ def _plain_sphere() -> Part:
 
 
 def _prism() -> Walk:
-    return Walk("needle", "A square prism goes from a plate to a needle", "length over width",
-                spread_by_ratio(0.01, 100.0, 25), True,
-                lambda ratio: Step(part_from_mesh(*box(SIZE, SIZE, ratio * SIZE))), along(2),
-                "both square faces together")
+    return Walk(
+        "needle",
+        "A square prism goes from a plate to a needle",
+        "length over width",
+        spread_by_ratio(0.01, 100.0, 25),
+        True,
+        lambda ratio: Step(part_from_mesh(*box(SIZE, SIZE, ratio * SIZE))),
+        along(2),
+        "both square faces together",
+    )
 
 
 def _broken_cube() -> Walk:
-    return Walk("broken_symmetry", "The corners of a cube are moved at random",
-                "move over the edge", spread_by_ratio(1e-12, 1e-1, 23), True,
-                lambda size: Step(_hull(_moved(np.array(box(1.0, 1.0, 1.0)[0]), size))),
-                towards((0.0, 0.0, -1.0), NEAR), "one face", 0.0)
+    return Walk(
+        "broken_symmetry",
+        "The corners of a cube are moved at random",
+        "move over the edge",
+        spread_by_ratio(1e-12, 1e-1, 23),
+        True,
+        lambda size: Step(_hull(_moved(np.array(box(1.0, 1.0, 1.0)[0]), size))),
+        towards((0.0, 0.0, -1.0), NEAR),
+        "one face",
+        0.0,
+    )
 
 
 def _noisy() -> Walk:
     body = random_polyhedron(1, RANDOM_BODY)
-    return Walk("vertex_noise", "The vertices of a random polyhedron are moved at random",
-                "move over the radius", spread_by_ratio(1e-9, 1e-1, 17), True,
-                lambda size: Step(_hull(_moved(body.vertices, size))),
-                towards(_favourite(body.part()), NEAR), "its most probable pose", 0.0)
+    return Walk(
+        "vertex_noise",
+        "The vertices of a random polyhedron are moved at random",
+        "move over the radius",
+        spread_by_ratio(1e-9, 1e-1, 17),
+        True,
+        lambda size: Step(_hull(_moved(body.vertices, size))),
+        towards(_favourite(body.part()), NEAR),
+        "its most probable pose",
+        0.0,
+    )
 
 
 def _restitution() -> Walk:
     part = _plate()
-    return Walk("restitution", "A thick square plate falls on harder and harder ground",
-                "coefficient of restitution", spread_evenly(0.0, 0.95, 20), False,
-                lambda value: Step(part, restitution=value), along(2),
-                "both square faces together")
+    return Walk(
+        "restitution",
+        "A thick square plate falls on harder and harder ground",
+        "coefficient of restitution",
+        spread_evenly(0.0, 0.95, 20),
+        False,
+        lambda value: Step(part, restitution=value),
+        along(2),
+        "both square faces together",
+    )
 
 
 def _rocking() -> Walk:
     part = random_polyhedron(*ROCKING_BODY).part()
     x, y, z = resting_poses(part, 0.0, 0).poses[1].down.tolist()
-    return Walk("rocking", "A part with two poses side by side falls on harder and harder ground",
-                "coefficient of restitution", spread_evenly(0.0, 0.95, 20), False,
-                lambda value: Step(part, restitution=value), towards((x, y, z), 0.1),
-                "the higher one of the two", 0.0)
+    return Walk(
+        "rocking",
+        "A part with two poses side by side falls on harder and harder ground",
+        "coefficient of restitution",
+        spread_evenly(0.0, 0.95, 20),
+        False,
+        lambda value: Step(part, restitution=value),
+        towards((x, y, z), 0.1),
+        "the higher one of the two",
+        0.0,
+    )
 
 
 def _drop_height() -> Walk:
     part = _plate()
-    return Walk("drop_height", "A thick square plate falls from touching up",
-                "drop height in radii", spread_by_ratio(0.3, 100.0, 22), True,
-                lambda radii: Step(part, drop_height=radii * resting_poses(
-                    part, round_sides=0).body.radius),
-                along(2), "both square faces together", mark=1.0)
+    return Walk(
+        "drop_height",
+        "A thick square plate falls from touching up",
+        "drop height in radii",
+        spread_by_ratio(0.3, 100.0, 22),
+        True,
+        lambda radii: Step(
+            part, drop_height=radii * resting_poses(part, round_sides=0).body.radius
+        ),
+        along(2),
+        "both square faces together",
+        mark=1.0,
+    )
 
 
 def _plate() -> Part:

@@ -26,8 +26,11 @@ FEWEST_BODIES = 20
 """Least number of bodies; with fewer, some resamples do not determine four coefficients."""
 
 
-def refits(estimates: dict[str, Array], pooled: SimulatedPoses,
-           single: dict[float, SimulatedPoses]) -> Iterator[Refit]:
+def refits(
+    estimates: dict[str, Array],
+    pooled: SimulatedPoses,
+    single: dict[float, SimulatedPoses],
+) -> Iterator[Refit]:
     """Fit Eq. 6 and Eq. 9 pooled, and Eq. 9 at each restitution.
 
     The result is empty where there are too few bodies.
@@ -44,13 +47,16 @@ def refits(estimates: dict[str, Array], pooled: SimulatedPoses,
         return
     yield _nonlinear(estimates["qse"], body, pooled, len(single))
     two = estimates["meae"], estimates["nqse"]
-    yield _weight("combined", np.tile(two[0], len(single)), np.tile(two[1], len(single)), pooled)
+    yield _weight(
+        "combined", np.tile(two[0], len(single)), np.tile(two[1], len(single)), pooled
+    )
     for restitution, simulated in single.items():
         yield _weight(f"combined, {restitution:g}", *two, simulated)
 
 
-def _nonlinear(qse: Array, body: NDArray[np.int64], pooled: SimulatedPoses,
-               times: int) -> Refit:
+def _nonlinear(
+    qse: Array, body: NDArray[np.int64], pooled: SimulatedPoses, times: int
+) -> Refit:
     """Least squares of s - x = sum c_i x^(i+1) (1 - x), as in section 4.C."""
     x = np.tile(qse, times)
     basis = (x * (1.0 - x))[:, None] * x[:, None] ** np.arange(len(NQSE_COEFFICIENTS))
@@ -62,31 +68,45 @@ def _nonlinear(qse: Array, body: NDArray[np.int64], pooled: SimulatedPoses,
         share = weight / np.bincount(body, weight)[body]
         return accuracy(np.tile(share, times), pooled).error
 
-    return Refit("NQSE", NQSE_COEFFICIENTS, fitted, errors, error(NQSE_COEFFICIENTS),
-                 error(fitted))
+    return Refit(
+        "NQSE",
+        NQSE_COEFFICIENTS,
+        fitted,
+        errors,
+        error(NQSE_COEFFICIENTS),
+        error(fitted),
+    )
 
 
 def _weight(name: str, meae: Array, nqse: Array, simulated: SimulatedPoses) -> Refit:
     """Least squares of s - nqse = c (meae - nqse), section 4.E."""
-    fitted, errors = _least_squares((meae - nqse)[:, None], simulated.probability - nqse,
-                                    simulated)
+    fitted, errors = _least_squares(
+        (meae - nqse)[:, None], simulated.probability - nqse, simulated
+    )
 
     def error(c: float) -> float:
         return accuracy(c * meae + (1.0 - c) * nqse, simulated).error
 
-    return Refit(name, (COMBINED_WEIGHT,), fitted, errors, error(COMBINED_WEIGHT),
-                 error(fitted[0]))
+    return Refit(
+        name,
+        (COMBINED_WEIGHT,),
+        fitted,
+        errors,
+        error(COMBINED_WEIGHT),
+        error(fitted[0]),
+    )
 
 
-def _least_squares(basis: Array, target: Array,
-                   simulated: SimulatedPoses) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def _least_squares(
+    basis: Array, target: Array, simulated: SimulatedPoses
+) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Coefficients (k,) and their standard errors, from bodies drawn anew."""
     k = basis.shape[1]
     products = (basis[:, :, None] * basis[:, None, :]).reshape(-1, k * k)
     terms = np.column_stack((products, basis * target[:, None]))
 
     def solved(sums: Array) -> Array:
-        matrices, sides = sums[:k * k].T.reshape(-1, k, k), sums[k * k:].T[:, :, None]
+        matrices, sides = sums[: k * k].T.reshape(-1, k, k), sums[k * k :].T[:, :, None]
         return np.asarray(np.linalg.solve(matrices, sides)[:, :, 0], dtype=np.float64)
 
     best = solved(terms.sum(axis=0)[:, None])[0]

@@ -155,16 +155,26 @@ class TableResults:
     def as_dict(self) -> dict[str, Any]:
         """Plain values for JSON, the estimates left out."""
         return {
-            "scene": self.spec.scene, "spec": self.spec.as_dict(), "shapes": plain(self.shapes),
-            "estimators": [_row(row) for row in self.rows], "first_drops": self.first,
+            "scene": self.spec.scene,
+            "spec": self.spec.as_dict(),
+            "shapes": plain(self.shapes),
+            "estimators": [_row(row) for row in self.rows],
+            "first_drops": self.first,
             "combined": plain(self.combined),
-            "noise_of_100": plain(self.noise), "pooled_noise_of_100": plain(self.pooled_noise),
+            "noise_of_100": plain(self.noise),
+            "pooled_noise_of_100": plain(self.pooled_noise),
             "sensitivity": plain(self.sensitivity),
-            "calibration_of_first": plain(self.calibration), "refits": plain(self.refits),
-            "outliers": plain(self.outliers), "seconds": self.seconds,
+            "calibration_of_first": plain(self.calibration),
+            "refits": plain(self.refits),
+            "outliers": plain(self.outliers),
+            "seconds": self.seconds,
         }
 
 
 def _row(row: Row) -> dict[str, Any]:
-    return {"name": row.name, "pooled": plain(row.pooled), "pooled_of_first": plain(row.first),
-            "by_restitution": plain(row.by_restitution)}
+    return {
+        "name": row.name,
+        "pooled": plain(row.pooled),
+        "pooled_of_first": plain(row.first),
+        "by_restitution": plain(row.by_restitution),
+    }

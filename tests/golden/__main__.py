@@ -20,17 +20,26 @@ from tests.running import ROOT
 
 def keep(answers):
     """Write the kept answers, a line a request."""
-    lines = ",\n".join(f"{json.dumps(name)}: {json.dumps(condense(answer))}"
-                       for name, answer in answers.items())
+    lines = ",\n".join(
+        f"{json.dumps(name)}: {json.dumps(condense(answer))}"
+        for name, answer in answers.items()
+    )
     KEPT.write_text(f"{{\n{lines}\n}}\n", encoding="utf-8")
     print(f"{len(answers)} answers in {KEPT}")
 
 
 def compare(answers, others):
     """Print what differs, and return the exit status."""
-    unlike = [name for name in answers | others if answers.get(name) != others.get(name)]
-    print(*(f"{name}: differs" for name in unlike), sep="\n", end="\n" if unlike else "")
-    print(f"{len(answers)} answers: " + (f"{len(unlike)} differ" if unlike else "all alike"))
+    unlike = [
+        name for name in answers | others if answers.get(name) != others.get(name)
+    ]
+    print(
+        *(f"{name}: differs" for name in unlike), sep="\n", end="\n" if unlike else ""
+    )
+    print(
+        f"{len(answers)} answers: "
+        + (f"{len(unlike)} differ" if unlike else "all alike")
+    )
     return 1 if unlike else 0
 
 
@@ -49,8 +58,15 @@ def main(arguments):
             case ["keep"]:
                 keep(answers_of(Path(folder)))
             case ["compare", checkout]:
-                return compare(*(all_answers(Path(folder) / name, root) for name, root in (
-                    ("here", ROOT), ("there", Path(checkout).resolve()))))
+                return compare(
+                    *(
+                        all_answers(Path(folder) / name, root)
+                        for name, root in (
+                            ("here", ROOT),
+                            ("there", Path(checkout).resolve()),
+                        )
+                    )
+                )
             case _:
                 sys.exit(__doc__)
     return 0

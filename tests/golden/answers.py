@@ -17,11 +17,31 @@ import sys
 import tempfile
 from pathlib import Path
 
-TIMED = ("seconds", "time", "date", "begin", "end", "queued", "started", "ended", "version",
-         "job_id", "workers", "drops_per_second", "files", "bags", "directory", "path")
+TIMED = (
+    "seconds",
+    "time",
+    "date",
+    "begin",
+    "end",
+    "queued",
+    "started",
+    "ended",
+    "version",
+    "job_id",
+    "workers",
+    "drops_per_second",
+    "files",
+    "bags",
+    "directory",
+    "path",
+)
 """Keys whose values say when, how long, where, or by which version."""
 
-UNITS = {"featuretype.STL": "inch", "angle_block.STL": "inch", "ariac_sensor_collision.stl": "m"}
+UNITS = {
+    "featuretype.STL": "inch",
+    "angle_block.STL": "inch",
+    "ariac_sensor_collision.stl": "m",
+}
 """Of real meshes; the others count as millimetres, and STEP files declare theirs."""
 
 SCENES = (("dull", "0.2", 3.0), ("even", "0.5", 20.0), ("bouncy", "0.8", 8.0))
@@ -53,12 +73,30 @@ def run(*arguments):
 def ask(*arguments):
     """What a command answers with `--json`, less times; of a refusal its words."""
     status, out, err = run(*arguments, "--json")
-    return without_times(json.loads(out)) if status == 0 else {"status": status, "refusal": err}
+    return (
+        without_times(json.loads(out))
+        if status == 0
+        else {"status": status, "refusal": err}
+    )
 
 
-GEOMETRY = ("down", "orientation", "support_polygon", "outline", "height", "top", "margin",
-            "barrier", "spread", "members", "rolls", "roll_axis", "yaw_symmetry", "group_size",
-            "position")
+GEOMETRY = (
+    "down",
+    "orientation",
+    "support_polygon",
+    "outline",
+    "height",
+    "top",
+    "margin",
+    "barrier",
+    "spread",
+    "members",
+    "rolls",
+    "roll_axis",
+    "yaw_symmetry",
+    "group_size",
+    "position",
+)
 """Of a pose: the same in every answer for a part, so kept in some only."""
 
 
@@ -68,55 +106,162 @@ def without_geometry(answer):
         return [without_geometry(item) for item in answer]
     if "poses" not in answer:
         return answer
-    return {**answer, "poses": [{key: value for key, value in pose.items() if key not in GEOMETRY}
-                                for pose in answer["poses"]]}
+    return {
+        **answer,
+        "poses": [
+            {key: value for key, value in pose.items() if key not in GEOMETRY}
+            for pose in answer["poses"]
+        ],
+    }
 
 
 def without_times(value):
     if isinstance(value, dict):
-        return {key: without_times(item) for key, item in value.items() if key not in TIMED}
+        return {
+            key: without_times(item) for key, item in value.items() if key not in TIMED
+        }
     return [without_times(item) for item in value] if isinstance(value, list) else value
 
 
 def read(*arguments):
     """Lines of a table, less the one that says how long it took."""
     status, out, err = run(*arguments)
-    return {"status": status, "lines": [line.rstrip() for line in (out + err).splitlines()
-                                        if not line.startswith("computed in")]}
+    return {
+        "status": status,
+        "lines": [
+            line.rstrip()
+            for line in (out + err).splitlines()
+            if not line.startswith("computed in")
+        ],
+    }
 
 
 def requests_of_part(file, radius):
     """Requests about one part: name -> arguments."""
-    unit = [] if file.suffix.lower() in DECLARED else ["--unit", UNITS.get(file.name, "mm")]
+    unit = (
+        []
+        if file.suffix.lower() in DECLARED
+        else ["--unit", UNITS.get(file.name, "mm")]
+    )
     part = [file, *unit]
     asked = {
         "methods": ["estimate", *part, "--method", "all"],
-        "split low": ["estimate", *part, "--method", "split", "--restitution", "0.2",
-                      "--drop-height", repr(2.0 * radius)],
-        "split bouncy": ["estimate", *part, "--method", "split", "--restitution", "0.8"],
-        "each face": ["estimate", *part, "--method", "meae", "--cluster-tolerance", "0",
-                      "--round-sides", "0"],
-        "hybrid": ["estimate", *part, "--method", "hybrid", "--drops", "100", "--seed", "6"],
-        "few": ["simulate", *part, "--drops", "3", "--seed", "11", "--restitution", "0.5"],
+        "split low": [
+            "estimate",
+            *part,
+            "--method",
+            "split",
+            "--restitution",
+            "0.2",
+            "--drop-height",
+            repr(2.0 * radius),
+        ],
+        "split bouncy": [
+            "estimate",
+            *part,
+            "--method",
+            "split",
+            "--restitution",
+            "0.8",
+        ],
+        "each face": [
+            "estimate",
+            *part,
+            "--method",
+            "meae",
+            "--cluster-tolerance",
+            "0",
+            "--round-sides",
+            "0",
+        ],
+        "hybrid": [
+            "estimate",
+            *part,
+            "--method",
+            "hybrid",
+            "--drops",
+            "100",
+            "--seed",
+            "6",
+        ],
+        "few": [
+            "simulate",
+            *part,
+            "--drops",
+            "3",
+            "--seed",
+            "11",
+            "--restitution",
+            "0.5",
+        ],
     }
     for name, restitution, radii in SCENES:
         for seed in ("1", "2", "3"):
             asked[f"drops {name} {seed}"] = [
-                "simulate", *part, "--drops", "300", "--seed", seed, "--restitution",
-                restitution, "--drop-height", repr(radii * radius)]
+                "simulate",
+                *part,
+                "--drops",
+                "300",
+                "--seed",
+                seed,
+                "--restitution",
+                restitution,
+                "--drop-height",
+                repr(radii * radius),
+            ]
     if file.stem in DESIGNED:
         wanted = ["--wanted", DESIGNED[file.stem]]
         asked |= {
             "auto": ["estimate", *part, "--target-error", "0.02", "--seed", "6"],
-            "target": ["simulate", *part, "--target-error", "0.03", "--drops", "5000",
-                       "--seed", "6"],
-            "flips": ["flips", *part, "--kick", repr(radius), "--flips", "200", "--drops", "500",
-                      "--seed", "4", *wanted],
-            "feeding": ["feeding", *part, "--plate", repr(12.0 * radius), repr(9.0 * radius),
-                        "--kicks", repr(0.5 * radius), repr(radius), "--flips", "100",
-                        "--seed", "4", *wanted],
-            "sensitivity": ["sensitivity", *part, *wanted, "--checks", "2", "--drops", "300",
-                            "--seed", "4"],
+            "target": [
+                "simulate",
+                *part,
+                "--target-error",
+                "0.03",
+                "--drops",
+                "5000",
+                "--seed",
+                "6",
+            ],
+            "flips": [
+                "flips",
+                *part,
+                "--kick",
+                repr(radius),
+                "--flips",
+                "200",
+                "--drops",
+                "500",
+                "--seed",
+                "4",
+                *wanted,
+            ],
+            "feeding": [
+                "feeding",
+                *part,
+                "--plate",
+                repr(12.0 * radius),
+                repr(9.0 * radius),
+                "--kicks",
+                repr(0.5 * radius),
+                repr(radius),
+                "--flips",
+                "100",
+                "--seed",
+                "4",
+                *wanted,
+            ],
+            "sensitivity": [
+                "sensitivity",
+                *part,
+                *wanted,
+                "--checks",
+                "2",
+                "--drops",
+                "300",
+                "--seed",
+                "4",
+            ],
         }
     return asked
 
@@ -129,13 +274,19 @@ def prefix_of(file):
 def answers_of_part(file, chosen):
     """Answers by request about one part."""
     prefix = prefix_of(file)
-    unit = [] if file.suffix.lower() in DECLARED else ["--unit", UNITS.get(file.name, "mm")]
+    unit = (
+        []
+        if file.suffix.lower() in DECLARED
+        else ["--unit", UNITS.get(file.name, "mm")]
+    )
     plain = ask("estimate", file, *unit, "--method", "meae")
     if "refusal" in plain:
         return {f"{prefix}poses": plain} if chosen(f"{prefix}poses") else {}
-    answers = {prefix + name: without_geometry(ask(*arguments))
-               for name, arguments in requests_of_part(file, plain["radius"]).items()
-               if chosen(prefix + name)}
+    answers = {
+        prefix + name: without_geometry(ask(*arguments))
+        for name, arguments in requests_of_part(file, plain["radius"]).items()
+        if chosen(prefix + name)
+    }
     if chosen(f"{prefix}poses"):
         answers[f"{prefix}poses"] = plain
     if chosen(f"{prefix}table"):
@@ -157,35 +308,75 @@ def film_of(file, unit):
         with film.open("rb") as stream:
             content = b"".join(
                 b"%s %d %s" % (channel.topic.encode(), message.log_time, message.data)
-                for _, channel, message in make_reader(stream).iter_messages())
+                for _, channel, message in make_reader(stream).iter_messages()
+            )
     return {"bits": digest(content)}
 
 
 def answers_of_commands(parts, work, chosen):
     """Answers of the commands that are about several parts, or write files."""
     by_stem = {file.stem: file for file in parts}
-    clamp, prism, cylinder, half = (by_stem[name] for name in (
-        "clamp", "prism", "cylinder", "half_cylinder"))
+    clamp, prism, cylinder, half = (
+        by_stem[name] for name in ("clamp", "prism", "cylinder", "half_cylinder")
+    )
     counts = work / "counts.csv"
-    counts.write_text("part,pose,count\n" + "".join(
-        f"{file},{pose},{count}\n" for file, pairs in (
-            (clamp, ((0, 420), (1, 350), (2, 80), (3, 70), (4, 50), (6, 20), (5, 10))),
-            (prism, ((0, 300), (6, 30), (1, 280))), (half, ((0, 210), (1, 15), (2, 40))))
-        for pose, count in pairs), encoding="utf-8")
+    counts.write_text(
+        "part,pose,count\n"
+        + "".join(
+            f"{file},{pose},{count}\n"
+            for file, pairs in (
+                (
+                    clamp,
+                    ((0, 420), (1, 350), (2, 80), (3, 70), (4, 50), (6, 20), (5, 10)),
+                ),
+                (prism, ((0, 300), (6, 30), (1, 280))),
+                (half, ((0, 210), (1, 15), (2, 40))),
+            )
+            for pose, count in pairs
+        ),
+        encoding="utf-8",
+    )
     shapes, page, book = work / "shapes", work / "page.html", work / "book"
     asked = {
-        "compare": lambda: ask("compare", clamp, clamp, "--unit", "mm", "--com", "17mm 17mm 0",
-                               "--com", "17mm 17mm 2mm", "--wanted", "0,1", "--drops", "2000",
-                               "--seed", "3"),
-        "compare table": lambda: read("compare", prism, cylinder, "--unit", "mm", "--drops",
-                                      "1000", "--seed", "3"),
-        "fit": lambda: ask("fit", counts, "--unit", "mm", "--plate", "glass", "--plates",
-                           work / "plates.yaml"),
+        "compare": lambda: ask(
+            "compare",
+            clamp,
+            clamp,
+            "--unit",
+            "mm",
+            "--com",
+            "17mm 17mm 0",
+            "--com",
+            "17mm 17mm 2mm",
+            "--wanted",
+            "0,1",
+            "--drops",
+            "2000",
+            "--seed",
+            "3",
+        ),
+        "compare table": lambda: read(
+            "compare", prism, cylinder, "--unit", "mm", "--drops", "1000", "--seed", "3"
+        ),
+        "fit": lambda: ask(
+            "fit",
+            counts,
+            "--unit",
+            "mm",
+            "--plate",
+            "glass",
+            "--plates",
+            work / "plates.yaml",
+        ),
         "catalogue": lambda: _catalogue(parts, book),
         "report": lambda: _page(clamp, page),
         "shapes": lambda: read("shapes", shapes),
     }
-    return {name: without_folder(make(), work) for name, make in asked.items() if chosen(name)}
+    return {
+        name: without_folder(make(), work)
+        for name, make in asked.items()
+        if chosen(name)
+    }
 
 
 def without_folder(answer, folder):
@@ -195,16 +386,23 @@ def without_folder(answer, folder):
 
 def _catalogue(parts, book):
     """The table of a catalogue of the small generated parts."""
-    small = [file for file in parts if file.stem.startswith(("polyhedron", "cube", "needle",
-                                                              "open", "octa"))]
+    small = [
+        file
+        for file in parts
+        if file.stem.startswith(("polyhedron", "cube", "needle", "open", "octa"))
+    ]
     said = ask("catalogue", *small, "--unit", "mm", "-o", book, "--workers", "1")
-    return {"said": said, "poses": (book / "poses.csv").read_text(encoding="utf-8").splitlines()}
+    return {
+        "said": said,
+        "poses": (book / "poses.csv").read_text(encoding="utf-8").splitlines(),
+    }
 
 
 def _page(part, page):
     """What a page about a part says, without its pictures and its code."""
-    status, _, err = run("report", part, "--unit", "mm", "-o", page, "--drops", "500", "--seed",
-                         "3")
+    status, _, err = run(
+        "report", part, "--unit", "mm", "-o", page, "--drops", "500", "--seed", "3"
+    )
     text = page.read_text(encoding="utf-8") if status == 0 else err
     text = re.sub(r"(?s)<(head|script|style|svg).*?</\1>|<[^>]*>", " ", text)
     return {"status": status, "words": [word for word in text.split() if word]}
@@ -244,17 +442,25 @@ class OtherHulls:
         equations = hull.equations[chosen]
         equations[:, :3] = equations[:, :3] @ self.turn
         return SimpleNamespace(
-            simplices=order[hull.simplices[chosen]].astype(numpy.int32), equations=equations,
-            neighbors=place[hull.neighbors[chosen]].astype(numpy.int32), volume=hull.volume,
-            vertices=numpy.sort(order[hull.vertices]), area=hull.area)
+            simplices=order[hull.simplices[chosen]].astype(numpy.int32),
+            equations=equations,
+            neighbors=place[hull.neighbors[chosen]].astype(numpy.int32),
+            volume=hull.volume,
+            vertices=numpy.sort(order[hull.vertices]),
+            area=hull.area,
+        )
 
 
 def main(arguments):
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("parts", type=Path)
     parser.add_argument("output", type=Path)
-    parser.add_argument("--only", nargs="+", metavar="NAME", help="these requests alone")
-    parser.add_argument("--other-hull", action="store_true", help="play another hull library")
+    parser.add_argument(
+        "--only", nargs="+", metavar="NAME", help="these requests alone"
+    )
+    parser.add_argument(
+        "--other-hull", action="store_true", help="play another hull library"
+    )
     options = parser.parse_args(arguments)
     if options.other_hull:
         import scipy.spatial

@@ -40,7 +40,10 @@ def condense(answer):
         return "#"
 
     exact = json.dumps(plain(answer), sort_keys=False, ensure_ascii=False)
-    return {"exact": hashlib.sha256(exact.encode()).hexdigest()[:24], "numbers": numbers}
+    return {
+        "exact": hashlib.sha256(exact.encode()).hexdigest()[:24],
+        "numbers": numbers,
+    }
 
 
 def differences(answers, kept):
@@ -51,15 +54,24 @@ def differences(answers, kept):
             lines.append(f"{name}: not answered")
             continue
         here = condense(answers[name])
-        if here["exact"] != expected["exact"] or len(here["numbers"]) != len(expected["numbers"]):
+        if here["exact"] != expected["exact"] or len(here["numbers"]) != len(
+            expected["numbers"]
+        ):
             lines.append(f"{name}: what is exact differs")
             continue
-        pairs = zip(map(number, here["numbers"]), map(number, expected["numbers"]), strict=True)
-        apart = [(value, other) for (value, unit), (other, _) in pairs
-                 if abs(value - other) > max(1.001 * unit, ROUNDING * (1.0 + abs(other)))]
+        pairs = zip(
+            map(number, here["numbers"]), map(number, expected["numbers"]), strict=True
+        )
+        apart = [
+            (value, other)
+            for (value, unit), (other, _) in pairs
+            if abs(value - other) > max(1.001 * unit, ROUNDING * (1.0 + abs(other)))
+        ]
         if apart:
             value, other = max(apart, key=lambda pair: abs(pair[0] - pair[1]))
-            lines.append(f"{name}: {len(apart)} numbers differ, most {value!r} from {other!r}")
+            lines.append(
+                f"{name}: {len(apart)} numbers differ, most {value!r} from {other!r}"
+            )
     return lines
 
 

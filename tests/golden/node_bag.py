@@ -18,16 +18,40 @@ def analysis_of_bag(folder, checkout):
     """
     runs = folder / "runs"
     command = [sys.executable, "-m", "ros_pose_stats"]
-    environment = {**os.environ, "PYTHONPATH": str(checkout), "PYTHONWARNINGS": "ignore",
-                   "ROS_DOMAIN_ID": str(os.getpid() % 100 + 1),
-                   "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+    environment = {
+        **os.environ,
+        "PYTHONPATH": str(checkout),
+        "PYTHONWARNINGS": "ignore",
+        "ROS_DOMAIN_ID": str(os.getpid() % 100 + 1),
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+    }
     with NodeProcess(runs, environment=environment, folder=checkout) as node:
         node.ready()
         for name in DEMO:
-            subprocess.run([*command, "publish", folder / "parts" / f"{name}.stl", "--unit", "mm",
-                            "--seconds", "60"], env=environment, cwd=checkout, check=True,
-                           capture_output=True)
-    said = subprocess.run([*command, "bag", *runs.iterdir(), "--json"], check=True, cwd=checkout,
-                          env=environment, capture_output=True, text=True).stdout
-    return {f"bag: {part['part_id']}": without_times(part)
-            for part in json.loads(said)["parts"]}
+            subprocess.run(
+                [
+                    *command,
+                    "publish",
+                    folder / "parts" / f"{name}.stl",
+                    "--unit",
+                    "mm",
+                    "--seconds",
+                    "60",
+                ],
+                env=environment,
+                cwd=checkout,
+                check=True,
+                capture_output=True,
+            )
+    said = subprocess.run(
+        [*command, "bag", *runs.iterdir(), "--json"],
+        check=True,
+        cwd=checkout,
+        env=environment,
+        capture_output=True,
+        text=True,
+    ).stdout
+    return {
+        f"bag: {part['part_id']}": without_times(part)
+        for part in json.loads(said)["parts"]
+    }

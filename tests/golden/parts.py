@@ -42,25 +42,40 @@ def make():
         "drum": moved(shapes.prism(24, 10.0, 13.0), turn),
         "fine_drum": shapes.prism(64, 10.0, 10.0),
         "pebble": shapes.hull_mesh(shapes.ellipsoid_points(300, 1, (10.0, 8.0, 6.0))),
-        "half_cylinder": shapes.hull_mesh(np.vstack([
-            np.column_stack((arch, np.full(len(arch), z))) for z in (-8.0, 8.0)])),
+        "half_cylinder": shapes.hull_mesh(
+            np.vstack(
+                [np.column_stack((arch, np.full(len(arch), z))) for z in (-8.0, 8.0)]
+            )
+        ),
         "cut_ball": shapes.hull_mesh(ball),
     }
     for number in range(4):
         part = random_polyhedron(7, number, 0.25).part()
-        surfaces[f"polyhedron_{number}"] = 10.0 * part.surface_vertices, part.surface_triangles
+        surfaces[f"polyhedron_{number}"] = (
+            10.0 * part.surface_vertices,
+            part.surface_triangles,
+        )
     for number in range(6):
         surfaces[f"machined_{number}"] = random_part(2, number)
-    return {name: (np.asarray(vertices, dtype="<f4"), np.asarray(triangles, dtype="<u2"))
-            for name, (vertices, triangles) in surfaces.items()}
+    return {
+        name: (np.asarray(vertices, dtype="<f4"), np.asarray(triangles, dtype="<u2"))
+        for name, (vertices, triangles) in surfaces.items()
+    }
 
 
 def write(folder: Path) -> list[Path]:
     """Write all kept parts as binary STL files, two of them as OBJ and PLY instead."""
     folder.mkdir(parents=True, exist_ok=True)
     with np.load(KEPT) as kept:
-        names = [name.removesuffix(".triangles") for name in kept if name.endswith(".triangles")]
-        surfaces = {name: (kept[f"{name}.vertices"], kept[f"{name}.triangles"]) for name in names}
+        names = [
+            name.removesuffix(".triangles")
+            for name in kept
+            if name.endswith(".triangles")
+        ]
+        surfaces = {
+            name: (kept[f"{name}.vertices"], kept[f"{name}.triangles"])
+            for name in names
+        }
     writers = {"drum": ("obj", _obj), "cut_ball": ("ply", _ply)}
     files = []
     for name, surface in surfaces.items():
@@ -71,28 +86,48 @@ def write(folder: Path) -> list[Path]:
 
 
 def _stl(vertices, triangles):
-    rows = np.zeros(len(triangles), dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)),
-                                           ("attribute", "<u2")])
+    rows = np.zeros(
+        len(triangles),
+        dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")],
+    )
     rows["corners"] = vertices[triangles]
     return bytes(80) + np.uint32(len(rows)).tobytes() + rows.tobytes()
 
 
 def _obj(vertices, triangles):
-    lines = [*(f"v {x} {y} {z}" for x, y, z in vertices.tolist()),
-             *(f"f {a} {b} {c}" for a, b, c in (triangles.astype(int) + 1).tolist())]
+    lines = [
+        *(f"v {x} {y} {z}" for x, y, z in vertices.tolist()),
+        *(f"f {a} {b} {c}" for a, b, c in (triangles.astype(int) + 1).tolist()),
+    ]
     return "\n".join(lines).encode()
 
 
 def _ply(vertices, triangles):
-    head = ("ply", "format ascii 1.0", f"element vertex {len(vertices)}", "property float x",
-            "property float y", "property float z", f"element face {len(triangles)}",
-            "property list uchar int vertex_indices", "end_header")
-    lines = [*head, *(f"{x} {y} {z}" for x, y, z in vertices.tolist()),
-             *(f"3 {a} {b} {c}" for a, b, c in triangles.tolist())]
+    head = (
+        "ply",
+        "format ascii 1.0",
+        f"element vertex {len(vertices)}",
+        "property float x",
+        "property float y",
+        "property float z",
+        f"element face {len(triangles)}",
+        "property list uchar int vertex_indices",
+        "end_header",
+    )
+    lines = [
+        *head,
+        *(f"{x} {y} {z}" for x, y, z in vertices.tolist()),
+        *(f"3 {a} {b} {c}" for a, b, c in triangles.tolist()),
+    ]
     return ("\n".join(lines) + "\n").encode()
 
 
 if __name__ == "__main__":
-    np.savez_compressed(KEPT, **{f"{name}.{key}": array for name, pair in make().items()
-                                 for key, array in zip(("vertices", "triangles"), pair,
-                                                       strict=True)})
+    np.savez_compressed(
+        KEPT,
+        **{
+            f"{name}.{key}": array
+            for name, pair in make().items()
+            for key, array in zip(("vertices", "triangles"), pair, strict=True)
+        },
+    )

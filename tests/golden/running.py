@@ -14,7 +14,18 @@ KEPT = Path(__file__).with_name("kept.json")
 REAL = ROOT.parent / "shared"
 """Meshes that were not made for this project; without them their answers are not compared."""
 
-CATALOGUE = ("Cf1i", "Cf4i", "Cl2o", "Cs1o", "Rf2i", "Rl4i", "Sf2o", "Sl1i", "Tf1o", "Ts4i")
+CATALOGUE = (
+    "Cf1i",
+    "Cf4i",
+    "Cl2o",
+    "Cs1o",
+    "Rf2i",
+    "Rl4i",
+    "Sf2o",
+    "Sl1i",
+    "Tf1o",
+    "Ts4i",
+)
 
 
 def write_parts(folder):
@@ -22,8 +33,10 @@ def write_parts(folder):
     parts.write(folder)
     real = folder / "real"
     real.mkdir()
-    for file in [*(REAL / "meshes").glob("*.*"),
-                 *(REAL / "catalogue" / f"{name}.STEP" for name in CATALOGUE)]:
+    for file in [
+        *(REAL / "meshes").glob("*.*"),
+        *(REAL / "catalogue" / f"{name}.STEP" for name in CATALOGUE),
+    ]:
         if file.is_file() and file.suffix != ".md":
             (real / file.name).symlink_to(file)
     return folder
@@ -36,7 +49,10 @@ def answers_of(folder, *arguments, checkout=ROOT, environment=None):
     output = folder / "answers.json"
     done = subprocess.run(
         [sys.executable, "-W", "ignore", answers.__file__, "parts", output, *arguments],
-        capture_output=True, text=True, cwd=folder, env={
-            **os.environ, "PYTHONPATH": str(checkout), **(environment or {})})
+        capture_output=True,
+        text=True,
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(checkout), **(environment or {})},
+    )
     assert done.returncode == 0, done.stderr
     return json.loads(output.read_text(encoding="utf-8"))

@@ -24,16 +24,43 @@ SLOW = ".STEP"
 
 PARTS = sorted({name.partition(": ")[0] for name in ALL if ": " in name})
 
-CORE_PARTS = ("cube", "turned_cube", "octahedron", "open_box", "drum", "cut_ball", "pebble",
-              "half_cylinder", "polyhedron_0", "polyhedron_3", "clamp", "bracket", "machined_1")
-CORE_REQUESTS = ("poses", "table", "methods", "split bouncy", "drops dull 1", "drops bouncy 2",
-                 "film", "sensitivity")
-CORE = {name: kept for name, kept in ALL.items()
-        if name.partition(".")[0] in CORE_PARTS and name.partition(": ")[2] in CORE_REQUESTS}
+CORE_PARTS = (
+    "cube",
+    "turned_cube",
+    "octahedron",
+    "open_box",
+    "drum",
+    "cut_ball",
+    "pebble",
+    "half_cylinder",
+    "polyhedron_0",
+    "polyhedron_3",
+    "clamp",
+    "bracket",
+    "machined_1",
+)
+CORE_REQUESTS = (
+    "poses",
+    "table",
+    "methods",
+    "split bouncy",
+    "drops dull 1",
+    "drops bouncy 2",
+    "film",
+    "sensitivity",
+)
+CORE = {
+    name: kept
+    for name, kept in ALL.items()
+    if name.partition(".")[0] in CORE_PARTS and name.partition(": ")[2] in CORE_REQUESTS
+}
 MORE_SEEDS = re.compile("drops .* [23]")
 """Of these the long ring alone asks: the code that the first seed runs is all of it."""
 
-FEW = {name: ALL[name] for name in ("cube.stl: few", "polyhedron_0.stl: few", "clamp.stl: few")}
+FEW = {
+    name: ALL[name]
+    for name in ("cube.stl: few", "polyhedron_0.stl: few", "clamp.stl: few")
+}
 
 
 @pytest.fixture(scope="module")
@@ -49,15 +76,22 @@ def in_folder_of(parts, monkeypatch):
 
 
 @pytest.mark.filterwarnings("ignore")
-@pytest.mark.parametrize("name", [
-    pytest.param(name, marks=[pytest.mark.long] if name.endswith(SLOW) else [])
-    for name in PARTS])
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[pytest.mark.long] if name.endswith(SLOW) else [])
+        for name in PARTS
+    ],
+)
 def test_answers_for_a_part(name, in_folder_of):
     file = in_folder_of / name
     if not file.exists():
         pytest.skip(f"{name} is not at hand")
-    kept = {request: answer for request, answer in ALL.items()
-            if request.startswith(f"{name}: ") and not MORE_SEEDS.search(request)}
+    kept = {
+        request: answer
+        for request, answer in ALL.items()
+        if request.startswith(f"{name}: ") and not MORE_SEEDS.search(request)
+    }
     assert differences(answers.answers_of_part(file, kept.__contains__), kept) == []
 
 
@@ -72,8 +106,11 @@ def test_answers_about_several_parts(name, in_folder_of, tmp_path):
 def assert_kept(folder, kept, *arguments, **environment):
     """A process in another environment answers as was kept."""
     made = answers_of(folder, "--only", *kept, *arguments, environment=environment)
-    at_hand = {name: answer for name, answer in kept.items()
-               if name in made or not (folder / "parts" / "real").exists()}
+    at_hand = {
+        name: answer
+        for name, answer in kept.items()
+        if name in made or not (folder / "parts" / "real").exists()
+    }
     assert differences(made, at_hand) == []
 
 
@@ -84,8 +121,11 @@ def test_on_another_machine(machine, tmp_path):
 
 def test_with_another_hull(tmp_path):
     """A hull decides only what the faces are; changes of a part have those that it cut."""
-    assert_kept(tmp_path, {name: kept for name, kept in CORE.items()
-                           if not name.endswith("sensitivity")}, "--other-hull")
+    assert_kept(
+        tmp_path,
+        {name: kept for name, kept in CORE.items() if not name.endswith("sensitivity")},
+        "--other-hull",
+    )
 
 
 def test_with_kernels_run_by_python(tmp_path):
@@ -97,8 +137,12 @@ def test_with_kernels_run_by_python(tmp_path):
 @pytest.mark.timeout(900)
 @pytest.mark.parametrize("compiler", COMPILED_OTHERWISE)
 def test_with_kernels_compiled_otherwise(compiler, tmp_path):
-    assert_kept(tmp_path, CORE, **COMPILED_OTHERWISE[compiler],
-                NUMBA_CACHE_DIR=str(tmp_path / "cache"))
+    assert_kept(
+        tmp_path,
+        CORE,
+        **COMPILED_OTHERWISE[compiler],
+        NUMBA_CACHE_DIR=str(tmp_path / "cache"),
+    )
 
 
 @pytest.mark.long
@@ -108,4 +152,6 @@ def test_everything_on_another_machine(machine, tmp_path):
     environment = {**os.environ, **PLAYED[machine]}
     made = answers_of(tmp_path, environment=environment)
     assert differences(made, {name: ALL[name] for name in made}) == []
-    assert made.keys() >= {name for name in ALL if not (tmp_path / "parts" / "real").exists()}
+    assert made.keys() >= {
+        name for name in ALL if not (tmp_path / "parts" / "real").exists()
+    }

@@ -48,20 +48,35 @@ what has been done, in JSON with `"interrupted": true`. A second Ctrl-C ends it 
 """
 
 
-MORE = {"estimate": ("measured/split", "hybrid", "warnings"), "simulate": ("simulation",),
-        "report": ("report",), "catalogue": ("catalogue",), "fit": ("plates",),
-        "sensitivity": ("design", "measured/design"), "compare": ("design",),
-        "bag": ("bags",), "node": ("node",)}
+MORE = {
+    "estimate": ("measured/split", "hybrid", "warnings"),
+    "simulate": ("simulation",),
+    "report": ("report",),
+    "catalogue": ("catalogue",),
+    "fit": ("plates",),
+    "sensitivity": ("design", "measured/design"),
+    "compare": ("design",),
+    "bag": ("bags",),
+    "node": ("node",),
+}
 """Pages that say more about a command."""
 
 
 def commands_page(top: argparse.ArgumentParser) -> str:
     """The whole page."""
-    (every,) = [one for one in top._actions if isinstance(one, argparse._SubParsersAction)]
+    (every,) = [
+        one for one in top._actions if isinstance(one, argparse._SubParsersAction)
+    ]
     lines = ["| command | what it does |", "|---|---|"]
-    lines += [f"| [`{one.dest}`](#{one.dest}) | {one.help} |" for one in every._choices_actions]
-    sections = [line for name, command in every.choices.items()
-                for line in _section(name, command)]
+    lines += [
+        f"| [`{one.dest}`](#{one.dest}) | {one.help} |"
+        for one in every._choices_actions
+    ]
+    sections = [
+        line
+        for name, command in every.choices.items()
+        for line in _section(name, command)
+    ]
     return HEAD + "\n".join([*lines, COMMON, *sections[1:], ""])
 
 
@@ -70,8 +85,11 @@ def _section(name: str, command: CommandParser) -> Iterator[str]:
     if pages := MORE.get(name):
         linked = ", ".join(f"[{page}.md]({page}.md)" for page in pages)
         yield from ("", f"More: {linked}.")
-    arguments = {one.dest: one for one in command._actions
-                 if not isinstance(one, argparse._HelpAction)}
+    arguments = {
+        one.dest: one
+        for one in command._actions
+        if not isinstance(one, argparse._HelpAction)
+    }
     yield from ("", "```", *_synopsis(command, list(arguments.values())), "```")
     if arguments:
         yield from ("", "| argument | meaning |", "|---|---|")
@@ -85,23 +103,32 @@ def _section(name: str, command: CommandParser) -> Iterator[str]:
 
 def _synopsis(command: CommandParser, arguments: list[argparse.Action]) -> list[str]:
     """What may be typed: first what must be there."""
-    pieces = [f"[{_values(one)}]" if one.nargs == "?" else _values(one)
-              for one in arguments if not one.option_strings]
+    pieces = [
+        f"[{_values(one)}]" if one.nargs == "?" else _values(one)
+        for one in arguments
+        if not one.option_strings
+    ]
     pieces += [_option(one) for one in arguments if one.option_strings and one.required]
     groups = [group._group_actions for group in command._mutually_exclusive_groups]
     told = [one for group in groups for one in group]
-    optional = [[one] for one in arguments
-                if one.option_strings and not one.required and one not in told]
+    optional = [
+        [one]
+        for one in arguments
+        if one.option_strings and not one.required and one not in told
+    ]
     pieces += [f"[{' | '.join(map(_option, group))}]" for group in (*optional, *groups)]
     if command.get_default("takes_ros_arguments"):
         pieces.append("[--ros-args ...]")
     # A piece is not broken, so its own spaces are hidden from the wrapping.
     text = " ".join(piece.replace(" ", "\0") for piece in pieces)
     program = f"{command.prog} "
-    lines = textwrap.wrap(text, WIDTH - len(program), break_long_words=False,
-                          break_on_hyphens=False)
-    return [f"{program if k == 0 else ' ' * len(program)}{line}".replace("\0", " ").rstrip()
-            for k, line in enumerate(lines or [""])]
+    lines = textwrap.wrap(
+        text, WIDTH - len(program), break_long_words=False, break_on_hyphens=False
+    )
+    return [
+        f"{program if k == 0 else ' ' * len(program)}{line}".replace("\0", " ").rstrip()
+        for k, line in enumerate(lines or [""])
+    ]
 
 
 def _values(one: argparse.Action) -> str:
@@ -112,7 +139,9 @@ def _values(one: argparse.Action) -> str:
         return " ".join(one.metavar)
     named = one.metavar or "|".join(map(str, one.choices or ())) or one.dest.upper()
     repeated = " ..." if one.nargs in ("+", "*") else ""
-    return " ".join([named] * (one.nargs if isinstance(one.nargs, int) else 1)) + repeated
+    return (
+        " ".join([named] * (one.nargs if isinstance(one.nargs, int) else 1)) + repeated
+    )
 
 
 def _option(one: argparse.Action) -> str:
@@ -122,8 +151,10 @@ def _option(one: argparse.Action) -> str:
 def _shown(one: argparse.Action) -> str:
     if not one.option_strings:
         return f"`{_cell(_values(one))}`"
-    return ", ".join(f"`{_cell(' '.join(filter(None, [flag, _values(one)])))}`"
-                     for flag in one.option_strings)
+    return ", ".join(
+        f"`{_cell(' '.join(filter(None, [flag, _values(one)])))}`"
+        for flag in one.option_strings
+    )
 
 
 def _cell(text: str) -> str:

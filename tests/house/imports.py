@@ -31,8 +31,12 @@ class Sources:
 
     def __init__(self, package: Path) -> None:
         self.name = package.name
-        self.files = {self._dotted(package, file): file for file in package.rglob("*.py")}
-        self.imports = [found for module in sorted(self.files) for found in self._read(module)]
+        self.files = {
+            self._dotted(package, file): file for file in package.rglob("*.py")
+        }
+        self.imports = [
+            found for module in sorted(self.files) for found in self._read(module)
+        ]
 
     @staticmethod
     def _dotted(package: Path, file: Path) -> str:
@@ -45,7 +49,10 @@ class Sources:
 
     def inner_room(self, module: str) -> str:
         """Folder of a module inside its room; empty for a module of the room itself."""
-        parts = (*module.split("."), *["__init__"] * (self.files[module].name == "__init__.py"))
+        parts = (
+            *module.split("."),
+            *["__init__"] * (self.files[module].name == "__init__.py"),
+        )
         return parts[2] if len(parts) > 3 else ""
 
     @property
@@ -56,8 +63,12 @@ class Sources:
     @property
     def third_party(self) -> list[Import]:
         """Imports from outside the package and the standard library."""
-        return [one for one in self.imports if one.target not in self.files
-                and one.target.partition(".")[0] not in sys.stdlib_module_names]
+        return [
+            one
+            for one in self.imports
+            if one.target not in self.files
+            and one.target.partition(".")[0] not in sys.stdlib_module_names
+        ]
 
     def _read(self, module: str) -> Iterator[Import]:
         tree = ast.parse(self.files[module].read_text(encoding="utf-8"))
@@ -75,7 +86,7 @@ class Sources:
         if statement.level:
             is_package = self.files[module].name == "__init__.py"
             parts = module.split(".")
-            parts = parts[:len(parts) - statement.level + is_package]
+            parts = parts[: len(parts) - statement.level + is_package]
             base = ".".join([*parts, base] if base else parts)
         names = {f"{base}.{alias.name}" for alias in statement.names}
         modules = names & self.files.keys()
@@ -101,8 +112,8 @@ class Sources:
                 if target in stack:
                     lowest[module] = min(lowest[module], lowest[target])
             if lowest[module] == number[module]:
-                group = stack[stack.index(module):]
-                del stack[stack.index(module):]
+                group = stack[stack.index(module) :]
+                del stack[stack.index(module) :]
                 if len(group) > 1 or module in onward[module]:
                     found.append(sorted(group))
 
@@ -115,12 +126,16 @@ class Sources:
 def _statements(node: ast.AST, typing: bool = False) -> Iterator[tuple[ast.AST, bool]]:
     """All nodes below one, each with whether it is under `if TYPE_CHECKING:`."""
     for child in ast.iter_child_nodes(node):
-        guarded = (isinstance(node, ast.If) and _is_type_checking(node.test)
-                   and child in node.body)
+        guarded = (
+            isinstance(node, ast.If)
+            and _is_type_checking(node.test)
+            and child in node.body
+        )
         yield child, typing or guarded
         yield from _statements(child, typing or guarded)
 
 
 def _is_type_checking(test: ast.expr) -> bool:
-    return ((isinstance(test, ast.Name) and test.id == "TYPE_CHECKING")
-            or (isinstance(test, ast.Attribute) and test.attr == "TYPE_CHECKING"))
+    return (isinstance(test, ast.Name) and test.id == "TYPE_CHECKING") or (
+        isinstance(test, ast.Attribute) and test.attr == "TYPE_CHECKING"
+    )

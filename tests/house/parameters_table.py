@@ -11,8 +11,10 @@ HEAD = "| name | default | meaning |\n|---|---|---|\n"
 
 def parameters_table() -> str:
     """One row a parameter, as the node declares it."""
-    return HEAD + "".join(f"| `{name}` | `{_shown(one.default)}` | {_meaning(**one.metadata)} |\n"
-                          for name, one in TABLE.items())
+    return HEAD + "".join(
+        f"| `{name}` | `{_shown(one.default)}` | {_meaning(**one.metadata)} |\n"
+        for name, one in TABLE.items()
+    )
 
 
 def _shown(default) -> str:
@@ -28,7 +30,7 @@ def _meaning(description: str, fixed: bool, bounds: tuple[float, ...]) -> str:
 def main() -> int:
     """Write the table, which is the end of the page."""
     page = PAGE.read_text(encoding="utf-8")
-    PAGE.write_text(page[:page.index(HEAD)] + parameters_table(), encoding="utf-8")
+    PAGE.write_text(page[: page.index(HEAD)] + parameters_table(), encoding="utf-8")
     print(PAGE)
     return 0
 

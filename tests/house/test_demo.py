@@ -27,9 +27,14 @@ def test_however_the_demo_ends_so_do_its_processes(number):
     def heed_ctrl_c():  # as from a terminal, even if these tests run in the background
         signal.signal(signal.SIGINT, signal.SIG_DFL)
 
-    demo = subprocess.Popen([sys.executable, "-c", STARTS_ONE], cwd=ROOT, text=True,
-                            stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
-                            preexec_fn=heed_ctrl_c)
+    demo = subprocess.Popen(
+        [sys.executable, "-c", STARTS_ONE],
+        cwd=ROOT,
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        preexec_fn=heed_ctrl_c,
+    )
     child = int(demo.stdout.readline())
     try:
         assert not is_gone(child)

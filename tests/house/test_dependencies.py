@@ -17,8 +17,11 @@ NOBLE = {"numpy": "1.26.4", "scipy": "1.11.4", "matplotlib": "3.6.3"}
 
 def setup_value(keyword):
     tree = ast.parse((ROOT / "setup.py").read_text(encoding="utf-8"))
-    (value,) = [node.value for node in ast.walk(tree)
-                if isinstance(node, ast.keyword) and node.arg == keyword]
+    (value,) = [
+        node.value
+        for node in ast.walk(tree)
+        if isinstance(node, ast.keyword) and node.arg == keyword
+    ]
     return ast.literal_eval(value)
 
 
@@ -28,8 +31,13 @@ def asked():
 
 def listed(file):
     lines = (ROOT / ".ci" / file).read_text(encoding="utf-8").splitlines()
-    return {one.name: one for one in map(Requirement, filter(None, [
-        line.partition("#")[0].strip() for line in lines]))}
+    return {
+        one.name: one
+        for one in map(
+            Requirement,
+            filter(None, [line.partition("#")[0].strip() for line in lines]),
+        )
+    }
 
 
 def keys(*tags):
@@ -43,8 +51,11 @@ def lowest(requirement):
 
 ASKED = asked()
 BY_PIP = listed("requirements-workspace.txt")
-BY_APT = {name for name in ASKED
-          if KEYS.get(name, f"python3-{name}") in keys("depend", "exec_depend")}
+BY_APT = {
+    name
+    for name in ASKED
+    if KEYS.get(name, f"python3-{name}") in keys("depend", "exec_depend")
+}
 
 
 def test_every_requirement_comes_from_apt_or_from_pip():
@@ -80,7 +91,12 @@ def test_pinned_versions_suffice(name):
 
 
 def test_rosdep_is_asked_for_nothing_else_and_never_for_pip():
-    python = {key for key in keys("depend", "exec_depend") if key.startswith("python3-")}
+    python = {
+        key for key in keys("depend", "exec_depend") if key.startswith("python3-")
+    }
     assert python == {KEYS.get(name, f"python3-{name}") for name in BY_APT}
-    assert not [key for key in keys("depend", "exec_depend", "test_depend", "build_depend")
-                if key.endswith("-pip")]
+    assert not [
+        key
+        for key in keys("depend", "exec_depend", "test_depend", "build_depend")
+        if key.endswith("-pip")
+    ]

@@ -22,8 +22,14 @@ from tests.running import ROOT, call
 README = "README.md"
 COMMAND_LINE = "docs/command_line.md"
 DESIGN = "docs/design.md"
-PAGES = (README, COMMAND_LINE, "docs/library.md", "docs/report.md", "docs/catalogue.md",
-         DESIGN)
+PAGES = (
+    README,
+    COMMAND_LINE,
+    "docs/library.md",
+    "docs/report.md",
+    "docs/catalogue.md",
+    DESIGN,
+)
 """Whose lines and code are run here; the tests of the node run those of its pages."""
 
 PROGRAMS = {"ros_pose_stats": main, "python -m study": study}
@@ -46,8 +52,15 @@ def blocks(page, language):
 
 def lines_of(program, *pages):
     """Lines that call a program, each once."""
-    return list(dict.fromkeys(line for page in pages for block in blocks(page, "sh")
-                              for line in block.splitlines() if line.startswith(program)))
+    return list(
+        dict.fromkeys(
+            line
+            for page in pages
+            for block in blocks(page, "sh")
+            for line in block.splitlines()
+            if line.startswith(program)
+        )
+    )
 
 
 def run_line(line):
@@ -71,17 +84,30 @@ def in_demo_folder(demo_folder, monkeypatch):
     return demo_folder
 
 
-LINES = [line for line in lines_of("ros_pose_stats", *PAGES) if line.split()[1] not in ROS]
-EXAMPLES = [line for line in lines_of("ros_pose_stats", *(ROOT / "docs").glob("*.md"))
-            if line not in LINES]
+LINES = [
+    line for line in lines_of("ros_pose_stats", *PAGES) if line.split()[1] not in ROS
+]
+EXAMPLES = [
+    line
+    for line in lines_of("ros_pose_stats", *(ROOT / "docs").glob("*.md"))
+    if line not in LINES
+]
 """Of all other pages, with the help of every command."""
 CODE = [code for page in PAGES for code in blocks(page, "python")]
 
 
 def test_pages_have_lines_and_code_to_run():
     assert {line.split()[1] for line in LINES} >= {
-        "shapes", "estimate", "simulate", "catalogue", "flips", "report", "animate", "compare",
-        "sensitivity"}
+        "shapes",
+        "estimate",
+        "simulate",
+        "catalogue",
+        "flips",
+        "report",
+        "animate",
+        "compare",
+        "sensitivity",
+    }
     assert CODE
 
 
@@ -92,7 +118,9 @@ def test_readme_takes_two_minutes():
 def test_answer_in_the_readme_is_what_the_command_prints(in_demo_folder):
     """To an output that takes the bars of the table."""
     (shown,) = blocks(README, "text")
-    (line,) = (line for line in lines_of("ros_pose_stats", README) if " estimate " in line)
+    (line,) = (
+        line for line in lines_of("ros_pose_stats", README) if " estimate " in line
+    )
     out = io.TextIOWrapper(io.BytesIO(), encoding="utf-8")
     with contextlib.redirect_stdout(out):
         assert main(shlex.split(line)[1:]) == 0
@@ -103,9 +131,16 @@ def test_answer_in_the_readme_is_what_the_command_prints(in_demo_folder):
 
 
 @pytest.mark.filterwarnings("ignore")
-@pytest.mark.parametrize("line", [
-    pytest.param(line, marks=pytest.mark.long if re.search(r"\.gif|dropped|--png", line) else ())
-    for line in LINES])
+@pytest.mark.parametrize(
+    "line",
+    [
+        pytest.param(
+            line,
+            marks=pytest.mark.long if re.search(r"\.gif|dropped|--png", line) else (),
+        )
+        for line in LINES
+    ],
+)
 def test_lines_of_the_pages_run(line, in_demo_folder):
     run_line(line)
 
@@ -148,7 +183,10 @@ def test_python_of_the_pages_runs(code, in_demo_folder):
     for file in drawn:
         picture, shown = in_demo_folder / file, ROOT / "docs/figures" / file
         assert imread(picture).std() > 0.0
-        if shown.exists() and DRAWN_BY.search(shown.read_bytes())[0] in picture.read_bytes():
+        if (
+            shown.exists()
+            and DRAWN_BY.search(shown.read_bytes())[0] in picture.read_bytes()
+        ):
             # The ink of a digit is 8e-5 of such a figure.
             assert abs(imread(picture) - imread(shown)).mean() < 2e-5
 
@@ -156,18 +194,25 @@ def test_python_of_the_pages_runs(code, in_demo_folder):
 def test_every_method_is_in_its_page():
     page = text_of("docs/methods.md")
     for one in METHODS:
-        assert (f"| `{one.name}` | {one.about} |" if one.module else f"`{one.name}`") in page
+        assert (
+            f"| `{one.name}` | {one.about} |" if one.module else f"`{one.name}`"
+        ) in page
 
 
 def test_the_page_of_the_commands_is_what_the_parsers_say():
-    assert commands_page.PAGE.read_text(encoding="utf-8") == commands_page.commands_page(
-        parser()), "write it again: python -m tests.house.commands_page"
+    assert commands_page.PAGE.read_text(
+        encoding="utf-8"
+    ) == commands_page.commands_page(parser()), (
+        "write it again: python -m tests.house.commands_page"
+    )
 
 
 def test_every_argument_is_explained():
     page = commands_page.PAGE.read_text(encoding="utf-8")
     rows = [line for line in page.splitlines() if line.startswith("| `")]
-    assert rows and not [row for row in rows if len(row.split(" | ")[-1].strip("| ")) < 5]
+    assert rows and not [
+        row for row in rows if len(row.split(" | ")[-1].strip("| ")) < 5
+    ]
 
 
 def test_every_command_and_option_has_its_place_in_the_page_of_the_commands():
@@ -181,17 +226,24 @@ def test_every_command_and_option_has_its_place_in_the_page_of_the_commands():
         for action in command._actions:
             for option in action.option_strings:
                 if option not in ("-h", "--help"):
-                    assert re.search(rf"^\| .*`{option}[ `]", sections[name],
-                                     re.MULTILINE), f"{name} {option}"
+                    assert re.search(
+                        rf"^\| .*`{option}[ `]", sections[name], re.MULTILINE
+                    ), f"{name} {option}"
 
 
 def test_every_warning_code_is_explained_and_every_explained_one_exists():
-    sources = "".join(path.read_text(encoding="utf-8")
-                      for path in (ROOT / "ros_pose_stats").rglob("*.py"))
+    sources = "".join(
+        path.read_text(encoding="utf-8")
+        for path in (ROOT / "ros_pose_stats").rglob("*.py")
+    )
     raised = set(re.findall(r'"([A-Z][A-Z_]{4,}): ', sources))
-    explained = set(re.findall(r"^\| `([A-Z_]+)` \|",
-                               (ROOT / "docs/warnings.md").read_text(encoding="utf-8"),
-                               re.MULTILINE))
+    explained = set(
+        re.findall(
+            r"^\| `([A-Z_]+)` \|",
+            (ROOT / "docs/warnings.md").read_text(encoding="utf-8"),
+            re.MULTILINE,
+        )
+    )
     assert raised
     assert raised == explained
 
@@ -203,8 +255,9 @@ def test_version_stands_in_one_place():
 @pytest.mark.filterwarnings("ignore")  # of docutils
 @pytest.mark.parametrize("folder", [".", "msg_defs"])
 def test_the_changelogs_are_what_a_release_takes(folder):
-    released = rename_section(text_of(f"{folder}/CHANGELOG.rst"), "Forthcoming",
-                              f"{__version__} (2026-01-01)")
+    released = rename_section(
+        text_of(f"{folder}/CHANGELOG.rst"), "Forthcoming", f"{__version__} (2026-01-01)"
+    )
     changelog = Changelog()
     populate_changelog_from_rst(changelog, released)
     assert [version for version, *_ in changelog.foreach_version()] == [__version__]
@@ -227,16 +280,24 @@ def test_links_into_pages_name_headings_that_exist():
     for document in [ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]:
         text = document.read_text(encoding="utf-8")
         for target, anchor in re.findall(r"\]\(([^)#:\s]*)#([^)\s]+)\)", text):
-            page = (document.parent / target).read_text(encoding="utf-8") if target else text
+            page = (
+                (document.parent / target).read_text(encoding="utf-8")
+                if target
+                else text
+            )
             headings = re.findall(r"^#+ (.*)$", page, re.MULTILINE)
-            assert anchor in map(anchor_of, headings), f"{document.name}: {target}#{anchor}"
+            assert anchor in map(anchor_of, headings), (
+                f"{document.name}: {target}#{anchor}"
+            )
             links += 1
     assert links > 20
 
 
 def test_no_two_pages_have_one_title():
-    titles = [page.read_text(encoding="utf-8").splitlines()[0]
-              for page in (ROOT / "docs").rglob("*.md")]
+    titles = [
+        page.read_text(encoding="utf-8").splitlines()[0]
+        for page in (ROOT / "docs").rglob("*.md")
+    ]
     assert len(set(titles)) == len(titles)
 
 
@@ -248,8 +309,10 @@ def test_every_decision_has_a_room_a_date_and_a_state():
         decisions = [one for one in paragraphs if not one.startswith("- ")]
         assert decisions, title
         for one in decisions:
-            assert re.match(r"\*\*[^*]+\*\* \(20\d\d-\d\d-\d\d, (holds|replaced by) ?",
-                            one.replace("\n", " ")), f"{title}: {one}"
+            assert re.match(
+                r"\*\*[^*]+\*\* \(20\d\d-\d\d-\d\d, (holds|replaced by) ?",
+                one.replace("\n", " "),
+            ), f"{title}: {one}"
 
 
 def test_decisions_name_files_that_exist():
@@ -263,6 +326,10 @@ def test_decisions_name_files_that_exist():
 def test_scripts_outside_the_package_import_what_is_there():
     for file in (*(ROOT / ".ci").glob("*.py"), *(ROOT / "launch").glob("*.py")):
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.ImportFrom) and node.module.startswith("ros_pose_stats."):
+            if isinstance(node, ast.ImportFrom) and node.module.startswith(
+                "ros_pose_stats."
+            ):
                 module = importlib.import_module(node.module)
-                assert all(hasattr(module, alias.name) for alias in node.names), ast.unparse(node)
+                assert all(hasattr(module, alias.name) for alias in node.names), (
+                    ast.unparse(node)
+                )

@@ -18,23 +18,36 @@ NAMED_TUPLE = ("_fields", "_replace", "_asdict", "_make")
 
 def names_of_product(module):
     """Local names in a file that stand for the product or something in it."""
-    return {alias.asname or alias.name.split(".")[0]
-            for node in ast.walk(module) if isinstance(node, ast.Import | ast.ImportFrom)
-            for alias in node.names
-            if (node.module or "" if isinstance(node, ast.ImportFrom) else alias.name)
-            .split(".")[0] == PACKAGE}
+    return {
+        alias.asname or alias.name.split(".")[0]
+        for node in ast.walk(module)
+        if isinstance(node, ast.Import | ast.ImportFrom)
+        for alias in node.names
+        if (
+            node.module or "" if isinstance(node, ast.ImportFrom) else alias.name
+        ).split(".")[0]
+        == PACKAGE
+    }
 
 
 def patches(module):
     """Lines that put something of their own into a module of the product."""
     ours = names_of_product(module)
     for node in ast.walk(module):
-        if (isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute)
-                and node.func.attr in ("setattr", "delattr", "patch", "object") and node.args):
+        if (
+            isinstance(node, ast.Call)
+            and isinstance(node.func, ast.Attribute)
+            and node.func.attr in ("setattr", "delattr", "patch", "object")
+            and node.args
+        ):
             target = node.args[0]
-            root = next((part for part in ast.walk(target) if isinstance(part, ast.Name)), None)
+            root = next(
+                (part for part in ast.walk(target) if isinstance(part, ast.Name)), None
+            )
             if (root is not None and root.id in ours) or (
-                    isinstance(target, ast.Constant) and str(target.value).startswith(PACKAGE)):
+                isinstance(target, ast.Constant)
+                and str(target.value).startswith(PACKAGE)
+            ):
                 yield node.lineno
 
 
@@ -42,57 +55,99 @@ def private_names(module):
     """Lines that read a private name of the product."""
     ours = names_of_product(module)
     for node in ast.walk(module):
-        if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == PACKAGE:
-            if any(alias.name.startswith("_") and not alias.name.endswith("__")
-                   for alias in node.names):
+        if (
+            isinstance(node, ast.ImportFrom)
+            and (node.module or "").split(".")[0] == PACKAGE
+        ):
+            if any(
+                alias.name.startswith("_") and not alias.name.endswith("__")
+                for alias in node.names
+            ):
                 yield node.lineno
-        elif (isinstance(node, ast.Attribute) and node.attr.startswith("_")
-                and not node.attr.endswith("__") and node.attr not in NAMED_TUPLE
-                and isinstance(node.value, ast.Name)
-                and node.value.id in ours):
+        elif (
+            isinstance(node, ast.Attribute)
+            and node.attr.startswith("_")
+            and not node.attr.endswith("__")
+            and node.attr not in NAMED_TUPLE
+            and isinstance(node.value, ast.Name)
+            and node.value.id in ours
+        ):
             yield node.lineno
 
 
 def rounded_keys(module):
     """Lines that compare or look up values that are rounded to a decimal."""
+
     def rounds(node):
         return isinstance(node, ast.Call) and (
-            (isinstance(node.func, ast.Name) and node.func.id == "round" and len(node.args) == 2)
-            or (isinstance(node.func, ast.Attribute) and node.func.attr == "round"
-                and (len(node.args) == 2 or (len(node.args) == 1 and isinstance(
-                    node.args[0], ast.Constant)))))
+            (
+                isinstance(node.func, ast.Name)
+                and node.func.id == "round"
+                and len(node.args) == 2
+            )
+            or (
+                isinstance(node.func, ast.Attribute)
+                and node.func.attr == "round"
+                and (
+                    len(node.args) == 2
+                    or (len(node.args) == 1 and isinstance(node.args[0], ast.Constant))
+                )
+            )
+        )
 
     for node in ast.walk(module):
-        parts = (node.ops and [node.left, *node.comparators] if isinstance(node, ast.Compare)
-                 else [node.slice] if isinstance(node, ast.Subscript)
-                 else [*filter(None, node.keys)] if isinstance(node, ast.Dict)
-                 else [node.key] if isinstance(node, ast.DictComp)
-                 else [node.elt] if isinstance(node, ast.SetComp)
-                 else node.args
-                 if isinstance(node, ast.Call) and ast.unparse(node.func) in GROUPING
-                 else [])
+        parts = (
+            node.ops and [node.left, *node.comparators]
+            if isinstance(node, ast.Compare)
+            else [node.slice]
+            if isinstance(node, ast.Subscript)
+            else [*filter(None, node.keys)]
+            if isinstance(node, ast.Dict)
+            else [node.key]
+            if isinstance(node, ast.DictComp)
+            else [node.elt]
+            if isinstance(node, ast.SetComp)
+            else node.args
+            if isinstance(node, ast.Call) and ast.unparse(node.func) in GROUPING
+            else []
+        )
         if any(rounds(inner) for part in parts for inner in ast.walk(part)):
             yield node.lineno
 
 
 def test_no_file_has_a_habit():
-    met = [f"{file}:{line}" for tree in TREES for file in python_files(tree)
-           for module in [ast.parse(file.read_text(encoding="utf-8"))]
-           for habit in (patches, private_names, rounded_keys) for line in habit(module)]
+    met = [
+        f"{file}:{line}"
+        for tree in TREES
+        for file in python_files(tree)
+        for module in [ast.parse(file.read_text(encoding="utf-8"))]
+        for habit in (patches, private_names, rounded_keys)
+        for line in habit(module)
+    ]
     assert met == []
 
 
-@pytest.mark.parametrize(("habit", "text"), [
-    (patches, "from ros_pose_stats.mesh import hull\nm.setattr(hull, 'ConvexHull', 1)"),
-    (patches, "m.setattr('ros_pose_stats.mesh.hull.ConvexHull', 1)"),
-    (private_names, "from ros_pose_stats.mesh.hull import _faces"),
-    (private_names, "import ros_pose_stats\nros_pose_stats._HOMES"),
-    (rounded_keys, "assert round(x, 3) == y"), (rounded_keys, "np.unique(np.round(x, 7), axis=0)"),
-])
+@pytest.mark.parametrize(
+    ("habit", "text"),
+    [
+        (
+            patches,
+            "from ros_pose_stats.mesh import hull\nm.setattr(hull, 'ConvexHull', 1)",
+        ),
+        (patches, "m.setattr('ros_pose_stats.mesh.hull.ConvexHull', 1)"),
+        (private_names, "from ros_pose_stats.mesh.hull import _faces"),
+        (private_names, "import ros_pose_stats\nros_pose_stats._HOMES"),
+        (rounded_keys, "assert round(x, 3) == y"),
+        (rounded_keys, "np.unique(np.round(x, 7), axis=0)"),
+    ],
+)
 def test_the_habits_are_seen(habit, text):
     assert len(list(habit(ast.parse(text)))) == 1
 
 
 def test_mistakes_that_trials_make_have_a_place():
-    assert [one.room for one in MUTATIONS
-            if (ROOT / one.file).read_text(encoding="utf-8").count(one.text) != 1] == []
+    assert [
+        one.room
+        for one in MUTATIONS
+        if (ROOT / one.file).read_text(encoding="utf-8").count(one.text) != 1
+    ] == []

@@ -15,7 +15,20 @@ from tests.running import ROOT
 @pytest.mark.parametrize("kernel", [name for name in PLAYED if name.startswith("BLAS")])
 def test_truths_hold(kernel):
     done = subprocess.run(
-        [sys.executable, "-m", "pytest", "tests/truth", "-m", "not long", "--no-showlocals",
-         "-p", "no:cacheprovider"], cwd=ROOT, env={**os.environ, **PLAYED[kernel]},
-        capture_output=True, text=True)
+        [
+            sys.executable,
+            "-m",
+            "pytest",
+            "tests/truth",
+            "-m",
+            "not long",
+            "--no-showlocals",
+            "-p",
+            "no:cacheprovider",
+        ],
+        cwd=ROOT,
+        env={**os.environ, **PLAYED[kernel]},
+        capture_output=True,
+        text=True,
+    )
     assert done.returncode == 0, done.stdout[-4000:]

@@ -93,8 +93,11 @@ def climbing_inside(sources: Sources) -> set[tuple[str, str, str]]:
         room = sources.room(one.importer)
         here, there = sources.inner_room(one.importer), sources.inner_room(one.target)
         if room == sources.room(one.target) and here and there and here != there:
-            floor = {name: number for number, names in enumerate(INNER_FLOORS.get(room, ()))
-                     for name in names}
+            floor = {
+                name: number
+                for number, names in enumerate(INNER_FLOORS.get(room, ()))
+                for name in names
+            }
             if floor.get(there, 0) >= floor.get(here, 0):
                 met.add((room, here, there))
     return met
@@ -102,9 +105,13 @@ def climbing_inside(sources: Sources) -> set[tuple[str, str, str]]:
 
 def misplaced(sources: Sources) -> list[str]:
     """Imports of a library outside its rooms."""
-    return [str(one) for one in sources.third_party if not one.typing
-            and sources.room(one.importer)
-            not in ROOMS_OF.get(one.target.partition(".")[0], {"ros"})]
+    return [
+        str(one)
+        for one in sources.third_party
+        if not one.typing
+        and sources.room(one.importer)
+        not in ROOMS_OF.get(one.target.partition(".")[0], {"ros"})
+    ]
 
 
 @pytest.fixture(scope="module")
@@ -120,10 +127,15 @@ class TestThisPackage:
         assert [one for one in climbing(sources) if not one.startswith(EXAMPLES)] == []
 
     def test_every_folder_of_a_room_has_a_floor(self, sources):
-        folders = {(sources.room(module), sources.inner_room(module)) for module in sources.files}
+        folders = {
+            (sources.room(module), sources.inner_room(module))
+            for module in sources.files
+        }
         assert {(room, folder) for room, folder in folders if folder} == {
-            (room, folder) for room, floors in INNER_FLOORS.items()
-            for folder in set().union(*floors)}
+            (room, folder)
+            for room, floors in INNER_FLOORS.items()
+            for folder in set().union(*floors)
+        }
 
     def test_no_folder_of_a_room_imports_one_above_it_or_beside_it(self, sources):
         assert climbing_inside(sources) == STILL_CLIMBING
@@ -137,7 +149,10 @@ class TestThisPackage:
     def test_the_walk_sees_the_package(self, sources):
         seen = {(one.importer, one.target) for one in sources.imports}
         assert ("ros_pose_stats.cli", "ros_pose_stats.commands.estimate") in seen
-        assert ("ros_pose_stats.commands.estimate", "ros_pose_stats.estimators.estimate") in seen
+        assert (
+            "ros_pose_stats.commands.estimate",
+            "ros_pose_stats.estimators.estimate",
+        ) in seen
         assert ("ros_pose_stats.kernels.machine_code", "numba") in seen
 
 
@@ -154,64 +169,101 @@ class TestTheWalkItself:
             file.write_text(text)
         return Sources(root)
 
-    @pytest.mark.parametrize("text", [
-        "from ..report import page", "from sample.report import page", "from .. import report",
-        "import sample.report.page", "def late():\n    from ..report.page import write",
-        "try:\n    import sample.report\nexcept ImportError:\n    pass",
-    ])
+    @pytest.mark.parametrize(
+        "text",
+        [
+            "from ..report import page",
+            "from sample.report import page",
+            "from .. import report",
+            "import sample.report.page",
+            "def late():\n    from ..report.page import write",
+            "try:\n    import sample.report\nexcept ImportError:\n    pass",
+        ],
+    )
     def test_climbing_is_found(self, tmp_path, text):
         found = self.package(tmp_path, {"mesh/hull": text, "report/page": ""})
         assert len(climbing(found)) == 1
 
     def test_a_sibling_room_is_found(self, tmp_path):
-        found = self.package(tmp_path, {"kernels/fast": "from ..statistics import t",
-                                        "statistics/t": ""})
+        found = self.package(
+            tmp_path, {"kernels/fast": "from ..statistics import t", "statistics/t": ""}
+        )
         assert len(climbing(found)) == 1
 
     def test_own_room_and_lower_floors_pass(self, tmp_path):
-        found = self.package(tmp_path, {
-            "errors": "", "mesh/a": "from . import b", "mesh/b": "from ..errors import E"})
+        found = self.package(
+            tmp_path,
+            {
+                "errors": "",
+                "mesh/a": "from . import b",
+                "mesh/b": "from ..errors import E",
+            },
+        )
         assert climbing(found) == []
         assert found.cycles() == []
 
     def test_what_only_type_checkers_see_climbs_but_makes_no_cycle(self, tmp_path):
-        found = self.package(tmp_path, {
-            "report/page": "from ..mesh import b",
-            "mesh/b": "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n"
-                      "    from ..report import page\nelse:\n    page = None"})
+        found = self.package(
+            tmp_path,
+            {
+                "report/page": "from ..mesh import b",
+                "mesh/b": "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n"
+                "    from ..report import page\nelse:\n    page = None",
+            },
+        )
         assert len(climbing(found)) == 1
         assert found.cycles() == []
 
     def test_climbing_between_folders_of_a_room_is_found(self, tmp_path):
-        found = self.package(tmp_path, {
-            "ros/node": "from .jobs import job\nfrom .messages import times",
-            "ros/messages/times": "from .. import node\nfrom ..jobs.job import J",
-            "ros/jobs/job": "from ..messages import times", "ros/parts/store": "",
-            "recording/writer/bag_file": "from ..analysis.bag_reader import read_bags",
-            "recording/analysis/bag_reader": ""})
-        assert climbing_inside(found) == {("ros", "messages", "jobs"),
-                                          ("recording", "writer", "analysis")}
+        found = self.package(
+            tmp_path,
+            {
+                "ros/node": "from .jobs import job\nfrom .messages import times",
+                "ros/messages/times": "from .. import node\nfrom ..jobs.job import J",
+                "ros/jobs/job": "from ..messages import times",
+                "ros/parts/store": "",
+                "recording/writer/bag_file": "from ..analysis.bag_reader import read_bags",
+                "recording/analysis/bag_reader": "",
+            },
+        )
+        assert climbing_inside(found) == {
+            ("ros", "messages", "jobs"),
+            ("recording", "writer", "analysis"),
+        }
 
     def test_cycles_are_found(self, tmp_path):
-        found = self.package(tmp_path, {
-            "mesh/a": "from .b import y", "mesh/b": "from .c import z",
-            "mesh/c": "def f():\n    from . import a",
-            "mesh/d": "import sample.mesh.a"})
-        assert found.cycles() == [["sample.mesh.a", "sample.mesh.b",
-                                   "sample.mesh.c"]]
+        found = self.package(
+            tmp_path,
+            {
+                "mesh/a": "from .b import y",
+                "mesh/b": "from .c import z",
+                "mesh/c": "def f():\n    from . import a",
+                "mesh/d": "import sample.mesh.a",
+            },
+        )
+        assert found.cycles() == [["sample.mesh.a", "sample.mesh.b", "sample.mesh.c"]]
 
-    @pytest.mark.parametrize(("room", "text"), [
-        ("mesh", "import numba"), ("estimators", "from scipy import stats"),
-        ("report", "import matplotlib.pyplot as plt"), ("commands", "import rclpy.node"),
-        ("commands", "import trimesh"), ("kernels", "import pandas"),
-        ("statistics", "def f():\n    from mcap.writer import Writer"),
-    ])
+    @pytest.mark.parametrize(
+        ("room", "text"),
+        [
+            ("mesh", "import numba"),
+            ("estimators", "from scipy import stats"),
+            ("report", "import matplotlib.pyplot as plt"),
+            ("commands", "import rclpy.node"),
+            ("commands", "import trimesh"),
+            ("kernels", "import pandas"),
+            ("statistics", "def f():\n    from mcap.writer import Writer"),
+        ],
+    )
     def test_misplaced_libraries_are_found(self, tmp_path, room, text):
         assert len(misplaced(self.package(tmp_path, {f"{room}/a": text}))) == 1
 
 
 @pytest.mark.parametrize("tree", ["study", "lab"])
 def test_what_programs_of_the_checkout_import_is_there(tree, sources):
-    missing = [str(one) for one in Sources(PACKAGE.parent / tree).imports
-               if one.target.startswith(f"{PACKAGE.name}.") and one.target not in sources.files]
+    missing = [
+        str(one)
+        for one in Sources(PACKAGE.parent / tree).imports
+        if one.target.startswith(f"{PACKAGE.name}.") and one.target not in sources.files
+    ]
     assert missing == []

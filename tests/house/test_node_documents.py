@@ -16,7 +16,13 @@ import ros_pose_stats_msgs
 import yaml
 
 import tests.contract.node.conftest  # noqa: F401  discovery and checks, before ROS is imported
-from tests.contract.node.contract import ACTION, DEFAULTS, FIXED, PUBLICATIONS, SUBSCRIPTIONS
+from tests.contract.node.contract import (
+    ACTION,
+    DEFAULTS,
+    FIXED,
+    PUBLICATIONS,
+    SUBSCRIPTIONS,
+)
 from tests.contract.node.harness.cell import latched
 from tests.contract.node.harness.client import Client, until
 from tests.contract.node.harness.node import PATIENCE
@@ -25,8 +31,11 @@ from tests.running import ROOT, answer, call
 PAGE = (ROOT / "docs/node.md").read_text(encoding="utf-8")
 CODE = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-LINES = [line for block in re.findall(r"```sh\n(.*?)```", README, re.DOTALL)
-         for line in block.splitlines()]
+LINES = [
+    line
+    for block in re.findall(r"```sh\n(.*?)```", README, re.DOTALL)
+    for line in block.splitlines()
+]
 
 
 def line_of(command):
@@ -39,8 +48,16 @@ def line_of(command):
 def domain(tmp_path_factory):
     from domain_coordinator import domain_id
 
-    with domain_id() as number, mock.patch.dict(os.environ, {
-            "ROS_DOMAIN_ID": str(number), "ROS_LOG_DIR": str(tmp_path_factory.mktemp("logs"))}):
+    with (
+        domain_id() as number,
+        mock.patch.dict(
+            os.environ,
+            {
+                "ROS_DOMAIN_ID": str(number),
+                "ROS_LOG_DIR": str(tmp_path_factory.mktemp("logs")),
+            },
+        ),
+    ):
         yield number
 
 
@@ -49,8 +66,13 @@ def home(domain, tmp_path_factory):
     """Where the README's lines go on until Ctrl-C."""
     home = tmp_path_factory.mktemp("cell")
     answer("shapes", home / "demo")
-    node = subprocess.Popen([sys.executable, "-m", "ros_pose_stats", *line_of("node")], cwd=home,
-                            stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    node = subprocess.Popen(
+        [sys.executable, "-m", "ros_pose_stats", *line_of("node")],
+        cwd=home,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
     yield home
     node.send_signal(signal.SIGINT)
     said = node.communicate(timeout=PATIENCE)[1]
@@ -82,7 +104,10 @@ def test_the_readme_shows_what_the_second_terminal_says(published):
 
 def test_the_readme_s_bag_shows_the_published_part(published, home, monkeypatch):
     monkeypatch.chdir(home)
-    until(lambda: re.search("clamp.*split", answer(*line_of("bag")), re.DOTALL), "both in the bag")
+    until(
+        lambda: re.search("clamp.*split", answer(*line_of("bag")), re.DOTALL),
+        "both in the bag",
+    )
 
 
 @pytest.mark.parametrize("code", CODE)
@@ -94,17 +119,28 @@ def test_the_page_s_planner_runs(published, code):
 
 
 def test_the_page_s_table_is_what_the_node_says_of_its_parameters(client):
-    rows = dict(re.findall(r"^\| `(\w+)` \| `(.*?)` \| .* \|$", PAGE.split("## Parameters")[1],
-                           re.MULTILINE))
-    assert rows == {name: str(value).lower() if isinstance(value, bool) else str(value) or "''"
-                    for name, value in DEFAULTS.items()}
-    for described in client.call("describe_parameters", names=list(DEFAULTS)).descriptors:
+    rows = dict(
+        re.findall(
+            r"^\| `(\w+)` \| `(.*?)` \| .* \|$",
+            PAGE.split("## Parameters")[1],
+            re.MULTILINE,
+        )
+    )
+    assert rows == {
+        name: str(value).lower() if isinstance(value, bool) else str(value) or "''"
+        for name, value in DEFAULTS.items()
+    }
+    for described in client.call(
+        "describe_parameters", names=list(DEFAULTS)
+    ).descriptors:
         fixed = " Set at the start only." if described.name in FIXED else ""
         assert f" | {described.description}{fixed} |\n" in PAGE, described.name
 
 
 def test_the_example_file_has_every_parameter_with_its_default():
-    example = yaml.safe_load((ROOT / "config/pose_stats.yaml").read_text(encoding="utf-8"))
+    example = yaml.safe_load(
+        (ROOT / "config/pose_stats.yaml").read_text(encoding="utf-8")
+    )
     values = example["/**"]["ros__parameters"]
     assert set(values) == set(DEFAULTS) - {"mesh_topics"}
     for name, value in values.items():
@@ -112,12 +148,20 @@ def test_the_example_file_has_every_parameter_with_its_default():
 
 
 def test_the_page_names_every_topic_and_installed_interface():
-    share = next(path for path in Path(ros_pose_stats_msgs.__file__).parents
-                 if (path / "share/ros_pose_stats_msgs").is_dir()) / "share/ros_pose_stats_msgs"
+    share = (
+        next(
+            path
+            for path in Path(ros_pose_stats_msgs.__file__).parents
+            if (path / "share/ros_pose_stats_msgs").is_dir()
+        )
+        / "share/ros_pose_stats_msgs"
+    )
     services = {file.stem for file in share.glob("srv/*.srv")}
     assert services and all(f"| `{name}` |" in PAGE for name in services)
-    topics = {name.replace("/pose_stats/", "~/"): kind for name, kind in {
-        **SUBSCRIPTIONS, **PUBLICATIONS, **ACTION}.items()}
+    topics = {
+        name.replace("/pose_stats/", "~/"): kind
+        for name, kind in {**SUBSCRIPTIONS, **PUBLICATIONS, **ACTION}.items()
+    }
     for name, kind in topics.items():
         assert f"`{name}`" in PAGE, name
         assert kind.rpartition("/")[2] in PAGE, kind

@@ -13,10 +13,16 @@ DROP = {BODY, "/drop/energy", "/drop/within_reach"}
 
 
 def test_rviz_shows_topics_of_the_node_and_of_a_drop_in_the_plate_frame():
-    config = yaml.safe_load((ROOT / "config/pose_stats.rviz").read_text(encoding="utf-8"))
+    config = yaml.safe_load(
+        (ROOT / "config/pose_stats.rviz").read_text(encoding="utf-8")
+    )
     manager = config["Visualization Manager"]
     assert manager["Global Options"]["Fixed Frame"] == "plate"
-    shown = {one["Topic"]["Value"]: one["Topic"] for one in manager["Displays"] if "Topic" in one}
+    shown = {
+        one["Topic"]["Value"]: one["Topic"]
+        for one in manager["Displays"]
+        if "Topic" in one
+    }
     assert set(shown) == {"/pose_stats/markers", BODY}
     # The node's markers are latched: whoever asks for less gets none that came before.
     assert shown["/pose_stats/markers"]["Durability Policy"] == "Transient Local"
@@ -31,10 +37,16 @@ def panels(layout):
 
 
 def test_foxglove_lays_out_every_panel_once_and_shows_topics_there_are():
-    layout = json.loads((ROOT / "config/pose_stats.foxglove.json").read_text(encoding="utf-8"))
+    layout = json.loads(
+        (ROOT / "config/pose_stats.foxglove.json").read_text(encoding="utf-8")
+    )
     assert sorted(panels(layout["layout"])) == sorted(layout["configById"])
-    named = set(re.findall(r'"(/(?:pose_stats|drop)/\w+|/diagnostics)',
-                           json.dumps(layout["configById"])))
+    named = set(
+        re.findall(
+            r'"(/(?:pose_stats|drop)/\w+|/diagnostics)',
+            json.dumps(layout["configById"]),
+        )
+    )
     assert named == NODE | DROP
     page = (ROOT / "docs/node.md").read_text(encoding="utf-8")
     for topic in NODE:

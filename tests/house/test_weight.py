@@ -8,7 +8,14 @@ from collections import defaultdict
 import pytest
 
 from tests.house.imports import Sources
-from tests.house.weight import PACKAGE, ROOT, inner_imports, python_files, weigh, words_of_people
+from tests.house.weight import (
+    PACKAGE,
+    ROOT,
+    inner_imports,
+    python_files,
+    weigh,
+    words_of_people,
+)
 
 LINES = {"ros_pose_stats": 34_407, "ros_pose_stats/ros": 5_997, "tests": 23_901}
 FILES = {"ros_pose_stats": 233, "ros_pose_stats/ros": 39, "tests": 215}
@@ -40,10 +47,18 @@ def test_lines_files_and_imports(tree):
 @pytest.mark.parametrize("tree", LINES)
 def test_no_folder_is_crowded(tree):
     folders = {file.parent for file in python_files(tree)}
-    crowded = {str(folder): count for folder in folders if (count := sum(
-        item.suffix == ".py" or item.is_dir() for item in folder.iterdir()
-        if item.name not in ("__init__.py", "__pycache__"))) > (
-            ROOMS if folder.name == PACKAGE else MOST_SIBLINGS)}
+    crowded = {
+        str(folder): count
+        for folder in folders
+        if (
+            count := sum(
+                item.suffix == ".py" or item.is_dir()
+                for item in folder.iterdir()
+                if item.name not in ("__init__.py", "__pycache__")
+            )
+        )
+        > (ROOMS if folder.name == PACKAGE else MOST_SIBLINGS)
+    }
     assert crowded == {}
 
 

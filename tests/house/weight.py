@@ -24,12 +24,18 @@ class Weight(NamedTuple):
 
 def python_files(tree):
     """The sources below a folder of the repository."""
-    return sorted(file for file in (ROOT / tree).rglob("*.py") if "__pycache__" not in file.parts)
+    return sorted(
+        file for file in (ROOT / tree).rglob("*.py") if "__pycache__" not in file.parts
+    )
 
 
 def imports_of(module):
     """Import statements of a parsed file."""
-    return [node for node in ast.walk(module) if isinstance(node, ast.Import | ast.ImportFrom)]
+    return [
+        node
+        for node in ast.walk(module)
+        if isinstance(node, ast.Import | ast.ImportFrom)
+    ]
 
 
 def weigh(tree):
@@ -39,7 +45,9 @@ def weigh(tree):
     for file in files:
         text = file.read_text(encoding="utf-8")
         lines += text.count("\n")
-        imports += sum(node.end_lineno - node.lineno + 1 for node in imports_of(ast.parse(text)))
+        imports += sum(
+            node.end_lineno - node.lineno + 1 for node in imports_of(ast.parse(text))
+        )
     return Weight(len(files), lines, imports)
 
 
@@ -53,14 +61,23 @@ def inner_imports(tree):
     met = []
     for file in python_files(tree):
         for node in imports_of(ast.parse(file.read_text(encoding="utf-8"))):
-            modules = ([alias.name for alias in node.names] if isinstance(node, ast.Import)
-                       else [node.module or ""])
+            modules = (
+                [alias.name for alias in node.names]
+                if isinstance(node, ast.Import)
+                else [node.module or ""]
+            )
             if isinstance(node, ast.ImportFrom) and node.module in DOORS:
-                modules = [f"{node.module}.{alias.name}" for alias in node.names
-                           if (ROOT / PACKAGE / alias.name).is_dir()
-                           and f"{PACKAGE}.{alias.name}" not in DOORS]
-            met += [(str(file.relative_to(ROOT)), node.lineno, module) for module in modules
-                    if module.split(".")[0] == PACKAGE and module not in DOORS]
+                modules = [
+                    f"{node.module}.{alias.name}"
+                    for alias in node.names
+                    if (ROOT / PACKAGE / alias.name).is_dir()
+                    and f"{PACKAGE}.{alias.name}" not in DOORS
+                ]
+            met += [
+                (str(file.relative_to(ROOT)), node.lineno, module)
+                for module in modules
+                if module.split(".")[0] == PACKAGE and module not in DOORS
+            ]
     return met
 
 
@@ -72,21 +89,30 @@ PRINTED = (ROOT / "docs" / "commands.md",)
 def words_of_people():
     """Words of each page that a person wrote, by its path."""
     pages = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]
-    return {str(page.relative_to(ROOT)): len(page.read_text(encoding="utf-8").split())
-            for page in sorted(pages) if page not in PRINTED and MEASURED not in page.parents}
+    return {
+        str(page.relative_to(ROOT)): len(page.read_text(encoding="utf-8").split())
+        for page in sorted(pages)
+        if page not in PRINTED and MEASURED not in page.parents
+    }
 
 
 def main():
     """Print the tables."""
     print(f"{'tree':22}{'files':>7}{'lines':>8}{'imports %':>11}")
-    trees = [*sorted(
-        str(folder.relative_to(ROOT)) for top in (PACKAGE, "tests", "lab", "study")
-        for folder in (ROOT / top, *(ROOT / top).iterdir())
-        if folder.is_dir() and python_files(folder))]
+    trees = [
+        *sorted(
+            str(folder.relative_to(ROOT))
+            for top in (PACKAGE, "tests", "lab", "study")
+            for folder in (ROOT / top, *(ROOT / top).iterdir())
+            if folder.is_dir() and python_files(folder)
+        )
+    ]
     for tree in trees:
         weight = weigh(tree)
-        print(f"{tree:22}{weight.files:7}{weight.lines:8}"
-              f"{100.0 * weight.imports / max(weight.lines, 1):11.1f}")
+        print(
+            f"{tree:22}{weight.files:7}{weight.lines:8}"
+            f"{100.0 * weight.imports / max(weight.lines, 1):11.1f}"
+        )
     inner = inner_imports("tests")
     print(f"\nimports of the product's inside by tests: {len(inner)}")
     folders = Counter("/".join(file.split("/")[:3]) for file, *_ in inner)

@@ -90,16 +90,23 @@ class Case(NamedTuple):
 
 def probabilities(found: PoseStatistics) -> Array:
     """Probabilities (P,) by `index`."""
-    return np.array([pose.probability for pose in sorted(found.poses, key=lambda one: one.index)])
+    return np.array(
+        [pose.probability for pose in sorted(found.poses, key=lambda one: one.index)]
+    )
 
 
-def drop_parts(parts: int, say: Callable[[str], object],
-               restitutions: Sequence[float] = RESTITUTIONS,
-               reference: int | None = None) -> list[Case]:
+def drop_parts(
+    parts: int,
+    say: Callable[[str], object],
+    restitutions: Sequence[float] = RESTITUTIONS,
+    reference: int | None = None,
+) -> list[Case]:
     """Drop that many parts at every restitution; without a number `REFERENCE` times to judge."""
     drops, cases = REFERENCE if reference is None else reference, []
     for number in range(parts):
-        cases += [_drop_part(number, restitution, drops) for restitution in restitutions]
+        cases += [
+            _drop_part(number, restitution, drops) for restitution in restitutions
+        ]
         if number % 10 == 9:
             say(f"{number + 1} of {parts} parts are dropped")
     return cases
@@ -112,10 +119,12 @@ def _drop_part(number: int, restitution: float, reference_drops: int) -> Case:
     def on_drops(chunk: DropChunk) -> None:
         outcomes.append(chunk.outcomes.pose.astype(np.int16))
 
-    simulate(part, SEQUENCE, restitution, 1000 + number, on_drops=on_drops,
-             **empty.options)
-    reference = simulate(part, reference_drops, restitution, 900_000 + number,
-                         **empty.options)
+    simulate(
+        part, SEQUENCE, restitution, 1000 + number, on_drops=on_drops, **empty.options
+    )
+    reference = simulate(
+        part, reference_drops, restitution, 900_000 + number, **empty.options
+    )
     counts = [pose.count for pose in sorted(reference.poses, key=lambda one: one.index)]
     return empty._replace(sequence=np.concatenate(outcomes), reference=np.array(counts))
 
@@ -123,11 +132,14 @@ def _drop_part(number: int, restitution: float, reference_drops: int) -> Case:
 def write_cases(cases: Sequence[Case], file: Path) -> None:
     """Write cases, which take the longest to make, for another run."""
     np.savez_compressed(
-        file, number=[one.number for one in cases], family=[one.family for one in cases],
+        file,
+        number=[one.number for one in cases],
+        family=[one.family for one in cases],
         poses=[one.reference.size for one in cases],
         restitution=[one.restitution for one in cases],
         sequence=np.array([one.sequence for one in cases]),
-        reference=np.concatenate([one.reference for one in cases]))
+        reference=np.concatenate([one.reference for one in cases]),
+    )
 
 
 def read_cases(file: Path) -> list[Case]:
@@ -140,16 +152,21 @@ def read_cases(file: Path) -> list[Case]:
     """
     with np.load(file) as found:
         if "family" not in found.files:
-            raise ValueError(f"cases with families expected, {file} has none; remove it")
+            raise ValueError(
+                f"cases with families expected, {file} has none; remove it"
+            )
         cases = list(_cases({name: found[name] for name in found.files}))
         if [one.family for one in cases] != found["family"].tolist():
-            raise ValueError(f"parts of {KINDS[0]}, {KINDS[1]}, ... expected, {file} has others; "
-                             f"remove it")
+            raise ValueError(
+                f"parts of {KINDS[0]}, {KINDS[1]}, ... expected, {file} has others; "
+                f"remove it"
+            )
     return cases
 
 
 def _cases(found: dict[str, NDArray[np.generic]]) -> Iterator[Case]:
     counts = np.split(found["reference"], np.cumsum(found["poses"])[:-1])
     for number, restitution, sequence, reference in zip(
-            found["number"], found["restitution"], found["sequence"], counts, strict=True):
+        found["number"], found["restitution"], found["sequence"], counts, strict=True
+    ):
         yield Case(int(number), float(restitution), sequence, reference)

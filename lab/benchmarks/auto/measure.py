@@ -40,14 +40,20 @@ def cases_of(parts: int, file: Path | None, say: Callable[[str], object]) -> lis
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Measure, print, and with `--write` store the results and render the page."""
-    parser = argparse.ArgumentParser(prog="lab.benchmarks.auto",
-                                     description=(__doc__ or "").partition("\n")[0])
+    parser = argparse.ArgumentParser(
+        prog="lab.benchmarks.auto", description=(__doc__ or "").partition("\n")[0]
+    )
     parser.add_argument("--parts", type=int, default=PARTS, help="default: %(default)s")
     parser.add_argument("--cases", type=Path, help="keeps the drops for another run")
-    parser.add_argument("--write", action="store_true",
-                        help="store numbers/auto.json and render benchmarks.md in docs/measured")
+    parser.add_argument(
+        "--write",
+        action="store_true",
+        help="store numbers/auto.json and render benchmarks.md in docs/measured",
+    )
     options = parser.parse_args(arguments)
-    results = collect_results(sections(cases_of(options.parts, options.cases, print)), print)
+    results = collect_results(
+        sections(cases_of(options.parts, options.cases, print)), print
+    )
     if options.write:
         save(results, NUMBERS / "auto.json")
         print(write_page())

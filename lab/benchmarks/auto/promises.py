@@ -25,7 +25,8 @@ ABOUT = (
     "Share of the cases that are within the target error at which `{}` stopped, in %; in brackets "
     "the mean number of drops, if any. Cases that do not stop within {} drops are left out of "
     "their share. The truth is {} other drops, their noise taken off. `error`: standard error of "
-    "a share of 90 % of so many cases. Not times.")
+    "a share of 90 % of so many cases. Not times."
+)
 
 
 class Stop(NamedTuple):
@@ -39,8 +40,13 @@ def promises(cases: Sequence[Case]) -> tuple[Section, Section]:
     """Table of `simulate --target-error` by family, and one of `hybrid` likewise."""
     priors = [one.prior() for one in cases]
     alone = [[stop_alone(one, target) for one in cases] for target in TARGETS]
-    together = [[stop_together(one, prior, target)
-                 for one, prior in zip(cases, priors, strict=True)] for target in TARGETS]
+    together = [
+        [
+            stop_together(one, prior, target)
+            for one, prior in zip(cases, priors, strict=True)
+        ]
+        for target in TARGETS
+    ]
     return (_section("simulate", cases, alone), _section("hybrid", cases, together))
 
 
@@ -58,8 +64,11 @@ def stop_together(case: Case, prior: PosePrior, target: float) -> Stop | None:
     if prefix.judged().bound > target:
         return None
     refuted = prior.contradicted(prefix.counts).any()
-    answer = (prefix.counts / prefix.settled if refuted
-              else prior.updated(prefix.counts).probability)
+    answer = (
+        prefix.counts / prefix.settled
+        if refuted
+        else prior.updated(prefix.counts).probability
+    )
     return Stop(prefix.drops, _within(case, answer, target))
 
 
@@ -69,26 +78,35 @@ def _stopped(case: Case, target: float, judge: Judge | None) -> Prefix:
     return prefix
 
 
-def _within(case: Case, answer: np.ndarray[tuple[int], np.dtype[np.float64]],
-            target: float) -> bool:
-    return case.square_error(answer) <= target ** 2
+def _within(
+    case: Case, answer: np.ndarray[tuple[int], np.dtype[np.float64]], target: float
+) -> bool:
+    return case.square_error(answer) <= target**2
 
 
-def _section(method: str, cases: Sequence[Case], stops: Sequence[Sequence[Stop | None]]
-             ) -> Section:
+def _section(
+    method: str, cases: Sequence[Case], stops: Sequence[Sequence[Stop | None]]
+) -> Section:
     family = np.array([one.family for one in cases])
-    rows = [_row(name, [[each[k] for k in np.flatnonzero(family == name)] for each in stops])
-            for name in np.unique(family).tolist()]
+    rows = [
+        _row(
+            name, [[each[k] for k in np.flatnonzero(family == name)] for each in stops]
+        )
+        for name in np.unique(family).tolist()
+    ]
     rows.append(_row("all", stops))
     about = ABOUT.format(method, cases[0].sequence.size, int(cases[0].reference.sum()))
-    return Section(f"promise_{method}", f"Targets kept by {method}, by family", about,
-                   tuple(rows))
+    return Section(
+        f"promise_{method}", f"Targets kept by {method}, by family", about, tuple(rows)
+    )
 
 
 def _row(name: str, stops: Sequence[Sequence[Stop | None]]) -> Row:
     """Shares of one family at each target; a row of many cases has to keep the promise."""
-    cells: dict[str, float | str] = {"cases": len(stops[0]), "error": 100.0 * math.sqrt(
-        KEPT * (1.0 - KEPT) / len(stops[0]))}
+    cells: dict[str, float | str] = {
+        "cases": len(stops[0]),
+        "error": 100.0 * math.sqrt(KEPT * (1.0 - KEPT) / len(stops[0])),
+    }
     targets = []
     for target, each in zip(TARGETS, stops, strict=True):
         ended = [one for one in each if one is not None]
@@ -97,7 +115,9 @@ def _row(name: str, stops: Sequence[Sequence[Stop | None]]) -> Row:
             cells[label] = "-"
             continue
         share = float(np.mean([one.kept for one in ended]))
-        cells[label] = f"{100.0 * share:.1f} ({np.mean([one.drops for one in ended]):.0f})"
+        cells[label] = (
+            f"{100.0 * share:.1f} ({np.mean([one.drops for one in ended]):.0f})"
+        )
         if len(ended) >= FEWEST:
             targets.append(Target(label, share, KEPT, at_least=True))
     return Row(name, cells, tuple(targets))

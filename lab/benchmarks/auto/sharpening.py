@@ -31,15 +31,18 @@ ERROR_TIMED = (
     "Root mean square error over all poses, in points, against {} reference drops of each part "
     "with their noise taken off; {} parts that no fit has seen, of {} families in turn, at "
     "restitution 0.2, 0.5 and 0.8. `estimate`: {} alone; `drops`: count / n; "
-    "`hybrid`: both. `told`: root mean square of hybrid's expected errors. Not times.")
+    "`hybrid`: both. `told`: root mean square of hybrid's expected errors. Not times."
+)
 COVERAGE_TIMED = (
     "Share of the poses whose reference probability lies in hybrid's 90 % interval, in %, after "
     "n drops; for all poses, for those whose reference is below 1 %, and for those whose "
     "estimate is. Intervals and bound are widened by the noise of the reference. `bound kept`: "
-    "share of the parts whose error is within hybrid's 90 % bound. Not times.")
+    "share of the parts whose error is within hybrid's 90 % bound. Not times."
+)
 NEEDED_TIMED = (
     "Drops at which the root mean square error over the same parts is down to the first column, "
-    "in points, interpolated between rows of drops half as many again. Not times.")
+    "in points, interpolated between rows of drops half as many again. Not times."
+)
 
 
 def sharpening(cases: Sequence[Case]) -> Section:
@@ -48,21 +51,42 @@ def sharpening(cases: Sequence[Case]) -> Section:
     alone = math.sqrt(_mean_square(cases, [_estimate(one) for one in cases]))
     rows = []
     for drops in DROPS:
-        after = [prior.updated(one.counts(drops))
-                 for one, prior in zip(cases, priors, strict=True)]
+        after = [
+            prior.updated(one.counts(drops))
+            for one, prior in zip(cases, priors, strict=True)
+        ]
         both = math.sqrt(_mean_square(cases, [one.probability for one in after]))
-        counted = math.sqrt(_mean_square(cases, [one.counts(drops) / drops for one in cases]))
+        counted = math.sqrt(
+            _mean_square(cases, [one.counts(drops) / drops for one in cases])
+        )
         poses = [one.reference.size for one in cases]
-        told = np.average([one.expected_error ** 2 for one in after], weights=poses)
+        told = np.average([one.expected_error**2 for one in after], weights=poses)
         ratio = both / min(alone, counted)
-        rows.append(Row(f"hybrid, {drops} drops", {
-            "estimate": 100.0 * alone, "drops": 100.0 * counted, "hybrid": 100.0 * both,
-            "told": 100.0 * math.sqrt(told), "hybrid / better": ratio,
-        }, (Target("hybrid / better", ratio, WORSE),)))
+        rows.append(
+            Row(
+                f"hybrid, {drops} drops",
+                {
+                    "estimate": 100.0 * alone,
+                    "drops": 100.0 * counted,
+                    "hybrid": 100.0 * both,
+                    "told": 100.0 * math.sqrt(told),
+                    "hybrid / better": ratio,
+                },
+                (Target("hybrid / better", ratio, WORSE),),
+            )
+        )
     reference = int(cases[0].reference.sum())
-    return Section("hybrid_error", "Estimate and drops combined", ERROR_TIMED.format(
-        reference, len({one.number for one in cases}), len({one.family for one in cases}),
-        FITTED_METHOD), tuple(rows))
+    return Section(
+        "hybrid_error",
+        "Estimate and drops combined",
+        ERROR_TIMED.format(
+            reference,
+            len({one.number for one in cases}),
+            len({one.family for one in cases}),
+            FITTED_METHOD,
+        ),
+        tuple(rows),
+    )
 
 
 def coverage(cases: Sequence[Case]) -> Section:
@@ -70,19 +94,46 @@ def coverage(cases: Sequence[Case]) -> Section:
     priors = [one.prior() for one in cases]
     true = np.concatenate([one.reference / one.reference.sum() for one in cases])
     estimated = np.concatenate([_estimate(one) for one in cases])
-    kinds = {"all": np.ones(true.size, dtype=bool), "below 1 %": true < RARE,
-             "estimate below 1 %": estimated < RARE}
+    kinds = {
+        "all": np.ones(true.size, dtype=bool),
+        "below 1 %": true < RARE,
+        "estimate below 1 %": estimated < RARE,
+    }
     rows = []
     for drops in (0, *DROPS):
-        inside = np.concatenate([intervals_hold(one, prior, drops)
-                                 for one, prior in zip(cases, priors, strict=True)])
-        shares = {name: float(inside[kind].mean()) for name, kind in kinds.items() if kind.any()}
-        kept = np.mean([bound_holds(one, prior, drops)
-                        for one, prior in zip(cases, priors, strict=True)])
-        rows.append(Row(f"hybrid, {drops} drops", {
-            **{name: 100.0 * shares[name] if name in shares else "-" for name in kinds},
-            "bound kept": 100.0 * float(kept)}, _off(shares)))
-    return Section("hybrid_coverage", "How well hybrid knows itself", COVERAGE_TIMED, tuple(rows))
+        inside = np.concatenate(
+            [
+                intervals_hold(one, prior, drops)
+                for one, prior in zip(cases, priors, strict=True)
+            ]
+        )
+        shares = {
+            name: float(inside[kind].mean())
+            for name, kind in kinds.items()
+            if kind.any()
+        }
+        kept = np.mean(
+            [
+                bound_holds(one, prior, drops)
+                for one, prior in zip(cases, priors, strict=True)
+            ]
+        )
+        rows.append(
+            Row(
+                f"hybrid, {drops} drops",
+                {
+                    **{
+                        name: 100.0 * shares[name] if name in shares else "-"
+                        for name in kinds
+                    },
+                    "bound kept": 100.0 * float(kept),
+                },
+                _off(shares),
+            )
+        )
+    return Section(
+        "hybrid_coverage", "How well hybrid knows itself", COVERAGE_TIMED, tuple(rows)
+    )
 
 
 def drops_needed(cases: Sequence[Case]) -> Section:
@@ -93,17 +144,32 @@ def drops_needed(cases: Sequence[Case]) -> Section:
         steps.append(steps[-1] * 3 // 2)
     ways: dict[str, Callable[[Case, PosePrior, int], Array]] = {
         "drops": lambda one, _, n: one.counts(n) / n,
-        "hybrid": lambda one, prior, n: prior.updated(one.counts(n)).probability}
-    curves = {name: [_mean_square(cases, [way(one, prior, n) for one, prior in
-                                          zip(cases, priors, strict=True)]) for n in steps]
-              for name, way in ways.items()}
+        "hybrid": lambda one, prior, n: prior.updated(one.counts(n)).probability,
+    }
+    curves = {
+        name: [
+            _mean_square(
+                cases,
+                [way(one, prior, n) for one, prior in zip(cases, priors, strict=True)],
+            )
+            for n in steps
+        ]
+        for name, way in ways.items()
+    }
     rows = []
     for error in ERRORS:
-        cells = {name: _crossing(steps, curve, error ** 2) for name, curve in curves.items()}
+        cells = {
+            name: _crossing(steps, curve, error**2) for name, curve in curves.items()
+        }
         ratio = cells["hybrid"] / cells["drops"]
         limit = HALF if error >= 0.02 else 1.0
-        rows.append(Row(f"hybrid, {100.0 * error:g} points", {**cells, "hybrid / drops": ratio},
-                        (Target("hybrid / drops", ratio, limit),)))
+        rows.append(
+            Row(
+                f"hybrid, {100.0 * error:g} points",
+                {**cells, "hybrid / drops": ratio},
+                (Target("hybrid / drops", ratio, limit),),
+            )
+        )
     return Section("hybrid_needed", "Drops for an error", NEEDED_TIMED, tuple(rows))
 
 
@@ -114,8 +180,15 @@ def _estimate(case: Case) -> Array:
 def _mean_square(cases: Sequence[Case], answers: Sequence[Array]) -> float:
     """Mean square error over the poses of all cases."""
     poses = [one.reference.size for one in cases]
-    return float(np.average([one.square_error(answer) for one, answer in
-                             zip(cases, answers, strict=True)], weights=poses))
+    return float(
+        np.average(
+            [
+                one.square_error(answer)
+                for one, answer in zip(cases, answers, strict=True)
+            ],
+            weights=poses,
+        )
+    )
 
 
 def intervals_hold(case: Case, prior: PosePrior, drops: int) -> NDArray[np.bool_]:
@@ -124,8 +197,10 @@ def intervals_hold(case: Case, prior: PosePrior, drops: int) -> NDArray[np.bool_
     total = int(case.reference.sum())
     share, mean, variance = after.kinds
     each = mean / after.size
-    noisy = Kinds(share, each, variance / after.size ** 2 + each * (1.0 - each) / total)
-    low, high = replace(after, kinds=noisy, size=np.ones_like(after.size)).interval(LEVEL)
+    noisy = Kinds(share, each, variance / after.size**2 + each * (1.0 - each) / total)
+    low, high = replace(after, kinds=noisy, size=np.ones_like(after.size)).interval(
+        LEVEL
+    )
     true = case.reference / total
     return (low <= true) & (true <= high)
 
@@ -136,9 +211,11 @@ def bound_holds(case: Case, prior: PosePrior, drops: int) -> bool:
     s = case.reference / case.reference.sum()
     noise = float(np.mean(s * (1.0 - s))) / case.reference.sum()
     apart = float(np.mean(np.square(after.probability - s)))
-    square = after.expected_error ** 2
+    square = after.expected_error**2
     scale = 1.0 + noise / square if square > 0.0 else 1.0
-    return apart <= after.error_quantile() ** 2 * scale + (noise if square == 0.0 else 0.0)
+    return apart <= after.error_quantile() ** 2 * scale + (
+        noise if square == 0.0 else 0.0
+    )
 
 
 def _off(shares: dict[str, float]) -> tuple[Target, ...]:

@@ -15,7 +15,9 @@ from ..results import Row, Section, Target
 from .dropper import RESTITUTIONS, Dropper
 
 TITLE = "Beside MuJoCo"
-MISSING = "MuJoCo cannot be imported here, so nothing was compared: `pip install mujoco`."
+MISSING = (
+    "MuJoCo cannot be imported here, so nothing was compared: `pip install mujoco`."
+)
 PENETRATION = 0.01
 RIGHT_STEPS = 10
 """Steps a contact from which on the restitution of single impacts hardly gets better."""
@@ -23,8 +25,9 @@ LEAST = {0.2: 500.0, 0.5: 500.0, 0.8: 300.0}
 
 SETTINGS: dict[str, Callable[[Plate, float], Setting]] = {
     "longest step": lambda plate, wanted: choose_setting(plate, wanted, PENETRATION),
-    f"{RIGHT_STEPS} steps a contact":
-        lambda plate, wanted: setting(plate, wanted, PENETRATION, RIGHT_STEPS),
+    f"{RIGHT_STEPS} steps a contact": lambda plate, wanted: setting(
+        plate, wanted, PENETRATION, RIGHT_STEPS
+    ),
 }
 """Functions from the plate and restitution to MuJoCo's contact and time step."""
 
@@ -47,14 +50,20 @@ def beside_mujoco(droppers: Sequence[Dropper], theirs: int, ours: int) -> Sectio
         Drops of each body by MuJoCo, and by this package before and again after them.
     """
     if not available():
-        return Section("beside_mujoco", TITLE, MISSING,
-                       (Row("MuJoCo", {"drops/s": "not installed"}),))
+        return Section(
+            "beside_mujoco",
+            TITLE,
+            MISSING,
+            (Row("MuJoCo", {"drops/s": "not installed"}),),
+        )
     plates = [Plate(dropper.part) for dropper in droppers]
     rows = []
     for restitution in RESTITUTIONS:
         for name in SETTINGS:
-            races = [_race(plate, dropper, restitution, name, theirs, ours)
-                     for plate, dropper in zip(plates, droppers, strict=True)]
+            races = [
+                _race(plate, dropper, restitution, name, theirs, ours)
+                for plate, dropper in zip(plates, droppers, strict=True)
+            ]
             rows.append(_row(restitution, name, races))
     return Section("beside_mujoco", TITLE, _timed(droppers, theirs), tuple(rows))
 
@@ -75,11 +84,18 @@ def _timed(droppers: Sequence[Dropper], theirs: int) -> str:
         "of 64 first impacts, medians over the bodies; `10 %` and `90 %` are quantiles, which "
         "stay apart because a soft contact lasts long enough for a second vertex to touch. "
         "`ratio` is the time of a drop by MuJoCo over that by this package, averaged over the "
-        "bodies first; `least` and `most` are those of single bodies.")
+        "bodies first; `least` and `most` are those of single bodies."
+    )
 
 
-def _race(plate: Plate, dropper: Dropper, restitution: float, name: str, theirs: int,
-          ours: int) -> Race:
+def _race(
+    plate: Plate,
+    dropper: Dropper,
+    restitution: float,
+    name: str,
+    theirs: int,
+    ours: int,
+) -> Race:
     found = SETTINGS[name](plate, restitution)
     rules, seconds = dropper.rules(restitution), []
     for seed in (1, 2):
@@ -93,15 +109,35 @@ def _race(plate: Plate, dropper: Dropper, restitution: float, name: str, theirs:
 
 def _row(restitution: float, name: str, races: Sequence[Race]) -> Row:
     ratios = [race.theirs / race.ours for race in races]
-    theirs, ours = fmean(race.theirs for race in races), fmean(race.ours for race in races)
+    theirs, ours = (
+        fmean(race.theirs for race in races),
+        fmean(race.ours for race in races),
+    )
     ratio = theirs / ours
     steps = sorted({race.setting.steps for race in races})
-    shown = {column: median(getattr(race.setting, field) for race in races)
-             for column, field in (("time step", "step"), ("depth", "penetration"),
-                                   ("measured restitution", "restitution"), ("10 %", "low"),
-                                   ("90 %", "high"), ("typical error", "typical"))}
-    return Row(f"restitution {restitution}, {name}", {
-        "steps a contact": f"{steps[0]} to {steps[-1]}" if len(steps) > 1 else steps[0],
-        **shown, "MuJoCo, drops/s": 1.0 / theirs, "drops/s": 1.0 / ours,
-        "ratio": ratio, "least": min(ratios), "most": max(ratios),
-    }, (Target("ratio", ratio, LEAST[restitution], at_least=True),))
+    shown = {
+        column: median(getattr(race.setting, field) for race in races)
+        for column, field in (
+            ("time step", "step"),
+            ("depth", "penetration"),
+            ("measured restitution", "restitution"),
+            ("10 %", "low"),
+            ("90 %", "high"),
+            ("typical error", "typical"),
+        )
+    }
+    return Row(
+        f"restitution {restitution}, {name}",
+        {
+            "steps a contact": f"{steps[0]} to {steps[-1]}"
+            if len(steps) > 1
+            else steps[0],
+            **shown,
+            "MuJoCo, drops/s": 1.0 / theirs,
+            "drops/s": 1.0 / ours,
+            "ratio": ratio,
+            "least": min(ratios),
+            "most": max(ratios),
+        },
+        (Target("ratio", ratio, LEAST[restitution], at_least=True),),
+    )

@@ -41,7 +41,9 @@ class Dropper:
         self.body, self.name = body, body.name
         self.vertices = len(body.vertices)
         self.part = part_from_mesh(body.vertices, body.triangles)
-        self.prepared = drop_body(self.part, DropScene(cluster_tolerance=tolerance, round_sides=0))
+        self.prepared = drop_body(
+            self.part, DropScene(cluster_tolerance=tolerance, round_sides=0)
+        )
         self.poses = len(self.prepared.resting.poses)
 
     def rules(self, restitution: float, height: float = 20.0) -> DropRules:
@@ -55,12 +57,15 @@ class Dropper:
 
     def effort(self, rules: DropRules, seed: int, drops: int) -> Effort:
         """Mean cost of such drops."""
-        states = states_at_rest(self.prepared, rules.height,
-                                random_starts(seed, 0, drops))
+        states = states_at_rest(
+            self.prepared, rules.height, random_starts(seed, 0, drops)
+        )
         outcome, measure = np.empty((drops, 5), np.int64), np.empty((drops, 2))
         run_drops(self.prepared.arrays, rules, states, outcome, measure, NO_TAPE)
         impacts = outcome[:, IMPACT_COUNT]
-        return Effort(float(impacts.mean()), float((outcome[:, EVENT_COUNT] - impacts).mean()))
+        return Effort(
+            float(impacts.mean()), float((outcome[:, EVENT_COUNT] - impacts).mean())
+        )
 
 
 def pick_evenly(droppers: Sequence[Dropper], number: int) -> list[Dropper]:

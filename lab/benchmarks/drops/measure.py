@@ -63,10 +63,23 @@ class Plan:
     long_drops: int = 150_000
 
 
-QUICK = Plan(bodies=20, few=2, rates=Pace(9, 5.0), theirs=8, ours=200, scaling_drops=6000,
-             pieces=80, scaling=Pace(3, 10.0), ellipsoids=(10, 100, 1000), fineness=(1, 4, 15),
-             flattened=(30, 200, 1000), growth_seconds=0.1, growth=Pace(3, 0.5),
-             stop_seeds=100, long_drops=20_000)
+QUICK = Plan(
+    bodies=20,
+    few=2,
+    rates=Pace(9, 5.0),
+    theirs=8,
+    ours=200,
+    scaling_drops=6000,
+    pieces=80,
+    scaling=Pace(3, 10.0),
+    ellipsoids=(10, 100, 1000),
+    fineness=(1, 4, 15),
+    flattened=(30, 200, 1000),
+    growth_seconds=0.1,
+    growth=Pace(3, 0.5),
+    stop_seeds=100,
+    long_drops=20_000,
+)
 
 
 def sections(plan: Plan) -> Iterator[Section]:
@@ -91,8 +104,11 @@ def families(plan: Plan) -> list[tuple[str, float, list[bodies.Body]]]:
         ("ellipsoid at tolerance 0.005", MERGED, ellipsoids),
         ("ellipsoid at tolerance 0", 0.0, ellipsoids),
         ("rounded box", MERGED, [bodies.rounded_box(fine) for fine in plan.fineness]),
-        ("flattened ellipsoid", MERGED, [bodies.flattened_ellipsoid(size)
-                                         for size in plan.flattened]),
+        (
+            "flattened ellipsoid",
+            MERGED,
+            [bodies.flattened_ellipsoid(size) for size in plan.flattened],
+        ),
     ]
 
 
@@ -103,8 +119,13 @@ def run(plan: Plan, say: Callable[[str], object] = print) -> Results:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Measure, print, and with `--write` store the results and render the page."""
-    command("drops", __doc__, "fewer bodies and drops",
-            lambda quick: run(QUICK if quick else Plan()), arguments)
+    command(
+        "drops",
+        __doc__,
+        "fewer bodies and drops",
+        lambda quick: run(QUICK if quick else Plan()),
+        arguments,
+    )
 
 
 if __name__ == "__main__":

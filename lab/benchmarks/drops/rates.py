@@ -34,34 +34,57 @@ def rates(droppers: Sequence[Dropper], drops: int, pace: Pace) -> Section:
         "tolerance 0, release 20 radii up. Timed is what one worker does, on one thread and "
         f"warm: making random starting directions and dropping, {drops} drops of each body a "
         "round, others each round. `drops/s` is the median over the rounds, `best` the fastest "
-        "one. `steps` are those of the motion between impacts.")
-    return Section("drop_rates", "Drops a second on one core", timed,
-                   tuple(_rows(droppers, drops, pace)))
+        "one. `steps` are those of the motion between impacts."
+    )
+    return Section(
+        "drop_rates",
+        "Drops a second on one core",
+        timed,
+        tuple(_rows(droppers, drops, pace)),
+    )
 
 
 def _rows(droppers: Sequence[Dropper], drops: int, pace: Pace) -> list[Row]:
-    timings = race([Contender(str(restitution), _caller(droppers, restitution, drops))
-                    for restitution in RESTITUTIONS], pace)
+    timings = race(
+        [
+            Contender(str(restitution), _caller(droppers, restitution, drops))
+            for restitution in RESTITUTIONS
+        ],
+        pace,
+    )
     rows = []
     for restitution in RESTITUTIONS:
         number, name = drops * len(droppers), str(restitution)
-        efforts = [dropper.effort(dropper.rules(restitution), 0, drops) for dropper in droppers]
+        efforts = [
+            dropper.effort(dropper.rules(restitution), 0, drops) for dropper in droppers
+        ]
         impacts, steps = (fmean(each) for each in zip(*efforts, strict=True))
         rate = number / timings.median(name)
         targets = [Target("drops/s", rate, LEAST[restitution], at_least=True)]
         if restitution in AIM:
-            targets.append(Target("aim: drops/s", rate, AIM[restitution], at_least=True))
-        rows.append(Row(f"restitution {restitution}", {
-            "drops/s": rate, "best": number / min(timings.seconds[name]),
-            "impacts a drop": impacts, "steps a drop": steps,
-            "µs an impact": 1e6 / rate / impacts,
-            "rounds": len(timings.seconds[name]),
-        }, tuple(targets)))
+            targets.append(
+                Target("aim: drops/s", rate, AIM[restitution], at_least=True)
+            )
+        rows.append(
+            Row(
+                f"restitution {restitution}",
+                {
+                    "drops/s": rate,
+                    "best": number / min(timings.seconds[name]),
+                    "impacts a drop": impacts,
+                    "steps a drop": steps,
+                    "µs an impact": 1e6 / rate / impacts,
+                    "rounds": len(timings.seconds[name]),
+                },
+                tuple(targets),
+            )
+        )
     return rows
 
 
-def _caller(droppers: Sequence[Dropper], restitution: float,
-            drops: int) -> Callable[[object], object]:
+def _caller(
+    droppers: Sequence[Dropper], restitution: float, drops: int
+) -> Callable[[object], object]:
     seeds = count()
     rules = [dropper.rules(restitution) for dropper in droppers]
 
@@ -82,7 +105,8 @@ TIMED = (
     "more, whole calls. Beside it a kernel that only computes (no memory, the interpreter's lock "
     "let go), its pieces handed to as many threads: what the machine has to give just then. All "
     "take turns; ratios are medians over {} rounds. On two cores the target is {} times, or "
-    "where the machine does not give that, {} of what the arithmetic gets.")
+    "where the machine does not give that, {} of what the arithmetic gets."
+)
 
 
 @njit(nogil=True)
@@ -109,28 +133,63 @@ def scaling(dropper: Dropper, drops: int, pieces: int, pace: Pace) -> Section:
     workers = sorted({1, min(2, cores), cores})
     _arithmetic(1)
     calls: list[tuple[str, Callable[[int], Callable[[object], object]]]] = [
-        ("simulate", lambda number: lambda _: simulate(
-            dropper.part, drops, 0.5, 1, workers=number, cluster_tolerance=0.0, round_sides=0)),
-        ("arithmetic", lambda number: lambda _: _in_threads(pieces, number))]
-    timings = race([Contender(f"{name} {number}", make(number))
-                    for number in workers for name, make in calls], pace)
+        (
+            "simulate",
+            lambda number: (
+                lambda _: simulate(
+                    dropper.part,
+                    drops,
+                    0.5,
+                    1,
+                    workers=number,
+                    cluster_tolerance=0.0,
+                    round_sides=0,
+                )
+            ),
+        ),
+        ("arithmetic", lambda number: lambda _: _in_threads(pieces, number)),
+    ]
+    timings = race(
+        [
+            Contender(f"{name} {number}", make(number))
+            for number in workers
+            for name, make in calls
+        ],
+        pace,
+    )
     rows = []
     for number in workers:
         ours = timings.ratio("simulate 1", f"simulate {number}")
         theirs = timings.ratio("arithmetic 1", f"arithmetic {number}")
-        rows.append(Row(f"{number} worker{'s' * (number > 1)}", {
-            "drops/s": drops / timings.median(f"simulate {number}"), "times one worker": ours,
-            "arithmetic": theirs, "of the arithmetic": ours / theirs,
-        }, (_target(ours, theirs),) if number == 2 else ()))
+        rows.append(
+            Row(
+                f"{number} worker{'s' * (number > 1)}",
+                {
+                    "drops/s": drops / timings.median(f"simulate {number}"),
+                    "times one worker": ours,
+                    "arithmetic": theirs,
+                    "of the arithmetic": ours / theirs,
+                },
+                (_target(ours, theirs),) if number == 2 else (),
+            )
+        )
     rounds = len(timings.seconds["simulate 1"])
-    return Section("drop_scaling", "More workers", TIMED.format(
-        dropper.vertices, drops, rounds, LEAST_SCALED, LEAST_OF_ARITHMETIC), tuple(rows))
+    return Section(
+        "drop_scaling",
+        "More workers",
+        TIMED.format(
+            dropper.vertices, drops, rounds, LEAST_SCALED, LEAST_OF_ARITHMETIC
+        ),
+        tuple(rows),
+    )
 
 
 def _target(ours: float, theirs: float) -> Target:
     if ours >= LEAST_SCALED:
         return Target("times one worker", ours, LEAST_SCALED, at_least=True)
-    return Target("of the arithmetic", ours / theirs, LEAST_OF_ARITHMETIC, at_least=True)
+    return Target(
+        "of the arithmetic", ours / theirs, LEAST_OF_ARITHMETIC, at_least=True
+    )
 
 
 def _in_threads(pieces: int, workers: int) -> None:
@@ -142,7 +201,12 @@ RESTITUTION = 0.5
 STEEPEST = 0.7
 STEEPEST_EVENT = 0.2
 FEWEST, PILOT = 8, 4
-COST, IMPACTS, STEPS, EACH = "µs a drop", "impacts a drop", "steps a drop", "µs an event"
+COST, IMPACTS, STEPS, EACH = (
+    "µs a drop",
+    "impacts a drop",
+    "steps a drop",
+    "µs an event",
+)
 
 GROWTH = (
     f"Restitution {RESTITUTION}, release 20 radii up. `ellipsoid`: random points on one of axes "
@@ -151,16 +215,19 @@ GROWTH = (
     "decided. The others, from `lab/benchmarks/bodies.py`, have six flats that stay the only "
     "stable faces however fine the rest becomes (the smallest flattened ellipsoids have a few "
     "more), cluster tolerance 0.005. `events` are impacts and steps of the motion between them. "
-    "Time of dropping on one thread, the median over rounds of other drops.")
+    "Time of dropping on one thread, the median over rounds of other drops."
+)
 SLOPES = (
     "Least squares of the logarithms against that of the vertices: time of a drop, and the two "
     "that it is the product of, events and time of an event; 1 is proportional. A finer body has "
     "more events because it rolls over more corners, and loses less energy at each. Errors are "
-    "standard errors from the scatter about the line.")
+    "standard errors from the scatter about the line."
+)
 
 
-def growth(families: Sequence[tuple[str, float, Sequence[Body]]], seconds: float,
-           pace: Pace) -> Section:
+def growth(
+    families: Sequence[tuple[str, float, Sequence[Body]]], seconds: float, pace: Pace
+) -> Section:
     """A row for each body.
 
     Parameters
@@ -170,9 +237,14 @@ def growth(families: Sequence[tuple[str, float, Sequence[Body]]], seconds: float
         About as long are the drops of a body in one round.
     pace : Pace
     """
-    rows = [_row(name, Dropper(body, tolerance), seconds, pace)
-            for name, tolerance, bodies in families for body in bodies]
-    return Section("drop_growth", "Cost of a drop against vertices", GROWTH, tuple(rows))
+    rows = [
+        _row(name, Dropper(body, tolerance), seconds, pace)
+        for name, tolerance, bodies in families
+        for body in bodies
+    ]
+    return Section(
+        "drop_growth", "Cost of a drop against vertices", GROWTH, tuple(rows)
+    )
 
 
 def slopes(growth: Section) -> Section:
@@ -182,15 +254,30 @@ def slopes(growth: Section) -> Section:
         cells = [row.cells for row in growth.rows if family(row) == name]
         vertices = [int(each["vertices"]) for each in cells]
         cost = fit_slope(vertices, [float(each[COST]) for each in cells])
-        events = fit_slope(vertices, [float(each[IMPACTS]) + float(each[STEPS]) for each in cells])
+        events = fit_slope(
+            vertices, [float(each[IMPACTS]) + float(each[STEPS]) for each in cells]
+        )
         each_one = fit_slope(vertices, [float(each[EACH]) for each in cells])
-        rows.append(Row(name, {
-            "slope": cost.value, "error": cost.error,
-            "of events": events.value, "its error": events.error,
-            "of µs an event": each_one.value, "error of that": each_one.error,
-            "from": vertices[0], "to": vertices[-1], "points": len(vertices),
-        }, (Target("slope", cost.value, STEEPEST),
-            Target("slope of µs an event", each_one.value, STEEPEST_EVENT))))
+        rows.append(
+            Row(
+                name,
+                {
+                    "slope": cost.value,
+                    "error": cost.error,
+                    "of events": events.value,
+                    "its error": events.error,
+                    "of µs an event": each_one.value,
+                    "error of that": each_one.error,
+                    "from": vertices[0],
+                    "to": vertices[-1],
+                    "points": len(vertices),
+                },
+                (
+                    Target("slope", cost.value, STEEPEST),
+                    Target("slope of µs an event", each_one.value, STEEPEST_EVENT),
+                ),
+            )
+        )
     return Section("drop_slopes", "Slopes of the cost of a drop", SLOPES, tuple(rows))
 
 
@@ -204,8 +291,15 @@ def _row(name: str, dropper: Dropper, seconds: float, pace: Pace) -> Row:
     timings = race([Contender("drop", call, lambda: next(seeds))], pace)
     effort = dropper.effort(rules, 1, drops)
     cost = 1e6 * timings.median("drop") / drops
-    return Row(f"{name}, {dropper.vertices} vertices", {
-        "vertices": dropper.vertices, "poses": dropper.poses, COST: cost,
-        IMPACTS: effort.impacts, STEPS: effort.steps,
-        EACH: cost / (effort.impacts + effort.steps), "drops a round": drops,
-    })
+    return Row(
+        f"{name}, {dropper.vertices} vertices",
+        {
+            "vertices": dropper.vertices,
+            "poses": dropper.poses,
+            COST: cost,
+            IMPACTS: effort.impacts,
+            STEPS: effort.steps,
+            EACH: cost / (effort.impacts + effort.steps),
+            "drops a round": drops,
+        },
+    )

@@ -30,10 +30,13 @@ STOPPING_TIMED = (
     "of its standard error, that of the mean and of the long run together; `rms` is the root mean "
     "square over the poses, 1 where there is no bias. `error / told`: root mean square error of a "
     "run over the expected error that it tells at its end; `kept`: share of the runs whose error "
-    "is within the target, in %. Not times.")
+    "is within the target, in %. Not times."
+)
 
 
-def stopping(droppers: Sequence[Dropper], target: float, seeds: int, drops: int) -> Section:
+def stopping(
+    droppers: Sequence[Dropper], target: float, seeds: int, drops: int
+) -> Section:
     """A row for each body.
 
     Parameters
@@ -51,13 +54,20 @@ def stopping(droppers: Sequence[Dropper], target: float, seeds: int, drops: int)
         known = _probabilities(long)
         known_square = known * (1.0 - known) / drops
         rows.append(_stopping_row(dropper, target, seeds, known, known_square))
-    return Section("drop_stopping", "Stopping at a wanted error",
-                   STOPPING_TIMED.format(target, RESTITUTION, seeds, drops), tuple(rows))
+    return Section(
+        "drop_stopping",
+        "Stopping at a wanted error",
+        STOPPING_TIMED.format(target, RESTITUTION, seeds, drops),
+        tuple(rows),
+    )
 
 
-def _stopping_row(dropper: Dropper, target: float, seeds: int, known: Array,
-         known_square: Array) -> Row:
-    run = partial(simulate, dropper.part, 100_000, RESTITUTION, target_error=target, workers=1)
+def _stopping_row(
+    dropper: Dropper, target: float, seeds: int, known: Array, known_square: Array
+) -> Row:
+    run = partial(
+        simulate, dropper.part, 100_000, RESTITUTION, target_error=target, workers=1
+    )
     with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
         runs = list(pool.map(lambda seed: run(seed=seed), range(seeds)))
     found = np.array([_probabilities(each) for each in runs])
@@ -65,14 +75,19 @@ def _stopping_row(dropper: Dropper, target: float, seeds: int, known: Array,
     error = np.sqrt(found.var(axis=0, ddof=1) / seeds + known_square)
     seen = error > 0.0
     told = np.mean([each.expected_error**2 for each in runs]) ** 0.5
-    return Row(f"{dropper.vertices} vertices", {
-        "poses": len(known), "drops a run": float(np.mean([each.drops for each in runs])),
-        "largest bias, points": 100.0 * float(np.abs(bias).max()),
-        "its errors": float((np.abs(bias[seen]) / error[seen]).max(initial=0.0)),
-        "rms": float(np.mean((bias[seen] / error[seen]) ** 2) ** 0.5),
-        "error / told": float(np.mean((found - known) ** 2) ** 0.5 / told),
-        "kept": 100.0 * float(np.mean(np.mean((found - known) ** 2, axis=1) <= target ** 2)),
-    })
+    return Row(
+        f"{dropper.vertices} vertices",
+        {
+            "poses": len(known),
+            "drops a run": float(np.mean([each.drops for each in runs])),
+            "largest bias, points": 100.0 * float(np.abs(bias).max()),
+            "its errors": float((np.abs(bias[seen]) / error[seen]).max(initial=0.0)),
+            "rms": float(np.mean((bias[seen] / error[seen]) ** 2) ** 0.5),
+            "error / told": float(np.mean((found - known) ** 2) ** 0.5 / told),
+            "kept": 100.0
+            * float(np.mean(np.mean((found - known) ** 2, axis=1) <= target**2)),
+        },
+    )
 
 
 def _probabilities(statistics: PoseStatistics) -> Array:
@@ -92,7 +107,8 @@ THRESHOLDS_TIMED = (
     "a pose's probability, in points. `its errors`: the largest change in units of its own "
     "standard error, the root of the number of drops that came to or left the pose; the largest "
     "of that many independent ones is about `by chance`. `rate`: over that with the thresholds "
-    "as they are.")
+    "as they are."
+)
 
 
 class Change(NamedTuple):
@@ -108,9 +124,13 @@ class Change(NamedTuple):
 
 def scale_thresholds(rules: DropRules, factor: float) -> DropRules:
     """Multiply the thresholds of the rules."""
-    return rules._replace(slow=factor * rules.slow, touching=factor * rules.touching,
-                          soft=factor**2 * rules.soft, soft_share=factor**2 * rules.soft_share,
-                          truncation=factor**2 * rules.truncation)
+    return rules._replace(
+        slow=factor * rules.slow,
+        touching=factor * rules.touching,
+        soft=factor**2 * rules.soft,
+        soft_share=factor**2 * rules.soft_share,
+        truncation=factor**2 * rules.truncation,
+    )
 
 
 def thresholds(droppers: Sequence[Dropper], drops: int) -> Section:
@@ -118,11 +138,19 @@ def thresholds(droppers: Sequence[Dropper], drops: int) -> Section:
     rows = []
     for restitution in RESTITUTIONS:
         changes = [list(_changes(dropper, restitution, drops)) for dropper in droppers]
-        rows += [_thresholds_row(restitution, factor, [each[i] for each in changes], drops)
-                 for i, factor in enumerate(FACTORS)]
-    names = ", ".join(f"{dropper.name}, {dropper.vertices} vertices" for dropper in droppers)
-    return Section("drop_thresholds", "What the thresholds change",
-                   THRESHOLDS_TIMED.format(names, drops), tuple(rows))
+        rows += [
+            _thresholds_row(restitution, factor, [each[i] for each in changes], drops)
+            for i, factor in enumerate(FACTORS)
+        ]
+    names = ", ".join(
+        f"{dropper.name}, {dropper.vertices} vertices" for dropper in droppers
+    )
+    return Section(
+        "drop_thresholds",
+        "What the thresholds change",
+        THRESHOLDS_TIMED.format(names, drops),
+        tuple(rows),
+    )
 
 
 def _changes(dropper: Dropper, restitution: float, drops: int) -> Iterator[Change]:
@@ -131,32 +159,49 @@ def _changes(dropper: Dropper, restitution: float, drops: int) -> Iterator[Chang
     for factor in FACTORS:
         found, seconds = _timed(dropper, scale_thresholds(rules, factor), drops)
         moved = found != known
-        came, left = (np.bincount(each[moved] + 1, minlength=dropper.poses + 1)
-                      for each in (found, known))
+        came, left = (
+            np.bincount(each[moved] + 1, minlength=dropper.poses + 1)
+            for each in (found, known)
+        )
         # One row more than poses: drops that did not settle count as a pose of their own.
         change, error = (came - left) / drops, np.sqrt(came + left) / drops
         seen = error > 0.0
-        yield Change(int(moved.sum()), float(np.abs(change).max()),
-                     float((np.abs(change)[seen] / error[seen]).max(initial=0.0)),
-                     int(seen.sum()), seconds, before)
+        yield Change(
+            int(moved.sum()),
+            float(np.abs(change).max()),
+            float((np.abs(change)[seen] / error[seen]).max(initial=0.0)),
+            int(seen.sum()),
+            seconds,
+            before,
+        )
 
 
-def _timed(dropper: Dropper, rules: DropRules, drops: int) -> tuple[NDArray[np.int64], float]:
+def _timed(
+    dropper: Dropper, rules: DropRules, drops: int
+) -> tuple[NDArray[np.int64], float]:
     begin = time.process_time()
     pose = dropper.drop(rules, 1, drops).pose
     return pose, time.process_time() - begin
 
 
-def _thresholds_row(restitution: float, factor: float, changes: Sequence[Change],
-                    drops: int) -> Row:
+def _thresholds_row(
+    restitution: float, factor: float, changes: Sequence[Change], drops: int
+) -> Row:
     compared = sum(change.compared for change in changes)
-    return Row(f"restitution {restitution}, thresholds × {factor:g}", {
-        "ended otherwise": sum(each.otherwise for each in changes) / drops / len(changes),
-        "largest change, points": 100.0 * max(each.largest for each in changes),
-        "its errors": max(each.errors for each in changes),
-        "by chance": _largest_by_chance(compared), "poses": compared,
-        "rate": sum(each.before for each in changes) / sum(each.seconds for each in changes),
-    })
+    return Row(
+        f"restitution {restitution}, thresholds × {factor:g}",
+        {
+            "ended otherwise": sum(each.otherwise for each in changes)
+            / drops
+            / len(changes),
+            "largest change, points": 100.0 * max(each.largest for each in changes),
+            "its errors": max(each.errors for each in changes),
+            "by chance": _largest_by_chance(compared),
+            "poses": compared,
+            "rate": sum(each.before for each in changes)
+            / sum(each.seconds for each in changes),
+        },
+    )
 
 
 def _largest_by_chance(number: int) -> float:

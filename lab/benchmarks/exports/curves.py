@@ -41,7 +41,8 @@ COMPARED = (
     "finest, at default settings: `split`, and {drops} drops. `angle`: by how much neighbouring "
     "facets turn, degrees, as the warning says it. `halving`: the largest change of the drops' "
     "share from one export to the next, a halving of the angle (more are shared out), and its "
-    "standard error. `drops/s`: of the slowest export, on one core.")
+    "standard error. `drops/s`: of the slowest export, on one core."
+)
 
 
 class Curve(NamedTuple):
@@ -52,8 +53,9 @@ class Curve(NamedTuple):
     divisions: tuple[int, ...]
 
 
-def cut_ball(subdivisions: int, axes: Sequence[float] = (1.0, 1.0, 1.0),
-             height: float = 0.7) -> shapes.Surface:
+def cut_ball(
+    subdivisions: int, axes: Sequence[float] = (1.0, 1.0, 1.0), height: float = 0.7
+) -> shapes.Surface:
     """An ellipsoid cut at that share of its lower radius."""
     ball = trimesh.creation.icosphere(subdivisions=subdivisions)
     points, edges = np.array(ball.vertices), ball.edges_unique
@@ -68,8 +70,9 @@ def lobed(sides: int, lobes: int, depth: float, length: float) -> shapes.Surface
     """A prism over a rounded polygon."""
     angles = parts.circle(sides, 0.1)
     radius = 1.0 + depth * np.cos(lobes * angles)
-    return parts.extruded(np.column_stack((radius * np.cos(angles), radius * np.sin(angles))),
-                          length)
+    return parts.extruded(
+        np.column_stack((radius * np.cos(angles), radius * np.sin(angles))), length
+    )
 
 
 BALLS, AROUND = (2, 3, 4, 5), (24, 48, 96, 192)
@@ -77,7 +80,11 @@ CURVES = (
     Curve("ball, one flat", cut_ball, BALLS),
     Curve("egg, one flat", partial(cut_ball, axes=(1.0, 0.8, 1.3)), BALLS),
     Curve("ellipse, 0.6 : 1, 0.5 high", parts.ellipse, AROUND),
-    Curve("ellipse, 0.8 : 1, 1 high", partial(parts.ellipse, ratio=0.8, length=1.0), AROUND),
+    Curve(
+        "ellipse, 0.8 : 1, 1 high",
+        partial(parts.ellipse, ratio=0.8, length=1.0),
+        AROUND,
+    ),
     Curve("rounded triangle", partial(lobed, lobes=3, depth=0.06, length=1.2), AROUND),
 )
 
@@ -92,45 +99,79 @@ def on_flats(part: Part, shares: dict[int, float]) -> float:
 
 def compare(curves: Sequence[Curve], drops: int) -> Section:
     """Table with a row for each body."""
-    return Section("curves", "One curve, many exports", COMPARED.format(drops=drops),
-                   tuple(_row(curve, drops) for curve in curves))
+    return Section(
+        "curves",
+        "One curve, many exports",
+        COMPARED.format(drops=drops),
+        tuple(_row(curve, drops) for curve in curves),
+    )
 
 
 def _row(curve: Curve, drops: int) -> Row:
-    made = [parts.part_of(parts.in_float32(curve.make(number))) for number in curve.divisions]
+    made = [
+        parts.part_of(parts.in_float32(curve.make(number)))
+        for number in curve.divisions
+    ]
     angles = np.degrees([curve_angle(resting_poses(part)) for part in made])
     estimated, counted, rates = [], [], []
     for k, part in enumerate(made):
-        estimated.append(on_flats(part, {pose.index: pose.probability
-                                         for pose in estimate(part, "split").poses}))
+        estimated.append(
+            on_flats(
+                part,
+                {
+                    pose.index: pose.probability
+                    for pose in estimate(part, "split").poses
+                },
+            )
+        )
         begin = time.perf_counter()
         found = simulate(part, drops, seed=k, workers=1)
         rates.append(drops / (time.perf_counter() - begin))
-        counted.append(on_flats(part, {pose.index: pose.probability for pose in found.poses}))
+        counted.append(
+            on_flats(part, {pose.index: pose.probability for pose in found.poses})
+        )
     share = np.array(counted)
     noise = np.sqrt(share * (1.0 - share) / drops)
     octaves = np.maximum(np.abs(np.log2(angles[:-1] / angles[1:])), 1.0)
     steps = np.abs(np.diff(share)) / octaves
     worst = int(steps.argmax())
     error = float(np.hypot(noise[worst], noise[worst + 1])) / float(octaves[worst])
-    return Row(curve.name, {
-        "angle": " ".join(f"{angle:.2g}" for angle in angles),
-        "split": " ".join(f"{100.0 * one:.1f}" for one in estimated),
-        "drops": " ".join(f"{100.0 * one:.1f}" for one in counted),
-        "halving, points": 100.0 * float(steps[worst]), "±": 100.0 * error,
-        "drops/s": min(rates),
-    }, (Target("all exports warned", float((angles > 0.0).all()), 1.0, at_least=True),
-        Target("halving less two standard errors, points",
-               100.0 * float(steps[worst]) - 200.0 * error, float(EXPORTS_DIFFER))))
+    return Row(
+        curve.name,
+        {
+            "angle": " ".join(f"{angle:.2g}" for angle in angles),
+            "split": " ".join(f"{100.0 * one:.1f}" for one in estimated),
+            "drops": " ".join(f"{100.0 * one:.1f}" for one in counted),
+            "halving, points": 100.0 * float(steps[worst]),
+            "±": 100.0 * error,
+            "drops/s": min(rates),
+        },
+        (
+            Target(
+                "all exports warned", float((angles > 0.0).all()), 1.0, at_least=True
+            ),
+            Target(
+                "halving less two standard errors, points",
+                100.0 * float(steps[worst]) - 200.0 * error,
+                float(EXPORTS_DIFFER),
+            ),
+        ),
+    )
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Compare, print, and with `--write` store the results and render the page."""
-    parser = argparse.ArgumentParser(prog="lab.benchmarks.exports.curves", description=__doc__)
-    parser.add_argument("--drops", type=int, default=1000,
-                        help="of each export (default: %(default)s)")
-    parser.add_argument("--write", action="store_true", help="store numbers/curves.json and "
-                                                             "write curves.md in docs/measured")
+    parser = argparse.ArgumentParser(
+        prog="lab.benchmarks.exports.curves", description=__doc__
+    )
+    parser.add_argument(
+        "--drops", type=int, default=1000, help="of each export (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--write",
+        action="store_true",
+        help="store numbers/curves.json and write curves.md in docs/measured",
+    )
     options = parser.parse_args(arguments)
 
     def sections() -> Iterator[Section]:
@@ -146,9 +187,16 @@ def write_page(results: Results) -> None:
     """Write `docs/measured/curves.md`."""
     (section,) = results.sections
     where = ", ".join(f"{name} {value}" for name, value in results.machine.items())
-    (MEASURED / "curves.md").write_text("\n".join((
-        INTRODUCTION, f"{section.timed}\n\n{table(section)}\n", f"Measured on: {where}.\n")),
-        encoding="utf-8")
+    (MEASURED / "curves.md").write_text(
+        "\n".join(
+            (
+                INTRODUCTION,
+                f"{section.timed}\n\n{table(section)}\n",
+                f"Measured on: {where}.\n",
+            )
+        ),
+        encoding="utf-8",
+    )
 
 
 if __name__ == "__main__":

@@ -49,19 +49,33 @@ class Exports:
 
 
 BODIES = (
-    *(Exports(f"cylinder h/d {ratio:g}", partial(
-        lambda sides, start, ratio: parts.cylinder(sides, ratio, start), ratio=ratio))
-      for ratio in (0.3, 0.5, 1.0, 3.0)),
+    *(
+        Exports(
+            f"cylinder h/d {ratio:g}",
+            partial(
+                lambda sides, start, ratio: parts.cylinder(sides, ratio, start),
+                ratio=ratio,
+            ),
+        )
+        for ratio in (0.3, 0.5, 1.0, 3.0)
+    ),
     Exports("ring", parts.tube),
     Exports("bearing ring, chamfered", parts.ring),
     Exports("stepped shaft", parts.shaft),
     Exports("cone frustum", parts.frustum),
     Exports("screw, hexagon head", parts.screw),
-    Exports("filleted box", lambda sides, _: parts.filleted_box(sides), (16, 24, 32, 64, 128)),
+    Exports(
+        "filleted box",
+        lambda sides, _: parts.filleted_box(sides),
+        (16, 24, 32, 64, 128),
+    ),
 )
 
-PUBLISHED = (("thick coin h/d 0.354", 0.354, "86.8"), ("thick coin h/d 0.577", 0.577, "59.0"),
-             ("cylinder h/d 1", 1.0, "24 and 38"))
+PUBLISHED = (
+    ("thick coin h/d 0.354", 0.354, "86.8"),
+    ("thick coin h/d 0.577", 0.577, "59.0"),
+    ("cylinder h/d 1", 1.0, "24 and 38"),
+)
 """Name, height over diameter, and the share of both ends in per cent that throwers counted."""
 
 COMPARED = (
@@ -72,13 +86,15 @@ COMPARED = (
     "drops of each export at restitution 0.5: `drops`, the largest such difference between them; "
     "`noise`, the largest that chance alone would give on the average; `beyond`, the standard "
     "deviation among the exports of the worst kind, less that of chance; `p`, the probability of "
-    "chi-square that all have the same probabilities.")
+    "chi-square that all have the same probabilities."
+)
 
 THROWN = (
     "Both ends together in {drops} drops at default settings (restitution 0.5, released at rest "
     "from 20 radii, 192 sides a turn), with the standard error of the counts, beside what was "
     "counted in throws. Published for a height equal to the diameter are 38 % for thick and 24 % "
-    "for thin glass.")
+    "for thin glass."
+)
 
 
 def compare(bodies: Sequence[Exports], drops: int) -> Section:
@@ -86,18 +102,26 @@ def compare(bodies: Sequence[Exports], drops: int) -> Section:
     rng = np.random.default_rng(20)
     rows = tuple(_row(body, drops, rng) for body in bodies)
     sides = ", ".join(map(str, bodies[0].sides))
-    return Section("exports", "One part, many exports",
-                   COMPARED.format(sides=sides, drops=drops), rows)
+    return Section(
+        "exports",
+        "One part, many exports",
+        COMPARED.format(sides=sides, drops=drops),
+        rows,
+    )
 
 
 def _row(body: Exports, drops: int, rng: np.random.Generator) -> Row:
-    made = [parts.part_of(parts.in_float32(body.make(sides, float(rng.uniform(0.0, 6.0)))))
-            for sides in body.sides]
+    made = [
+        parts.part_of(parts.in_float32(body.make(sides, float(rng.uniform(0.0, 6.0)))))
+        for sides in body.sides
+    ]
     answers = {method: [estimate(part, method) for part in made] for method in METHODS}
     kinds = _kinds(answers["meae"][0])
     lists = {_list(kinds, answer) for answer in answers["meae"]}
-    apart = {method: _spread(np.array([_of_kinds(kinds, answer) for answer in found]))
-             for method, found in answers.items()}
+    apart = {
+        method: _spread(np.array([_of_kinds(kinds, answer) for answer in found]))
+        for method, found in answers.items()
+    }
     counted = [simulate(part, drops, seed=k) for k, part in enumerate(made)]
     shares = np.array([_of_kinds(kinds, answer) for answer in counted])
     mean = shares.mean(axis=0)
@@ -105,18 +129,29 @@ def _row(body: Exports, drops: int, rng: np.random.Generator) -> Row:
     excess = np.maximum(shares.var(axis=0, ddof=1) - variance, 0.0)
     beyond = 100.0 * float(np.sqrt(excess.max()))
     chance = _chance(np.rint(shares * drops))
-    return Row(body.name, {
-        "exports": len(made),
-        "poses": " or ".join("+".join(map(str, one)) for one in sorted(lists)),
-        **{f"{method}, points": found for method, found in apart.items()},
-        "drops, points": _spread(shares),
-        "noise, points": 100.0 * _usual_range(len(made)) * float(np.sqrt(variance.max())),
-        "beyond, points": beyond,
-        "p": chance,
-    }, (Target("lists", float(len(lists)), 2.0),
-        *(Target(f"{method}, points", found, ESTIMATED) for method, found in apart.items()),
-        Target("drops beyond noise, points", beyond, DROPPED),
-        Target("p", chance, LEAST_CHANCE, at_least=True)))
+    return Row(
+        body.name,
+        {
+            "exports": len(made),
+            "poses": " or ".join("+".join(map(str, one)) for one in sorted(lists)),
+            **{f"{method}, points": found for method, found in apart.items()},
+            "drops, points": _spread(shares),
+            "noise, points": 100.0
+            * _usual_range(len(made))
+            * float(np.sqrt(variance.max())),
+            "beyond, points": beyond,
+            "p": chance,
+        },
+        (
+            Target("lists", float(len(lists)), 2.0),
+            *(
+                Target(f"{method}, points", found, ESTIMATED)
+                for method, found in apart.items()
+            ),
+            Target("drops beyond noise, points", beyond, DROPPED),
+            Target("p", chance, LEAST_CHANCE, at_least=True),
+        ),
+    )
 
 
 def _kinds(answer: PoseStatistics) -> Array:
@@ -142,14 +177,19 @@ def _kind_of(kinds: Array, answer: PoseStatistics) -> NDArray[np.int64]:
 
 def _list(kinds: Array, answer: PoseStatistics) -> tuple[int, ...]:
     """How many poses there are of each kind."""
-    found: list[int] = np.bincount(_kind_of(kinds, answer), minlength=len(kinds)).tolist()
+    found: list[int] = np.bincount(
+        _kind_of(kinds, answer), minlength=len(kinds)
+    ).tolist()
     return tuple(found)
 
 
 def _of_kinds(kinds: Array, answer: PoseStatistics) -> Array:
     """Probability (K + 1,) of each kind, and of all poses that are none."""
-    return np.bincount(_kind_of(kinds, answer), [pose.probability for pose in answer.poses],
-                       minlength=len(kinds) + 1).astype(np.float64)
+    return np.bincount(
+        _kind_of(kinds, answer),
+        [pose.probability for pose in answer.poses],
+        minlength=len(kinds) + 1,
+    ).astype(np.float64)
 
 
 def _spread(shares: Array) -> float:
@@ -159,7 +199,9 @@ def _spread(shares: Array) -> float:
 
 def _usual_range(count: int) -> float:
     """Mean range of so many normally distributed numbers, in standard deviations."""
-    return float(np.ptp(np.random.default_rng(0).standard_normal((20_000, count)), axis=1).mean())
+    return float(
+        np.ptp(np.random.default_rng(0).standard_normal((20_000, count)), axis=1).mean()
+    )
 
 
 def _chance(counts: Array) -> float:
@@ -172,13 +214,28 @@ def compare_with_throws(drops: int) -> Section:
     """Table of the published shares of both ends."""
     rows = []
     for name, ratio, published in PUBLISHED:
-        found = simulate(parts.part_of(parts.in_float32(parts.cylinder(64, ratio, 0.3))), drops,
-                         seed=1)
+        found = simulate(
+            parts.part_of(parts.in_float32(parts.cylinder(64, ratio, 0.3))),
+            drops,
+            seed=1,
+        )
         share = sum(pose.probability for pose in found.poses if abs(pose.down[2]) > 0.9)
-        rows.append(Row(name, {"published, %": published, "drops, %": 100.0 * share, "±": 100.0
-                               * float(np.sqrt(share * (1.0 - share) / drops))}))
-    return Section("throws", "Thick coins beside what was thrown", THROWN.format(drops=drops),
-                   tuple(rows))
+        rows.append(
+            Row(
+                name,
+                {
+                    "published, %": published,
+                    "drops, %": 100.0 * share,
+                    "±": 100.0 * float(np.sqrt(share * (1.0 - share) / drops)),
+                },
+            )
+        )
+    return Section(
+        "throws",
+        "Thick coins beside what was thrown",
+        THROWN.format(drops=drops),
+        tuple(rows),
+    )
 
 
 def sections(drops: int, thrown: int) -> Iterator[Section]:
@@ -190,12 +247,20 @@ def sections(drops: int, thrown: int) -> Iterator[Section]:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Compare, print, and with `--write` store the results and render the page."""
     parser = argparse.ArgumentParser(prog="lab.benchmarks.exports", description=__doc__)
-    parser.add_argument("--drops", type=int, default=8000,
-                        help="of each export (default: %(default)s)")
-    parser.add_argument("--thrown", type=int, default=10_000,
-                        help="of each published part (default: %(default)s)")
-    parser.add_argument("--write", action="store_true", help="store numbers/exports.json and "
-                                                             "write exports.md in docs/measured")
+    parser.add_argument(
+        "--drops", type=int, default=8000, help="of each export (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--thrown",
+        type=int,
+        default=10_000,
+        help="of each published part (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--write",
+        action="store_true",
+        help="store numbers/exports.json and write exports.md in docs/measured",
+    )
     options = parser.parse_args(arguments)
     results = collect_results(sections(options.drops, options.thrown), print)
     if options.write:

@@ -20,13 +20,20 @@ has; the tables say what is left of the difference, and how near thrown parts ar
 
 def write_page(results: Results) -> Path:
     """Write the page and return its path."""
-    short = [f"- {row.name}: {target}" for row in results.rows for target in row.targets
-             if not target.met]
+    short = [
+        f"- {row.name}: {target}"
+        for row in results.rows
+        for target in row.targets
+        if not target.met
+    ]
     number = sum(len(row.targets) for row in results.rows)
     verdict = f"{number - len(short)} of {number} targets are met"
-    found = [INTRODUCTION,
-             "\n".join([f"{verdict}; short of target:\n", *short, ""]) if short
-             else f"{verdict}.\n"]
+    found = [
+        INTRODUCTION,
+        "\n".join([f"{verdict}; short of target:\n", *short, ""])
+        if short
+        else f"{verdict}.\n",
+    ]
     for section in results.sections:
         found.append(f"## {section.title}\n\n{section.timed}\n\n{table(section)}\n")
     where = ", ".join(f"{name} {value}" for name, value in results.machine.items())

@@ -41,8 +41,12 @@ class Client:
         self._publishers: dict[str, Any] = {}
         self._seen: deque[bytes] = deque(maxlen=100)
         self.node.create_subscription(
-            PoseStatistics, f"{OWN}/pose_statistics", lambda data: self._seen.append(data),
-            QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL), raw=True)
+            PoseStatistics,
+            f"{OWN}/pose_statistics",
+            lambda data: self._seen.append(data),
+            QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL),
+            raw=True,
+        )
 
     def __enter__(self) -> Client:
         return self
@@ -88,13 +92,18 @@ class Client:
     def call(self, kind: type, name: str, request: Any) -> Any:
         """Call a service of the node, or with a leading slash any other one."""
         name = name if name.startswith("/") else f"{OWN}/{name}"
-        return self.result(self.service(kind, name).call_async(request), f"answer from {name}")
+        return self.result(
+            self.service(kind, name).call_async(request), f"answer from {name}"
+        )
 
     def connect(self, kind: type, topic: str, readers: int = 1) -> None:
         """Make a publisher and wait for its readers."""
         made = self._publishers[topic] = self.node.create_publisher(
-            kind, topic, 10, event_callbacks=quiet())
-        self.spin_until(lambda: made.get_subscription_count() >= readers, f"reader of {topic}")
+            kind, topic, 10, event_callbacks=quiet()
+        )
+        self.spin_until(
+            lambda: made.get_subscription_count() >= readers, f"reader of {topic}"
+        )
         self.spin_for(0.2)  # the other side's matching follows
 
     def publish(self, topic: str, data: bytes) -> None:

@@ -30,16 +30,23 @@ def make_known(client: Client, part_id: str, body: Body) -> None:
     """Send a part, and wait until it is estimated."""
     digest = part_from_mesh(body.vertices, body.triangles).digest
     client.publish_until_latched(
-        PART_TOPIC, part_mesh_bytes(part_id, body.vertices, body.triangles), digest)
+        PART_TOPIC, part_mesh_bytes(part_id, body.vertices, body.triangles), digest
+    )
 
 
 def start_request(part_id: str, drops: int) -> Any:
     """A request with a seed of its own."""
-    return srv.StartDropSimulation.Request(part_id=part_id, drops=drops, seed=next(SEEDS))
+    return srv.StartDropSimulation.Request(
+        part_id=part_id, drops=drops, seed=next(SEEDS)
+    )
 
 
-def carry(request: Any, part_id: str, vertices: NDArray[np.float64],
-          triangles: NDArray[np.int64]) -> Any:
+def carry(
+    request: Any,
+    part_id: str,
+    vertices: NDArray[np.float64],
+    triangles: NDArray[np.int64],
+) -> Any:
     """Put the part into a request, as flat arrays."""
     request.part.part_id = part_id
     request.part.vertices = array("d", np.ascontiguousarray(vertices).tobytes())
@@ -55,8 +62,11 @@ def start(client: Client, request: Any) -> str:
     RuntimeError
         With the message of a refusal.
     """
-    return str(accepted(client.call(srv.StartDropSimulation, "start_drop_simulation",
-                                    request)).job_id)
+    return str(
+        accepted(
+            client.call(srv.StartDropSimulation, "start_drop_simulation", request)
+        ).job_id
+    )
 
 
 def accepted(response: Any) -> Any:
@@ -68,8 +78,13 @@ def accepted(response: Any) -> Any:
 
 def state(client: Client, job_id: str) -> Any:
     """State of a job."""
-    return accepted(client.call(srv.GetDropSimulation, "get_drop_simulation",
-                                srv.GetDropSimulation.Request(job_id=job_id)))
+    return accepted(
+        client.call(
+            srv.GetDropSimulation,
+            "get_drop_simulation",
+            srv.GetDropSimulation.Request(job_id=job_id),
+        )
+    )
 
 
 def wait_for_end(client: Client, job_id: str) -> Any:
@@ -99,8 +114,11 @@ def wait_for_drops(client: Client, job_id: str) -> None:
 
 def cancel(client: Client, job_id: str) -> Any:
     """Cancel a job, which may have ended."""
-    return client.call(srv.CancelDropSimulation, "cancel_drop_simulation",
-                       srv.CancelDropSimulation.Request(job_id=job_id))
+    return client.call(
+        srv.CancelDropSimulation,
+        "cancel_drop_simulation",
+        srv.CancelDropSimulation.Request(job_id=job_id),
+    )
 
 
 @contextmanager

@@ -25,11 +25,13 @@ TIMED = (
     "As above, with a part of {poses} poses ({triangles} triangles), which is dropped under full "
     "load as well, and with {jobs} jobs known. Reading so many poses in the client is in the "
     "times. Last, `list` asked every {pause:g} ms while the otherwise idle node takes in a mesh "
-    "of {large} triangles.")
+    "of {large} triangles."
+)
 
 
-def limits(client: Client, part_id: str, body: Body, large: Body, number: int,
-           pace: Pace) -> Section:
+def limits(
+    client: Client, part_id: str, body: Body, large: Body, number: int, pace: Pace
+) -> Section:
     """Rows for each of the three.
 
     Parameters
@@ -46,26 +48,46 @@ def limits(client: Client, part_id: str, body: Body, large: Body, number: int,
     pace : Pace
     """
     jobs.make_known(client, MANY, body)
-    known = client.call(srv.GetStatistics, "get_statistics",
-                        srv.GetStatistics.Request(part_id=MANY))
+    known = client.call(
+        srv.GetStatistics, "get_statistics", srv.GetStatistics.Request(part_id=MANY)
+    )
     poses = len(jobs.accepted(known).statistics[0].poses)
     jobs.make_many(client, part_id, number)
-    rows = [*_polled(client, large, pace), *_at_work(client, f"{poses} poses",
-                                                     f"{number} jobs", pace)]
-    return Section("service_limits", "Services with much to tell", TIMED.format(
-        poses=poses, triangles=len(body.triangles), jobs=number, pause=1e3 * PAUSE,
-        large=len(large.triangles)), tuple(rows))
+    rows = [
+        *_polled(client, large, pace),
+        *_at_work(client, f"{poses} poses", f"{number} jobs", pace),
+    ]
+    return Section(
+        "service_limits",
+        "Services with much to tell",
+        TIMED.format(
+            poses=poses,
+            triangles=len(body.triangles),
+            jobs=number,
+            pause=1e3 * PAUSE,
+            large=len(large.triangles),
+        ),
+        tuple(rows),
+    )
 
 
 def _at_work(client: Client, poses: str, known: str, pace: Pace) -> list[Row]:
     calls = Calls(client)
     with jobs.under_way(client, MANY) as running:
-        timings = race([
-            bare_call(calls), calls.get(f"get, {poses}", running),
-            calls.get_statistics(f"get_statistics, {poses}", MANY),
-            calls.estimate(f"estimate, {poses}", MANY), calls.list(f"list, {known}"),
-            calls.start(f"start, {known}", lambda: jobs.start_request(MANY, 100))], pace)
-    return [call_row(timings, key, f"{key}, full load", BARE) for key in timings.seconds]
+        timings = race(
+            [
+                bare_call(calls),
+                calls.get(f"get, {poses}", running),
+                calls.get_statistics(f"get_statistics, {poses}", MANY),
+                calls.estimate(f"estimate, {poses}", MANY),
+                calls.list(f"list, {known}"),
+                calls.start(f"start, {known}", lambda: jobs.start_request(MANY, 100)),
+            ],
+            pace,
+        )
+    return [
+        call_row(timings, key, f"{key}, full load", BARE) for key in timings.seconds
+    ]
 
 
 def _polled(client: Client, large: Body, pace: Pace) -> list[Row]:
@@ -82,10 +104,17 @@ def _polled(client: Client, large: Body, pace: Pace) -> list[Row]:
         client.publish(CAD_TOPIC, data)
         while not client.has_latched(digest):
             begin = time.perf_counter()
-            client.call(srv.ListDropSimulations, "list_drop_simulations",
-                        srv.ListDropSimulations.Request())
+            client.call(
+                srv.ListDropSimulations,
+                "list_drop_simulations",
+                srv.ListDropSimulations.Request(),
+            )
             seconds.append(time.perf_counter() - begin)
             client.spin_for(PAUSE)
-    return [Row("list, large mesh coming", {
-        **spread(seconds), "times bare": median(seconds) / timings.median(BARE)},
-        (Target("p99, ms", p99(seconds), OTHERS),))]
+    return [
+        Row(
+            "list, large mesh coming",
+            {**spread(seconds), "times bare": median(seconds) / timings.median(BARE)},
+            (Target("p99, ms", p99(seconds), OTHERS),),
+        )
+    ]

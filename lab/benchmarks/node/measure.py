@@ -45,9 +45,17 @@ def sections(plan: Plan) -> Iterator[Section]:
         yield starting(folder / "starts", plan.starts)
         yield disk(folder / "disk", plan.disk)
         bags = folder / "bags"
-        with bare(), node(bags, [f"cad={CAD_TOPIC}"], cores()) as running, Client() as client:
-            for kind, topic in ((PartMesh, PART_TOPIC), (Mesh, CAD_TOPIC), (Mesh, MESHES),
-                                (Mesh, RAW_MESHES)):
+        with (
+            bare(),
+            node(bags, [f"cad={CAD_TOPIC}"], cores()) as running,
+            Client() as client,
+        ):
+            for kind, topic in (
+                (PartMesh, PART_TOPIC),
+                (Mesh, CAD_TOPIC),
+                (Mesh, MESHES),
+                (Mesh, RAW_MESHES),
+            ):
                 client.connect(kind, topic)
             try:
                 yield from _of_running(client, plan, bags)
@@ -64,11 +72,18 @@ def _of_running(client: Client, plan: Plan, bags: Path) -> Iterator[Section]:
     jobs.make_known(client, LARGE, carried)
     parts = {CLAMP: "clamp", LARGE: carried.name}
     yield services(client, Known(CLAMP, LARGE, carried), plan.services)
-    yield limits(client, CLAMP, _many_poses(plan.many), bodies[-2], plan.jobs, plan.limits)
+    yield limits(
+        client, CLAMP, _many_poses(plan.many), bodies[-2], plan.jobs, plan.limits
+    )
     yield cancelling(client, parts, plan.cancels)
     yield feedback(client, parts, plan.feedback_seconds)
-    yield drop_rates(client, CLAMP, part_from_mesh(clamp.vertices, clamp.triangles), plan.drops,
-                     plan.rates)
+    yield drop_rates(
+        client,
+        CLAMP,
+        part_from_mesh(clamp.vertices, clamp.triangles),
+        plan.drops,
+        plan.rates,
+    )
     yield bag_bytes(client, random_polyhedron(10, 2), bags)
 
 
@@ -87,14 +102,25 @@ def _many_poses(vertices: int) -> Body:
 def run(plan: Plan, say: Callable[[str], object] = print) -> Results:
     """Measure everything, and say each table as it comes."""
     found = collect_results(sections(plan), say)
-    return replace(found, machine={**found.machine, "rclpy": version("rclpy"),
-                                   "middleware": get_rmw_implementation_identifier()})
+    return replace(
+        found,
+        machine={
+            **found.machine,
+            "rclpy": version("rclpy"),
+            "middleware": get_rmw_implementation_identifier(),
+        },
+    )
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Measure, print, and with `--write` store the results and render the page."""
-    command("node", __doc__, "fewer meshes and calls",
-            lambda quick: run(QUICK if quick else Plan()), arguments)
+    command(
+        "node",
+        __doc__,
+        "fewer meshes and calls",
+        lambda quick: run(QUICK if quick else Plan()),
+        arguments,
+    )
 
 
 MESHES_EACH, PLAIN, DISK = Pace(60, 2.0), Pace(5, 4.0), Pace(300, 2.0)
@@ -142,7 +168,18 @@ class Plan:
     rates: Pace = RATES
 
 
-QUICK = Plan(starts=1, triangles=(1000, 10_000), meshes=Pace(10, 0.5), ordinary=Pace(2, 2.0),
-             disk=Pace(50, 0.5), services=Pace(12, 1.0), many=500,
-             jobs=50, limits=Pace(5, 0.5), cancels=3, feedback_seconds=1.0,
-             drops=10_000, rates=Pace(2, 2.0))
+QUICK = Plan(
+    starts=1,
+    triangles=(1000, 10_000),
+    meshes=Pace(10, 0.5),
+    ordinary=Pace(2, 2.0),
+    disk=Pace(50, 0.5),
+    services=Pace(12, 1.0),
+    many=500,
+    jobs=50,
+    limits=Pace(5, 0.5),
+    cancels=3,
+    feedback_seconds=1.0,
+    drops=10_000,
+    rates=Pace(2, 2.0),
+)

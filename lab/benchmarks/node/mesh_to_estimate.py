@@ -37,7 +37,8 @@ TIMED = (
     "process, in turns with the messages; `beyond the hull` is the median difference. "
     "`library`: `part_from_mesh` and `estimate` there, without messages, bag and process. All "
     "vertices of a rounded box are on the hull, half of those of a ring. The 99th percentile "
-    "of fewer than 100 runs is the largest.")
+    "of fewer than 100 runs is the largest."
+)
 
 
 def mesh_to_estimate(client: Client, bodies: Sequence[Body], pace: Pace) -> Section:
@@ -47,8 +48,9 @@ def mesh_to_estimate(client: Client, bodies: Sequence[Body], pace: Pace) -> Sect
         names = (FLAT, STANDARD, NEW) if body is bodies[0] else (FLAT, STANDARD)
         timings = race([*_scale(body), *senders(client, body, names)], pace)
         rows += [_row(timings, body, name) for name in names]
-    return Section("mesh_to_estimate", "From the mesh to the latched estimate", TIMED,
-                   tuple(rows))
+    return Section(
+        "mesh_to_estimate", "From the mesh to the latched estimate", TIMED, tuple(rows)
+    )
 
 
 def _scale(body: Body) -> list[Contender]:
@@ -76,7 +78,9 @@ def senders(client: Client, body: Body, names: Sequence[str]) -> Iterator[Conten
         yield Contender(name, send, prepare)
 
 
-def _maker(name: str, fresh: Fresh, numbers: count[int]) -> Callable[[], tuple[bytes, str]]:
+def _maker(
+    name: str, fresh: Fresh, numbers: count[int]
+) -> Callable[[], tuple[bytes, str]]:
     """Return a function that makes message and digest of another mesh at each call."""
     triangles = fresh.body.triangles
 
@@ -93,11 +97,16 @@ def _maker(name: str, fresh: Fresh, numbers: count[int]) -> Callable[[], tuple[b
 
 def _row(timings: Timings, body: Body, name: str) -> Row:
     seconds = timings.seconds
-    return Row(f"{body.name}, {name}", {
-        **spread(seconds[name]), "hull, ms": 1e3 * median(seconds[HULL]),
-        "beyond the hull, ms": beyond(seconds[name], seconds[HULL]),
-        "library, ms": 1e3 * median(seconds[LIBRARY]),
-        "beyond the library, ms": beyond(seconds[name], seconds[LIBRARY])})
+    return Row(
+        f"{body.name}, {name}",
+        {
+            **spread(seconds[name]),
+            "hull, ms": 1e3 * median(seconds[HULL]),
+            "beyond the hull, ms": beyond(seconds[name], seconds[HULL]),
+            "library, ms": 1e3 * median(seconds[LIBRARY]),
+            "beyond the library, ms": beyond(seconds[name], seconds[LIBRARY]),
+        },
+    )
 
 
 ORDINARY, RAW = "ordinary subscription", "raw subscription"
@@ -107,14 +116,17 @@ ORDINARY_TIMED = (
     "A `shape_msgs/Mesh`, already serialised, sent in turns to an ordinary (deserialising) rclpy "
     "subscription in a process of its own and to a raw one there, such as the node has, each "
     "until the callback's answer of one number is back; nothing is computed there. And to the "
-    "node, until the estimate is latched. The ratio is the median over the rounds.")
+    "node, until the estimate is latched. The ratio is the median over the rounds."
+)
 
 
 def subscriptions(client: Client, body: Body, pace: Pace) -> Section:
     """The two subscriptions, and the node with estimate and all."""
     answers: list[UInt32] = []
     subscription = client.node.create_subscription(UInt32, SIZES, answers.append, 10)
-    client.spin_until(lambda: client.node.count_publishers(SIZES), f"publisher of {SIZES}")
+    client.spin_until(
+        lambda: client.node.count_publishers(SIZES), f"publisher of {SIZES}"
+    )
     fresh = Fresh(body)
 
     def contender(name: str) -> Contender:
@@ -127,14 +139,26 @@ def subscriptions(client: Client, body: Body, pace: Pace) -> Section:
         made.call(made.prepare())  # the first one finds the way
         return made
 
-    timings = race([contender(ORDINARY), contender(RAW), *senders(client, body, [STANDARD])],
-                   pace)
+    timings = race(
+        [contender(ORDINARY), contender(RAW), *senders(client, body, [STANDARD])], pace
+    )
     client.node.destroy_subscription(subscription)
     names = {ORDINARY: ORDINARY, RAW: RAW, STANDARD: "the node, to the estimate"}
-    return Section("subscriptions", "Beside other subscriptions", ORDINARY_TIMED, tuple(
-        Row(f"{body.name}, {name}", {**spread(timings.seconds[key]),
-                                     "ordinary / this": timings.ratio(ORDINARY, key)})
-        for key, name in names.items()))
+    return Section(
+        "subscriptions",
+        "Beside other subscriptions",
+        ORDINARY_TIMED,
+        tuple(
+            Row(
+                f"{body.name}, {name}",
+                {
+                    **spread(timings.seconds[key]),
+                    "ordinary / this": timings.ratio(ORDINARY, key),
+                },
+            )
+            for key, name in names.items()
+        ),
+    )
 
 
 STEP = 1e-6
@@ -149,21 +173,33 @@ def ring(triangles: int) -> Body:
     turn = 2.0 * np.pi * np.arange(along)[:, None] / along
     tube = 2.0 * np.pi * np.arange(around)[None, :] / around
     out = 1.0 + 0.3 * np.cos(tube)
-    vertices = np.stack((out * np.cos(turn), 0.8 * out * np.sin(turn),
-                         np.broadcast_to(0.2 * np.sin(tube), (along, around))), axis=-1)
+    vertices = np.stack(
+        (
+            out * np.cos(turn),
+            0.8 * out * np.sin(turn),
+            np.broadcast_to(0.2 * np.sin(tube), (along, around)),
+        ),
+        axis=-1,
+    )
     i, j = (grid.ravel() for grid in np.indices((along, around)))
     here, beside = i * around + j, i * around + (j + 1) % around
     ahead, across = ((i + 1) % along * around + k for k in (j, (j + 1) % around))
     corners = np.stack((here, ahead, across, here, across, beside), axis=-1)
-    return Body(f"ring, {len(here) * 2} triangles", LENGTH * vertices.reshape(-1, 3),
-                corners.reshape(-1, 3))
+    return Body(
+        f"ring, {len(here) * 2} triangles",
+        LENGTH * vertices.reshape(-1, 3),
+        corners.reshape(-1, 3),
+    )
 
 
 def rounded(triangles: int) -> Body:
     """Rounded box: all of its vertices are on the hull."""
     body = rounded_box(max(1, round((triangles / 8.0) ** 0.5 - 1.5)))
-    return Body(f"rounded box, {len(body.triangles)} triangles", LENGTH * body.vertices,
-                body.triangles)
+    return Body(
+        f"rounded box, {len(body.triangles)} triangles",
+        LENGTH * body.vertices,
+        body.triangles,
+    )
 
 
 _numbers = count(1)
@@ -180,8 +216,9 @@ class Fresh:
         return self.body.vertices * (1.0 + STEP * next(_numbers))
 
 
-def part_mesh_bytes(part_id: str, vertices: NDArray[np.float64],
-                    triangles: NDArray[np.int64]) -> bytes:
+def part_mesh_bytes(
+    part_id: str, vertices: NDArray[np.float64], triangles: NDArray[np.int64]
+) -> bytes:
     """A `PartMesh` with flat arrays, serialised."""
     request = PartRequest(part_id, vertices, triangles.astype(np.uint32))
     return bytes(serialize_message(part_message(request, part_id, 0)))

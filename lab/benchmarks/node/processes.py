@@ -52,8 +52,12 @@ class Child:
         self.seconds_to_ready = self.seconds_to_end = 0.0
         self.started = time.perf_counter()
         self._process = subprocess.Popen(
-            [sys.executable, "-m", module, *arguments], cwd=ROOT, stderr=subprocess.STDOUT,
-            stdout=subprocess.PIPE, text=True)
+            [sys.executable, "-m", module, *arguments],
+            cwd=ROOT,
+            stderr=subprocess.STDOUT,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 
@@ -104,12 +108,20 @@ def says_ready(line: str) -> bool:
     return line.split()[-1:] == ["ready"]
 
 
-def node(log_directory: Path, mesh_topics: Sequence[str] = (), workers: int = 0) -> Child:
+def node(
+    log_directory: Path, mesh_topics: Sequence[str] = (), workers: int = 0
+) -> Child:
     """Start the node with bags in a folder of its own."""
-    values = {"log_directory": str(log_directory), "restore": "false", "workers": str(workers)}
+    values = {
+        "log_directory": str(log_directory),
+        "restore": "false",
+        "workers": str(workers),
+    }
     if mesh_topics:
         values["mesh_topics"] = f"[{', '.join(mesh_topics)}]"
-    given = [word for name, value in values.items() for word in ("-p", f"{name}:={value}")]
+    given = [
+        word for name, value in values.items() for word in ("-p", f"{name}:={value}")
+    ]
     return Child("ros_pose_stats", "node", "--ros-args", *given)
 
 
@@ -121,10 +133,17 @@ def bare() -> Child:
 @contextmanager
 def surroundings() -> Iterator[Path]:
     """Set up the environment of this process and its children, and yield an empty folder."""
-    with tempfile.TemporaryDirectory(prefix="ros_pose_stats_") as name, _domain() as domain:
+    with (
+        tempfile.TemporaryDirectory(prefix="ros_pose_stats_") as name,
+        _domain() as domain,
+    ):
         folder = Path(name)
-        own = {"ROS_DOMAIN_ID": str(domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-               "ROS_LOG_DIR": str(folder / "ros_log"), "ROS_PYTHON_CHECK_FIELDS": "0"}
+        own = {
+            "ROS_DOMAIN_ID": str(domain),
+            "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+            "ROS_LOG_DIR": str(folder / "ros_log"),
+            "ROS_PYTHON_CHECK_FIELDS": "0",
+        }
         with patch.dict(os.environ, own):
             yield folder
 
@@ -149,10 +168,13 @@ TIMED = (
     "From starting the process, its kernels compiled before, to the line that says `ready`; to "
     "the first answer of a service to a client that waits for it, which includes that the "
     "middleware of the two finds each other; and from SIGINT to the end. `bare`: a process that "
-    "imports rclpy and the messages and has one service, in turns with the node. Seconds.")
+    "imports rclpy and the messages and has one service, in turns with the node. Seconds."
+)
 NODE, BARE = "node", "bare"
-CALLS = {NODE: (ListDropSimulations, "list_drop_simulations"),
-         BARE: (CancelDropSimulation, SERVICE)}
+CALLS = {
+    NODE: (ListDropSimulations, "list_drop_simulations"),
+    BARE: (CancelDropSimulation, SERVICE),
+}
 
 
 class Life(NamedTuple):
@@ -179,8 +201,12 @@ def starting(folder: Path, runs: int) -> Section:
     for _ in range(runs):
         for name, found in lives.items():
             found.append(_life(begin[name], CALLS[name]))
-    return Section("node_start", "Start of the node", TIMED,
-                   tuple(_row(name, found) for name, found in lives.items()))
+    return Section(
+        "node_start",
+        "Start of the node",
+        TIMED,
+        tuple(_row(name, found) for name, found in lives.items()),
+    )
 
 
 def _life(begin: Callable[[], Child], call: tuple[type, str]) -> Life:
@@ -194,5 +220,13 @@ def _life(begin: Callable[[], Child], call: tuple[type, str]) -> Life:
 
 def _row(name: str, lives: list[Life]) -> Row:
     ready, answer, end = (median(each) for each in zip(*lives, strict=True))
-    return Row(name, {"runs": len(lives), "ready": ready, "least": min(lives).ready,
-                      "first answer": answer, "end": end})
+    return Row(
+        name,
+        {
+            "runs": len(lives),
+            "ready": ready,
+            "least": min(lives).ready,
+            "first answer": answer,
+            "end": end,
+        },
+    )

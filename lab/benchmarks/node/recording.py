@@ -30,7 +30,8 @@ DROPS = 1000
 BAG_TIMED = (
     "Bytes in the bag's file, read back while the node ran: a new part with {poses} poses, one "
     "answer of `estimate`, and a job of {drops} drops from its start to DONE, topic by topic. "
-    "Not times.")
+    "Not times."
+)
 
 
 def bag_bytes(client: Client, body: Body, log_directory: Path) -> Section:
@@ -38,14 +39,21 @@ def bag_bytes(client: Client, body: Body, log_directory: Path) -> Section:
     reader = _Reader(log_directory)
     jobs.make_known(client, PART_ID, body)
     rows = _rows("new part", reader.new())
-    answer = jobs.accepted(client.call(srv.EstimatePoses, "estimate",
-                                       srv.EstimatePoses.Request(part_id=PART_ID)))
+    answer = jobs.accepted(
+        client.call(
+            srv.EstimatePoses, "estimate", srv.EstimatePoses.Request(part_id=PART_ID)
+        )
+    )
     rows += _rows("estimate", reader.new())
     jobs.wait_for_end(client, jobs.start(client, jobs.start_request(PART_ID, DROPS)))
     client.spin_for(0.2)  # what is latched follows the end
     rows += _rows("job", reader.new())
-    return Section("bag_bytes", "Bytes in the bag", BAG_TIMED.format(
-        poses=len(answer.statistics.poses), drops=DROPS), tuple(rows))
+    return Section(
+        "bag_bytes",
+        "Bytes in the bag",
+        BAG_TIMED.format(poses=len(answer.statistics.poses), drops=DROPS),
+        tuple(rows),
+    )
 
 
 class _Reader:
@@ -60,7 +68,7 @@ class _Reader:
         """Messages since the last call."""
         bags = sorted(self._directory.glob("pose_stats_*"))
         found = list(raw_messages(bags[-1])) if bags else []
-        fresh, self._read = found[self._read:], len(found)
+        fresh, self._read = found[self._read :], len(found)
         return fresh
 
 
@@ -68,7 +76,9 @@ def _rows(step: str, messages: Sequence[RawMessage]) -> list[Row]:
     rows = []
     for topic in dict.fromkeys(message.topic for message in messages):
         sizes = [message_size(one.data) for one in messages if one.topic == topic]
-        rows.append(Row(f"{step}, {topic}", {"messages": len(sizes), "bytes": sum(sizes)}))
+        rows.append(
+            Row(f"{step}, {topic}", {"messages": len(sizes), "bytes": sum(sizes)})
+        )
     return rows
 
 
@@ -82,7 +92,8 @@ DISK_TIMED = (
     "system's calls alone in the file system of the log directory; in turns with it the same of "
     "2 MB, a record in the bag, with and without a wait for the disk, and a commit of the state: "
     "2 kB as the row of a result, 2 MB as a mesh, which lies in a file beside it, and as a row. "
-    "The bounds of the services are meant for disks on which the first row takes at most {:g} ms.")
+    "The bounds of the services are meant for disks on which the first row takes at most {:g} ms."
+)
 
 
 def disk(folder: Path, pace: Pace) -> Section:
@@ -93,8 +104,11 @@ def disk(folder: Path, pace: Pace) -> Section:
     folder.mkdir()
     numbers = itertools.count(1)
     with _appender(folder / "appended") as append:
-        log = RunLog(folder / "bags", {topic: message_type(kind) for topic, kind in TYPES.items()},
-                     max_bag_bytes=2**29)
+        log = RunLog(
+            folder / "bags",
+            {topic: message_type(kind) for topic, kind in TYPES.items()},
+            max_bag_bytes=2**29,
+        )
         state = State(folder / "state.sqlite3")
 
         def record(data: bytes, *, wait: bool) -> None:
@@ -109,25 +123,51 @@ def disk(folder: Path, pace: Pace) -> Section:
 
         def commit_mesh(data: bytes) -> None:
             part_id, number = f"part of {len(data)} bytes", next(numbers)
-            assert state.commit(state.put_mesh(part_id, number.to_bytes(8, "big") + data))
+            assert state.commit(
+                state.put_mesh(part_id, number.to_bytes(8, "big") + data)
+            )
 
-        calls = {f"{name} {size}": partial(call, data) for size, data in SIZES.items()
-                 for name, call in (
-                     ("append and fdatasync", append),
-                     ("record in the bag, on disk", partial(record, wait=True)),
-                     ("record in the bag, handed to the system", partial(record, wait=False)),
-                     ("row of the state, committed", commit_row),
-                     ("mesh of the state, committed", commit_mesh))}
+        calls = {
+            f"{name} {size}": partial(call, data)
+            for size, data in SIZES.items()
+            for name, call in (
+                ("append and fdatasync", append),
+                ("record in the bag, on disk", partial(record, wait=True)),
+                (
+                    "record in the bag, handed to the system",
+                    partial(record, wait=False),
+                ),
+                ("row of the state, committed", commit_row),
+                ("mesh of the state, committed", commit_mesh),
+            )
+        }
         for call in calls.values():
             call()
-        timings = race([Contender(name, lambda _, call=call: call())
-                        for name, call in calls.items()], pace)
+        timings = race(
+            [
+                Contender(name, lambda _, call=call: call())
+                for name, call in calls.items()
+            ],
+            pace,
+        )
         log.close()
         state.close()
     bare = next(iter(calls))
-    return Section("disk", "The disk", DISK_TIMED.format(MOST_MILLISECONDS), tuple(
-        Row(name, {**spread(timings.seconds[name]), "times the first": timings.ratio(name, bare)})
-        for name in calls))
+    return Section(
+        "disk",
+        "The disk",
+        DISK_TIMED.format(MOST_MILLISECONDS),
+        tuple(
+            Row(
+                name,
+                {
+                    **spread(timings.seconds[name]),
+                    "times the first": timings.ratio(name, bare),
+                },
+            )
+            for name in calls
+        ),
+    )
 
 
 @contextmanager

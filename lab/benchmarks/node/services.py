@@ -27,10 +27,13 @@ TIMED = (
     "cores; what is started meanwhile waits in the queue and is cancelled. `get`, `list` and "
     "`start` stand for `get_drop_simulation`, `list_drop_simulations` and "
     "`start_drop_simulation`. The carried part has flat arrays of {triangles} triangles, in `new "
-    "mesh` others each time. `" + BARE + "`: an empty service in a process of its own, by which "
+    "mesh` others each time. `"
+    + BARE
+    + "`: an empty service in a process of its own, by which "
     "the others are divided, round by round. The bounds are {start:g} ms for a start and "
     "{others:g} ms for the others, held against the 99th percentile; they are meant for disks on "
-    "which a sync takes at most 2 ms, see above.")
+    "which a sync takes at most 2 ms, see above."
+)
 
 
 class Known(NamedTuple):
@@ -57,36 +60,63 @@ def services(client: Client, known: Known, pace: Pace) -> Section:
     idle = race(_contenders(client, known, ended, 1), pace)
     with jobs.under_way(client, known.part_id) as running:
         loaded = race(_contenders(client, known, running, 100), pace)
-    rows = [call_row(timings, key, f"{key}, {when}", BARE)
-            for when, timings in (("idle", idle), ("full load", loaded))
-            for key in timings.seconds]
-    return Section("services", "Services", TIMED.format(
-        workers=cores(), triangles=len(known.carried.triangles), start=START,
-        others=OTHERS), tuple(rows))
+    rows = [
+        call_row(timings, key, f"{key}, {when}", BARE)
+        for when, timings in (("idle", idle), ("full load", loaded))
+        for key in timings.seconds
+    ]
+    return Section(
+        "services",
+        "Services",
+        TIMED.format(
+            workers=cores(),
+            triangles=len(known.carried.triangles),
+            start=START,
+            others=OTHERS,
+        ),
+        tuple(rows),
+    )
 
 
 def bare_call(calls: Calls) -> Contender:
     """The service that does nothing."""
-    return calls.query(BARE, CancelDropSimulation, SERVICE, CancelDropSimulation.Request)
+    return calls.query(
+        BARE, CancelDropSimulation, SERVICE, CancelDropSimulation.Request
+    )
 
 
-def _contenders(client: Client, known: Known, job_id: str, drops: int) -> list[Contender]:
+def _contenders(
+    client: Client, known: Known, job_id: str, drops: int
+) -> list[Contender]:
     """All calls in the order of the table; `drops` are those of a job that is started."""
-    calls, part_id, body, fresh = Calls(client), known.part_id, known.carried, Fresh(known.carried)
+    calls, part_id, body, fresh = (
+        Calls(client),
+        known.part_id,
+        known.carried,
+        Fresh(known.carried),
+    )
 
     def again() -> Any:
-        return jobs.carry(jobs.start_request(known.carried_id, drops), known.carried_id,
-                          body.vertices, body.triangles)
+        return jobs.carry(
+            jobs.start_request(known.carried_id, drops),
+            known.carried_id,
+            body.vertices,
+            body.triangles,
+        )
 
     def new() -> Any:
         return jobs.carry(jobs.start_request(NEW, drops), NEW, fresh(), body.triangles)
 
-    return [bare_call(calls), calls.get("get", job_id),
-            calls.get_statistics("get_statistics", part_id), calls.list("list"),
-            calls.estimate("estimate, known part", part_id),
-            calls.start("start, known part", lambda: jobs.start_request(part_id, drops)),
-            calls.start("start, carried part", again),
-            calls.start("start, carried part, new mesh", new, new_part=True)]
+    return [
+        bare_call(calls),
+        calls.get("get", job_id),
+        calls.get_statistics("get_statistics", part_id),
+        calls.list("list"),
+        calls.estimate("estimate, known part", part_id),
+        calls.start("start, known part", lambda: jobs.start_request(part_id, drops)),
+        calls.start("start, carried part", again),
+        calls.start("start, carried part, new mesh", new, new_part=True),
+    ]
 
 
 START, OTHERS = 10.0, 50.0  # milliseconds
@@ -104,38 +134,62 @@ class Calls:
         self._client = client
         self._started = self._coming = ""
 
-    def query(self, name: str, kind: type, service: str,
-              request: Callable[[], Any]) -> Contender:
+    def query(
+        self, name: str, kind: type, service: str, request: Callable[[], Any]
+    ) -> Contender:
         """A call that leaves nothing behind."""
+
         def prepare() -> Any:
             self._settle()
             return request()
 
-        return Contender(name, lambda made: self._client.call(kind, service, made), prepare)
+        return Contender(
+            name, lambda made: self._client.call(kind, service, made), prepare
+        )
 
     def get(self, name: str, job_id: str) -> Contender:
         """Ask for the state of a job."""
-        return self.query(name, srv.GetDropSimulation, "get_drop_simulation",
-                          lambda: srv.GetDropSimulation.Request(job_id=job_id))
+        return self.query(
+            name,
+            srv.GetDropSimulation,
+            "get_drop_simulation",
+            lambda: srv.GetDropSimulation.Request(job_id=job_id),
+        )
 
     def get_statistics(self, name: str, part_id: str) -> Contender:
         """Ask for the latched result of a part."""
-        return self.query(name, srv.GetStatistics, "get_statistics",
-                          lambda: srv.GetStatistics.Request(part_id=part_id))
+        return self.query(
+            name,
+            srv.GetStatistics,
+            "get_statistics",
+            lambda: srv.GetStatistics.Request(part_id=part_id),
+        )
 
     def list(self, name: str) -> Contender:
         """List all jobs."""
-        return self.query(name, srv.ListDropSimulations, "list_drop_simulations",
-                          srv.ListDropSimulations.Request)
+        return self.query(
+            name,
+            srv.ListDropSimulations,
+            "list_drop_simulations",
+            srv.ListDropSimulations.Request,
+        )
 
     def estimate(self, name: str, part_id: str) -> Contender:
         """Estimate a known part."""
-        return self.query(name, srv.EstimatePoses, "estimate",
-                          lambda: srv.EstimatePoses.Request(part_id=part_id))
+        return self.query(
+            name,
+            srv.EstimatePoses,
+            "estimate",
+            lambda: srv.EstimatePoses.Request(part_id=part_id),
+        )
 
-    def start(self, name: str, request: Callable[[], Any], new_part: bool = False) -> Contender:
+    def start(
+        self, name: str, request: Callable[[], Any], new_part: bool = False
+    ) -> Contender:
         """Start a job, cancel it later, and wait for the estimate of a new part."""
-        plain = self.query(name, srv.StartDropSimulation, "start_drop_simulation", request)
+        plain = self.query(
+            name, srv.StartDropSimulation, "start_drop_simulation", request
+        )
 
         def prepare() -> Any:
             made = plain.prepare()
@@ -154,7 +208,9 @@ class Calls:
             jobs.cancel(self._client, self._started)
             jobs.wait_for_end(self._client, self._started)
         if self._coming:
-            self._client.spin_until(lambda: self._client.has_latched(self._coming), "estimate")
+            self._client.spin_until(
+                lambda: self._client.has_latched(self._coming), "estimate"
+            )
         self._started = self._coming = ""
 
 
@@ -173,5 +229,8 @@ def call_row(timings: Timings, key: str, name: str, bare: str) -> Row:
     """
     seconds = timings.seconds[key]
     bound = START if key.startswith("start") else OTHERS
-    return Row(name, {**spread(seconds), "times bare": timings.ratio(key, bare)},
-               () if key == bare else (Target("p99, ms", p99(seconds), bound),))
+    return Row(
+        name,
+        {**spread(seconds), "times bare": timings.ratio(key, bare)},
+        () if key == bare else (Target("p99, ms", p99(seconds), bound),),
+    )

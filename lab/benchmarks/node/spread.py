@@ -32,13 +32,19 @@ def p99(seconds: Sequence[float]) -> float:
 
 def spread(seconds: Sequence[float]) -> dict[str, Cell]:
     """Cells of a table: how many, and least, median and 99th percentile in milliseconds."""
-    return {"runs": len(seconds), "least, ms": 1e3 * min(seconds),
-            "median, ms": 1e3 * median(seconds), "p99, ms": p99(seconds)}
+    return {
+        "runs": len(seconds),
+        "least, ms": 1e3 * min(seconds),
+        "median, ms": 1e3 * median(seconds),
+        "p99, ms": p99(seconds),
+    }
 
 
 def beyond(seconds: Sequence[float], others: Sequence[float]) -> float:
     """Median over the rounds of one time less another of the same round, in milliseconds."""
-    return 1e3 * median(own - theirs for own, theirs in zip(seconds, others, strict=False))
+    return 1e3 * median(
+        own - theirs for own, theirs in zip(seconds, others, strict=False)
+    )
 
 
 def per_second(times: Sequence[float]) -> float:

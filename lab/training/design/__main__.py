@@ -30,8 +30,11 @@ def measure(each: int, workers: int) -> tuple[list[Slope], list[Gain]]:
     gains: list[Gain] = []
     for family, number in all_parts(each):
         case = make_case(family, number)
-        print(f"{family} {number}: {len(case.space.features)} features", file=sys.stderr,
-              flush=True)
+        print(
+            f"{family} {number}: {len(case.space.features)} features",
+            file=sys.stderr,
+            flush=True,
+        )
         slopes += measure_slopes(case, workers)
         if has_suggestion(family, number):
             gains.append(measure_gain(case, workers))
@@ -41,26 +44,48 @@ def measure(each: int, workers: int) -> tuple[list[Slope], list[Gain]]:
 def read_stored() -> tuple[list[Slope], list[Gain]]:
     """What was measured last."""
     stored = json.loads(STORED.read_text(encoding="utf-8"))
-    return ([Slope(**one) for one in stored["slopes"]], [Gain(**one) for one in stored["gains"]])
+    return (
+        [Slope(**one) for one in stored["slopes"]],
+        [Gain(**one) for one in stored["gains"]],
+    )
 
 
 def main() -> None:
     """Measure, print the page, and write it where that is asked."""
-    parser = argparse.ArgumentParser(prog="lab.training.design",
-                                     description=__doc__.partition("\n")[0])
-    parser.add_argument("--each", type=int, default=2,
-                        help="parts of each family (default: %(default)s)")
-    parser.add_argument("--workers", type=int, default=2, help="threads (default: %(default)s)")
-    parser.add_argument("--write", action="store_true", help="write what is found to its place")
-    parser.add_argument("--stored", action="store_true",
-                        help="measure nothing; take the numbers that are stored")
+    parser = argparse.ArgumentParser(
+        prog="lab.training.design", description=__doc__.partition("\n")[0]
+    )
+    parser.add_argument(
+        "--each",
+        type=int,
+        default=2,
+        help="parts of each family (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--workers", type=int, default=2, help="threads (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--write", action="store_true", help="write what is found to its place"
+    )
+    parser.add_argument(
+        "--stored",
+        action="store_true",
+        help="measure nothing; take the numbers that are stored",
+    )
     options = parser.parse_args()
-    slopes, gains = read_stored() if options.stored else measure(options.each, options.workers)
+    slopes, gains = (
+        read_stored() if options.stored else measure(options.each, options.workers)
+    )
     text = page(slopes, gains)
     print(text)
     if options.write:
-        write_page(DOCS, "design.md", text, {},
-                   {"design": {"slopes": plain(slopes), "gains": plain(gains)}})
+        write_page(
+            DOCS,
+            "design.md",
+            text,
+            {},
+            {"design": {"slopes": plain(slopes), "gains": plain(gains)}},
+        )
 
 
 if __name__ == "__main__":

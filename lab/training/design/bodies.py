@@ -62,16 +62,25 @@ def make_case(family: str, number: int) -> Case:
     space = DesignSpace(part, DropScene(restitution, None, tolerance, sides))
     groups: dict[int, list[int]] = {}
     share: dict[int, float] = {}
-    for pose in estimate(part, "split", restitution=restitution, cluster_tolerance=tolerance,
-                         round_sides=sides).poses:
+    for pose in estimate(
+        part,
+        "split",
+        restitution=restitution,
+        cluster_tolerance=tolerance,
+        round_sides=sides,
+    ).poses:
         groups.setdefault(pose.group, []).append(pose.index)
         share[pose.group] = pose.group_probability
     some = [group for group in groups if LEAST < share[group] < MOST] or list(groups)
     wanted = tuple(groups[some[int(draw.integers(len(some)))]])
-    return Case(family, number, space, WantedShare(space, wanted), wanted, restitution, draw)
+    return Case(
+        family, number, space, WantedShare(space, wanted), wanted, restitution, draw
+    )
 
 
-def _part(family: str, number: int, draw: np.random.Generator) -> tuple[Part, float, int]:
+def _part(
+    family: str, number: int, draw: np.random.Generator
+) -> tuple[Part, float, int]:
     if family == DEMO:
         name = list(DEMO_PARTS)[number]
         part = part_from_mesh(*DEMO_PARTS[name](), unit="mm", part_id=name)

@@ -45,10 +45,17 @@ def measure_gain(case: Case, workers: int) -> Gain:
     """Suggest a change of a part, and drop it before and after."""
     space, model = case.space, case.model
     begin = time.process_time()
-    found = suggest(space.part, case.wanted, WITHIN * space.body.radius, drops=100, seed=1,
-                    restitution=case.restitution, workers=workers,
-                    cluster_tolerance=space.scene.cluster_tolerance,
-                    round_sides=space.scene.round_sides)
+    found = suggest(
+        space.part,
+        case.wanted,
+        WITHIN * space.body.radius,
+        drops=100,
+        seed=1,
+        restitution=case.restitution,
+        workers=workers,
+        cluster_tolerance=space.scene.cluster_tolerance,
+        round_sides=space.scene.round_sides,
+    )
     seconds = time.process_time() - begin
     pair = [space.change_one(0, 0.0), found.changed]
     begin = time.process_time()
@@ -61,9 +68,21 @@ def measure_gain(case: Case, workers: int) -> Gain:
     for seed in range(3, 3 + TOLDS):
         one = paired_difference(*model.drop(pair, told_drops, seed, workers))
         # The truth was dropped, too: the interval is as much wider as both errors together are.
-        wider = np.hypot(one.standard_error, truth.standard_error) / max(one.standard_error, 1e-9)
+        wider = np.hypot(one.standard_error, truth.standard_error) / max(
+            one.standard_error, 1e-9
+        )
         middle = 0.5 * (one.low + one.high)
         held += bool(abs(truth.value - middle) <= wider * 0.5 * (one.high - one.low))
-    return Gain(case.family, case.number, found.before, found.after - found.before,
-                found.gain_error, truth.value, truth.standard_error, held, TOLDS,
-                len(found.steps), seconds)
+    return Gain(
+        case.family,
+        case.number,
+        found.before,
+        found.after - found.before,
+        found.gain_error,
+        truth.value,
+        truth.standard_error,
+        held,
+        TOLDS,
+        len(found.steps),
+        seconds,
+    )

@@ -24,23 +24,32 @@ def summarise_slopes(found: Sequence[Slope]) -> dict[str, float]:
     the drops taken off; `held` the share of the cases in the 90 % interval of both errors.
     """
     estimated, error, measured, noise = np.array(
-        [one[3:7] for one in found], dtype=np.float64).T
+        [one[3:7] for one in found], dtype=np.float64
+    ).T
     clear = (np.abs(estimated) > error) & (np.abs(measured) > noise)
     right = np.sign(estimated) == np.sign(measured)
-    power = float((measured ** 2 - noise ** 2).sum())
-    apart = (measured - estimated) ** 2 - noise ** 2
-    return {"cases": len(found), "parts": len({one[:2] for one in found}),
-            "clear": int(clear.sum()),
-            "right": float(right[clear].mean()) if clear.any() else math.nan,
-            "slope": float((estimated * measured).sum()) / power,
-            "slope_error": _slope_error(estimated, measured, noise),
-            "size": math.sqrt(max(0.0, power / len(found))),
-            "apart": math.sqrt(max(0.0, float(apart.mean()))),
-            "held": float((np.abs(measured - estimated) <= 1.645 * np.hypot(error, noise)).mean())}
+    power = float((measured**2 - noise**2).sum())
+    apart = (measured - estimated) ** 2 - noise**2
+    return {
+        "cases": len(found),
+        "parts": len({one[:2] for one in found}),
+        "clear": int(clear.sum()),
+        "right": float(right[clear].mean()) if clear.any() else math.nan,
+        "slope": float((estimated * measured).sum()) / power,
+        "slope_error": _slope_error(estimated, measured, noise),
+        "size": math.sqrt(max(0.0, power / len(found))),
+        "apart": math.sqrt(max(0.0, float(apart.mean()))),
+        "held": float(
+            (np.abs(measured - estimated) <= 1.645 * np.hypot(error, noise)).mean()
+        ),
+    }
 
 
-def _slope_error(estimated: NDArray[np.float64], measured: NDArray[np.float64],
-                 noise: NDArray[np.float64]) -> float:
+def _slope_error(
+    estimated: NDArray[np.float64],
+    measured: NDArray[np.float64],
+    noise: NDArray[np.float64],
+) -> float:
     """By the bootstrap over the cases."""
     draw = np.random.default_rng(0)
     slopes = []
@@ -55,37 +64,82 @@ def summarise_gains(found: Sequence[Gain]) -> dict[str, float]:
     """How many shares rose; of the parts that were changed the intervals that held, and means."""
     changed = [one for one in found if one.steps]
     told = sum(one.told for one in changed)
-    return {"parts": len(found), "unchanged": len(found) - len(changed),
-            "rose": sum(one.measured > 0.0 for one in changed),
-            "held": sum(one.held for one in changed) / told, "told": told,
-            "estimated": float(np.mean([one.estimated for one in changed])),
-            "measured": float(np.mean([one.measured for one in changed]))}
+    return {
+        "parts": len(found),
+        "unchanged": len(found) - len(changed),
+        "rose": sum(one.measured > 0.0 for one in changed),
+        "held": sum(one.held for one in changed) / told,
+        "told": told,
+        "estimated": float(np.mean([one.estimated for one in changed])),
+        "measured": float(np.mean([one.measured for one in changed])),
+    }
 
 
 def slopes_table(found: Sequence[Slope]) -> str:
     """Markdown: all cases, then those of each kind."""
     rows = []
-    for name, some in (("all", list(found)),
-                       *((about, [one for one in found if one.kind == kind])
-                         for kind, about in KINDS.items())):
+    for name, some in (
+        ("all", list(found)),
+        *(
+            (about, [one for one in found if one.kind == kind])
+            for kind, about in KINDS.items()
+        ),
+    ):
         if not some:
             continue
         told = summarise_slopes(some)
-        rows.append((name, f"{told['cases']}", f"{told['clear']}", points(told["right"], 0),
-                     f"{told['slope']:.2f} ± {told['slope_error']:.2f}", points(told["size"]),
-                     points(told["apart"]), points(told["held"], 0)))
-    return markdown_table(("change", "cases", "clear", "sign right, %", "slope", "size, points",
-                           "apart, points", "in the 90 % interval, %"), rows)
+        rows.append(
+            (
+                name,
+                f"{told['cases']}",
+                f"{told['clear']}",
+                points(told["right"], 0),
+                f"{told['slope']:.2f} ± {told['slope_error']:.2f}",
+                points(told["size"]),
+                points(told["apart"]),
+                points(told["held"], 0),
+            )
+        )
+    return markdown_table(
+        (
+            "change",
+            "cases",
+            "clear",
+            "sign right, %",
+            "slope",
+            "size, points",
+            "apart, points",
+            "in the 90 % interval, %",
+        ),
+        rows,
+    )
 
 
 def gains_table(found: Sequence[Gain]) -> str:
     """Markdown, a row a part."""
     return markdown_table(
-        ("part", "share, %", "gain by estimate, points", "by drops", "error", "steps",
-         "intervals that hold"),
-        [(f"{one.family} {one.number}", points(one.share), points(one.estimated),
-          points(one.measured), points(one.measured_error), f"{one.steps}",
-          f"{one.held} of {one.told}") for one in found])
+        (
+            "part",
+            "share, %",
+            "gain by estimate, points",
+            "by drops",
+            "error",
+            "steps",
+            "intervals that hold",
+        ),
+        [
+            (
+                f"{one.family} {one.number}",
+                points(one.share),
+                points(one.estimated),
+                points(one.measured),
+                points(one.measured_error),
+                f"{one.steps}",
+                f"{one.held} of {one.told}",
+            )
+            for one in found
+        ],
+    )
 
 
 def page(slopes: Sequence[Slope], gains: Sequence[Gain]) -> str:
@@ -99,7 +153,7 @@ the wanted poses are one group of poses, drawn at random from those of 10 to 90 
 
 ## Derivatives
 
-{told['parts']} parts of all families, prisms with a hidden insert and the demo parts; of each
+{told["parts"]} parts of all families, prisms with a hidden insert and the demo parts; of each
 some features drawn at random, changed by {100.0 * STEP:g} % of the radius to both sides, and
 dropped before and after from the same starts. *Clear* are the
 cases whose estimated and measured changes both exceed their errors. *Slope* is that of the
@@ -117,11 +171,11 @@ def suggestions(gains: Sequence[Gain]) -> str:
     return f"""
 ## Suggestions
 
-Within {100.0 * WITHIN:g} % of the radius. The share by drops rose on {gained['rose']} of
-{gained['parts']} parts; for {gained['unchanged']} no step was found that gains. Of the others
-{points(gained['held'], 0)} % of {gained['told']} told 90 % intervals, each of up to {TOLD_DROPS}
+Within {100.0 * WITHIN:g} % of the radius. The share by drops rose on {gained["rose"]} of
+{gained["parts"]} parts; for {gained["unchanged"]} no step was found that gains. Of the others
+{points(gained["held"], 0)} % of {gained["told"]} told 90 % intervals, each of up to {TOLD_DROPS}
 drops of its own, hold the gain of many more drops, and on average
-{points(gained['estimated'])} points were estimated and {points(gained['measured'])} found: the
+{points(gained["estimated"])} points were estimated and {points(gained["measured"])} found: the
 estimator chooses, so it flatters its choice; the drops had no say in it.
 
 {gains_table(gains)}

@@ -47,7 +47,10 @@ def measure_slopes(case: Case, workers: int) -> list[Slope]:
         mine = np.flatnonzero([one.kind == kind for one in space.features])
         drawn += case.draw.choice(mine, min(count, len(mine)), replace=False).tolist()
     base = space.change_one(0, 0.0)
-    share, drops = model.estimate(base), _affordable(case, base, 2 * len(drawn), workers)
+    share, drops = (
+        model.estimate(base),
+        _affordable(case, base, 2 * len(drawn), workers),
+    )
     found = []
     for number in drawn:
         feature = space.features[number]
@@ -59,10 +62,18 @@ def measure_slopes(case: Case, workers: int) -> list[Slope]:
         other, change = (model.estimate(one) - share for one in pair)
         slope = 0.5 * (change - other)
         measured = paired_difference(*model.drop(pair, drops, case.number, workers))
-        found.append(Slope(case.family, case.number, feature.kind, slope,
-                           effect_error(slope, 0.5 * abs(change + other)), 0.5 * measured.value,
-                           0.5 * max(measured.standard_error, 1.0 / measured.trials),
-                           measured.trials))
+        found.append(
+            Slope(
+                case.family,
+                case.number,
+                feature.kind,
+                slope,
+                effect_error(slope, 0.5 * abs(change + other)),
+                0.5 * measured.value,
+                0.5 * max(measured.standard_error, 1.0 / measured.trials),
+                measured.trials,
+            )
+        )
     return found
 
 

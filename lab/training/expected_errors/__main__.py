@@ -19,11 +19,14 @@ from .samples import error_samples
 
 def main() -> None:
     """Fit, compare and print; with `--write` also write the weights and the tables."""
-    parser = argparse.ArgumentParser(prog="lab.training.expected_errors",
-                                     description=__doc__.partition("\n")[0])
-    parser.add_argument("--write", action="store_true",
-                        help=f"write {ERROR_FILE.name}, and the tables to "
-                             "docs/measured/benchmarks.md")
+    parser = argparse.ArgumentParser(
+        prog="lab.training.expected_errors", description=__doc__.partition("\n")[0]
+    )
+    parser.add_argument(
+        "--write",
+        action="store_true",
+        help=f"write {ERROR_FILE.name}, and the tables to docs/measured/benchmarks.md",
+    )
     write = parser.parse_args().write
     samples = read_samples()
     known = error_samples([one for one in samples if one.seed == FIT_SEED])

@@ -59,9 +59,14 @@ def usual_errors() -> dict[str, Array]:
         for rho in RESTITUTIONS:
             for name, values in told[rho].items():
                 squares.setdefault((name, rho), []).append(
-                    square_errors(values, dataset.simulated(rho)))
-    return {name: np.sqrt([np.concatenate(squares[name, rho]).mean() for rho in RESTITUTIONS])
-            for name in ESTIMATORS}
+                    square_errors(values, dataset.simulated(rho))
+                )
+    return {
+        name: np.sqrt(
+            [np.concatenate(squares[name, rho]).mean() for rho in RESTITUTIONS]
+        )
+        for name in ESTIMATORS
+    }
 
 
 def fit_errors(samples: ErrorSamples, seed: int = 0) -> ErrorFit:
@@ -73,11 +78,21 @@ def fit_errors(samples: ErrorSamples, seed: int = 0) -> ErrorFit:
     columns = inputs.shape[1]
     begin = random_coefficients(columns, UNITS, np.random.default_rng(seed))
     begin[0] = math.log(samples.square.mean() / samples.scale.mean())
-    found = minimize(_objective, begin, (samples, inputs), "L-BFGS-B", True,
-                     options={"maxiter": ITERATIONS, "maxcor": 20}).x
+    found = minimize(
+        _objective,
+        begin,
+        (samples, inputs),
+        "L-BFGS-B",
+        True,
+        options={"maxiter": ITERATIONS, "maxcor": 20},
+    ).x
     network = undo_scaling(network_of(found, columns, UNITS), mean, scale)
-    return ErrorFit(lowest, highest, network,
-                    _fit_scatter(samples, samples.scale * np.exp(network(samples.inputs))))
+    return ErrorFit(
+        lowest,
+        highest,
+        network,
+        _fit_scatter(samples, samples.scale * np.exp(network(samples.inputs))),
+    )
 
 
 def _fit_scatter(samples: ErrorSamples, expected: Array) -> float:
@@ -87,32 +102,43 @@ def _fit_scatter(samples: ErrorSamples, expected: Array) -> float:
     def unlikely(width: float) -> float:
         weight, factor = scatter(width)
         whole = np.square(factor)[:, None] * expected + samples.noise
-        likely = (half * np.log(half / whole) - half * samples.square / whole
-                  + (half - 1.0) * np.log(np.maximum(samples.square, LEAST)) - gammaln(half))
+        likely = (
+            half * np.log(half / whole)
+            - half * samples.square / whole
+            + (half - 1.0) * np.log(np.maximum(samples.square, LEAST))
+            - gammaln(half)
+        )
         return -float(logsumexp(likely, axis=0, b=weight[:, None]).mean())
 
     return float(minimize_scalar(unlikely, bounds=WIDTHS, method="bounded").x)
 
 
-def write_weights(fits: Mapping[str, ErrorFit], usual: Mapping[str, Array],
-                  file: Path = ERROR_FILE) -> None:
+def write_weights(
+    fits: Mapping[str, ErrorFit], usual: Mapping[str, Array], file: Path = ERROR_FILE
+) -> None:
     """Write the weights to the file that the estimators read, or to another one."""
     all_fits = list(fits.values())
-    np.savez(file, method=np.array(list(fits)),
-             lowest=round_to_digits(np.array([fit.lowest for fit in all_fits])),
-             highest=round_to_digits(np.array([fit.highest for fit in all_fits])),
-             scatter=np.round([fit.scatter for fit in all_fits], 3),
-             **pack_networks([fit.network for fit in all_fits], ""),
-             usual_at=np.array(RESTITUTIONS),
-             usual=np.round([usual[name] for name in fits], 3))
+    np.savez(
+        file,
+        method=np.array(list(fits)),
+        lowest=round_to_digits(np.array([fit.lowest for fit in all_fits])),
+        highest=round_to_digits(np.array([fit.highest for fit in all_fits])),
+        scatter=np.round([fit.scatter for fit in all_fits], 3),
+        **pack_networks([fit.network for fit in all_fits], ""),
+        usual_at=np.array(RESTITUTIONS),
+        usual=np.round([usual[name] for name in fits], 3),
+    )
 
 
-def _objective(values: Array, samples: ErrorSamples, inputs: Array) -> tuple[float, Array]:
+def _objective(
+    values: Array, samples: ErrorSamples, inputs: Array
+) -> tuple[float, Array]:
     """Mean negative log likelihood with the ridge, and its gradient."""
     network = network_of(values, inputs.shape[1], UNITS)
     tangents = np.tanh(inputs @ network.hidden_weights + network.hidden_bias)
-    square = samples.scale * np.exp(network.bias + inputs @ network.skip
-                                    + tangents @ network.output_weights)
+    square = samples.scale * np.exp(
+        network.bias + inputs @ network.skip + tangents @ network.output_weights
+    )
     whole = square + samples.noise
     loss = np.mean(np.log(whole) + samples.square / whole)
     back = (1.0 - samples.square / whole) * square / whole / len(square)

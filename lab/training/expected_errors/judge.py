@@ -42,8 +42,11 @@ BY_FAMILY = (
     "per cent of the parts and scenes whose square error is more than four times the expected "
     "one, noise included in both. `kept`: per cent of those whose largest error is within the "
     "bound of 90 %, likewise. The fit knows other bodies of these families, but for fine "
-    "ellipsoids, of which it has seen none. Not times.")
-BY_SCENE = "The same for all families together, by drop height in radii and by restitution."
+    "ellipsoids, of which it has seen none. Not times."
+)
+BY_SCENE = (
+    "The same for all families together, by drop height in radii and by restitution."
+)
 BY_METHOD = "The same for all estimators, all families and all scenes together."
 
 
@@ -75,7 +78,9 @@ class Judged(NamedTuple):
         return Judged(*(column[keep] for column in self))
 
 
-def judged(samples: Sequence[Sample], fits: Mapping[str, ErrorFit]) -> dict[str, Judged]:
+def judged(
+    samples: Sequence[Sample], fits: Mapping[str, ErrorFit]
+) -> dict[str, Judged]:
     """Expected and true errors by the name of the method."""
     rows: dict[str, list[tuple[object, ...]]] = {name: [] for name in ESTIMATORS}
     for row, resting, scene, answers in answered(samples):
@@ -85,38 +90,80 @@ def judged(samples: Sequence[Sample], fits: Mapping[str, ErrorFit]) -> dict[str,
             told = expected_error(name, resting, estimate, scene, fits)
             bound = largest_of(told.each, resting.group, fits[name], single)
             away = np.abs(estimate - share)
-            rows[name].append((row.family, row.restitution, row.height, share.size,
-                               told.here ** 2, float(np.mean(away * away)), noise,
-                               bool(away.max() <= bound)))
-    return {name: Judged(*(np.array(column) for column in zip(*found, strict=True)))
-            for name, found in rows.items()}
+            rows[name].append(
+                (
+                    row.family,
+                    row.restitution,
+                    row.height,
+                    share.size,
+                    told.here**2,
+                    float(np.mean(away * away)),
+                    noise,
+                    bool(away.max() <= bound),
+                )
+            )
+    return {
+        name: Judged(*(np.array(column) for column in zip(*found, strict=True)))
+        for name, found in rows.items()
+    }
 
 
 def sections(all_judged: Mapping[str, Judged]) -> Iterator[Section]:
     """Tables of the best method by family and by scene, and of all methods."""
     best = best_method(DEFAULT_RESTITUTION)
     one = all_judged[best]
-    families = [_row(name, one.some(one.family == name)) for name in np.unique(one.family)]
-    yield Section("expected_errors_by_family", "Expected errors of families",
-                  BY_FAMILY.format(best), (*families, _row("all", one)))
-    scenes = [(f"{name} {low:g} to {high:g}", one.some((low <= values) & (values < high)))
-              for name, values, classes in (("height", one.height, HEIGHTS),
-                                            ("restitution", one.restitution, BOUNCES))
-              for low, high in classes]
-    yield Section("expected_errors_by_scene", "Expected errors of scenes", BY_SCENE,
-                  tuple(_row(name, some) for name, some in scenes if some.poses.size))
-    yield Section("expected_errors", "Expected errors of all methods", BY_METHOD,
-                  tuple(_row(name, some) for name, some in all_judged.items()))
+    families = [
+        _row(name, one.some(one.family == name)) for name in np.unique(one.family)
+    ]
+    yield Section(
+        "expected_errors_by_family",
+        "Expected errors of families",
+        BY_FAMILY.format(best),
+        (*families, _row("all", one)),
+    )
+    scenes = [
+        (f"{name} {low:g} to {high:g}", one.some((low <= values) & (values < high)))
+        for name, values, classes in (
+            ("height", one.height, HEIGHTS),
+            ("restitution", one.restitution, BOUNCES),
+        )
+        for low, high in classes
+    ]
+    yield Section(
+        "expected_errors_by_scene",
+        "Expected errors of scenes",
+        BY_SCENE,
+        tuple(_row(name, some) for name, some in scenes if some.poses.size),
+    )
+    yield Section(
+        "expected_errors",
+        "Expected errors of all methods",
+        BY_METHOD,
+        tuple(_row(name, some) for name, some in all_judged.items()),
+    )
 
 
 def _row(name: str, some: Judged) -> Row:
     expected = np.average(some.expected, weights=some.poses)
-    true = max(float(np.average(some.square - some.noise, weights=some.poses)), LEAST ** 2)
-    ratio = math.sqrt(true / max(float(expected), LEAST ** 2))
+    true = max(
+        float(np.average(some.square - some.noise, weights=some.poses)), LEAST**2
+    )
+    ratio = math.sqrt(true / max(float(expected), LEAST**2))
     twice = 100.0 * float(np.mean(some.square > 4.0 * (some.expected + some.noise)))
     kept = 100.0 * float(some.kept.mean())
-    return Row(name, {
-        "parts and scenes": some.poses.size, "expected": 100.0 * math.sqrt(float(expected)),
-        "true": 100.0 * math.sqrt(true), "true / expected": ratio, "twice": twice, "kept": kept,
-    }, (Target("factor off", max(ratio, 1.0 / ratio), RATIO), Target("twice", twice, TWICE),
-        Target("kept", kept, KEPT[0], at_least=True)))
+    return Row(
+        name,
+        {
+            "parts and scenes": some.poses.size,
+            "expected": 100.0 * math.sqrt(float(expected)),
+            "true": 100.0 * math.sqrt(true),
+            "true / expected": ratio,
+            "twice": twice,
+            "kept": kept,
+        },
+        (
+            Target("factor off", max(ratio, 1.0 / ratio), RATIO),
+            Target("twice", twice, TWICE),
+            Target("kept", kept, KEPT[0], at_least=True),
+        ),
+    )

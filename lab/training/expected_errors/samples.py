@@ -59,28 +59,51 @@ def error_samples(samples: Sequence[Sample]) -> dict[str, ErrorSamples]:
         for name, estimate in answers.items():
             scale = error_scale(resting, estimate, known)
             if scale.mean() > DECIDED:
-                rows[name].append((
-                    error_inputs(resting, estimate, scene, known, scale), float(scale.mean()),
-                    float(np.mean(np.square(estimate - share))), noise, freedom(share),
-                    share.size))
-    return {name: ErrorSamples(*(np.array(column) for column in zip(*found, strict=True)))
-            for name, found in rows.items()}
+                rows[name].append(
+                    (
+                        error_inputs(resting, estimate, scene, known, scale),
+                        float(scale.mean()),
+                        float(np.mean(np.square(estimate - share))),
+                        noise,
+                        freedom(share),
+                        share.size,
+                    )
+                )
+    return {
+        name: ErrorSamples(*(np.array(column) for column in zip(*found, strict=True)))
+        for name, found in rows.items()
+    }
 
 
-def answered(samples: Sequence[Sample]
-             ) -> Iterator[tuple[Sample, RestingPoses, DropScene, dict[str, Array]]]:
+def answered(
+    samples: Sequence[Sample],
+) -> Iterator[tuple[Sample, RestingPoses, DropScene, dict[str, Array]]]:
     """Samples with poses, scene and the answers (P,) of all methods."""
     for key, scenes in groupby(samples, lambda row: row[:3]):
         resting = family_poses(key[0], family_part(*key))
-        blind = {name: entry.function(resting, DropScene())
-                 for name, entry in ESTIMATORS.items() if not entry.knows_scene}
+        blind = {
+            name: entry.function(resting, DropScene())
+            for name, entry in ESTIMATORS.items()
+            if not entry.knows_scene
+        }
         for row in scenes:
             if usable(row):
-                scene = DropScene(row.restitution, row.height * resting.body.radius,
-                                  resting.clusters.tolerance)
-                yield row, resting, scene, {
-                    name: blind[name] if name in blind else entry.function(resting, scene)
-                    for name, entry in ESTIMATORS.items()}
+                scene = DropScene(
+                    row.restitution,
+                    row.height * resting.body.radius,
+                    resting.clusters.tolerance,
+                )
+                yield (
+                    row,
+                    resting,
+                    scene,
+                    {
+                        name: blind[name]
+                        if name in blind
+                        else entry.function(resting, scene)
+                        for name, entry in ESTIMATORS.items()
+                    },
+                )
 
 
 def counted(row: Sample) -> tuple[Array, float]:

@@ -4,4 +4,11 @@ from .curved import CURVED
 from .families import FAMILIES, family_options, family_part, family_poses
 from .rocking import ROCKING
 
-__all__ = ["CURVED", "FAMILIES", "ROCKING", "family_options", "family_part", "family_poses"]
+__all__ = [
+    "CURVED",
+    "FAMILIES",
+    "ROCKING",
+    "family_options",
+    "family_part",
+    "family_poses",
+]

@@ -18,13 +18,23 @@ Array = NDArray[np.float64]
 def flatted_shafts(draw: Generator) -> list[Solid]:
     """Shafts with two or three flats, opposite, square to each other or anywhere."""
     turn = np.array([[0.0, math.pi], [0.0, 0.5 * math.pi], [0.0, 2.0], [0.0, 2.6]])[
-        int(draw.integers(4))]
+        int(draw.integers(4))
+    ]
     if draw.random() < 0.3:
         turn = np.append(turn, turn[-1] + draw.uniform(1.2, 2.2))
-    far = draw.uniform(0.5, 0.95, turn.size) if draw.random() < 0.5 else np.full(
-        turn.size, draw.uniform(0.5, 0.95))
-    return _drawn(_cut_outline(_arc(draw, 0.0, 2.0 * math.pi)[:-1],
-                               np.column_stack((np.cos(turn), np.sin(turn))), far), draw)
+    far = (
+        draw.uniform(0.5, 0.95, turn.size)
+        if draw.random() < 0.5
+        else np.full(turn.size, draw.uniform(0.5, 0.95))
+    )
+    return _drawn(
+        _cut_outline(
+            _arc(draw, 0.0, 2.0 * math.pi)[:-1],
+            np.column_stack((np.cos(turn), np.sin(turn))),
+            far,
+        ),
+        draw,
+    )
 
 
 def lenses(draw: Generator) -> list[Solid]:
@@ -49,10 +59,13 @@ def loaves(draw: Generator) -> list[Solid]:
 def cams(draw: Generator) -> list[Solid]:
     """Hulls of two circles of different size, some with a flat."""
     first, away = _arc(draw, 0.0, 2.0 * math.pi)[:-1], (draw.uniform(0.3, 1.8), 0.0)
-    outline = np.vstack((first, draw.uniform(0.2, 0.95) * _arc(draw, 0.0, 2.0 * math.pi)[:-1]
-                         + away))
+    outline = np.vstack(
+        (first, draw.uniform(0.2, 0.95) * _arc(draw, 0.0, 2.0 * math.pi)[:-1] + away)
+    )
     if draw.random() < 0.4:
-        outline[:, 1] = np.maximum(outline[:, 1], draw.uniform(0.5, 0.95) * outline[:, 1].min())
+        outline[:, 1] = np.maximum(
+            outline[:, 1], draw.uniform(0.5, 0.95) * outline[:, 1].min()
+        )
     return _drawn(outline, draw)
 
 
@@ -60,7 +73,9 @@ def squircles(draw: Generator) -> list[Solid]:
     """Prisms of superellipses; some are cut at one side."""
     round_ = _arc(draw, 0.0, 2.0 * math.pi)[:-1]
     power = draw.uniform(1.5, 6.0)
-    outline = round_ / (np.abs(round_) ** power).sum(axis=1, keepdims=True) ** (1.0 / power)
+    outline = round_ / (np.abs(round_) ** power).sum(axis=1, keepdims=True) ** (
+        1.0 / power
+    )
     if draw.random() < 0.4:
         outline[:, 0] = np.minimum(outline[:, 0], draw.uniform(0.3, 0.9))
     return _drawn(outline * (1.0, draw.uniform(0.5, 1.0)), draw)
@@ -71,9 +86,15 @@ def cut_cones(draw: Generator) -> list[Solid]:
     segments, high = 4 * int(draw.integers(12, 25)), draw.uniform(0.4, 3.0)
     bulge = draw.uniform(0.0, 0.3) if draw.random() < 0.5 else 0.0
     level = np.linspace(0.0, 1.0, 9 if bulge else 2)
-    radius = 1.0 + level * (draw.uniform(0.3, 1.0) - 1.0) + 4.0 * bulge * level * (1.0 - level)
-    body = _rings(segments, zip(radius.tolist(), (high * level).tolist(), strict=True)).corners
-    for turn in (0.0, draw.uniform(1.0, 3.2))[:int(draw.integers(1, 3))]:
+    radius = (
+        1.0
+        + level * (draw.uniform(0.3, 1.0) - 1.0)
+        + 4.0 * bulge * level * (1.0 - level)
+    )
+    body = _rings(
+        segments, zip(radius.tolist(), (high * level).tolist(), strict=True)
+    ).corners
+    for turn in (0.0, draw.uniform(1.0, 3.2))[: int(draw.integers(1, 3))]:
         along = np.array((math.cos(turn), math.sin(turn), 0.0))
         beyond = body @ along - draw.uniform(0.1, 0.9) * float(radius.min())
         body = body - np.maximum(beyond, 0.0)[:, None] * along
@@ -103,7 +124,9 @@ def pillows(draw: Generator) -> list[Solid]:
     half = draw.uniform(0.45, 0.98, 3)
     segments = 4 * int(draw.integers(10, 16))
     level = np.cos(np.linspace(0.0, math.pi, segments // 2 + 1)).tolist()
-    ball = _rings(segments, ((math.sqrt(max(1.0 - z * z, 0.0)), z) for z in level)).corners
+    ball = _rings(
+        segments, ((math.sqrt(max(1.0 - z * z, 0.0)), z) for z in level)
+    ).corners
     axes = np.vstack((np.eye(3), -np.eye(3)))
     points = _cut(ball, axes, np.concatenate((half, half)), segments)
     if len(points) < 12:
@@ -116,8 +139,13 @@ def slices(draw: Generator) -> list[Solid]:
     wide, steps = math.radians(draw.uniform(40.0, 180.0)), int(draw.integers(12, 30))
     turn = np.linspace(0.0, wide, steps)
     level = np.linspace(-0.5 * math.pi, 0.5 * math.pi, steps)
-    ball = np.array([(math.cos(a) * math.cos(t), math.cos(a) * math.sin(t), math.sin(a))
-                     for a in level.tolist() for t in turn.tolist()])
+    ball = np.array(
+        [
+            (math.cos(a) * math.cos(t), math.cos(a) * math.sin(t), math.sin(a))
+            for a in level.tolist()
+            for t in turn.tolist()
+        ]
+    )
     return [Solid(ball * (1.0, 1.0, draw.uniform(0.5, 1.8)))]
 
 
@@ -140,6 +168,15 @@ def _cut_outline(outline: Array, normals: Array, far: Array) -> Array:
     return outline
 
 
-CURVED = {"flatted shafts": flatted_shafts, "lenses": lenses, "loaves": loaves, "cams": cams,
-          "squircles": squircles, "cut cones": cut_cones, "capsules": capsules,
-          "pillows": pillows, "slices": slices, "half rings": half_rings}
+CURVED = {
+    "flatted shafts": flatted_shafts,
+    "lenses": lenses,
+    "loaves": loaves,
+    "cams": cams,
+    "squircles": squircles,
+    "cut cones": cut_cones,
+    "capsules": capsules,
+    "pillows": pillows,
+    "slices": slices,
+    "half rings": half_rings,
+}

@@ -16,7 +16,15 @@ from study.random_polyhedra import random_polyhedron
 
 from .curved import CURVED
 from .machined import machined
-from .makers import cornered, ellipsoids, fine_ellipsoids, lumps, plates, prisms, weighted
+from .makers import (
+    cornered,
+    ellipsoids,
+    fine_ellipsoids,
+    lumps,
+    plates,
+    prisms,
+    weighted,
+)
 from .milled import milled
 from .rocking import ROCKING
 from .slender import bars, near_cubes, sheets
@@ -30,14 +38,30 @@ _TOO_FLAT = 0.005
 
 
 MADE: dict[str, Maker] = {
-    "prisms": prisms, "near-cubes": near_cubes, "plates": plates, "sheets": sheets, "bars": bars,
-    "machined": machined, "milled": milled, "rounds": rounds, "stepped": stepped,
-    "hollow": hollow, "gears": gears, "flat balls": flat_balls, "cornered": cornered,
-    "weighted": weighted, "lumps": lumps, "ellipsoids": ellipsoids,
-    "fine ellipsoids": fine_ellipsoids}
+    "prisms": prisms,
+    "near-cubes": near_cubes,
+    "plates": plates,
+    "sheets": sheets,
+    "bars": bars,
+    "machined": machined,
+    "milled": milled,
+    "rounds": rounds,
+    "stepped": stepped,
+    "hollow": hollow,
+    "gears": gears,
+    "flat balls": flat_balls,
+    "cornered": cornered,
+    "weighted": weighted,
+    "lumps": lumps,
+    "ellipsoids": ellipsoids,
+    "fine ellipsoids": fine_ellipsoids,
+}
 DRAWN: dict[str, tuple[float, str]] = {
-    "polyhedra 0": (0.0, "inertia"), "polyhedra 0.25": (0.25, "inertia"),
-    "polyhedra 0.65 second": (0.65, "second"), "polyhedra 1": (1.0, "inertia")}
+    "polyhedra 0": (0.0, "inertia"),
+    "polyhedra 0.25": (0.25, "inertia"),
+    "polyhedra 0.65 second": (0.65, "second"),
+    "polyhedra 1": (1.0, "inertia"),
+}
 
 FAMILIES: tuple[str, ...] = (*DRAWN, *MADE)
 
@@ -59,8 +83,11 @@ def family_part(family: str, seed: int, number: int) -> Part:
     if family in DRAWN:
         return random_polyhedron(seed, number, *DRAWN[family]).part()
     for attempt in count():
-        draw = np.random.Generator(np.random.Philox(np.random.SeedSequence(
-            (seed, number, attempt, *family.encode()))))
+        draw = np.random.Generator(
+            np.random.Philox(
+                np.random.SeedSequence((seed, number, attempt, *family.encode()))
+            )
+        )
         try:
             part = assembled((MADE | ROCKING | CURVED)[family](draw))
             found = family_poses(family, part)
@@ -76,7 +103,11 @@ def family_options(family: str) -> tuple[float, int]:
 
     Random polyhedra are taken as in the paper, all others as parts arrive.
     """
-    return (0.0, 0) if family in DRAWN else (DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES)
+    return (
+        (0.0, 0)
+        if family in DRAWN
+        else (DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES)
+    )
 
 
 def family_poses(family: str, part: Part) -> RestingPoses:

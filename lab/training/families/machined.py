@@ -50,14 +50,20 @@ def shaft(draw: Generator) -> list[Solid]:
 def bolt(draw: Generator) -> list[Solid]:
     """A polygonal head on a shank."""
     head = float(draw.uniform(0.15, 0.6))
-    shank = _round(int(draw.integers(16, 33)), 0.5, head, head + float(draw.uniform(0.3, 2.5)))
+    shank = _round(
+        int(draw.integers(16, 33)), 0.5, head, head + float(draw.uniform(0.3, 2.5))
+    )
     corners = unit_circle(int(draw.choice([4, 6, 6, 8]))) * draw.uniform(0.7, 1.2)
     return [extruded(corners, 0.0, head), shank]
 
 
 def bossed_plate(draw: Generator) -> list[Solid]:
     """A plate with one to three round or square bosses, and holes."""
-    width, depth, thick = draw.uniform(0.6, 1.6), draw.uniform(0.6, 1.6), draw.uniform(0.08, 0.5)
+    width, depth, thick = (
+        draw.uniform(0.6, 1.6),
+        draw.uniform(0.6, 1.6),
+        draw.uniform(0.08, 0.5),
+    )
     plate = block((0.0, 0.0, 0.0), (width, depth, thick))
     solids = [plate, *_holes(draw, width, depth, 0.0, thick)]
     for place in range(int(draw.integers(1, 4))):
@@ -76,8 +82,10 @@ def channel(draw: Generator) -> list[Solid]:
     floor, wall = draw.uniform(0.06, 0.25), draw.uniform(0.06, 0.18)
     left, right = draw.uniform(0.1, 1.0, 2)
     place = (width - wall) * (1.0 if draw.random() < 0.7 else 0.5)
-    legs = [block((0.0, 0.0, floor), (wall, length, floor + left)),
-            block((place, 0.0, floor), (place + wall, length, floor + right))]
+    legs = [
+        block((0.0, 0.0, floor), (wall, length, floor + left)),
+        block((place, 0.0, floor), (place + wall, length, floor + right)),
+    ]
     if place < wall:
         legs = legs[:1]
     return [block((0.0, 0.0, 0.0), (width, length, floor)), *legs]
@@ -94,10 +102,16 @@ def _round(sides: int, radius: float, low: float, high: float) -> Solid:
     return extruded(unit_circle(sides) * radius, low, high)
 
 
-def _holes(draw: Generator, width: float, depth: float, low: float, high: float) -> list[Solid]:
+def _holes(
+    draw: Generator, width: float, depth: float, low: float, high: float
+) -> list[Solid]:
     """Up to two holes through a plate, inside its two halves."""
     radius = 0.12 * min(width, depth)
     places = [(0.25 * width, 0.5 * depth), (0.75 * width, 0.5 * depth)]
     count = int(draw.integers(0, 3))
-    return [extruded(unit_circle(12) * radius * draw.uniform(0.5, 1.0) + place, low, high).hole()
-            for place in places[:count]]
+    return [
+        extruded(
+            unit_circle(12) * radius * draw.uniform(0.5, 1.0) + place, low, high
+        ).hole()
+        for place in places[:count]
+    ]

@@ -29,11 +29,18 @@ def prisms(draw: Generator) -> list[Solid]:
 def plates(draw: Generator) -> list[Solid]:
     """Convex outlines of 3 to 8 corners, 0.04 to 0.5 thick, some with bevelled edges."""
     corners = int(draw.integers(3, 9))
-    turn = (np.arange(corners) + draw.uniform(-0.35, 0.35, corners)) * (2 * math.pi / corners)
-    outline = np.stack([np.cos(turn), np.sin(turn)], axis=1) * (1.0, draw.uniform(0.4, 1.0))
+    turn = (np.arange(corners) + draw.uniform(-0.35, 0.35, corners)) * (
+        2 * math.pi / corners
+    )
+    outline = np.stack([np.cos(turn), np.sin(turn)], axis=1) * (
+        1.0,
+        draw.uniform(0.4, 1.0),
+    )
     thick = float(np.exp(draw.uniform(math.log(0.08), math.log(1.0))))
     if draw.random() < 0.4:
-        top = np.column_stack((outline * draw.uniform(0.5, 0.95), np.full(corners, thick)))
+        top = np.column_stack(
+            (outline * draw.uniform(0.5, 0.95), np.full(corners, thick))
+        )
         return [Solid(np.vstack((np.column_stack((outline, np.zeros(corners))), top)))]
     return [extruded(outline, 0.0, thick)]
 
@@ -62,14 +69,20 @@ def lumps(draw: Generator) -> list[Solid]:
     toward /= np.linalg.norm(toward, axis=1, keepdims=True)
     waves = draw.normal(size=(6, 3)) * draw.uniform(0.5, 2.5)
     heights = draw.normal(size=6) * draw.uniform(0.03, 0.15)
-    reach = np.exp(np.cos(toward @ waves.T + draw.uniform(0.0, 2.0 * math.pi, 6)) @ heights)
+    reach = np.exp(
+        np.cos(toward @ waves.T + draw.uniform(0.0, 2.0 * math.pi, 6)) @ heights
+    )
     return [Solid(toward * reach[:, None] * (1.0, *draw.uniform(0.45, 1.0, 2)))]
 
 
 def cornered(draw: Generator) -> list[Solid]:
     """Hulls of 12 to 80 normally distributed points, stretched along the axes."""
     count_of_points = round(math.exp(draw.uniform(math.log(12), math.log(80))))
-    return [Solid(draw.normal(size=(count_of_points, 3)) * (1.0, *draw.uniform(0.4, 1.0, 2)))]
+    return [
+        Solid(
+            draw.normal(size=(count_of_points, 3)) * (1.0, *draw.uniform(0.4, 1.0, 2))
+        )
+    ]
 
 
 def weighted(draw: Generator) -> list[Solid]:
@@ -90,5 +103,5 @@ def weighted(draw: Generator) -> list[Solid]:
         mass = volume * draw.uniform(0.1, 1.5)
         low, high = place - 0.5 * size, place + 0.5 * size
         weight = block((low[0], low[1], low[2]), (high[0], high[1], high[2]))
-        solids.append(Solid(weight.corners, mass / size ** 3))
+        solids.append(Solid(weight.corners, mass / size**3))
     return solids

@@ -35,16 +35,22 @@ def _plate(draw: Generator) -> Manifold:
     plate = extrude(_outline(draw), "z", 0.0, thick)
     for _ in range(int(draw.integers(0, 3))):
         place = draw.uniform(-0.35, 0.35, 2)
-        plate -= drill(float(draw.uniform(0.03, 0.15)), "z", (float(place[0]), float(place[1])),
-                       -thick, 2.0 * thick)
+        plate -= drill(
+            float(draw.uniform(0.03, 0.15)),
+            "z",
+            (float(place[0]), float(place[1])),
+            -thick,
+            2.0 * thick,
+        )
     return plate
 
 
 def _crossed(draw: Generator) -> Manifold:
     """What two rounded outlines at right angles have in common."""
     width = math.exp(draw.uniform(math.log(0.2), math.log(1.2)))
-    return (extrude(_outline(draw), "z", -1.0, 1.0)
-            ^ extrude(_outline(draw) * (1.0, width), "x", -2.0, 2.0))
+    return extrude(_outline(draw), "z", -1.0, 1.0) ^ extrude(
+        _outline(draw) * (1.0, width), "x", -2.0, 2.0
+    )
 
 
 def _rounded_box(draw: Generator) -> Manifold:
@@ -54,17 +60,33 @@ def _rounded_box(draw: Generator) -> Manifold:
     steps = int(draw.integers(3, 9))
     if draw.random() < 0.5:
         x, y, z = size.tolist()
-        return extrude(rounded_polygon([(0.0, 0.0, radius), (x, 0.0, radius), (x, y, radius),
-                                        (0.0, y, radius)], steps), "z", 0.0, z)
+        return extrude(
+            rounded_polygon(
+                [
+                    (0.0, 0.0, radius),
+                    (x, 0.0, radius),
+                    (x, y, radius),
+                    (0.0, y, radius),
+                ],
+                steps,
+            ),
+            "z",
+            0.0,
+            z,
+        )
     ball = Manifold.sphere(radius, 4 * steps)
-    corners = (size - 2.0 * radius) * np.array(np.meshgrid(*[[0.0, 1.0]] * 3)).reshape(3, 8).T
+    corners = (size - 2.0 * radius) * np.array(np.meshgrid(*[[0.0, 1.0]] * 3)).reshape(
+        3, 8
+    ).T
     return Manifold.batch_hull([ball.translate(tuple(one)) for one in corners.tolist()])
 
 
 def _outline(draw: Generator) -> Outline:
     """Three to nine corners around the middle, most of them rounded; some re-entrant."""
     corners = int(draw.integers(3, 10))
-    turn = (np.arange(corners) + draw.uniform(-0.35, 0.35, corners)) * (2 * math.pi / corners)
+    turn = (np.arange(corners) + draw.uniform(-0.35, 0.35, corners)) * (
+        2 * math.pi / corners
+    )
     reach = draw.uniform(draw.choice([0.4, 0.9]), 1.0, corners)
     points = np.stack((np.cos(turn), np.sin(turn)), axis=1) * reach[:, None]
     points *= (1.0, draw.uniform(0.4, 1.0))
@@ -73,10 +95,18 @@ def _outline(draw: Generator) -> Outline:
     shorter = np.minimum(length, np.roll(length, 1))
     along = sides / length[:, None]
     before = np.roll(along, 1, axis=0)
-    bend = np.abs(np.arctan2(before[:, 0] * along[:, 1] - before[:, 1] * along[:, 0],
-                             (before * along).sum(axis=1)))
+    bend = np.abs(
+        np.arctan2(
+            before[:, 0] * along[:, 1] - before[:, 1] * along[:, 0],
+            (before * along).sum(axis=1),
+        )
+    )
     radius = LARGEST_ARC * shorter / np.tan(np.maximum(0.5 * bend, 0.05))
     radius *= draw.uniform(0.0, 1.0, corners) * (draw.random(corners) < 0.8)
-    return rounded_polygon([(float(x), float(y), float(r))
-                            for (x, y), r in zip(points, radius, strict=True)],
-                           int(draw.integers(3, 13)))
+    return rounded_polygon(
+        [
+            (float(x), float(y), float(r))
+            for (x, y), r in zip(points, radius, strict=True)
+        ],
+        int(draw.integers(3, 13)),
+    )

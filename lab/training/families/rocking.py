@@ -19,12 +19,15 @@ Array = NDArray[np.float64]
 def _arc(draw: Generator, begin: float, end: float) -> Array:
     """Points (k, 2) on the unit circle between two angles, as files cut it: 48 to 200 a turn."""
     sides = math.exp(draw.uniform(math.log(48), math.log(200)))
-    turn = np.linspace(begin, end, max(3, math.ceil(sides * (end - begin) / (2.0 * math.pi))) + 1)
+    turn = np.linspace(
+        begin, end, max(3, math.ceil(sides * (end - begin) / (2.0 * math.pi))) + 1
+    )
     return np.column_stack((np.cos(turn), np.sin(turn)))
 
 
-def _drawn(outline: Array, draw: Generator, shortest: float = 0.3, longest: float = 4.0
-           ) -> list[Solid]:
+def _drawn(
+    outline: Array, draw: Generator, shortest: float = 0.3, longest: float = 4.0
+) -> list[Solid]:
     """An outline along an axis, between so many and so many times as long as its radius."""
     length = math.exp(draw.uniform(math.log(shortest), math.log(longest)))
     return [extruded(outline, 0.0, length)]
@@ -33,13 +36,19 @@ def _drawn(outline: Array, draw: Generator, shortest: float = 0.3, longest: floa
 def cut_cylinders(draw: Generator) -> list[Solid]:
     """Half cylinders and shafts with one flat, shallow to deep."""
     half = math.acos(draw.uniform(-0.9, 0.6))
-    return _drawn(_arc(draw, half - math.pi, math.pi - half) @ np.array([(0, 1), (-1, 0)]), draw)
+    return _drawn(
+        _arc(draw, half - math.pi, math.pi - half) @ np.array([(0, 1), (-1, 0)]), draw
+    )
 
 
 def sectors(draw: Generator) -> list[Solid]:
     """Slices of a cylinder of 30 to 180 degrees."""
-    return _drawn(np.vstack((_arc(draw, 0.0, math.radians(draw.uniform(30.0, 180.0))),
-                             np.zeros((1, 2)))), draw)
+    return _drawn(
+        np.vstack(
+            (_arc(draw, 0.0, math.radians(draw.uniform(30.0, 180.0))), np.zeros((1, 2)))
+        ),
+        draw,
+    )
 
 
 def ovals(draw: Generator) -> list[Solid]:
@@ -54,9 +63,16 @@ def rounded_polygons(draw: Generator) -> list[Solid]:
     """Triangles to pentagons with round corners."""
     corners, radius = int(draw.integers(3, 6)), draw.uniform(0.15, 1.2)
     turn = 2.0 * math.pi / corners
-    return _drawn(np.vstack([
-        np.array((math.cos(k * turn), math.sin(k * turn)))
-        + radius * _arc(draw, (k - 0.5) * turn, (k + 0.5) * turn) for k in range(corners)]), draw)
+    return _drawn(
+        np.vstack(
+            [
+                np.array((math.cos(k * turn), math.sin(k * turn)))
+                + radius * _arc(draw, (k - 0.5) * turn, (k + 0.5) * turn)
+                for k in range(corners)
+            ]
+        ),
+        draw,
+    )
 
 
 def arc_plates(draw: Generator) -> list[Solid]:
@@ -82,7 +98,9 @@ def cut_eggs(draw: Generator) -> list[Solid]:
     """Balls and eggs with one to three flats."""
     segments = 4 * int(draw.integers(12, 19))
     level = np.cos(np.linspace(0.0, math.pi, segments // 2 + 1)).tolist()
-    ball = _rings(segments, ((math.sqrt(max(1.0 - z * z, 0.0)), z) for z in level)).corners
+    ball = _rings(
+        segments, ((math.sqrt(max(1.0 - z * z, 0.0)), z) for z in level)
+    ).corners
     flats = draw.normal(size=(int(draw.integers(1, 4)), 3))
     flats /= np.linalg.norm(flats, axis=1, keepdims=True)
     points = _cut(ball, flats, draw.uniform(0.55, 0.95, len(flats)), segments)
@@ -92,7 +110,9 @@ def cut_eggs(draw: Generator) -> list[Solid]:
 
 def free_forms(draw: Generator) -> list[Solid]:
     """Hulls of scans: superellipsoids of 300 to 1 200 points, some cut flat."""
-    points = draw.normal(size=(round(math.exp(draw.uniform(math.log(300), math.log(1200)))), 3))
+    points = draw.normal(
+        size=(round(math.exp(draw.uniform(math.log(300), math.log(1200)))), 3)
+    )
     power = draw.uniform(1.6, 5.0)
     points /= (np.abs(points) ** power).sum(axis=1, keepdims=True) ** (1.0 / power)
     if draw.random() < 0.6:
@@ -100,6 +120,13 @@ def free_forms(draw: Generator) -> list[Solid]:
     return [Solid(points * (1.0, *draw.uniform(0.45, 1.0, 2)))]
 
 
-ROCKING = {"cut cylinders": cut_cylinders, "sectors": sectors, "ovals": ovals,
-           "rounded polygons": rounded_polygons, "arc plates": arc_plates, "domes": domes,
-           "cut eggs": cut_eggs, "free forms": free_forms}
+ROCKING = {
+    "cut cylinders": cut_cylinders,
+    "sectors": sectors,
+    "ovals": ovals,
+    "rounded polygons": rounded_polygons,
+    "arc plates": arc_plates,
+    "domes": domes,
+    "cut eggs": cut_eggs,
+    "free forms": free_forms,
+}

@@ -26,8 +26,12 @@ def bars(draw: Generator) -> list[Solid]:
         rod = disc(sides, 0.5, 0.0, length, float(draw.choice([0.0, 0.02, 0.1])))
         if draw.random() < 0.5:
             return [rod]
-        hole = disc(sides, float(draw.uniform(0.15, 0.42)), 0.0,
-                    length * float(draw.choice([1.0, 0.6]))).hole()
+        hole = disc(
+            sides,
+            float(draw.uniform(0.15, 0.42)),
+            0.0,
+            length * float(draw.choice([1.0, 0.6])),
+        ).hole()
         return [rod, hole]
     if kind < 0.55:
         wide, thick = 1.0, math.exp(draw.uniform(math.log(0.15), 0.0))
@@ -37,8 +41,10 @@ def bars(draw: Generator) -> list[Solid]:
         outline = _around(corners, 0.15 * float(draw.random() < 0.5), draw) * 0.5
         return [_tapered(outline, length, draw)]
     wall, leg = float(draw.uniform(0.08, 0.25)), float(draw.uniform(0.4, 1.2))
-    solids = [block((0.0, 0.0, 0.0), (1.0, wall, length)),
-              block((0.0, wall, 0.0), (wall, leg, length))]
+    solids = [
+        block((0.0, 0.0, 0.0), (1.0, wall, length)),
+        block((0.0, wall, 0.0), (wall, leg, length)),
+    ]
     if draw.random() < 0.5:
         solids.append(block((1.0 - wall, wall, 0.0), (1.0, leg, length)))
     return solids
@@ -53,10 +59,17 @@ def sheets(draw: Generator) -> list[Solid]:
         outline = _around(int(draw.integers(3, 9)), 0.35, draw) * (1.0, width)
         bevel = float(draw.choice([1.0, 0.98, 0.9]))
         top = np.column_stack((outline * bevel, np.full(len(outline), thick)))
-        return [Solid(np.vstack((np.column_stack((outline, np.zeros(len(outline)))), top)))]
+        return [
+            Solid(np.vstack((np.column_stack((outline, np.zeros(len(outline)))), top)))
+        ]
     if kind < 0.5:
-        rim = disc(int(draw.integers(32, 129)), 1.0, 0.0, thick,
-                   float(draw.choice([0.0, 0.2])) * thick)
+        rim = disc(
+            int(draw.integers(32, 129)),
+            1.0,
+            0.0,
+            thick,
+            float(draw.choice([0.0, 0.2])) * thick,
+        )
         away = float(draw.uniform(0.0, 0.4))
         hole = disc(48, float(draw.uniform(0.1, 0.5)), 0.0, thick)
         return [rim, Solid(hole.corners + np.array((away, 0.0, 0.0)), -1.0)]
@@ -74,25 +87,35 @@ def near_cubes(draw: Generator) -> list[Solid]:
     half = np.exp(draw.uniform(0.01, 0.15) * draw.uniform(-1.0, 1.0, 3))
     if draw.random() < 0.4:
         half[1] = half[0]
-    signs = np.array([(x, y, z) for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
+    signs = np.array(
+        [(x, y, z) for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)]
+    )
     chamfer = float(draw.choice([0.0, 0.0, 0.03, 0.1, 0.2]))
-    corners = np.vstack([signs * (half - chamfer * (1.0 - np.eye(3)[axis])) for axis in range(3)])
+    corners = np.vstack(
+        [signs * (half - chamfer * (1.0 - np.eye(3)[axis])) for axis in range(3)]
+    )
     solids = [Solid(corners)]
     if draw.random() < 0.3:
         size, place = 0.05, draw.uniform(-0.5, 0.5, 3)
         low, high = (place - size).tolist(), (place + size).tolist()
         weight = block((low[0], low[1], low[2]), (high[0], high[1], high[2]))
-        solids.append(Solid(weight.corners, float(draw.uniform(0.1, 2.0)) / (2.0 * size) ** 3))
+        solids.append(
+            Solid(weight.corners, float(draw.uniform(0.1, 2.0)) / (2.0 * size) ** 3)
+        )
     return solids
 
 
 def _around(corners: int, jitter: float, draw: Generator) -> Array:
-    turn = (np.arange(corners) + draw.uniform(-jitter, jitter, corners)) * (2 * math.pi / corners)
+    turn = (np.arange(corners) + draw.uniform(-jitter, jitter, corners)) * (
+        2 * math.pi / corners
+    )
     return np.stack([np.cos(turn), np.sin(turn)], axis=1)
 
 
 def _rectangle(wide: float, thick: float) -> Array:
-    return 0.5 * np.array([(-wide, -thick), (wide, -thick), (wide, thick), (-wide, thick)])
+    return 0.5 * np.array(
+        [(-wide, -thick), (wide, -thick), (wide, thick), (-wide, thick)]
+    )
 
 
 def _tapered(outline: Array, length: float, draw: Generator) -> Solid:
@@ -105,5 +128,11 @@ def _tapered(outline: Array, length: float, draw: Generator) -> Solid:
         levels = [(narrow, 0.0), (1.0, inset), (1.0, length - inset), (narrow, length)]
     else:
         levels = [(1.0, 0.0), (float(draw.uniform(0.4, 0.95)), length)]
-    return Solid(np.vstack([np.column_stack((outline * scale, np.full(len(outline), level)))
-                            for scale, level in levels]))
+    return Solid(
+        np.vstack(
+            [
+                np.column_stack((outline * scale, np.full(len(outline), level)))
+                for scale, level in levels
+            ]
+        )
+    )

@@ -59,13 +59,23 @@ def fan(outline: Array, low: float, high: float) -> Solid:
     corners = len(outline)
     here = np.arange(corners)
     there = (here + 1) % corners
-    layers = [np.column_stack((outline, np.full(corners, level))) for level in (low, high)]
+    layers = [
+        np.column_stack((outline, np.full(corners, level))) for level in (low, high)
+    ]
     ends = np.array([(0.0, 0.0, low), (0.0, 0.0, high)])
-    return Solid(np.vstack((*layers, ends)), triangles=np.vstack((
-        np.column_stack((here, there, there + corners)),
-        np.column_stack((here, there + corners, here + corners)),
-        np.column_stack((there, here, np.full(corners, 2 * corners))),
-        np.column_stack((here + corners, there + corners, np.full(corners, 2 * corners + 1))))))
+    return Solid(
+        np.vstack((*layers, ends)),
+        triangles=np.vstack(
+            (
+                np.column_stack((here, there, there + corners)),
+                np.column_stack((here, there + corners, here + corners)),
+                np.column_stack((there, here, np.full(corners, 2 * corners))),
+                np.column_stack(
+                    (here + corners, there + corners, np.full(corners, 2 * corners + 1))
+                ),
+            )
+        ),
+    )
 
 
 def assembled(solids: list[Solid]) -> Part:
@@ -81,16 +91,22 @@ def assembled(solids: list[Solid]) -> Part:
     mass = float(masses.sum())
     center = masses @ centers / mass
     inertia = np.zeros((3, 3))
-    for one, sign, part, away in zip(whole, density, masses, centers - center, strict=True):
+    for one, sign, part, away in zip(
+        whole, density, masses, centers - center, strict=True
+    ):
         inertia += sign * one.inertia
         inertia += part * ((away @ away) * np.eye(3) - np.outer(away, away))
     full = [solid for solid in solids if solid.density > 0.0]
     there = np.concatenate([solid.corners for solid in full])
     size = float(np.linalg.norm(there - center, axis=1).max())
     vertices, triangles = _surface(full)
-    return part_from_mesh((vertices - center) / size, triangles, center_of_mass=np.zeros(3),
-                          mass=1.0,
-                          inertia=inertia / (mass * size * size))
+    return part_from_mesh(
+        (vertices - center) / size,
+        triangles,
+        center_of_mass=np.zeros(3),
+        mass=1.0,
+        inertia=inertia / (mass * size * size),
+    )
 
 
 def _surface(solids: list[Solid]) -> tuple[Array, NDArray[np.int64]]:

@@ -39,11 +39,15 @@ def stepped(draw: Generator) -> list[Solid]:
     solids: list[Solid] = []
     for radius in radii.tolist():
         length = stretch * math.exp(draw.uniform(math.log(0.1), math.log(1.5)))
-        solids.append(disc(sides, radius, at, at + length, _chamfer(draw, radius, length)))
+        solids.append(
+            disc(sides, radius, at, at + length, _chamfer(draw, radius, length))
+        )
         at += length
     if draw.random() < 0.2:
         widest = int(radii.argmax())
-        solids[widest] = _with_flat(solids[widest], float(radii[widest] * draw.uniform(0.6, 0.95)))
+        solids[widest] = _with_flat(
+            solids[widest], float(radii[widest] * draw.uniform(0.6, 0.95))
+        )
     if draw.random() < 0.3:
         bore = float(radii.min() * draw.uniform(0.2, 0.75))
         solids.append(disc(sides, bore, at * draw.choice([0.0, 0.5]), at).hole())
@@ -62,8 +66,9 @@ def hollow(draw: Generator) -> list[Solid]:
     if draw.random() < 0.35:
         collar = float(draw.uniform(bore * 1.05, max(1.6, bore * 1.2)))
         top = height + height * float(draw.uniform(0.05, 1.0))
-        solids.append(disc(sides, collar, height, top,
-                           _chamfer(draw, collar, top - height)))
+        solids.append(
+            disc(sides, collar, height, top, _chamfer(draw, collar, top - height))
+        )
         height = top
     floor = float(draw.uniform(0.05, 0.6)) * height if draw.random() < 0.4 else 0.0
     return [*solids, disc(sides, bore, floor, height).hole()]
@@ -72,20 +77,31 @@ def hollow(draw: Generator) -> list[Solid]:
 def gears(draw: Generator) -> list[Solid]:
     """Spur gears of 8 to 60 teeth; two thirds have a hub, all but few a bore."""
     teeth = round(math.exp(draw.uniform(math.log(8), math.log(60))))
-    module, width = 2.0 / (teeth + 2.0), math.exp(draw.uniform(math.log(0.1), math.log(1.5)))
+    module, width = (
+        2.0 / (teeth + 2.0),
+        math.exp(draw.uniform(math.log(0.1), math.log(1.5))),
+    )
     root, sides = 1.0 - 2.25 * module, _sides(draw)
     tip, foot = draw.uniform(0.1, 0.35), draw.uniform(0.5, 0.7)
-    turn = 2.0 * math.pi * (np.arange(teeth)[:, None]
-                            + np.array([-foot, -tip, tip, foot]) / 2.0) / teeth
+    turn = (
+        2.0
+        * math.pi
+        * (np.arange(teeth)[:, None] + np.array([-foot, -tip, tip, foot]) / 2.0)
+        / teeth
+    )
     reach = np.array([root, 1.0, 1.0, root])
-    outline = np.stack((reach * np.cos(turn), reach * np.sin(turn)), axis=2).reshape(-1, 2)
+    outline = np.stack((reach * np.cos(turn), reach * np.sin(turn)), axis=2).reshape(
+        -1, 2
+    )
     solids, top, core = [fan(outline, 0.0, width)], width, root
     if draw.random() < 0.65:
         core = root * float(draw.uniform(0.3, 0.8))
         top = width + float(draw.uniform(0.05, 1.0))
         solids.append(disc(sides, core, width, top, _chamfer(draw, core, top - width)))
     if draw.random() < 0.9:
-        solids.append(disc(sides, core * float(draw.uniform(0.2, 0.8)), 0.0, top).hole())
+        solids.append(
+            disc(sides, core * float(draw.uniform(0.2, 0.8)), 0.0, top).hole()
+        )
     return solids
 
 
@@ -101,26 +117,43 @@ def flat_balls(draw: Generator) -> list[Solid]:
         if draw.random() < 0.5 and widest > 0.1:
             return [bead, disc(segments, 0.7 * widest, low, high).hole()]
         return [bead]
-    ball = _rings(segments, ((math.sqrt(max(1.0 - z * z, 0.0)), z) for z in level.tolist()))
+    ball = _rings(
+        segments, ((math.sqrt(max(1.0 - z * z, 0.0)), z) for z in level.tolist())
+    )
     flats = draw.normal(size=(int(draw.integers(1, 5)), 3))
     flats /= np.linalg.norm(flats, axis=1, keepdims=True)
     far = draw.uniform(0.75, 0.98, len(flats))
     return [Solid(_cut(ball.corners, flats, far, segments))]
 
 
-def disc(sides: int, radius: float, low: float, high: float, chamfer: float = 0.0) -> Solid:
+def disc(
+    sides: int, radius: float, low: float, high: float, chamfer: float = 0.0
+) -> Solid:
     """A cylinder about z, chamfered at both ends."""
     if not chamfer:
         return _rings(sides, ((radius, low), (radius, high)))
-    return _rings(sides, ((radius - chamfer, low), (radius, low + chamfer),
-                          (radius, high - chamfer), (radius - chamfer, high)))
+    return _rings(
+        sides,
+        (
+            (radius - chamfer, low),
+            (radius, low + chamfer),
+            (radius, high - chamfer),
+            (radius - chamfer, high),
+        ),
+    )
 
 
 def _rings(sides: int, circles: Iterable[tuple[float, float]]) -> Solid:
     """The hull of circles about z, each a radius and a level."""
     corners = unit_circle(sides)
-    return Solid(np.vstack([np.column_stack((corners * radius, np.full(sides, level)))
-                            for radius, level in circles]))
+    return Solid(
+        np.vstack(
+            [
+                np.column_stack((corners * radius, np.full(sides, level)))
+                for radius, level in circles
+            ]
+        )
+    )
 
 
 def _sides(draw: Generator) -> int:
@@ -146,7 +179,10 @@ def _cut(points: Array, flats: Array, far: Array, sides: int) -> Array:
         across = np.cross(normal, np.eye(3)[int(np.abs(normal).argmin())])
         across /= np.linalg.norm(across)
         wide = unit_circle(sides) * math.sqrt(1.0 - away * away)
-        found.append(away * normal + wide[:, :1] * across
-                     + wide[:, 1:] * np.cross(normal, across))
+        found.append(
+            away * normal
+            + wide[:, :1] * across
+            + wide[:, 1:] * np.cross(normal, across)
+        )
     all_points = np.vstack(found)
     return all_points[((all_points @ flats.T) <= far + 1e-9).all(axis=1)]

@@ -32,20 +32,38 @@ PARTS = Path(gettempdir()) / "pose_stats_drops"
 
 def main() -> None:
     """Drop, fit or judge."""
-    parser = argparse.ArgumentParser(prog="lab.training.split",
-                                     description=__doc__.partition("\n")[0])
+    parser = argparse.ArgumentParser(
+        prog="lab.training.split", description=__doc__.partition("\n")[0]
+    )
     parser.add_argument("what", choices=("drops", "fit", "judge", "parts"))
     parser.add_argument("files", nargs="*", type=Path, help="for `parts`: meshes")
-    parser.add_argument("--write", action="store_true", help="write what is found to its place")
-    parser.add_argument("--refits", action="store_true",
-                        help="for `judge`: also fit without folds of bodies and without families")
-    parser.add_argument("--parts", type=Path, default=PARTS, help="for `drops`: folder of what is "
-                        "counted so far, which an interruption leaves (default: %(default)s)")
-    parser.add_argument("--workers", type=int, default=2, help="threads (default: %(default)s)")
+    parser.add_argument(
+        "--write", action="store_true", help="write what is found to its place"
+    )
+    parser.add_argument(
+        "--refits",
+        action="store_true",
+        help="for `judge`: also fit without folds of bodies and without families",
+    )
+    parser.add_argument(
+        "--parts",
+        type=Path,
+        default=PARTS,
+        help="for `drops`: folder of what is "
+        "counted so far, which an interruption leaves (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--workers", type=int, default=2, help="threads (default: %(default)s)"
+    )
     options = parser.parse_args()
     if options.what == "drops":
-        count_all(options.parts, options.workers, lambda done, all_: print(
-            f"\r{done} of {all_} parts", end="", file=sys.stderr))
+        count_all(
+            options.parts,
+            options.workers,
+            lambda done, all_: print(
+                f"\r{done} of {all_} parts", end="", file=sys.stderr
+            ),
+        )
         write_samples(join_parts(options.parts))
     elif options.what == "fit":
         fits = fit_all(read_samples(), options.workers)
@@ -54,12 +72,17 @@ def main() -> None:
             write_weights(fits)
     elif options.files:
         if options.write:
-            parser.error("--write is for the demo parts; leave the files out, or print only")
+            parser.error(
+                "--write is for the demo parts; leave the files out, or print only"
+            )
         print(part_table(plain_parts(judge_parts(mesh_files(options.files), say))))
     else:
         stored = MEASURED / "numbers" / "split.json"
-        found = (json.loads(stored.read_text(encoding="utf-8")) if options.what == "parts"
-                 else plain(_judged(options.refits, options.workers), machine()))
+        found = (
+            json.loads(stored.read_text(encoding="utf-8"))
+            if options.what == "parts"
+            else plain(_judged(options.refits, options.workers), machine())
+        )
         found["parts"] = plain_parts(judge_parts(demo_parts(), say))
         print(page(found))
         if options.write:

@@ -17,15 +17,40 @@ import numpy as np
 from ros_pose_stats import simulate
 
 from ..families import family_options, family_part, family_poses
-from .samples import FIT_SEED, HEIGHT, JUDGE_SEED, LOW, USUAL, Sample, read_samples, write_samples
+from .samples import (
+    FIT_SEED,
+    HEIGHT,
+    JUDGE_SEED,
+    LOW,
+    USUAL,
+    Sample,
+    read_samples,
+    write_samples,
+)
 
 BODIES: dict[str, tuple[int, int]] = {
-    "polyhedra 0": (230, 0), "polyhedra 0.25": (750, 50), "polyhedra 0.65 second": (230, 0),
-    "polyhedra 1": (230, 0), "prisms": (380, 30), "near-cubes": (380, 30), "plates": (380, 30),
-    "sheets": (230, 30), "bars": (380, 40), "machined": (600, 50), "milled": (600, 50),
-    "rounds": (380, 30), "stepped": (670, 50), "hollow": (670, 50), "gears": (230, 30),
-    "flat balls": (10, 0), "cornered": (380, 30), "weighted": (520, 40), "lumps": (190, 30),
-    "ellipsoids": (230, 30), "fine ellipsoids": (0, 30)}
+    "polyhedra 0": (230, 0),
+    "polyhedra 0.25": (750, 50),
+    "polyhedra 0.65 second": (230, 0),
+    "polyhedra 1": (230, 0),
+    "prisms": (380, 30),
+    "near-cubes": (380, 30),
+    "plates": (380, 30),
+    "sheets": (230, 30),
+    "bars": (380, 40),
+    "machined": (600, 50),
+    "milled": (600, 50),
+    "rounds": (380, 30),
+    "stepped": (670, 50),
+    "hollow": (670, 50),
+    "gears": (230, 30),
+    "flat balls": (10, 0),
+    "cornered": (380, 30),
+    "weighted": (520, 40),
+    "lumps": (190, 30),
+    "ellipsoids": (230, 30),
+    "fine ellipsoids": (0, 30),
+}
 """Numbers of bodies of each family for the fit, and for the judgement."""
 
 FIT_DROPS, JUDGE_DROPS = 200, 500
@@ -60,15 +85,21 @@ class Block(NamedTuple):
 
 def blocks() -> list[Block]:
     """All parts of the work, in turn from all families, the slow ones last."""
-    found = [((family in SLOW) + first / many,
-              Block(family, seed, first, min(IN_A_PART, many - first)))
-             for family, numbers in BODIES.items()
-             for seed, many in zip((FIT_SEED, JUDGE_SEED), numbers, strict=True)
-             for first in range(0, many, IN_A_PART)]
+    found = [
+        (
+            (family in SLOW) + first / many,
+            Block(family, seed, first, min(IN_A_PART, many - first)),
+        )
+        for family, numbers in BODIES.items()
+        for seed, many in zip((FIT_SEED, JUDGE_SEED), numbers, strict=True)
+        for first in range(0, many, IN_A_PART)
+    ]
     return [block for _, block in sorted(found)]
 
 
-def count_all(folder: Path, workers: int, on_progress: Callable[[int, int], object]) -> None:
+def count_all(
+    folder: Path, workers: int, on_progress: Callable[[int, int], object]
+) -> None:
     """Count the parts that are not in the folder yet; takes an hour or two in all.
 
     Parameters
@@ -103,9 +134,14 @@ def join_parts(folder: Path) -> list[Sample]:
 
 
 def _count(block: Block, folder: Path) -> None:
-    write_samples([sample for number in range(block.first, block.first + block.bodies)
-                   for sample in drop_body(block.family, block.seed, number)],
-                  block.file(folder))
+    write_samples(
+        [
+            sample
+            for number in range(block.first, block.first + block.bodies)
+            for sample in drop_body(block.family, block.seed, number)
+        ],
+        block.file(folder),
+    )
 
 
 def drop_body(family: str, seed: int, number: int) -> list[Sample]:
@@ -115,13 +151,22 @@ def drop_body(family: str, seed: int, number: int) -> list[Sample]:
     radius = family_poses(family, part).body.radius
     found = []
     for restitution, height, drops in _scenes(seed, draw):
-        counted = simulate(part, drops, restitution, int(draw.integers(1 << 62)),
-                           height * radius, workers=1, cluster_tolerance=tolerance,
-                           round_sides=sides)
+        counted = simulate(
+            part,
+            drops,
+            restitution,
+            int(draw.integers(1 << 62)),
+            height * radius,
+            workers=1,
+            cluster_tolerance=tolerance,
+            round_sides=sides,
+        )
         count = np.zeros(len(counted.poses), dtype=np.int64)
         for pose in counted.poses:
             count[pose.index] = pose.count
-        found.append(Sample(family, seed, number, restitution, height, counted.unsettled, count))
+        found.append(
+            Sample(family, seed, number, restitution, height, counted.unsettled, count)
+        )
     return found
 
 

@@ -57,8 +57,9 @@ def predict(fits: Sequence[SplitFit], table: Table) -> Array:
     return found / np.repeat(np.add.reduceat(found, table.first_pose), table.poses)
 
 
-def fit_networks(table: Table, units: tuple[int, int], ridge: float, epochs: int,
-                 seed: int = 0) -> SplitFit:
+def fit_networks(
+    table: Table, units: tuple[int, int], ridge: float, epochs: int, seed: int = 0
+) -> SplitFit:
     """Fit both networks to the samples of a table.
 
     Parameters
@@ -77,11 +78,20 @@ def fit_networks(table: Table, units: tuple[int, int], ridge: float, epochs: int
     columns, draw = table.inputs.shape[1], np.random.default_rng(seed)
     begin = np.concatenate([random_coefficients(columns, many, draw) for many in units])
     order = draw.permutation(table.splits.shape[0])
-    batches = [_batch(table.some(order[first:first + BATCH]), mean, scale)
-               for first in range(0, order.shape[0], BATCH)]
-    found = descend(lambda batch, values: loss_slopes(values, batches[batch], units, ridge)[1],
-                    begin, len(batches), epochs, draw)
-    left, held = (undo_scaling(part, mean, scale) for part in _parts(found, columns, units))
+    batches = [
+        _batch(table.some(order[first : first + BATCH]), mean, scale)
+        for first in range(0, order.shape[0], BATCH)
+    ]
+    found = descend(
+        lambda batch, values: loss_slopes(values, batches[batch], units, ridge)[1],
+        begin,
+        len(batches),
+        epochs,
+        draw,
+    )
+    left, held = (
+        undo_scaling(part, mean, scale) for part in _parts(found, columns, units)
+    )
     return SplitFit(left, held._replace(bias=held.bias + HELD_SELDOM))
 
 
@@ -90,15 +100,22 @@ def write_weights(fits: Sequence[SplitFit], file: Path = SPLIT_FILE) -> None:
 
     The highest restitution and the drop heights (radii) of the data are written too.
     """
-    np.savez(file, **pack_networks([fit.left for fit in fits], "left_"),
-             **pack_networks([fit.held for fit in fits], "held_"),
-             scenes=np.array((HIGHEST_RESTITUTION, LOWEST_DROP, HIGHEST_DROP)))
+    np.savez(
+        file,
+        **pack_networks([fit.left for fit in fits], "left_"),
+        **pack_networks([fit.held for fit in fits], "held_"),
+        scenes=np.array((HIGHEST_RESTITUTION, LOWEST_DROP, HIGHEST_DROP)),
+    )
 
 
-def _parts(values: Array, columns: int, units: tuple[int, int]) -> tuple[TanhNetwork, TanhNetwork]:
+def _parts(
+    values: Array, columns: int, units: tuple[int, int]
+) -> tuple[TanhNetwork, TanhNetwork]:
     first = coefficient_count(columns, units[0])
-    return (network_of(values[:first], columns, units[0]),
-            network_of(values[first:], columns, units[1]))
+    return (
+        network_of(values[:first], columns, units[0]),
+        network_of(values[first:], columns, units[1]),
+    )
 
 
 def _batch(table: Table, mean: Single, scale: Single) -> Batch:
@@ -107,27 +124,52 @@ def _batch(table: Table, mean: Single, scale: Single) -> Batch:
     return Batch(table, (table.inputs - mean) / scale, bases)
 
 
-def loss_slopes(values: Array, batch: Batch, units: tuple[int, int],
-                ridge: float) -> tuple[float, Array]:
+def loss_slopes(
+    values: Array, batch: Batch, units: tuple[int, int], ridge: float
+) -> tuple[float, Array]:
     """Mean loss of a batch with the ridge, and its gradient by the coefficients of both networks.
 
     The networks are computed in single precision.
     """
     inputs = batch.inputs
-    parts = [TanhNetwork(np.float32(part.bias), *(one.astype(np.float32) for one in part[1:]))
-             for part in _parts(values, inputs.shape[1], units)]
-    hidden = [np.tanh(inputs @ part.hidden_weights + part.hidden_bias) for part in parts]
-    told = np.stack([base + part.bias + inputs @ part.skip + tangents @ part.output_weights
-                     for base, part, tangents in zip(batch.bases, parts, hidden, strict=True)])
+    parts = [
+        TanhNetwork(
+            np.float32(part.bias), *(one.astype(np.float32) for one in part[1:])
+        )
+        for part in _parts(values, inputs.shape[1], units)
+    ]
+    hidden = [
+        np.tanh(inputs @ part.hidden_weights + part.hidden_bias) for part in parts
+    ]
+    told = np.stack(
+        [
+            base + part.bias + inputs @ part.skip + tangents @ part.output_weights
+            for base, part, tangents in zip(batch.bases, parts, hidden, strict=True)
+        ]
+    )
     whole = np.logaddexp(*told)
     loss, slopes, _ = _loss(batch.table, whole.astype(float), gradient=True)
     back = slopes.astype(np.float32) * np.exp(told - whole)
-    slope = np.concatenate([
-        network_gradient(part, tangents, inputs, of_part)
-        for part, tangents, of_part in zip(parts, hidden, back, strict=True)])
+    slope = np.concatenate(
+        [
+            network_gradient(part, tangents, inputs, of_part)
+            for part, tangents, of_part in zip(parts, hidden, back, strict=True)
+        ]
+    )
     return loss + ridge * float(values @ values), slope + 2.0 * ridge * values
 
 
 def _loss(table: Table, told: Array, gradient: bool) -> tuple[float, Array, Array]:
-    return tree_loss(told, table.first_split, table.splits, table.first_pose, table.poses,
-                     table.children, table.leaf_pose, table.kept, table.share, SQUARE, gradient)
+    return tree_loss(
+        told,
+        table.first_split,
+        table.splits,
+        table.first_pose,
+        table.poses,
+        table.children,
+        table.leaf_pose,
+        table.kept,
+        table.share,
+        SQUARE,
+        gradient,
+    )

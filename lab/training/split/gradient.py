@@ -16,9 +16,19 @@ SMALLEST = 1e-300
 
 
 @kernel
-def tree_loss(weight: Array, first_split: Index, splits: Index, first_pose: Index,
-              poses: Index, children: Index, leaf_pose: Index, kept: Array, share: Array,
-              square: float, gradient: bool) -> tuple[float, Array, Array]:
+def tree_loss(
+    weight: Array,
+    first_split: Index,
+    splits: Index,
+    first_pose: Index,
+    poses: Index,
+    children: Index,
+    leaf_pose: Index,
+    kept: Array,
+    share: Array,
+    square: float,
+    gradient: bool,
+) -> tuple[float, Array, Array]:
     """Mean loss of a sample, its gradient by the weights, and the probabilities.
 
     Parameters
@@ -41,7 +51,12 @@ def tree_loss(weight: Array, first_split: Index, splits: Index, first_pose: Inde
     samples = splits.shape[0]
     slopes, probability = np.zeros(weight.shape[0]), np.zeros(share.shape[0])
     most = 2 * splits.max() + 1
-    grown, log, back, pull = np.zeros(most), np.zeros(most), np.zeros(most), np.zeros(most)
+    grown, log, back, pull = (
+        np.zeros(most),
+        np.zeros(most),
+        np.zeros(most),
+        np.zeros(most),
+    )
     passed = np.zeros((most, 2))
     loss = 0.0
     for u in range(samples):
@@ -53,15 +68,17 @@ def tree_loss(weight: Array, first_split: Index, splits: Index, first_pose: Inde
                 passed[j, c] = weight[3 * (begin + j) + c]
                 if node >= leaves:
                     passed[j, c] += kept[begin + j, c] * (
-                        grown[node] - weight[3 * (begin + node - leaves) + 2])
+                        grown[node] - weight[3 * (begin + node - leaves) + 2]
+                    )
             high = max(passed[j, 0], passed[j, 1])
             low = min(passed[j, 0], passed[j, 1])
             grown[leaves + j] = high + math.log1p(math.exp(low - high))
         log[leaves + count - 1] = 0.0
         for j in range(count - 1, -1, -1):
             for c in range(2):
-                log[children[begin + j, c]] = (log[leaves + j] + passed[j, c]
-                                               - grown[leaves + j])
+                log[children[begin + j, c]] = (
+                    log[leaves + j] + passed[j, c] - grown[leaves + j]
+                )
         for i in range(leaves):
             probability[pose + leaf_pose[leaf + i]] += math.exp(log[i])
         for i in range(pose, pose + poses[u]):
@@ -70,11 +87,15 @@ def tree_loss(weight: Array, first_split: Index, splits: Index, first_pose: Inde
         for i in range(leaves):
             at = pose + leaf_pose[leaf + i]
             p, told = max(probability[at], SMALLEST), share[at]
-            back[i] = (2.0 * square * (p - told) - told / p) * math.exp(log[i]) / samples
+            back[i] = (
+                (2.0 * square * (p - told) - told / p) * math.exp(log[i]) / samples
+            )
         if not gradient:
             continue
         for j in range(count):
-            back[leaves + j] = back[children[begin + j, 0]] + back[children[begin + j, 1]]
+            back[leaves + j] = (
+                back[children[begin + j, 0]] + back[children[begin + j, 1]]
+            )
             pull[leaves + j] = 0.0
         for j in range(count - 1, -1, -1):
             rest = pull[leaves + j] - back[leaves + j]

@@ -32,7 +32,9 @@ class Score(NamedTuple):
 
     what: str  # name of the bodies
     height: float  # radii
-    errors: tuple[float, ...]  # of `split`: pooled over the usual restitutions, and at each
+    errors: tuple[
+        float, ...
+    ]  # of `split`: pooled over the usual restitutions, and at each
     combined: tuple[float, ...]  # the same of the combined estimator
     expected: float  # root mean square of the expected ones, pooled
     largest: float  # deviation of a pose, noise included
@@ -48,32 +50,47 @@ def fit_all(samples: Sequence[Sample], workers: int) -> tuple[SplitFit, ...]:
         return tuple(pool.map(lambda start: _fit(table, start), range(STARTS)))
 
 
-def judge(samples: Sequence[Sample], fits: Sequence[SplitFit]) -> dict[str, list[Score]]:
+def judge(
+    samples: Sequence[Sample], fits: Sequence[SplitFit]
+) -> dict[str, list[Score]]:
     """Score new bodies of every family."""
     new = make_table(_of(samples, JUDGE_SEED))
     return {"new bodies": list(_scores(new, predict(fits, new), (HEIGHT, LOW)))}
 
 
-def judge_refits(samples: Sequence[Sample], workers: int,
-                 on_progress: Callable[[str], object]) -> dict[str, list[Score]]:
+def judge_refits(
+    samples: Sequence[Sample], workers: int, on_progress: Callable[[str], object]
+) -> dict[str, list[Score]]:
     """Score folds of bodies and families held out, by fits without them; takes an hour or two."""
     on_progress("measuring the bodies")
     known = make_table(_of(samples, FIT_SEED))
-    out = {f"fold {fold + 1} of {FOLDS}": known.body % FOLDS == fold for fold in range(FOLDS)}
+    out = {
+        f"fold {fold + 1} of {FOLDS}": known.body % FOLDS == fold
+        for fold in range(FOLDS)
+    }
     out |= {family: known.family == family for family in HELD_OUT}
     with ThreadPoolExecutor(workers) as pool:
-        again = {name: [pool.submit(_fit_without, known, poses, start)
-                        for start in range(STARTS)] for name, poses in out.items()}
+        again = {
+            name: [
+                pool.submit(_fit_without, known, poses, start)
+                for start in range(STARTS)
+            ]
+            for name, poses in out.items()
+        }
         told = {}
         for name, jobs in again.items():
             told[name] = predict([job.result() for job in jobs], known)
             on_progress(f"without {name}")
     names = list(out)
-    whole = np.select([out[name] for name in names[:FOLDS]],
-                      [told[name] for name in names[:FOLDS]])
+    whole = np.select(
+        [out[name] for name in names[:FOLDS]], [told[name] for name in names[:FOLDS]]
+    )
     found = {"folds by body": list(_scores(known, whole, (HEIGHT,)))}
-    found["families held out"] = [score for family in HELD_OUT for score in _scores(
-        known, told[family], (HEIGHT,), (family,))]
+    found["families held out"] = [
+        score
+        for family in HELD_OUT
+        for score in _scores(known, told[family], (HEIGHT,), (family,))
+    ]
     return found
 
 
@@ -86,25 +103,39 @@ def _fit(table: Table, start: int) -> SplitFit:
     return fit_networks(table, UNITS, RIDGE, EPOCHS, start)
 
 
-def _scores(table: Table, probability: Array, heights: Sequence[float],
-            families: Sequence[str] | None = None) -> Iterator[Score]:
+def _scores(
+    table: Table,
+    probability: Array,
+    heights: Sequence[float],
+    families: Sequence[str] | None = None,
+) -> Iterator[Score]:
     for family in families or (*np.unique(table.family).tolist(), ALL):
         for height in heights:
             usual = np.isin(table.restitution, USUAL) & (table.height == height)
             where = usual if family == ALL else usual & (table.family == family)
-            yield Score(family, height, _errors(table, probability, where),
-                        _errors(table, table.reference["combined"], where),
-                        100.0 * float(np.sqrt(np.mean(np.square(table.expected[where])))),
-                        *_largest(table, probability, where),
-                        *_largest(table, table.reference["combined"], where))
+            yield Score(
+                family,
+                height,
+                _errors(table, probability, where),
+                _errors(table, table.reference["combined"], where),
+                100.0 * float(np.sqrt(np.mean(np.square(table.expected[where])))),
+                *_largest(table, probability, where),
+                *_largest(table, table.reference["combined"], where),
+            )
 
 
-def _errors(table: Table, probability: Array, where: NDArray[np.bool_]) -> tuple[float, ...]:
-    each = [table.error(probability, where & (table.restitution == rho)) for rho in USUAL]
+def _errors(
+    table: Table, probability: Array, where: NDArray[np.bool_]
+) -> tuple[float, ...]:
+    each = [
+        table.error(probability, where & (table.restitution == rho)) for rho in USUAL
+    ]
     return (table.error(probability, where), *each)
 
 
-def _largest(table: Table, probability: Array, where: NDArray[np.bool_]) -> tuple[float, float]:
+def _largest(
+    table: Table, probability: Array, where: NDArray[np.bool_]
+) -> tuple[float, float]:
     """Largest deviation, and the one that one pose in a thousand exceeds."""
     away = 100.0 * np.abs(probability - table.share)[where]
     return float(away.max()), float(np.quantile(away, TAIL))

@@ -23,15 +23,43 @@ from .samples import HEIGHT, LOW
 
 Found = dict[str, Any]
 
-HEADER = ("bodies", "height, radii", "split", "at 0.2", "at 0.5", "at 0.8", "combined",
-          "at 0.2", "at 0.5", "at 0.8", "ratio", "expected", "largest", "combined's",
-          "1 in 1000", "combined's")
+HEADER = (
+    "bodies",
+    "height, radii",
+    "split",
+    "at 0.2",
+    "at 0.5",
+    "at 0.8",
+    "combined",
+    "at 0.2",
+    "at 0.5",
+    "at 0.8",
+    "ratio",
+    "expected",
+    "largest",
+    "combined's",
+    "1 in 1000",
+    "combined's",
+)
 
-PART_HEADER = ("part", "poses", "height, radii", "split", "combined", "expected", "largest",
-               "combined's")
+PART_HEADER = (
+    "part",
+    "poses",
+    "height, radii",
+    "split",
+    "combined",
+    "expected",
+    "largest",
+    "combined's",
+)
 
-AIMS = ((ALL, HEIGHT, 1.4), (ALL, LOW, 1.7), ("rounds", HEIGHT, 2.0), ("stepped", HEIGHT, 2.0),
-        ("hollow", HEIGHT, 2.0))
+AIMS = (
+    (ALL, HEIGHT, 1.4),
+    (ALL, LOW, 1.7),
+    ("rounds", HEIGHT, 2.0),
+    ("stepped", HEIGHT, 2.0),
+    ("hollow", HEIGHT, 2.0),
+)
 AIMED = """### What was aimed at
 
 All families pooled over the restitutions, and turned ones at the worst of them. Where an aim is
@@ -46,7 +74,7 @@ restitutions; `python -m lab.training.split parts FILE ...` prints the same of o
 
 SAID = {
     "new bodies": "Bodies that the fit never saw; of fine ellipsoids (100 to 2000 points) it saw "
-                  "none at all.",
+    "none at all.",
     "folds by body": f"Fits to {FOLDS - 1} of {FOLDS} bodies, judged on the others.",
     "families held out": "Fits without any body of the family that is judged.",
 }
@@ -54,8 +82,12 @@ SAID = {
 
 def plain(scores: dict[str, list[Score]], machine: dict[str, str]) -> Found:
     """Plain values for JSON."""
-    return {"machine": machine, "scores": {name: [one._asdict() for one in some]
-                                           for name, some in scores.items()}}
+    return {
+        "machine": machine,
+        "scores": {
+            name: [one._asdict() for one in some] for name, some in scores.items()
+        },
+    }
 
 
 def page(found: Found) -> str:
@@ -63,12 +95,29 @@ def page(found: Found) -> str:
     families = sum(fit > 0 for fit, _ in BODIES.values())
     reaches = " and ".join(f"{reach:g}" for reach in CORNER_REACHES.tolist())
     fit, judged = (sum(one[place] for one in BODIES.values()) for place in (0, 1))
-    parts = [HEAD.format(bodies=fit, judged=judged, drops=FIT_DROPS, judge=JUDGE_DROPS,
-                         lowest=LOWEST_DROP, highest=HIGHEST_DROP,
-                         most=HIGHEST_RESTITUTION, left=UNITS[0], held=UNITS[1],
-                         epochs=EPOCHS, starts=STARTS, batch=BATCH, forgotten=FORGOTTEN,
-                         holding=HOLDING, families=families,
-                         reaches=reaches, shallowest=SHALLOWEST, near=NEAR, far=FAR)]
+    parts = [
+        HEAD.format(
+            bodies=fit,
+            judged=judged,
+            drops=FIT_DROPS,
+            judge=JUDGE_DROPS,
+            lowest=LOWEST_DROP,
+            highest=HIGHEST_DROP,
+            most=HIGHEST_RESTITUTION,
+            left=UNITS[0],
+            held=UNITS[1],
+            epochs=EPOCHS,
+            starts=STARTS,
+            batch=BATCH,
+            forgotten=FORGOTTEN,
+            holding=HOLDING,
+            families=families,
+            reaches=reaches,
+            shallowest=SHALLOWEST,
+            near=NEAR,
+            far=FAR,
+        )
+    ]
     for name, rows in found["scores"].items():
         parts.append(f"### {name.capitalize()}\n\n{SAID[name]}\n\n{_table(rows)}\n")
     parts.append(f"{AIMED}\n\n{_aims(found['scores']['new bodies'])}\n")
@@ -80,13 +129,21 @@ def page(found: Found) -> str:
 
 def _aims(rows: list[Found]) -> str:
     """What was aimed at beside what came: all families pooled, turned ones at the worst."""
-    lines = ["| new bodies | height, radii | aim | split | met |", "|---|---|---|---|---|"]
+    lines = [
+        "| new bodies | height, radii | aim | split | met |",
+        "|---|---|---|---|---|",
+    ]
     for what, height, aim in AIMS:
-        (errors,) = (row["errors"] for row in rows if (row["what"], row["height"])
-                     == (what, height))
+        (errors,) = (
+            row["errors"]
+            for row in rows
+            if (row["what"], row["height"]) == (what, height)
+        )
         worst = errors[0] if what == ALL else max(errors)
-        lines.append(f"| {what} | {height:g} | {aim:g} | {worst:.2f} | "
-                     f"{'yes' if worst <= aim else 'no'} |")
+        lines.append(
+            f"| {what} | {height:g} | {aim:g} | {worst:.2f} | "
+            f"{'yes' if worst <= aim else 'no'} |"
+        )
     return "\n".join(lines)
 
 
@@ -99,9 +156,13 @@ def part_table(rows: list[Found]) -> str:
     """Of `PartScore`s."""
     lines = ["| " + " | ".join(PART_HEADER) + " |", "|---" * len(PART_HEADER) + "|"]
     for row in rows:
-        cells = [row["part"], f"{row['poses']}", f"{row['height']:g}",
-                 *(f"{row[name]:.2f}" for name in ("split", "combined", "expected")),
-                 *(f"{row[name]:.0f}" for name in ("largest", "combined_largest"))]
+        cells = [
+            row["part"],
+            f"{row['poses']}",
+            f"{row['height']:g}",
+            *(f"{row[name]:.2f}" for name in ("split", "combined", "expected")),
+            *(f"{row[name]:.0f}" for name in ("largest", "combined_largest")),
+        ]
         lines.append("| " + " | ".join(cells) + " |")
     return "\n".join(lines)
 
@@ -109,11 +170,17 @@ def part_table(rows: list[Found]) -> str:
 def _table(rows: list[Found]) -> str:
     lines = ["| " + " | ".join(HEADER) + " |", "|---" * len(HEADER) + "|"]
     for row in rows:
-        cells = [row["what"], f"{row['height']:g}",
-                 *(f"{value:.2f}" for value in (*row["errors"], *row["combined"])),
-                 f"{row['errors'][0] / row['combined'][0]:.2f}",
-                 f"{row['expected']:.2f}", *(f"{row[name]:.0f}" for name in (
-                     "largest", "combined_largest", "tail", "combined_tail"))]
+        cells = [
+            row["what"],
+            f"{row['height']:g}",
+            *(f"{value:.2f}" for value in (*row["errors"], *row["combined"])),
+            f"{row['errors'][0] / row['combined'][0]:.2f}",
+            f"{row['expected']:.2f}",
+            *(
+                f"{row[name]:.0f}"
+                for name in ("largest", "combined_largest", "tail", "combined_tail")
+            ),
+        ]
         lines.append("| " + " | ".join(cells) + " |")
     return "\n".join(lines)
 

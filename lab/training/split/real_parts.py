@@ -9,7 +9,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats import DropScene, Part, load_part, part_from_mesh, resting_poses, simulate
+from ros_pose_stats import (
+    DropScene,
+    Part,
+    load_part,
+    part_from_mesh,
+    resting_poses,
+    simulate,
+)
 from ros_pose_stats.estimators import ESTIMATORS
 from ros_pose_stats.estimators.expected import expected_error
 from ros_pose_stats.shapes.demo_parts import DEMO_PARTS
@@ -53,7 +60,10 @@ def demo_parts() -> Iterator[tuple[str, Part]]:
     """Load the demo parts."""
     for name, make in DEMO_PARTS.items():
         vertices, triangles = make()
-        yield name, part_from_mesh(MILLIMETRE * np.asarray(vertices, dtype=float), triangles)
+        yield (
+            name,
+            part_from_mesh(MILLIMETRE * np.asarray(vertices, dtype=float), triangles),
+        )
 
 
 def mesh_files(files: Sequence[Path]) -> Iterator[tuple[str, Part]]:
@@ -62,8 +72,9 @@ def mesh_files(files: Sequence[Path]) -> Iterator[tuple[str, Part]]:
         yield file.name, load_part(file, unit="mm")
 
 
-def judge_parts(parts: Iterator[tuple[str, Part]],
-                on_progress: Callable[[str], object]) -> list[PartScore]:
+def judge_parts(
+    parts: Iterator[tuple[str, Part]], on_progress: Callable[[str], object]
+) -> list[PartScore]:
     """Score each part, dropped from each height."""
     found = []
     for name, part in parts:
@@ -80,8 +91,10 @@ def _score(name: str, part: Part, height: float) -> PartScore:
     for restitution in USUAL:
         scene = DropScene(restitution, height * resting.body.radius)
         counted = simulate(part, DROPS, restitution, SEED, scene.drop_height)
-        share = np.array([pose.count for pose in
-                          sorted(counted.poses, key=lambda pose: pose.index)], dtype=float)
+        share = np.array(
+            [pose.count for pose in sorted(counted.poses, key=lambda pose: pose.index)],
+            dtype=float,
+        )
         share /= share.sum()
         noise = float(np.mean(share * (1.0 - share))) / (DROPS - counted.unsettled - 1)
         for method, some in squares.items():
@@ -90,9 +103,16 @@ def _score(name: str, part: Part, height: float) -> PartScore:
             largest[method] = max(largest[method], float(np.abs(told - share).max()))
             if method == "split":
                 expected.append(expected_error(method, resting, told, scene).here ** 2)
-    return PartScore(name, len(resting.poses), height, _root(squares["split"]),
-                     _root(squares["combined"]), _root(expected), 100.0 * largest["split"],
-                     100.0 * largest["combined"])
+    return PartScore(
+        name,
+        len(resting.poses),
+        height,
+        _root(squares["split"]),
+        _root(squares["combined"]),
+        _root(expected),
+        100.0 * largest["split"],
+        100.0 * largest["combined"],
+    )
 
 
 def _root(squares: Sequence[float]) -> float:

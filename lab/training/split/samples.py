@@ -49,19 +49,37 @@ def write_samples(samples: Iterable[Sample], file: Path = FILE) -> None:
         "height": np.array([row.height for row in rows]),
         "unsettled": np.array([row.unsettled for row in rows], np.uint16),
         "poses": np.array([row.count.size for row in rows], np.uint16),
-        "count": np.concatenate([row.count for row in rows]).astype(np.uint16)}
+        "count": np.concatenate([row.count for row in rows]).astype(np.uint16),
+    }
     # The array names are ours; none is that of an argument of savez.
-    write_whole(file.parent, lambda folder: np.savez_compressed(
-        folder / file.name, **columns))  # type: ignore[arg-type]
+    write_whole(
+        file.parent, lambda folder: np.savez_compressed(folder / file.name, **columns)
+    )  # type: ignore[arg-type]
 
 
 def read_samples(file: Path = FILE) -> list[Sample]:
     """Read samples in the order of the file, where all scenes of a body follow each other."""
     with np.load(file) as kept:
         columns = {name: kept[name] for name in kept.files}
-    counts = np.split(columns["count"].astype(np.int64), np.cumsum(columns["poses"])[:-1])
+    counts = np.split(
+        columns["count"].astype(np.int64), np.cumsum(columns["poses"])[:-1]
+    )
     names = columns["names"].tolist()
-    return [Sample(names[family], *row, count) for family, *row, count in zip(
-        *(columns[name].tolist() for name in (
-            "family", "seed", "number", "restitution", "height", "unsettled")),
-        counts, strict=True)]
+    return [
+        Sample(names[family], *row, count)
+        for family, *row, count in zip(
+            *(
+                columns[name].tolist()
+                for name in (
+                    "family",
+                    "seed",
+                    "number",
+                    "restitution",
+                    "height",
+                    "unsettled",
+                )
+            ),
+            counts,
+            strict=True,
+        )
+    ]

@@ -36,7 +36,9 @@ class Table:
     """
 
     inputs: NDArray[np.float32]  # (3 K, 26), as from `split_inputs`
-    children: Index  # (K, 2), numbered in each sample: leaves, then splits by rising level
+    children: (
+        Index  # (K, 2), numbered in each sample: leaves, then splits by rising level
+    )
     leaf_pose: Index  # (K + U,) pose of each leaf, from 0 in each sample
     kept: Array  # (K, 2), as from `kept_shares`
     splits: Index  # (U,) number of splits of a sample
@@ -53,7 +55,9 @@ class Table:
     expected: Array  # by the shipped weights, a fraction
     reference: dict[str, Array]  # (P,) each; of the paper
 
-    def error(self, probability: Array, where: NDArray[np.bool_] | slice = slice(None)) -> float:
+    def error(
+        self, probability: Array, where: NDArray[np.bool_] | slice = slice(None)
+    ) -> float:
         """Root mean square error over the poses in points, the drops' noise taken off."""
         noise = self.share * (1.0 - self.share) / (self.settled - 1.0)
         squares = ((probability - self.share) ** 2 - noise)[where]
@@ -69,12 +73,25 @@ class Table:
         leaf = _rows(self.first_split[chosen] + chosen, splits + 1)
         return Table(
             self.inputs.reshape(-1, 3, self.inputs.shape[1])[split].reshape(
-                -1, self.inputs.shape[1]),
-            self.children[split], self.leaf_pose[leaf], self.kept[split],
-            splits, poses, _starts(splits), _starts(poses), self.share[pose],
-            self.across[pose], self.settled[pose], self.restitution[pose], self.height[pose],
-            self.body[pose], self.family[pose], self.expected[pose],
-            {name: one[pose] for name, one in self.reference.items()})
+                -1, self.inputs.shape[1]
+            ),
+            self.children[split],
+            self.leaf_pose[leaf],
+            self.kept[split],
+            splits,
+            poses,
+            _starts(splits),
+            _starts(poses),
+            self.share[pose],
+            self.across[pose],
+            self.settled[pose],
+            self.restitution[pose],
+            self.height[pose],
+            self.body[pose],
+            self.family[pose],
+            self.expected[pose],
+            {name: one[pose] for name, one in self.reference.items()},
+        )
 
 
 def make_table(samples: Sequence[Sample], compared: bool = True) -> Table:
@@ -84,8 +101,18 @@ def make_table(samples: Sequence[Sample], compared: bool = True) -> Table:
     """
     inputs, children, leaf_pose, kept = [], [], [], []
     poses: dict[str, list[Array]] = {
-        name: [] for name in ("share", "across", "settled", "restitution", "height", "body",
-                              "family", "expected")}
+        name: []
+        for name in (
+            "share",
+            "across",
+            "settled",
+            "restitution",
+            "height",
+            "body",
+            "family",
+            "expected",
+        )
+    }
     reference: dict[str, list[Array]] = {name: [] for name in REFERENCES if compared}
     for body, (key, scenes) in enumerate(groupby(samples, lambda row: row[:3])):
         tolerance, sides = family_options(key[0])
@@ -96,25 +123,41 @@ def make_table(samples: Sequence[Sample], compared: bool = True) -> Table:
             if not usable(row):
                 continue
             settled = int(row.count.sum())
-            scene = DropScene(row.restitution, row.height * resting.body.radius, tolerance, sides)
+            scene = DropScene(
+                row.restitution, row.height * resting.body.radius, tolerance, sides
+            )
             inputs.append(split_inputs(resting, scene).astype(np.float32))
             children.append(links)
             leaf_pose.append(resting.clusters.node_pose)
             kept.append(shares)
-            told = {"share": row.count / settled, "across": resting.curves[1],
-                    "settled": settled, "body": body,
-                    "restitution": row.restitution, "height": row.height, "family": key[0],
-                    "expected": _expected(resting, scene) if compared else math.nan}
+            told = {
+                "share": row.count / settled,
+                "across": resting.curves[1],
+                "settled": settled,
+                "body": body,
+                "restitution": row.restitution,
+                "height": row.height,
+                "family": key[0],
+                "expected": _expected(resting, scene) if compared else math.nan,
+            }
             for name, value in told.items():
                 poses[name].append(np.broadcast_to(value, row.count.shape))
             for name, values in reference.items():
                 values.append(ESTIMATORS[name].function(resting, scene))
     splits, count = np.array([len(one) for one in children]), poses["share"]
     each = np.array([one.size for one in count])
-    return Table(np.concatenate(inputs), np.concatenate(children), np.concatenate(leaf_pose),
-                 np.concatenate(kept), splits, each, _starts(splits), _starts(each),
-                 **{name: np.concatenate(values) for name, values in poses.items()},
-                 reference={name: np.concatenate(values) for name, values in reference.items()})
+    return Table(
+        np.concatenate(inputs),
+        np.concatenate(children),
+        np.concatenate(leaf_pose),
+        np.concatenate(kept),
+        splits,
+        each,
+        _starts(splits),
+        _starts(each),
+        **{name: np.concatenate(values) for name, values in poses.items()},
+        reference={name: np.concatenate(values) for name, values in reference.items()},
+    )
 
 
 def _starts(numbers: Index) -> Index:
@@ -130,8 +173,9 @@ def _rows(first: Index, count: Index) -> Index:
 def usable(row: Sample) -> bool:
     """Whether enough of a sample's drops came to rest."""
     settled = int(row.count.sum())
-    return (settled >= LEAST_DROPS
-            and row.unsettled <= MOST_UNSETTLED * (row.unsettled + settled))
+    return settled >= LEAST_DROPS and row.unsettled <= MOST_UNSETTLED * (
+        row.unsettled + settled
+    )
 
 
 def _expected(resting: RestingPoses, scene: DropScene) -> float:
@@ -145,7 +189,13 @@ def split_children(resting: RestingPoses) -> Index:
     faces = resting.equilibria.order.shape[0]
     number = {node: place for place, node in enumerate(grouped.node.tolist())}
     joins = np.flatnonzero(grouped.split)
-    number.update({faces + int(join): len(grouped.node) + place
-                   for place, join in enumerate(joins)})
-    return np.array([[number[int(child)] for child in tree.child[join]] for join in joins],
-                    dtype=np.int64).reshape(-1, 2)
+    number.update(
+        {
+            faces + int(join): len(grouped.node) + place
+            for place, join in enumerate(joins)
+        }
+    )
+    return np.array(
+        [[number[int(child)] for child in tree.child[join]] for join in joins],
+        dtype=np.int64,
+    ).reshape(-1, 2)

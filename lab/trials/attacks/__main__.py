@@ -6,13 +6,29 @@ from ..frame import program, trial
 from . import ending, fairness, files, memory
 
 ATTACKS = (
-    *map(trial, (memory.many_large_parts, memory.refused_goals, memory.waiting_requests,
-                 memory.a_flood_of_meshes)),
+    *map(
+        trial,
+        (
+            memory.many_large_parts,
+            memory.refused_goals,
+            memory.waiting_requests,
+            memory.a_flood_of_meshes,
+        ),
+    ),
     *fairness.ATTACKS,
-    *map(trial, (ending.a_disk_that_fills, ending.a_flood_of_counts,
-                 ending.a_signal_during_an_estimate, ending.simulated_time_stands_still,
-                 files.a_clock_before_its_time, files.pipes_and_bombs_as_plates,
-                 files.bombs_of_3mf)))
+    *map(
+        trial,
+        (
+            ending.a_disk_that_fills,
+            ending.a_flood_of_counts,
+            ending.a_signal_during_an_estimate,
+            ending.simulated_time_stands_still,
+            files.a_clock_before_its_time,
+            files.pipes_and_bombs_as_plates,
+            files.bombs_of_3mf,
+        ),
+    ),
+)
 SHORT = 0.3
 
 if __name__ == "__main__":

@@ -39,18 +39,27 @@ def a_disk_that_fills(setting: Setting) -> Outcome:
     vertices, triangles = fine_box(1200)
     with tried_node(setting.folder, max_log_bytes=bound) as (_, client):
         publisher, health = MeshPublisher(client).matched(), Health(client)
-        for message in _paced((flat((vertices * (1.0 + 1e-3 * k), triangles), "grows")
-                               for k in range(number)), 50.0):
+        for message in _paced(
+            (
+                flat((vertices * (1.0 + 1e-3 * k), triangles), "grows")
+                for k in range(number)
+            ),
+            50.0,
+        ):
             publisher.publish(message)
             most = max(most, size_of_bags(setting.folder))
         latched(client, "grows")
         quiet(health)
         deleted = int(health.line("recording")[1]["deleted for max_log_bytes"])
         end = size_of_bags(setting.folder)
-    return judged(number, f"{most / 1e6:.1f} MB at most for a bound of {bound / 1e6:.1f}, "
-                  f"{end / 1e6:.1f} in the end, {deleted} files deleted",
-                  the_bound_is_reached=deleted > 0, the_bound_holds_in_the_end=end <= bound,
-                  more_is_soon_gone=most <= 1.25 * bound)
+    return judged(
+        number,
+        f"{most / 1e6:.1f} MB at most for a bound of {bound / 1e6:.1f}, "
+        f"{end / 1e6:.1f} in the end, {deleted} files deleted",
+        the_bound_is_reached=deleted > 0,
+        the_bound_holds_in_the_end=end <= bound,
+        more_is_soon_gone=most <= 1.25 * bound,
+    )
 
 
 def a_flood_of_counts(setting: Setting) -> Outcome:
@@ -58,12 +67,24 @@ def a_flood_of_counts(setting: Setting) -> Outcome:
     number = setting.of(4000, 2000)
     with tried_node(setting.folder) as (_, client):
         told = client.good("estimate", part=flat(WEDGE, "counted")).statistics
-        camera = MeshPublisher(client, f"{client.prefix}/pose_counts", PoseCounts).matched()
+        camera = MeshPublisher(
+            client, f"{client.prefix}/pose_counts", PoseCounts
+        ).matched()
         health = Health(client)
-        for message in _paced((PoseCounts(
-                part_id="counted", part_digest=told.part_digest, round_sides=told.round_sides,
-                cluster_tolerance=told.cluster_tolerance, index=[0], count=[k])
-                for k in range(number)), 2000.0):
+        for message in _paced(
+            (
+                PoseCounts(
+                    part_id="counted",
+                    part_digest=told.part_digest,
+                    round_sides=told.round_sides,
+                    cluster_tolerance=told.cluster_tolerance,
+                    index=[0],
+                    count=[k],
+                )
+                for k in range(number)
+            ),
+            2000.0,
+        ):
             camera.publish(message)
 
         def lost():
@@ -74,8 +95,11 @@ def a_flood_of_counts(setting: Setting) -> Outcome:
 
         until(lambda: kept() + lost() >= number, "the counts")
         said, there = lost(), kept()
-    return judged(number, f"{there} recorded, {said} told as lost",
-                  each_is_recorded_or_told=there + said == number)
+    return judged(
+        number,
+        f"{there} recorded, {said} told as lost",
+        each_is_recorded_or_told=there + said == number,
+    )
 
 
 def a_signal_during_an_estimate(setting: Setting) -> Outcome:
@@ -89,15 +113,23 @@ def a_signal_during_an_estimate(setting: Setting) -> Outcome:
         status, seconds = node.ended(), time.monotonic() - begin
         time.sleep(0.5)
         answered = waiting.done()
-    return judged(1, f"exit status {status} after {seconds:.1f} s, "
-                  f"{'answered' if answered else 'no answer'}", it_ends_well=status == 0,
-                  it_ends_soon=not setting.judges_times or seconds < ENDING,
-                  the_client_is_answered=answered)
+    return judged(
+        1,
+        f"exit status {status} after {seconds:.1f} s, "
+        f"{'answered' if answered else 'no answer'}",
+        it_ends_well=status == 0,
+        it_ends_soon=not setting.judges_times or seconds < ENDING,
+        the_client_is_answered=answered,
+    )
 
 
 def simulated_time_stands_still(setting: Setting) -> Outcome:
     """A node with `use_sim_time` and nobody who publishes /clock."""
     with tried_node(setting.folder, use_sim_time=True) as (_, client):
         Health(client).line("jobs")
-        stamp = client.good("estimate", part=flat(WEDGE, "timeless")).statistics.header.stamp
-    return judged(1, f"answered with the stamp {stamp.sec} s", time_stands_still=stamp.sec == 0)
+        stamp = client.good(
+            "estimate", part=flat(WEDGE, "timeless")
+        ).statistics.header.stamp
+    return judged(
+        1, f"answered with the stamp {stamp.sec} s", time_stands_still=stamp.sec == 0
+    )

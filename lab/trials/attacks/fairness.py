@@ -32,9 +32,20 @@ CALLS, PAUSE = 300, 0.02
 FIRST_SECONDS = 5.0
 """In which clients that do not hear are met, each of which holds everybody up twice for 0.1 s."""
 
-EVERY_SERVICE = ("estimate", "get_statistics", "list_drop_simulations", "get_drop_simulation",
-               "cancel_drop_simulation", "forget_part", "start_drop_simulation", "feeding",
-               "fit_plate", "get_parameters", "list_parameters", "describe_parameters")
+EVERY_SERVICE = (
+    "estimate",
+    "get_statistics",
+    "list_drop_simulations",
+    "get_drop_simulation",
+    "cancel_drop_simulation",
+    "forget_part",
+    "start_drop_simulation",
+    "feeding",
+    "fit_plate",
+    "get_parameters",
+    "list_parameters",
+    "describe_parameters",
+)
 SUBSCRIBER = """
 import sys, rclpy
 from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -74,8 +85,9 @@ def mesh_under_check(client, make):
 @contextmanager
 def queued_requests(client, count):
     """Somebody else, whose answers do not hold up who measures, asks for so many estimates."""
-    other = subprocess.Popen([sys.executable, "-c", CROWD, client.prefix, str(count)],
-                             stdout=subprocess.PIPE)
+    other = subprocess.Popen(
+        [sys.executable, "-c", CROWD, client.prefix, str(count)], stdout=subprocess.PIPE
+    )
     try:
         assert other.stdout.readline() == b"asked\n"
         yield
@@ -91,16 +103,30 @@ def deaf_clients(client, names, rate):
 
     Measured is from when the node has met each of them once.
     """
-    deaf = [client.node.create_client(
-        SERVICES[name], f"{client.prefix}/{name}", qos_profile=QoSProfile(
-            depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)) for name in names]
+    deaf = [
+        client.node.create_client(
+            SERVICES[name],
+            f"{client.prefix}/{name}",
+            qos_profile=QoSProfile(
+                depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL
+            ),
+        )
+        for name in names
+    ]
     over = threading.Event()
 
     def ask():
         while not over.wait(1.0 / rate):
             for one in deaf:
-                one.call_async(one.srv_type.Request(
-                    **({"part_id": "known"} if one.srv_name.endswith("/estimate") else {})))
+                one.call_async(
+                    one.srv_type.Request(
+                        **(
+                            {"part_id": "known"}
+                            if one.srv_name.endswith("/estimate")
+                            else {}
+                        )
+                    )
+                )
 
     thread = threading.Thread(target=ask)
     thread.start()
@@ -115,8 +141,12 @@ def deaf_clients(client, names, rate):
 @contextmanager
 def stopped_subscribers(client, count):
     """Somebody subscribes to what is latched and is stopped, so that nothing is taken."""
-    others = [subprocess.Popen([sys.executable, "-c", SUBSCRIBER, client.prefix],
-                               stdout=subprocess.PIPE) for _ in range(count)]
+    others = [
+        subprocess.Popen(
+            [sys.executable, "-c", SUBSCRIBER, client.prefix], stdout=subprocess.PIPE
+        )
+        for _ in range(count)
+    ]
     try:
         for one in others:
             one.stdout.readline()
@@ -151,8 +181,15 @@ def _latencies(client, name, calls):
     """Seconds that estimates of a known part, or of small new meshes, take one by one."""
     seconds = []
     for _ in range(calls):
-        fields = {"part_id": "known"} if name == "known" else {"part": flat(
-            ((1.0 + 1e-4 * next(FACTORS)) * WEDGE[0], WEDGE[1]), "small")}
+        fields = (
+            {"part_id": "known"}
+            if name == "known"
+            else {
+                "part": flat(
+                    ((1.0 + 1e-4 * next(FACTORS)) * WEDGE[0], WEDGE[1]), "small"
+                )
+            }
+        )
         begin = time.monotonic()
         client.call("estimate", **fields)
         seconds.append(time.monotonic() - begin)
@@ -170,15 +207,21 @@ def _beside(setting, trouble):
             for name, later in LATER.items():
                 beside, before = _latencies(client, name, calls), median(alone[name])
                 kept[f"a_{name}_part_is_answered"] = (
-                    not setting.judges_times or median(beside) < later + 3.0 * before)
-                late, usual = (seconds[-1 - max(1, len(seconds) // 100)]
-                               for seconds in (beside, alone[name]))
+                    not setting.judges_times or median(beside) < later + 3.0 * before
+                )
+                late, usual = (
+                    seconds[-1 - max(1, len(seconds) // 100)]
+                    for seconds in (beside, alone[name])
+                )
                 if name == "known":
                     kept["99_of_100_come_in_time"] = (
-                        not setting.judges_times or late < MOST_SECONDS + 2.0 * usual)
-                words.append(f"{name} {1e3 * before:.0f} ms alone (99 of 100 within "
-                             f"{1e3 * usual:.0f}), beside {1e3 * median(beside):.0f} "
-                             f"({1e3 * late:.0f}, at most {1e3 * beside[-1]:.0f})")
+                        not setting.judges_times or late < MOST_SECONDS + 2.0 * usual
+                    )
+                words.append(
+                    f"{name} {1e3 * before:.0f} ms alone (99 of 100 within "
+                    f"{1e3 * usual:.0f}), beside {1e3 * median(beside):.0f} "
+                    f"({1e3 * late:.0f}, at most {1e3 * beside[-1]:.0f})"
+                )
     return judged(2 * calls, "; ".join(words), **kept)
 
 
@@ -187,21 +230,62 @@ def _attack(name, done, trouble, **how):
 
 
 ATTACKS = (
-    _attack("a million triangles", "A mesh that is only large", mesh_under_check,
-            make=partial(fine_box, 1e6)),
-    _attack("a smooth mesh", "A mesh with a hundred thousand corners on its hull",
-            mesh_under_check, make=partial(smooth_body, 2e5)),
-    _attack("a mesh of slivers", "Needles that lie across each other", mesh_under_check,
-            make=partial(slivers, 10_000)),
-    _attack("a thousand requests", "A thousand estimates asked for at once by somebody else",
-            queued_requests, count=1000),
-    _attack("a client that cannot hear", "Twenty estimates a second whose answers cannot be "
-            "delivered", deaf_clients, names=("estimate",), rate=20.0),
-    _attack("deaf clients of every service", "Five requests a second to each service, "
-            "whose answers cannot be delivered", deaf_clients, names=EVERY_SERVICE, rate=5.0),
-    _attack("stopped subscribers", "Three subscribers to results that are stopped",
-            stopped_subscribers, count=3),
-    _attack("outlines at 6,000 heights", "Eight requests at once for outlines of a known part",
-            many_outlines, heights=6000, at_once=8),
-    _attack("outlines at 150 heights", "Eight requests at once for as many as are answered",
-            many_outlines, heights=150, at_once=8))
+    _attack(
+        "a million triangles",
+        "A mesh that is only large",
+        mesh_under_check,
+        make=partial(fine_box, 1e6),
+    ),
+    _attack(
+        "a smooth mesh",
+        "A mesh with a hundred thousand corners on its hull",
+        mesh_under_check,
+        make=partial(smooth_body, 2e5),
+    ),
+    _attack(
+        "a mesh of slivers",
+        "Needles that lie across each other",
+        mesh_under_check,
+        make=partial(slivers, 10_000),
+    ),
+    _attack(
+        "a thousand requests",
+        "A thousand estimates asked for at once by somebody else",
+        queued_requests,
+        count=1000,
+    ),
+    _attack(
+        "a client that cannot hear",
+        "Twenty estimates a second whose answers cannot be delivered",
+        deaf_clients,
+        names=("estimate",),
+        rate=20.0,
+    ),
+    _attack(
+        "deaf clients of every service",
+        "Five requests a second to each service, whose answers cannot be delivered",
+        deaf_clients,
+        names=EVERY_SERVICE,
+        rate=5.0,
+    ),
+    _attack(
+        "stopped subscribers",
+        "Three subscribers to results that are stopped",
+        stopped_subscribers,
+        count=3,
+    ),
+    _attack(
+        "outlines at 6,000 heights",
+        "Eight requests at once for outlines of a known part",
+        many_outlines,
+        heights=6000,
+        at_once=8,
+    ),
+    _attack(
+        "outlines at 150 heights",
+        "Eight requests at once for as many as are answered",
+        many_outlines,
+        heights=150,
+        at_once=8,
+    ),
+)

@@ -28,11 +28,17 @@ def pipes_and_bombs_as_plates(setting: Setting) -> Outcome:
     run = setting.folder / "bags" / "pose_stats_20260202T024000_000000_42"
     run.mkdir(parents=True)
     os.mkfifo(run / f"{run.name}_1.mcap")
-    pipe, bomb, many = (setting.folder / name for name in ("pipe", "bomb.yaml", "many.yaml"))
+    pipe, bomb, many = (
+        setting.folder / name for name in ("pipe", "bomb.yaml", "many.yaml")
+    )
     os.mkfifo(pipe)
-    bomb.write_text("a: &a [x]\n" + "".join(
-        f"{name}: &{name} [{', '.join(9 * ['*' + before])}]\n"
-        for before, name in zip("abcdefghi", "bcdefghij", strict=True)))
+    bomb.write_text(
+        "a: &a [x]\n"
+        + "".join(
+            f"{name}: &{name} [{', '.join(9 * ['*' + before])}]\n"
+            for before, name in zip("abcdefghi", "bcdefghij", strict=True)
+        )
+    )
     many.write_text("plates:\n" + "".join(f"  p{k}: {{}}\n" for k in range(20_000)))
     with tried_node(setting.folder / "bags") as (node, client):
         client.good("estimate", part=flat(WEDGE, "known"))
@@ -43,45 +49,65 @@ def pipes_and_bombs_as_plates(setting: Setting) -> Outcome:
             refused += "plates" in client.set(plates=str(file))
             longest = max(longest, time.monotonic() - begin)
         grown = status(node, "VmHWM") - before
-    return judged(len(files), f"{refused} refused, within {longest:.1f} s and "
-                  f"{grown / MEGABYTE:.0f} MiB", all_are_refused=refused == len(files),
-                  soon=not setting.judges_times or longest < SECONDS,
-                  without_much_memory=grown < 100 * MEGABYTE)
+    return judged(
+        len(files),
+        f"{refused} refused, within {longest:.1f} s and {grown / MEGABYTE:.0f} MiB",
+        all_are_refused=refused == len(files),
+        soon=not setting.judges_times or longest < SECONDS,
+        without_much_memory=grown < 100 * MEGABYTE,
+    )
 
 
 def bombs_of_3mf(setting: Setting) -> Outcome:
     """3MF files of some kB to 1 MB: expanded text, components of components, a long chain."""
-    mesh = ('<object id="1"><mesh><vertices><vertex x="0" y="0" z="0"/><vertex x="1" y="0" z="0"/>'
-            '<vertex x="0" y="1" z="0"/></vertices><triangles><triangle v1="0" v2="1" v3="2"/>'
-            '</triangles></mesh></object>')
+    mesh = (
+        '<object id="1"><mesh><vertices><vertex x="0" y="0" z="0"/><vertex x="1" y="0" z="0"/>'
+        '<vertex x="0" y="1" z="0"/></vertices><triangles><triangle v1="0" v2="1" v3="2"/>'
+        "</triangles></mesh></object>"
+    )
 
     def above(levels, each):
         return mesh + "".join(
-            f'<object id="{k + 2}"><components>' + f'<component objectid="{k + 1}"/>' * each
-            + '</components></object>' for k in range(levels))
+            f'<object id="{k + 2}"><components>'
+            + f'<component objectid="{k + 1}"/>' * each
+            + "</components></object>"
+            for k in range(levels)
+        )
 
-    bombs = {"text": (mesh + " " * setting.of(2**30, 2**29 + 2**27), 1),
-             "components": (above(20, 1000), 21), "chain": (above(3000, 1), 3001)}
+    bombs = {
+        "text": (mesh + " " * setting.of(2**30, 2**29 + 2**27), 1),
+        "components": (above(20, 1000), 21),
+        "chain": (above(3000, 1), 3001),
+    }
     longest, refused = 0.0, 0
     for name, (objects, built) in bombs.items():
         path = setting.folder / f"{name}.3mf"
         with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-            archive.writestr("3D/3dmodel.model", f'<model><resources>{objects}</resources><build>'
-                             f'<item objectid="{built}"/></build></model>')
+            archive.writestr(
+                "3D/3dmodel.model",
+                f"<model><resources>{objects}</resources><build>"
+                f'<item objectid="{built}"/></build></model>',
+            )
         begin = time.monotonic()
         try:
             load_part(path)
         except PoseStatsError as refusal:
             refused += "at most" in str(refusal)
         longest = max(longest, time.monotonic() - begin)
-    return judged(len(bombs), f"{refused} refused, within {longest:.1f} s",
-                  all_are_refused=refused == len(bombs),
-                  soon=not setting.judges_times or longest < 2 * SECONDS)
+    return judged(
+        len(bombs),
+        f"{refused} refused, within {longest:.1f} s",
+        all_are_refused=refused == len(bombs),
+        soon=not setting.judges_times or longest < 2 * SECONDS,
+    )
 
 
 def a_clock_before_its_time(setting: Setting) -> Outcome:
     """A node with `use_sim_time`, and times on /clock that rclpy cannot hold."""
-    with cell_of(domain(), setting.folder, "tried", use_sim_time=True) as (node, client):
+    with cell_of(domain(), setting.folder, "tried", use_sim_time=True) as (
+        node,
+        client,
+    ):
         clock = client.node.create_publisher(Clock, "/clock", 1)
         until(lambda: clock.get_subscription_count() > 0, "the node")
         number = setting.of(50, 10)
@@ -91,11 +117,21 @@ def a_clock_before_its_time(setting: Setting) -> Outcome:
 
         def stamp():
             clock.publish(Clock(clock=Time(sec=1234)))
-            return client.good("estimate", part=flat(WEDGE, new_id())).statistics.header.stamp.sec
+            return client.good(
+                "estimate", part=flat(WEDGE, new_id())
+            ).statistics.header.stamp.sec
 
         until(lambda: stamp() == 1234, "the clock")
         node.send(signal.SIGTERM)
         status_at_end = node.ended()
-        other = [line for line in node.lines if "[ERROR]" in line and REFUSED_TIME not in line]
-    return judged(number, "answered at each, and with the next time that was one",
-                  ended_well=status_at_end == 0, nothing_else_failed=not other)
+        other = [
+            line
+            for line in node.lines
+            if "[ERROR]" in line and REFUSED_TIME not in line
+        ]
+    return judged(
+        number,
+        "answered at each, and with the next time that was one",
+        ended_well=status_at_end == 0,
+        nothing_else_failed=not other,
+    )

@@ -30,9 +30,14 @@ def many_large_parts(setting: Setting) -> Outcome:
             sizes.append(status(node, "VmRSS"))
         known = len(cell.part_ids(client))
     grown, later = sizes[1] - sizes[0], sizes[2] - sizes[1]
-    return judged(2 * half, f"{grown / MEGABYTE:.0f} MiB more for a bound of "
-                  f"{bound / MEGABYTE:.0f}, then {later / MEGABYTE:.0f}, {known} parts known",
-                  bounded=grown < 5 * bound, no_more_comes=later < bound, some_are_known=known > 0)
+    return judged(
+        2 * half,
+        f"{grown / MEGABYTE:.0f} MiB more for a bound of "
+        f"{bound / MEGABYTE:.0f}, then {later / MEGABYTE:.0f}, {known} parts known",
+        bounded=grown < 5 * bound,
+        no_more_comes=later < bound,
+        some_are_known=known > 0,
+    )
 
 
 def refused_goals(setting: Setting) -> Outcome:
@@ -48,8 +53,11 @@ def refused_goals(setting: Setting) -> Outcome:
             sizes.append(status(node, "VmRSS"))
         goals.close()
     grown, sent = sizes[-1] - sizes[0], number * LARGE_BYTES
-    return judged(number, f"{grown / MEGABYTE:.0f} MiB more after {sent / MEGABYTE:.0f} MiB of "
-                  "meshes", meshes_are_let_go=grown < 0.3 * sent)
+    return judged(
+        number,
+        f"{grown / MEGABYTE:.0f} MiB more after {sent / MEGABYTE:.0f} MiB of meshes",
+        meshes_are_let_go=grown < 0.3 * sent,
+    )
 
 
 def waiting_requests(setting: Setting) -> Outcome:
@@ -58,14 +66,19 @@ def waiting_requests(setting: Setting) -> Outcome:
         client.good("estimate", part=flat(LARGE, "first"))
         cell.forget_peak(node)
         before, larger = status(node, "VmRSS"), (1.1 * LARGE[0], LARGE[1])
-        waiting = [client.send("estimate", part=flat(larger, f"part_{number}"))
-                   for number in range(40)]
+        waiting = [
+            client.send("estimate", part=flat(larger, f"part_{number}"))
+            for number in range(40)
+        ]
         answers = [wait_for(one) for one in waiting]
         grown = status(node, "VmHWM") - before
     refused = [one.message for one in answers if not one.success]
-    return judged(40, f"{grown / MEGABYTE:.0f} MiB more at most, {len(refused)} refused",
-                  bounded=grown < 2 * 40 * LARGE_BYTES,
-                  refusals_say_why=all("expected" in message for message in refused))
+    return judged(
+        40,
+        f"{grown / MEGABYTE:.0f} MiB more at most, {len(refused)} refused",
+        bounded=grown < 2 * 40 * LARGE_BYTES,
+        refusals_say_why=all("expected" in message for message in refused),
+    )
 
 
 def a_flood_of_meshes(setting: Setting) -> Outcome:
@@ -78,14 +91,19 @@ def a_flood_of_meshes(setting: Setting) -> Outcome:
         publisher.publish(flat(ROUND, "before"))
         cell.latched(client, "before")
         before, last = status(node, "VmRSS"), library_part(surfaces[-1]).digest
-        publisher.publish(*(flat(surface, f"part {k % 8}")
-                            for k, surface in enumerate(surfaces)))
+        publisher.publish(
+            *(flat(surface, f"part {k % 8}") for k, surface in enumerate(surfaces))
+        )
         asked = 0
         while cell.latched(client, f"part {(number - 1) % 8}").part_digest != last:
             asked += client.call("list_drop_simulations") is not None
         grown, values = status(node, "VmHWM") - before, cell.quiet(health)
         taken = len(raw_of(setting.folder, on_topic("part_mesh"))) - 1
-    return judged(number, f"{taken} taken, {values['overrun']} told as overrun, {asked} calls "
-                  f"answered meanwhile, {grown / MEGABYTE:.0f} MiB more at most",
-                  bounded=grown < 400 * MEGABYTE, none_refused=values["refused"] == 0,
-                  each_is_taken_or_told=taken + values["overrun"] == number)
+    return judged(
+        number,
+        f"{taken} taken, {values['overrun']} told as overrun, {asked} calls "
+        f"answered meanwhile, {grown / MEGABYTE:.0f} MiB more at most",
+        bounded=grown < 400 * MEGABYTE,
+        none_refused=values["refused"] == 0,
+        each_is_taken_or_told=taken + values["overrun"] == number,
+    )

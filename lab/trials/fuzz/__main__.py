@@ -21,10 +21,13 @@ THOROUGH_EVERY = 5
 
 def inputs_of(kind: str, watched: Watched) -> Callable[[Setting], Outcome]:
     """The work of trying inputs of a kind."""
+
     def work(setting: Setting) -> Outcome:
         found, taken, compared, slowest = Outcome(), 0, Counter[str](), (0.0, 0)
         for number in range(setting.of(INPUTS)):
-            tried = watched.tried(kind, setting.seed + number, number % THOROUGH_EVERY == 0)
+            tried = watched.tried(
+                kind, setting.seed + number, number % THOROUGH_EVERY == 0
+            )
             found.tried += 1
             taken += not tried.refusal
             slowest = max(slowest, (tried.seconds, tried.seed))
@@ -32,14 +35,17 @@ def inputs_of(kind: str, watched: Watched) -> Callable[[Setting], Outcome]:
             if tried.faults:
                 found.broken.append(
                     f"{'; '.join(tried.faults)[:250]}: python -m lab.trials.fuzz --only '{kind}' "
-                    f"--seed {tried.seed} --size 0")
+                    f"--seed {tried.seed} --size 0"
+                )
         if found.tried > 200 and not taken and KINDS[kind].fate != "refused":
             found.broken.append("none is taken, so nothing is tried")
         if compared.total() > 20 and not compared["same"]:
             found.broken.append("none could be given in another way")
         ways = "".join(f", {name} {count}" for name, count in compared.most_common())
-        found.seen = (f"{taken} taken, slowest {slowest[0]:.2f} s (seed {slowest[1]})"
-                      + (f"; given in other ways{ways}" if ways else ""))
+        found.seen = (
+            f"{taken} taken, slowest {slowest[0]:.2f} s (seed {slowest[1]})"
+            + (f"; given in other ways{ways}" if ways else "")
+        )
         return found
 
     return work
@@ -48,10 +54,20 @@ def inputs_of(kind: str, watched: Watched) -> Callable[[Setting], Outcome]:
 def main() -> int:
     """Try, print, and return the exit status."""
     with Watched() as watched:
-        return program("fuzz", [
-            *(Trial(kind, KINDS[kind].done, inputs_of(kind, watched)) for kind in KINDS),
-            *map(trial, (large_inputs, bytes_on_topics, requests_and_goals, hostile_names))],
-            SHORT)
+        return program(
+            "fuzz",
+            [
+                *(
+                    Trial(kind, KINDS[kind].done, inputs_of(kind, watched))
+                    for kind in KINDS
+                ),
+                *map(
+                    trial,
+                    (large_inputs, bytes_on_topics, requests_and_goals, hostile_names),
+                ),
+            ],
+            SHORT,
+        )
 
 
 if __name__ == "__main__":

@@ -22,7 +22,9 @@ def bad_values(random: Random) -> Arrays:
     vertices, triangles = polyhedron(random)
     bad = (np.nan, np.inf, -np.inf, 1.7e308, -1.7e308, 1e200, 1e60)
     for _ in range(int(random.integers(1, 4))):
-        vertices[random.integers(len(vertices)), random.integers(3)] = random.choice(bad)
+        vertices[random.integers(len(vertices)), random.integers(3)] = random.choice(
+            bad
+        )
     return vertices, triangles
 
 
@@ -32,7 +34,8 @@ def tiny_values(random: Random) -> Arrays:
     for _ in range(int(random.integers(1, 5))):
         column = random.integers(3)
         vertices[:, column] = random.choice((0.0, 5e-324, 1e-310, 1.0)) * (
-            1.0 if random.random() < 0.5 else vertices[:, column])
+            1.0 if random.random() < 0.5 else vertices[:, column]
+        )
         vertices[random.integers(len(vertices))] *= power(random, -300, 0)
     return vertices, triangles
 
@@ -41,13 +44,26 @@ def bad_indices(random: Random) -> Arrays:
     """Vertex numbers out of range, negative, broken, huge, or that count from 1."""
     vertices, triangles = polyhedron(random)
     kinds: list[Any] = [
-        triangles + 1, triangles - 1, triangles + 0.5, triangles.astype(float) * np.nan,
-        triangles + len(vertices), triangles.astype(np.int64) + 2**40, -triangles,
-        triangles.astype(np.uint64) + np.uint64(2**63), triangles * 1e300,
-        triangles.astype(object) + 2**70, np.full_like(triangles, -(2**62)),
-        [[0, 1, None]] * 4, triangles.astype(complex), triangles * 1j, triangles > 0,
-        np.where(triangles == 0, 2**32, triangles), triangles.astype(str),
-        triangles.astype("M8[s]"), triangles.astype("m8[s]"), triangles.astype(bytes),
+        triangles + 1,
+        triangles - 1,
+        triangles + 0.5,
+        triangles.astype(float) * np.nan,
+        triangles + len(vertices),
+        triangles.astype(np.int64) + 2**40,
+        -triangles,
+        triangles.astype(np.uint64) + np.uint64(2**63),
+        triangles * 1e300,
+        triangles.astype(object) + 2**70,
+        np.full_like(triangles, -(2**62)),
+        [[0, 1, None]] * 4,
+        triangles.astype(complex),
+        triangles * 1j,
+        triangles > 0,
+        np.where(triangles == 0, 2**32, triangles),
+        triangles.astype(str),
+        triangles.astype("M8[s]"),
+        triangles.astype("m8[s]"),
+        triangles.astype(bytes),
     ]
     return vertices, kinds[int(random.integers(len(kinds)))]
 
@@ -55,18 +71,37 @@ def bad_indices(random: Random) -> Arrays:
 def _shapes_of(surface: Surface) -> list[Arrays]:
     vertices, triangles = surface
     return [
-        ([], []), (np.zeros((0, 3)), np.zeros((0, 3), int)), (vertices, []), ([], triangles),
-        (np.zeros((0, 3)), triangles), (vertices, np.zeros((0, 3), int)),
-        (vertices[:, :2], triangles), (vertices, triangles[:, :2]), (vertices.T, triangles),
-        (vertices, triangles.T), (vertices.ravel(), triangles), (vertices, triangles.ravel()),
-        (vertices[None], triangles), (vertices, triangles[None]), (0.0, 0), (None, None),
-        ([*vertices.tolist()[:-1], [1.0]], triangles), (vertices, [[0, 1, 2], [1, 2]]),
-        ({}, {}), ({0, 1}, {0, 1}),
-        (np.hstack((vertices, vertices)), triangles), (vertices[:1], triangles[:1]),
-        (vertices[:3], [[0, 1, 2]]), (np.zeros((3, 0)), np.zeros((3, 0), int)),
-        (vertices * 1j, triangles), (vertices.astype("M8[s]"), triangles),
-        (np.array([{}] * 3), triangles), (vertices, [*triangles.tolist(), [0]]),
-        (iter(vertices), triangles), (vertices, iter(triangles)), (b"mesh", b"mesh"),
+        ([], []),
+        (np.zeros((0, 3)), np.zeros((0, 3), int)),
+        (vertices, []),
+        ([], triangles),
+        (np.zeros((0, 3)), triangles),
+        (vertices, np.zeros((0, 3), int)),
+        (vertices[:, :2], triangles),
+        (vertices, triangles[:, :2]),
+        (vertices.T, triangles),
+        (vertices, triangles.T),
+        (vertices.ravel(), triangles),
+        (vertices, triangles.ravel()),
+        (vertices[None], triangles),
+        (vertices, triangles[None]),
+        (0.0, 0),
+        (None, None),
+        ([*vertices.tolist()[:-1], [1.0]], triangles),
+        (vertices, [[0, 1, 2], [1, 2]]),
+        ({}, {}),
+        ({0, 1}, {0, 1}),
+        (np.hstack((vertices, vertices)), triangles),
+        (vertices[:1], triangles[:1]),
+        (vertices[:3], [[0, 1, 2]]),
+        (np.zeros((3, 0)), np.zeros((3, 0), int)),
+        (vertices * 1j, triangles),
+        (vertices.astype("M8[s]"), triangles),
+        (np.array([{}] * 3), triangles),
+        (vertices, [*triangles.tolist(), [0]]),
+        (iter(vertices), triangles),
+        (vertices, iter(triangles)),
+        (b"mesh", b"mesh"),
     ]
 
 
@@ -80,15 +115,31 @@ def good_types(random: Random) -> Arrays:
     """A polyhedron as lists, tuples, other number types, other memory layouts."""
     vertices, triangles = polyhedron(random)
     ways: list[Any] = [
-        lambda a: a.tolist(), lambda a: tuple(map(tuple, a.tolist())), np.asfortranarray,
-        lambda a: np.repeat(a, 2, axis=0)[::2], lambda a: a.astype(object),
-        lambda a: a.astype(a.dtype.newbyteorder()), np.ma.masked_invalid,
-        lambda a: a.astype(str), lambda a: a[::-1][::-1], _read_only,
+        lambda a: a.tolist(),
+        lambda a: tuple(map(tuple, a.tolist())),
+        np.asfortranarray,
+        lambda a: np.repeat(a, 2, axis=0)[::2],
+        lambda a: a.astype(object),
+        lambda a: a.astype(a.dtype.newbyteorder()),
+        np.ma.masked_invalid,
+        lambda a: a.astype(str),
+        lambda a: a[::-1][::-1],
+        _read_only,
     ]
-    kinds = [np.uint8, np.int16, np.uint64, np.float16, np.float32, np.longdouble, np.int64]
+    kinds = [
+        np.uint8,
+        np.int16,
+        np.uint64,
+        np.float16,
+        np.float32,
+        np.longdouble,
+        np.int64,
+    ]
     way = ways[int(random.integers(len(ways)))]
     other = ways[int(random.integers(len(ways)))]
-    return way(vertices), other(triangles.astype(kinds[int(random.integers(len(kinds)))]))
+    return way(vertices), other(
+        triangles.astype(kinds[int(random.integers(len(kinds)))])
+    )
 
 
 def _read_only(array: Any) -> Any:
@@ -106,14 +157,61 @@ def small_numbers(random: Random) -> Arrays:
         return (np.abs(vertices) * power(random, 0, 1.5)).astype(kind), triangles
 
 
-NUMBERS = (np.nan, np.inf, -np.inf, 0.0, -0.0, 5e-324, 1e-310, 1e-9, 0.5, 1.0, -1.0, 2.0, 3.0,
-           1e9, 1e160, -1.7e308)
-PIECES = (None, True, 0, -1, 7, 2**70, 1j, "", "a", "\0", b"b", np.float32(2.0), object(), {},
-          *NUMBERS)
+NUMBERS = (
+    np.nan,
+    np.inf,
+    -np.inf,
+    0.0,
+    -0.0,
+    5e-324,
+    1e-310,
+    1e-9,
+    0.5,
+    1.0,
+    -1.0,
+    2.0,
+    3.0,
+    1e9,
+    1e160,
+    -1.7e308,
+)
+PIECES = (
+    None,
+    True,
+    0,
+    -1,
+    7,
+    2**70,
+    1j,
+    "",
+    "a",
+    "\0",
+    b"b",
+    np.float32(2.0),
+    object(),
+    {},
+    *NUMBERS,
+)
 KNOWN_FAULTS_SPARED = True
 """Signalling NaN and complex numbers in lists; see `tests/contract/library/test_door.py`."""
 
-TYPES = ("b", "H", "i", "q", "Q", "e", "f", "d", "g", "F", "D", "M8[s]", "m8[s]", "S3", "O")
+TYPES = (
+    "b",
+    "H",
+    "i",
+    "q",
+    "Q",
+    "e",
+    "f",
+    "d",
+    "g",
+    "F",
+    "D",
+    "M8[s]",
+    "m8[s]",
+    "S3",
+    "O",
+)
 
 
 def any_numbers(random: Random) -> Arrays:
@@ -123,8 +221,12 @@ def any_numbers(random: Random) -> Arrays:
     points = random.choice(few, (int(random.integers(0, 10)), 3))
     indices = random.integers(-1, 9, (int(random.integers(0, 13)), 3))
     some = random.integers(0, 8, (int(random.integers(1, 31)), 3))
-    choices = ((points, indices), (random.choice(few, (8, 3)), box_triangles),
-               (random.uniform(-1.0, 1.0, (8, 3)), box_triangles), (box_vertices, some))
+    choices = (
+        (points, indices),
+        (random.choice(few, (8, 3)), box_triangles),
+        (random.uniform(-1.0, 1.0, (8, 3)), box_triangles),
+        (box_vertices, some),
+    )
     return choices[int(random.integers(len(choices)))]
 
 
@@ -141,7 +243,9 @@ def any_object(random: Random, depth: int = 0) -> Any:
                 return random.choice(NUMBERS, shape).astype(kind)
         return np.ndarray(shape, kind, random.bytes(kind.itemsize * 7**3))
     if choice < 0.7 and depth < 3:
-        return [any_object(random, depth + 1) for _ in range(int(random.integers(0, 5)))]
+        return [
+            any_object(random, depth + 1) for _ in range(int(random.integers(0, 5)))
+        ]
     return PIECES[random.integers(len(PIECES))]
 
 
@@ -149,5 +253,7 @@ def any_objects(random: Random) -> Arrays:
     """Any object in place of vertices, of triangles, or of both."""
     vertices, triangles = polyhedron(random)
     which = random.integers(1, 4)
-    return (any_object(random) if which & 1 else vertices,
-            any_object(random) if which & 2 else triangles)
+    return (
+        any_object(random) if which & 1 else vertices,
+        any_object(random) if which & 2 else triangles,
+    )

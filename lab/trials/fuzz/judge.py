@@ -52,8 +52,12 @@ def marginal(equilibria: Any) -> float:
     unstable corner.
     """
     arrays = equilibria.body.arrays
-    return float(min(np.abs(lengths).min()
-                     for lengths in (arrays.inset, arrays.start, arrays.stop)))
+    return float(
+        min(
+            np.abs(lengths).min()
+            for lengths in (arrays.inset, arrays.start, arrays.stop)
+        )
+    )
 
 
 def roughness(body: Any) -> float:
@@ -63,7 +67,9 @@ def roughness(body: Any) -> float:
     """
     arrays = body.arrays
     off = np.abs(body.points @ arrays.normal.T - arrays.distance).min(axis=1).max()
-    corners = np.einsum("sx,sx->s", body.points[arrays.corner], arrays.normal[arrays.face])
+    corners = np.einsum(
+        "sx,sx->s", body.points[arrays.corner], arrays.normal[arrays.face]
+    )
     return float(max(off, np.abs(corners - arrays.distance[arrays.face]).max()))
 
 
@@ -72,9 +78,16 @@ def equilibria_faults(part: Part) -> Iterator[str]:
     found = resting_poses(part, 0.0, 0).equilibria
     # A foot on a side is a stable face and a saddle at once, or neither.
     arrays, side = found.body.arrays, np.arange(len(found.body.arrays.twin))
-    saddles = np.count_nonzero((side < arrays.twin) & (np.minimum(
-        np.minimum(arrays.start, arrays.stop),
-        np.minimum(arrays.inset, arrays.inset[arrays.twin])) > TIP_MARGIN))
+    saddles = np.count_nonzero(
+        (side < arrays.twin)
+        & (
+            np.minimum(
+                np.minimum(arrays.start, arrays.stop),
+                np.minimum(arrays.inset, arrays.inset[arrays.twin]),
+            )
+            > TIP_MARGIN
+        )
+    )
     poincare_hopf = len(found.faces) - saddles + len(found.peaks)
     if poincare_hopf != 2 and marginal(found) > MARGINAL:
         yield f"S - H + U is {poincare_hopf}, and no foot is near a side"
@@ -108,7 +121,10 @@ def pose_faults(resting: Any) -> Iterator[str]:
     for pose in poses:
         if not abs(np.linalg.norm(pose.down) - 1.0) < 1e-12:
             yield f"down is {pose.down.tolist()}"
-        if not np.isfinite(pose.position).all() or not np.isfinite(pose.orientation).all():
+        if (
+            not np.isfinite(pose.position).all()
+            or not np.isfinite(pose.orientation).all()
+        ):
             yield "a pose without a place"
 
 
@@ -123,8 +139,10 @@ def graph_faults(resting: Any) -> Iterator[str]:
     for node in (node for tree in trees for node in tree if node.parts):
         if not abs(sum(node.transitions) - 1.0) < 1e-12 or min(node.transitions) < 0.0:
             yield f"transitions {node.transitions}"
-        if any(part.level is not None and part.level > node.level + slack
-               for part in node.parts):
+        if any(
+            part.level is not None and part.level > node.level + slack
+            for part in node.parts
+        ):
             yield "a level rises on the way down"
         if not 0.0 <= sum(node.angles) <= 4.0 * np.pi * (1.0 + 1e-3):
             yield f"solid angles {node.angles}"
@@ -158,8 +176,10 @@ def drop_faults(part: Part, seed: int) -> Iterator[str]:
     answer = simulate(part, DROPS, restitution, seed, workers=1, cluster_tolerance=0.0)
     counted = sum(pose.count for pose in answer.poses)
     if counted + answer.unsettled != DROPS or answer.drops != DROPS:
-        yield (f"{answer.drops} drops, {counted} settled and {answer.unsettled} not, out of "
-               f"{DROPS}")
+        yield (
+            f"{answer.drops} drops, {counted} settled and {answer.unsettled} not, out of "
+            f"{DROPS}"
+        )
     if min(pose.count for pose in answer.poses) < 0:
         yield "a count below 0"
     # Where none settles no probability is known.

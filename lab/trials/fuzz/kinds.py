@@ -30,7 +30,9 @@ class Kind(NamedTuple):
     @property
     def done(self) -> str:
         """What is tried, in a sentence."""
-        return ((self.options or self.make).__doc__ or "").partition("\n")[0].rstrip(".")
+        return (
+            ((self.options or self.make).__doc__ or "").partition("\n")[0].rstrip(".")
+        )
 
 
 KINDS: dict[str, Kind] = {
@@ -72,7 +74,9 @@ KINDS: dict[str, Kind] = {
     "any numbers": Kind(arrays.any_numbers),
     "any objects": Kind(arrays.any_objects),
     "possible mass": Kind(solids.polyhedron, "taken", masses.possible),
-    "nearly impossible mass": Kind(solids.polyhedron, "either", masses.nearly_impossible),
+    "nearly impossible mass": Kind(
+        solids.polyhedron, "either", masses.nearly_impossible
+    ),
     "impossible mass": Kind(solids.polyhedron, "refused", masses.impossible),
     "any mass": Kind(solids.polyhedron, "either", masses.any_numbers),
     "any option": Kind(solids.polyhedron, "either", masses.any_option),
@@ -84,5 +88,7 @@ def case(kind: str, seed: int) -> tuple[Any, Any, dict[str, Any]]:
     random = np.random.default_rng([crc32(kind.encode()), seed])
     chosen = KINDS[kind]
     vertices, triangles = chosen.make(random)
-    options = {} if chosen.options is None else chosen.options(random, (vertices, triangles))
+    options = (
+        {} if chosen.options is None else chosen.options(random, (vertices, triangles))
+    )
     return vertices, triangles, options

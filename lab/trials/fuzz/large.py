@@ -27,7 +27,9 @@ def _random() -> np.random.Generator:
 
 
 def _loose(count: int) -> Surface:
-    return split((_random().standard_normal((3 * count, 3)), np.arange(3 * count).reshape(-1, 3)))
+    return split(
+        (_random().standard_normal((3 * count, 3)), np.arange(3 * count).reshape(-1, 3))
+    )
 
 
 def _closed_tangle(count: int) -> Surface:
@@ -41,15 +43,22 @@ def _cone(count: int) -> Surface:
     base, triangles = shapes.prism(sides, 1.0, 1.0)
     around = np.arange(sides)
     fan = np.column_stack((around, np.roll(around, -1), np.full(sides, sides)))
-    return np.vstack((base[:sides], (0.0, 0.0, 1.0))), np.vstack((triangles[:sides - 2], fan))
+    return np.vstack((base[:sides], (0.0, 0.0, 1.0))), np.vstack(
+        (triangles[: sides - 2], fan)
+    )
 
 
 def _sphere_of_rings(count: int) -> Surface:
     angles = 2.0 * np.pi * np.arange(500) / 500
     circle = np.column_stack((np.cos(angles), np.sin(angles)))
-    return shapes.hull_mesh(np.vstack([
-        np.column_stack((np.sqrt(1.0 - z * z) * circle, np.full(500, z)))
-        for z in np.linspace(-1.0, 1.0, count // 1000 + 2)[1:-1]]))
+    return shapes.hull_mesh(
+        np.vstack(
+            [
+                np.column_stack((np.sqrt(1.0 - z * z) * circle, np.full(500, z)))
+                for z in np.linspace(-1.0, 1.0, count // 1000 + 2)[1:-1]
+            ]
+        )
+    )
 
 
 def _boxes(count: int, size: float) -> Surface:
@@ -61,8 +70,12 @@ def _boxes(count: int, size: float) -> Surface:
 
 def _nested_boxes(count: int) -> Surface:
     vertices, triangles = shapes.box(1.0, 1.0, 1.0)
-    return joined(*((factor * vertices, triangles)
-                    for factor in np.linspace(0.1, 1.0, count // 12)))
+    return joined(
+        *(
+            (factor * vertices, triangles)
+            for factor in np.linspace(0.1, 1.0, count // 12)
+        )
+    )
 
 
 def _dust(count: int) -> Surface:
@@ -73,11 +86,14 @@ def _dust(count: int) -> Surface:
 CASES: dict[str, Callable[[int], Surface]] = {
     "loose triangles": _loose,
     "tangle": lambda count: (  # every edge is crowded
-        _random().standard_normal((1000, 3)), _random().integers(1000, size=(count, 3))),
+        _random().standard_normal((1000, 3)),
+        _random().integers(1000, size=(count, 3)),
+    ),
     "closed tangle": _closed_tangle,  # every edge is shared by hundreds of tetrahedra
     "lattice tangle": lambda count: (  # many coplanar or without area
         _random().integers(0, 12, (5000, 3)).astype(float),
-        _random().integers(5000, size=(count, 3))),
+        _random().integers(5000, size=(count, 3)),
+    ),
     "ring": lambda count: shapes.prism(count // 5, 1.0, 0.5),
     "cone": _cone,
     "sphere": lambda count: shapes.hull_mesh(shapes.sphere_points(count // 2, 1)),
@@ -87,7 +103,9 @@ CASES: dict[str, Callable[[int], Surface]] = {
     "nested boxes": _nested_boxes,
     "dust": _dust,  # all vertices within a few welds of another
     "coincident": lambda count: (
-        np.ones((count, 3)), np.arange(3 * count).reshape(-1, 3) % count),
+        np.ones((count, 3)),
+        np.arange(3 * count).reshape(-1, 3) % count,
+    ),
     "flat": lambda count: (_loose(count)[0] * (1.0, 1.0, 0.0), _loose(count)[1]),
     "needle": lambda count: shapes.prism(count // 4, 1e-3, 1.0),
 }

@@ -36,8 +36,11 @@ def possible(random: Random, surface: Surface) -> Options:
     masses = power(random, -9, 9) * random.random(9)
     arms = random.uniform(-0.3, 0.3, (9, 3))
     square = np.einsum("m,mi,mj->ij", masses, arms, arms)
-    return {"mass": float(masses.sum()), "center_of_mass": inside(random, surface),
-            "inertia": np.trace(square) * np.eye(3) - square}
+    return {
+        "mass": float(masses.sum()),
+        "center_of_mass": inside(random, surface),
+        "inertia": np.trace(square) * np.eye(3) - square,
+    }
 
 
 def nearly_impossible(random: Random, surface: Surface) -> Options:
@@ -49,12 +52,17 @@ def nearly_impossible(random: Random, surface: Surface) -> Options:
     toward = vertices.mean(axis=0) - near
     step = power(random, -13, -1) * random.choice((1.0, 1.0, 1.0, -1.0, 0.0))
     slack = power(random, -15, -1) * random.choice((1.0, 1.0, -1.0))
-    moments = (np.array((0.3, 0.7, 1.0 - slack)) if random.random() < 0.5
-               else np.array((abs(slack), 1.0, 1.0)))
+    moments = (
+        np.array((0.3, 0.7, 1.0 - slack))
+        if random.random() < 0.5
+        else np.array((abs(slack), 1.0, 1.0))
+    )
     options = {"center_of_mass": near + step * toward}
     if random.random() < 0.5:
-        options |= {"mass": power(random, -300, 300),
-                    "inertia": power(random, -9, 9) * principal(random, moments)}
+        options |= {
+            "mass": power(random, -300, 300),
+            "inertia": power(random, -9, 9) * principal(random, moments),
+        }
     return options
 
 
@@ -68,18 +76,31 @@ def impossible(random: Random, surface: Surface) -> Options:
     lopsided = tensor + 0.1 * np.triu(np.ones((3, 3)), 1)
     outside = 3.0 * np.abs(surface[0]).max() * rotation(random)[0]
     choices: list[Options] = [
-        {"mass": _bad_mass(random)}, {"mass": "heavy"}, {"mass": [1.0, 2.0]},
+        {"mass": _bad_mass(random)},
+        {"mass": "heavy"},
+        {"mass": [1.0, 2.0]},
         {"mass": _bad_mass(random), "inertia": tensor},
-        {"center_of_mass": outside}, {"center_of_mass": np.full(3, np.nan)},
-        {"center_of_mass": 1e300 * outside}, {"center_of_mass": [1.0, 2.0]},
-        {"center_of_mass": 0.0}, {"center_of_mass": "here"}, {"center_of_mass": [[1, 2], [3]]},
-        {"inertia": tensor}, {"mass": 1.0, "inertia": -tensor},
-        {"mass": 1.0, "inertia": lopsided}, {"mass": 1.0, "inertia": np.full((3, 3), np.inf)},
+        {"center_of_mass": outside},
+        {"center_of_mass": np.full(3, np.nan)},
+        {"center_of_mass": 1e300 * outside},
+        {"center_of_mass": [1.0, 2.0]},
+        {"center_of_mass": 0.0},
+        {"center_of_mass": "here"},
+        {"center_of_mass": [[1, 2], [3]]},
+        {"inertia": tensor},
+        {"mass": 1.0, "inertia": -tensor},
+        {"mass": 1.0, "inertia": lopsided},
+        {"mass": 1.0, "inertia": np.full((3, 3), np.inf)},
         {"mass": 1.0, "inertia": principal(random, np.array((1.0, 1.0, 3.0)))},
         {"mass": 1.0, "inertia": principal(random, np.array((0.0, 1.0, 1.0)))},
-        {"mass": 1.0, "inertia": np.eye(4)}, {"mass": 1.0, "inertia": np.arange(3.0)},
-        {"mass": 1.0, "inertia": "round"}, {"unit": "furlong"}, {"unit": _bad_mass(random)},
-        {"unit": [1.0]}, {"mass": 1j}, {"center_of_mass": np.array((1j, 0.0, 0.0))},
+        {"mass": 1.0, "inertia": np.eye(4)},
+        {"mass": 1.0, "inertia": np.arange(3.0)},
+        {"mass": 1.0, "inertia": "round"},
+        {"unit": "furlong"},
+        {"unit": _bad_mass(random)},
+        {"unit": [1.0]},
+        {"mass": 1j},
+        {"center_of_mass": np.array((1j, 0.0, 0.0))},
     ]
     return choices[int(random.integers(len(choices)))]
 
@@ -89,8 +110,11 @@ def any_numbers(random: Random, _: Surface) -> Options:
     tensor = random.choice(NUMBERS, (3, 3))
     with np.errstate(all="ignore"):
         symmetric = 0.5 * tensor + 0.5 * tensor.T
-    options = {"mass": float(random.choice(NUMBERS)), "center_of_mass": random.choice(NUMBERS, 3),
-               "inertia": symmetric if random.random() < 0.5 else tensor}
+    options = {
+        "mass": float(random.choice(NUMBERS)),
+        "center_of_mass": random.choice(NUMBERS, 3),
+        "inertia": symmetric if random.random() < 0.5 else tensor,
+    }
     return {name: value for name, value in options.items() if random.random() < 0.8}
 
 

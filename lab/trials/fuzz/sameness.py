@@ -11,7 +11,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ros_pose_stats import Part, PoseStatistics, estimate_all, part_from_mesh, resting_poses
+from ros_pose_stats import (
+    Part,
+    PoseStatistics,
+    estimate_all,
+    part_from_mesh,
+    resting_poses,
+)
 from study.shapes import Surface
 from tests.bodies import shuffled, subdivided
 
@@ -43,16 +49,41 @@ def changes(part: Part, random: Random) -> Iterator[Change]:
     surface: Surface = (part.surface_vertices, part.surface_triangles)
     vertices, triangles = surface
     turn, same, scale = rotation(random), np.eye(3), power(random, -9.0, 9.0)
-    kept = {"center_of_mass": part.center_of_mass, "mass": part.mass, "inertia": part.inertia}
-    yield Change("turned", part_from_mesh(
-        vertices @ turn.T, triangles, turn @ part.center_of_mass, part.mass,
-        turn @ part.inertia @ turn.T), turn, 1.0)
-    yield Change("in other units", part_from_mesh(
-        vertices * scale, triangles, scale * part.center_of_mass, part.mass,
-        scale * scale * part.inertia), same, scale)
-    given = {"renumbered": shuffled(surface, random), "cut finer": subdivided(surface),
-             "with doubled vertices": shuffled(split(surface), random),
-             "with points inside": with_pocket(surface, part.center_of_mass, 0.3)}
+    kept = {
+        "center_of_mass": part.center_of_mass,
+        "mass": part.mass,
+        "inertia": part.inertia,
+    }
+    yield Change(
+        "turned",
+        part_from_mesh(
+            vertices @ turn.T,
+            triangles,
+            turn @ part.center_of_mass,
+            part.mass,
+            turn @ part.inertia @ turn.T,
+        ),
+        turn,
+        1.0,
+    )
+    yield Change(
+        "in other units",
+        part_from_mesh(
+            vertices * scale,
+            triangles,
+            scale * part.center_of_mass,
+            part.mass,
+            scale * scale * part.inertia,
+        ),
+        same,
+        scale,
+    )
+    given = {
+        "renumbered": shuffled(surface, random),
+        "cut finer": subdivided(surface),
+        "with doubled vertices": shuffled(split(surface), random),
+        "with points inside": with_pocket(surface, part.center_of_mass, 0.3),
+    }
     for name, mesh in given.items():
         yield Change(name, part_from_mesh(*mesh, **kept), same, 1.0)
 
@@ -67,7 +98,10 @@ def bend(body: Any) -> float:
     least = np.inf
     for side, twin in enumerate(arrays.twin.tolist()):
         face = arrays.face[side]
-        off = body.polygon(int(arrays.face[twin])) @ arrays.normal[face] - arrays.distance[face]
+        off = (
+            body.polygon(int(arrays.face[twin])) @ arrays.normal[face]
+            - arrays.distance[face]
+        )
         least = min(least, float(np.sort(np.abs(off))[2]))
     return least
 
@@ -86,7 +120,9 @@ def undecided(part: Part) -> str:
     if roughness(body) > 0.2 * body.tolerance or bend(body) < 5.0 * body.tolerance:
         return "nearly coplanar"
     gap = cKDTree(vertices).query(vertices, k=2)[0][:, 1].min()
-    return "nearly coincident" if gap < 4.0 * WELD * np.ptp(vertices, axis=0).max() else ""
+    return (
+        "nearly coincident" if gap < 4.0 * WELD * np.ptp(vertices, axis=0).max() else ""
+    )
 
 
 def allowed(part: Part) -> float:
@@ -100,9 +136,13 @@ def allowed(part: Part) -> float:
     points = resting.body.points
     spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
     wanted = resting.clusters.split
-    smallest = min(passage[0][wanted].sum(axis=1).min(initial=np.inf)
-                   for passage in (resting.passage_r, resting.passage_R))
-    return min(1.0, FINE + 1e-14 * float(spread[0] / spread[2]) ** 2 + 1e-14 / float(smallest))
+    smallest = min(
+        passage[0][wanted].sum(axis=1).min(initial=np.inf)
+        for passage in (resting.passage_r, resting.passage_R)
+    )
+    return min(
+        1.0, FINE + 1e-14 * float(spread[0] / spread[2]) ** 2 + 1e-14 / float(smallest)
+    )
 
 
 def differences(part: Part, random: Random) -> Iterator[str]:
@@ -119,18 +159,26 @@ def differences(part: Part, random: Random) -> Iterator[str]:
                 break
 
 
-def difference(here: PoseStatistics, there: PoseStatistics, change: Change,
-               within: float) -> str:
+def difference(
+    here: PoseStatistics, there: PoseStatistics, change: Change, within: float
+) -> str:
     """The first quantity in which two answers differ; empty where they agree."""
     if len(here.poses) != len(there.poses):
         return f"{len(here.poses)} poses became {len(there.poses)}"
     expected = np.array([pose.down for pose in here.poses]) @ change.turn.T
-    gap, partner = cKDTree(np.array([pose.down for pose in there.poses])).query(expected)
+    gap, partner = cKDTree(np.array([pose.down for pose in there.poses])).query(
+        expected
+    )
     if gap.max() > 1e-5 or len(np.unique(partner)) != len(partner):
         return f"a pose turned by {gap.max():.1e}"
     length = change.scale * here.radius
-    for name, unit in (("probability", 1.0), ("margin", 1.0), ("height", length),
-                       ("top", length), ("barrier", length)):
+    for name, unit in (
+        ("probability", 1.0),
+        ("margin", 1.0),
+        ("height", length),
+        ("top", length),
+        ("barrier", length),
+    ):
         one = np.array([getattr(pose, name) for pose in here.poses])
         other = np.array([getattr(there.poses[k], name) for k in partner])
         if name in ("height", "top", "barrier"):

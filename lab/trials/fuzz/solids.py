@@ -15,7 +15,12 @@ from study.shapes import Surface
 Array = NDArray[np.float64]
 Random = np.random.Generator
 
-REGULAR = (shapes.tetrahedron, shapes.octahedron, shapes.icosahedron, shapes.dodecahedron)
+REGULAR = (
+    shapes.tetrahedron,
+    shapes.octahedron,
+    shapes.icosahedron,
+    shapes.dodecahedron,
+)
 
 
 def rotation(random: Random) -> Array:
@@ -36,15 +41,23 @@ def power(random: Random, low: float, high: float) -> float:
 def split(surface: Surface) -> Surface:
     """Each triangle with three vertices of its own."""
     vertices, triangles = surface
-    return vertices[triangles].reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3)
+    return vertices[triangles].reshape(-1, 3), np.arange(3 * len(triangles)).reshape(
+        -1, 3
+    )
 
 
 def joined(*surfaces: Surface) -> Surface:
     """Several surfaces as one mesh."""
     starts = np.cumsum([0, *(len(vertices) for vertices, _ in surfaces)])
-    return (np.vstack([vertices for vertices, _ in surfaces]),
-            np.vstack([triangles + start for (_, triangles), start
-                       in zip(surfaces, starts[:-1], strict=True)]))
+    return (
+        np.vstack([vertices for vertices, _ in surfaces]),
+        np.vstack(
+            [
+                triangles + start
+                for (_, triangles), start in zip(surfaces, starts[:-1], strict=True)
+            ]
+        ),
+    )
 
 
 def with_pocket(surface: Surface, around: Array, factor: float = 0.3) -> Surface:
@@ -71,8 +84,9 @@ def regular(random: Random) -> Surface:
     elif choice == len(REGULAR):
         vertices, triangles = shapes.box(*random.integers(1, 4, 3).astype(float))
     else:
-        vertices, triangles = shapes.prism(int(random.integers(3, 30)), 1.0,
-                                           float(random.integers(1, 9)) / 4.0)
+        vertices, triangles = shapes.prism(
+            int(random.integers(3, 30)), 1.0, float(random.integers(1, 9)) / 4.0
+        )
     moves = power(random, -17, -3) * random.standard_normal(vertices.shape)
     return turned((vertices + moves, triangles), random)
 
@@ -87,9 +101,14 @@ def stretched(random: Random) -> Surface:
 def needle(random: Random) -> Surface:
     """A slender box or prism, across down to 1e-8 of its length; corners moved by a part of it."""
     across = 10.0 ** random.uniform(-8.0, -1.0, 2)
-    vertices, triangles = shapes.box(1.0, *across) if random.random() < 0.5 else shapes.prism(
-        int(random.integers(3, 9)), across[0], 1.0)
-    moves = random.standard_normal(vertices.shape) * across.min() * power(random, -9, -1)
+    vertices, triangles = (
+        shapes.box(1.0, *across)
+        if random.random() < 0.5
+        else shapes.prism(int(random.integers(3, 9)), across[0], 1.0)
+    )
+    moves = (
+        random.standard_normal(vertices.shape) * across.min() * power(random, -9, -1)
+    )
     return turned((vertices + moves, triangles), random)
 
 
@@ -105,8 +124,10 @@ def twins(random: Random) -> Surface:
     """Every corner twice or three times, 1e-13 to 1e-2 apart."""
     points = points_of_a_ball(random, int(random.integers(4, 16)))
     gap = power(random, -13, -2)
-    near = [points + gap * random.standard_normal(points.shape)
-            for _ in range(int(random.integers(1, 3)))]
+    near = [
+        points + gap * random.standard_normal(points.shape)
+        for _ in range(int(random.integers(1, 3)))
+    ]
     return shapes.hull_mesh(np.vstack((points, *near)))
 
 
@@ -124,7 +145,9 @@ def rough_box(random: Random) -> Surface:
     points = random.uniform(-1.0, 1.0, (int(random.integers(8, 80)), 3))
     axis = random.integers(0, 3, len(points))
     points[np.arange(len(points)), axis] = np.sign(points[np.arange(len(points)), axis])
-    points = np.vstack((shapes.box(2.0, 2.0, 2.0)[0], points)) * random.uniform(0.2, 1.0, 3)
+    points = np.vstack((shapes.box(2.0, 2.0, 2.0)[0], points)) * random.uniform(
+        0.2, 1.0, 3
+    )
     points += power(random, -16, -3) * random.standard_normal(points.shape)
     return turned(shapes.hull_mesh(points), random)
 
@@ -143,9 +166,13 @@ def rings(random: Random) -> Surface:
     for height in np.sort(random.uniform(-1.0, 1.0, int(random.integers(2, 4)))):
         angles = random.uniform(0.0, 2.0 * np.pi, int(random.integers(3, 40)))
         if random.random() < 0.5:
-            angles = np.repeat(angles, 2) + power(random, -12, -2) * np.arange(2 * len(angles))
+            angles = np.repeat(angles, 2) + power(random, -12, -2) * np.arange(
+                2 * len(angles)
+            )
         ring = np.sqrt(1.0 - height * height) * np.exp(1j * angles)
-        levels.append(np.column_stack((ring.real, ring.imag, np.full(len(ring), height))))
+        levels.append(
+            np.column_stack((ring.real, ring.imag, np.full(len(ring), height)))
+        )
     return turned(shapes.hull_mesh(np.vstack(levels)), random)
 
 
@@ -160,7 +187,9 @@ def leaning(random: Random) -> Surface:
     """A prism that leans until its centre is over the rim of its base, to 1e-15."""
     sides = int(random.integers(3, 9))
     vertices, triangles = shapes.prism(sides, 1.0, 2.0)
-    lean = np.cos(np.pi / sides) * (1.0 + power(random, -15, -1) * random.choice((-1, 0, 1)))
+    lean = np.cos(np.pi / sides) * (
+        1.0 + power(random, -15, -1) * random.choice((-1, 0, 1))
+    )
     rim = np.array((np.cos(np.pi / sides), np.sin(np.pi / sides))) * lean
     vertices = vertices + 0.0
     vertices[:, :2] += np.outer((vertices[:, 2] + 1.0), rim)

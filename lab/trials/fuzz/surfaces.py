@@ -29,12 +29,16 @@ def repeated(random: Random) -> Surface:
     vertices, triangles = split(polyhedron(random))
     again = random.integers(len(triangles), size=int(random.integers(0, 9)))
     moves = random.choice((0.0, 1e-9)) * random.uniform(-1.0, 1.0, vertices.shape)
-    return shuffled((vertices + moves, np.vstack((triangles, triangles[again]))), random)
+    return shuffled(
+        (vertices + moves, np.vstack((triangles, triangles[again]))), random
+    )
 
 
 def fine(random: Random) -> Surface:
     """A polyhedron or regular body with its triangles cut once or twice."""
-    surface = subdivided(polyhedron(random) if random.random() < 0.5 else regular(random))
+    surface = subdivided(
+        polyhedron(random) if random.random() < 0.5 else regular(random)
+    )
     return subdivided(surface) if len(surface[1]) < 100 else surface
 
 
@@ -51,7 +55,9 @@ def filled(random: Random) -> Surface:
     center = surface[0].mean(axis=0)
     hollow = with_pocket(surface, center, float(random.uniform(0.1, 0.99)))
     loose = 5.0 * points_of_a_ball(random, int(random.integers(0, 9)))
-    vertices, triangles = joined(hollow, (center + 0.05 * (surface[0] - center), surface[1]))
+    vertices, triangles = joined(
+        hollow, (center + 0.05 * (surface[0] - center), surface[1])
+    )
     return np.vstack((vertices, loose)), triangles
 
 
@@ -78,14 +84,20 @@ def stacked(random: Random) -> Surface:
 
 def soup(random: Random) -> Surface:
     """Loose triangles anywhere."""
-    return split((points_of_a_ball(random, 60), random.integers(60, size=(
-        int(random.integers(1, 40)), 3))))
+    return split(
+        (
+            points_of_a_ball(random, 60),
+            random.integers(60, size=(int(random.integers(1, 40)), 3)),
+        )
+    )
 
 
 def tangle(random: Random) -> Surface:
     """Triangles between random vertices: crossing, repeated, edges of three and more."""
     vertices = points_of_a_ball(random, int(random.integers(4, 30)))
-    return vertices, random.integers(len(vertices), size=(int(random.integers(4, 90)), 3))
+    return vertices, random.integers(
+        len(vertices), size=(int(random.integers(4, 90)), 3)
+    )
 
 
 def lattice_tangle(random: Random) -> Surface:
@@ -103,12 +115,16 @@ def crowded_edges(random: Random) -> Surface:
         walls = np.vstack((walls, walls[:, ::-1]))
     outside = np.vstack((vertices, 3.0 * points_of_a_ball(random, 2)))
     fins = np.column_stack((triangles[:3, :2], random.integers(count, count + 2, 3)))
-    return outside, np.vstack((triangles, walls, fins if random.random() < 0.5 else walls))
+    return outside, np.vstack(
+        (triangles, walls, fins if random.random() < 0.5 else walls)
+    )
 
 
 def torn(random: Random) -> Surface:
     """A polyhedron or regular body that lacks some of its triangles."""
-    vertices, triangles = polyhedron(random) if random.random() < 0.5 else regular(random)
+    vertices, triangles = (
+        polyhedron(random) if random.random() < 0.5 else regular(random)
+    )
     kept = random.random(len(triangles)) > random.choice((0.05, 0.3, 0.9))
     return vertices, triangles[kept]
 
@@ -119,15 +135,21 @@ def ring_body(random: Random) -> Surface:
     u, v = (2.0 * np.pi * np.arange(n) / n for n in (along, across))
     u, v = (grid.ravel() for grid in np.meshgrid(u, v, indexing="ij"))
     radius = 1.0 + 0.4 * np.cos(v)
-    vertices = np.column_stack((radius * np.cos(u), radius * np.sin(u), 0.4 * np.sin(v)))
+    vertices = np.column_stack(
+        (radius * np.cos(u), radius * np.sin(u), 0.4 * np.sin(v))
+    )
     i, j = np.divmod(np.arange(along * across), across)
     next_i, next_j = (i + 1) % along, (j + 1) % across
     one_sided = random.random() < 0.3
     seam = np.where((next_i == 0) & one_sided, -1, 1)
     there, there_next = ((seam * k) % across + next_i * across for k in (j, j + 1))
     here, here_next = i * across + j, i * across + next_j
-    triangles = np.vstack((np.column_stack((here, there, there_next)),
-                           np.column_stack((here, there_next, here_next))))
+    triangles = np.vstack(
+        (
+            np.column_stack((here, there, there_next)),
+            np.column_stack((here, there_next, here_next)),
+        )
+    )
     moves = power(random, -16, -1) * random.standard_normal(vertices.shape)
     return vertices + moves, triangles
 

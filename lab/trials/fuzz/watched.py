@@ -70,21 +70,30 @@ def attempt(kind: str, seed: int, thorough: bool) -> Tried:
             wrong.append("a refusal of several lines")
     except Exception as error:  # whatever it is, it is a fault
         place = traceback.extract_tb(error.__traceback__)[-1]
-        wrong.append(f"{type(error).__name__}: {error} ({place.name}, line {place.lineno})")
+        wrong.append(
+            f"{type(error).__name__}: {error} ({place.name}, line {place.lineno})"
+        )
     fate = KINDS[kind].fate
     if refusal and fate == "taken":
         wrong.append(f"refused: {refusal}")
     if not refusal and not wrong and fate == "refused":
         wrong.append("taken")
-    return Tried(seed, refusal, tuple(dict.fromkeys(wrong)), compared,
-                 time.perf_counter() - begin)
+    return Tried(
+        seed,
+        refusal,
+        tuple(dict.fromkeys(wrong)),
+        compared,
+        time.perf_counter() - begin,
+    )
 
 
 def serve(connection: Connection, trial: Callable[..., Tried]) -> None:
     """Try what is asked for until the other side closes; a warning is a fault."""
     os.nice(10)
     warnings.simplefilter("error")
-    attempt("polyhedron", 0, True)  # compiles what is not compiled yet, in nobody's time
+    attempt(
+        "polyhedron", 0, True
+    )  # compiles what is not compiled yet, in nobody's time
     connection.send(None)
     while True:
         try:
@@ -97,7 +106,9 @@ def serve(connection: Connection, trial: Callable[..., Tried]) -> None:
 class Watched:
     """A process that tries inputs, started anew after one that it did not survive."""
 
-    def __init__(self, trial: Callable[..., Tried] = attempt, limit: float = LIMIT) -> None:
+    def __init__(
+        self, trial: Callable[..., Tried] = attempt, limit: float = LIMIT
+    ) -> None:
         self._trial, self._limit = trial, limit  # seconds an input may take
         self._process: Any = None
         self._connection: Connection | None = None
@@ -125,7 +136,9 @@ class Watched:
     def _start(self) -> Connection:
         context = multiprocessing.get_context("spawn")
         self._connection, theirs = context.Pipe()
-        self._process = context.Process(target=serve, args=(theirs, self._trial), daemon=True)
+        self._process = context.Process(
+            target=serve, args=(theirs, self._trial), daemon=True
+        )
         self._process.start()
         theirs.close()
         if not self._connection.poll(STARTING):

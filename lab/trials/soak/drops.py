@@ -24,7 +24,9 @@ Corners touch within 1e-9, so a body at rest may lie that much too low at one of
 def body(number: int) -> Part:
     """A random polyhedron; every second one with its centre of mass anywhere well inside."""
     chance = np.random.default_rng([number, 5])
-    surface = shapes.hull_mesh(chance.standard_normal((3 + int(chance.geometric(0.1)), 3)))
+    surface = shapes.hull_mesh(
+        chance.standard_normal((3 + int(chance.geometric(0.1)), 3))
+    )
     inside = chance.dirichlet(np.ones(len(surface[0]))) @ surface[0]
     return part_from_mesh(*surface, center_of_mass=inside if number % 2 else None)
 
@@ -36,31 +38,51 @@ def many_drops(setting: Setting) -> Outcome:
     for number in range(setting.seed, setting.seed + bodies):
         part = body(number)
         resting = resting_poses(part, 0.0, 0)
-        height, barrier = (np.array([getattr(pose, name) for pose in resting.poses])
-                           / resting.body.radius for name in ("height", "barrier"))
+        height, barrier = (
+            np.array([getattr(pose, name) for pose in resting.poses])
+            / resting.body.radius
+            for name in ("height", "barrier")
+        )
         for restitution in RESTITUTIONS:
             share, outcomes = max(1, drops // bodies // len(RESTITUTIONS)), []
-            answer = simulate(part, share, restitution, number, cluster_tolerance=0.0,
-                              round_sides=0, on_drops=lambda chunk, all_=outcomes: all_.append(
-                                  chunk.outcomes))
+            answer = simulate(
+                part,
+                share,
+                restitution,
+                number,
+                cluster_tolerance=0.0,
+                round_sides=0,
+                on_drops=lambda chunk, all_=outcomes: all_.append(chunk.outcomes),
+            )
             pose, left, trapped, seconds = (
                 np.concatenate([getattr(one, name) for one in outcomes])
-                for name in ("pose", "energy_left", "trapped", "seconds"))
+                for name in ("pose", "energy_left", "trapped", "seconds")
+            )
             settled = pose >= 0
             above = (left - height[pose])[settled].min(initial=np.inf)
-            out = ((height + barrier)[pose] - left)[settled & trapped].min(initial=np.inf)
+            out = ((height + barrier)[pose] - left)[settled & trapped].min(
+                initial=np.inf
+            )
             sound = {
-                "as many drops as asked for": len(pose) == share == answer.unsettled + sum(
-                    one.count for one in answer.poses),
+                "as many drops as asked for": len(pose)
+                == share
+                == answer.unsettled + sum(one.count for one in answer.poses),
                 "a stable pose": -1 <= pose.min() <= pose.max() < len(answer.poses),
                 "numbers": np.isfinite(left).all() and np.isfinite(seconds).all(),
-                "the pose's energy": above >= -ROUNDING, "too little to leave it": out > 0.0}
-            found.broken += [f"not {name}: body {number} at {restitution}"
-                             for name, good in sound.items() if not good]
+                "the pose's energy": above >= -ROUNDING,
+                "too little to leave it": out > 0.0,
+            }
+            found.broken += [
+                f"not {name}: body {number} at {restitution}"
+                for name, good in sound.items()
+                if not good
+            ]
             found.tried, unsettled = found.tried + share, unsettled + answer.unsettled
             lowest, closest = min(lowest, above), min(closest, out)
     if unsettled > MOST_UNSETTLED * found.tried:
         found.broken.append(f"{unsettled} drops of {found.tried} did not settle")
-    found.seen = (f"{unsettled} unsettled; at least {lowest:.1e} m g radius above the pose and "
-                  f"{closest:.1e} missing to leave it")
+    found.seen = (
+        f"{unsettled} unsettled; at least {lowest:.1e} m g radius above the pose and "
+        f"{closest:.1e} missing to leave it"
+    )
     return found

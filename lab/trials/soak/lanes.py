@@ -31,12 +31,17 @@ def estimates(life, chance):
     while True:
         number, method = chance.randrange(len(PARTS)), chance.choice(METHODS)
         restitution = chance.choice(RESTITUTIONS)
-        answer = life.ask("estimate", part=carried(number), method=method,
-                          restitution=restitution)
+        answer = life.ask(
+            "estimate", part=carried(number), method=method, restitution=restitution
+        )
         if answer.success:
             life.told.result(answer.statistics)
-            life.told.estimates.append(((number, method, restitution), {
-                pose.index: pose.probability for pose in answer.statistics.poses}))
+            life.told.estimates.append(
+                (
+                    (number, method, restitution),
+                    {pose.index: pose.probability for pose in answer.statistics.poses},
+                )
+            )
         else:
             life.told.wrong.append(f"estimate: {answer.message}")
         life.pause(0.02 * chance.random())
@@ -45,10 +50,23 @@ def estimates(life, chance):
 def _wanted(chance):
     """A body, a simulation of it, its fields, and whether it is to be cancelled."""
     long = chance.random() < 0.3
-    wanted = Simulated(chance.randrange(len(PARTS)), chance.choice(RESTITUTIONS),
-                       chance.choice(SEEDS), LONG if long else chance.choice(DROPS), 0)
-    return wanted, {"part": carried(wanted.body), "drops": wanted.asked, "seed": wanted.seed,
-                    "restitution": wanted.restitution}, long
+    wanted = Simulated(
+        chance.randrange(len(PARTS)),
+        chance.choice(RESTITUTIONS),
+        chance.choice(SEEDS),
+        LONG if long else chance.choice(DROPS),
+        0,
+    )
+    return (
+        wanted,
+        {
+            "part": carried(wanted.body),
+            "drops": wanted.asked,
+            "seed": wanted.seed,
+            "restitution": wanted.restitution,
+        },
+        long,
+    )
 
 
 def _accepted(life, answer):
@@ -100,8 +118,14 @@ def goals(life, chance):
     while True:
         wanted, fields, long = _wanted(chance)
         goal = SimulateDrops.Goal(**fields)
-        handle = life.wait(life.run(lambda goal=goal: life.action.send_goal_async(
-            goal, feedback_callback=lambda _: None)), "a goal")
+        handle = life.wait(
+            life.run(
+                lambda goal=goal: life.action.send_goal_async(
+                    goal, feedback_callback=lambda _: None
+                )
+            ),
+            "a goal",
+        )
         coming = life.run(handle.get_result_async)
         if long:
             life.pause(0.3 * chance.random())
@@ -117,26 +141,33 @@ def failing_jobs(life, chance):
     vertices[7, 1] = np.nan
     while True:
         life.pause(1.0)
-        job_id = _started(life, drops=10,
-                          part=flat((vertices, triangles), f"bad_{next(_numbers)}"))
+        job_id = _started(
+            life, drops=10, part=flat((vertices, triangles), f"bad_{next(_numbers)}")
+        )
         if job_id:
             answer = _ended(life, job_id)
             life.told.events["jobs that fail"] += 1
             if answer.state != FAILED:
-                life.told.wrong.append(f"{job_id} with a bad mesh has state {answer.state}")
+                life.told.wrong.append(
+                    f"{job_id} with a bad mesh has state {answer.state}"
+                )
 
 
 def published(life, chance):
     """Meshes on the topics: good ones until they are latched, and bad ones in between."""
-    bad, bad_meshes = (fuzzed(kind, chance.randrange(2**31), NEVER) for kind in (PartMesh, Mesh))
+    bad, bad_meshes = (
+        fuzzed(kind, chance.randrange(2**31), NEVER) for kind in (PartMesh, Mesh)
+    )
     while True:
         number = chance.randrange(len(PARTS))
         life.publish("part_mesh", bytes(serialize_message(carried(number))))
         life.publish("part_mesh", next(bad))
         life.publish("cad", next(bad_meshes))
         life.told.events["messages published"] += 3
-        while PARTS[number].digest not in [one.part_digest for one in life.ask(
-                "get_statistics", part_id=f"part_{number}").statistics]:
+        while PARTS[number].digest not in [
+            one.part_digest
+            for one in life.ask("get_statistics", part_id=f"part_{number}").statistics
+        ]:
             life.pause(0.01)
         life.pause(0.02)
 
@@ -146,9 +177,17 @@ def counts(life, chance):
     bad = fuzzed(PoseCounts, chance.randrange(2**31), NEVER)
     while True:
         number = chance.randrange(len(PARTS))
-        life.publish("pose_counts", PoseCounts(
-            part_id=f"part_{number}", part_digest=PARTS[number].digest, index=[0, 1],
-            cluster_tolerance=0.0025, round_sides=192, count=[3, 4]))
+        life.publish(
+            "pose_counts",
+            PoseCounts(
+                part_id=f"part_{number}",
+                part_digest=PARTS[number].digest,
+                index=[0, 1],
+                cluster_tolerance=0.0025,
+                round_sides=192,
+                count=[3, 4],
+            ),
+        )
         life.publish("pose_counts", next(bad))
         life.told.events["messages published"] += 2
         life.pause(0.2)
@@ -158,12 +197,16 @@ def forgotten(life, chance):
     """Parts that come and go."""
     while True:
         part_id = f"passing_{next(_numbers)}"
-        answer = life.ask("estimate", part=carried(chance.randrange(len(PARTS)), part_id))
+        answer = life.ask(
+            "estimate", part=carried(chance.randrange(len(PARTS)), part_id)
+        )
         life.told.result(answer.statistics)
         for expected in (True, False):
             answer = life.ask("forget_part", part_id=part_id)
             if answer.success != expected:
-                life.told.wrong.append(f"forget_part {part_id}: {answer.message or 'again'}")
+                life.told.wrong.append(
+                    f"forget_part {part_id}: {answer.message or 'again'}"
+                )
         life.pause(0.1)
 
 
@@ -171,8 +214,16 @@ def hostile(life, chance):
     """Requests with values that nobody means."""
     seeds = Seeds(chance)
     while True:
-        name = chance.choice(("estimate", "get_statistics", "forget_part", "feeding",
-                              "get_drop_simulation", "cancel_drop_simulation"))
+        name = chance.choice(
+            (
+                "estimate",
+                "get_statistics",
+                "forget_part",
+                "feeding",
+                "get_drop_simulation",
+                "cancel_drop_simulation",
+            )
+        )
         answer = life.send(name, seeds.make(life.client.service(name).srv_type.Request))
         if not answer.success:
             life.told.refusal(answer.message)
@@ -188,5 +239,16 @@ def listing(life, chance):
         life.pause(0.05)
 
 
-ALL = (estimates, jobs, jobs, goals, goals, failing_jobs, published, counts, forgotten, hostile,
-       listing)
+ALL = (
+    estimates,
+    jobs,
+    jobs,
+    goals,
+    goals,
+    failing_jobs,
+    published,
+    counts,
+    forgotten,
+    hostile,
+    listing,
+)

@@ -32,8 +32,11 @@ ON_ITS_WAY = 0.03
 UDP_ONLY = {"FASTDDS_BUILTIN_TRANSPORTS": "UDPv4"}
 """Killed processes would leave their shared memory behind."""
 
-TOPICS = {"part_mesh": (PartMesh, f"{PREFIX}/part_mesh"), "cad": (Mesh, "/soak/cad"),
-          "pose_counts": (PoseCounts, f"{PREFIX}/pose_counts")}
+TOPICS = {
+    "part_mesh": (PartMesh, f"{PREFIX}/part_mesh"),
+    "cad": (Mesh, "/soak/cad"),
+    "pose_counts": (PoseCounts, f"{PREFIX}/pose_counts"),
+}
 CLOCK = str(Path(__file__).with_name("clock"))
 
 
@@ -47,8 +50,14 @@ def node_of(bags, clock=None, **values):
     if clock is not None:
         path = os.pathsep.join(filter(None, (CLOCK, os.environ.get("PYTHONPATH"))))
         environment |= {"PYTHONPATH": path, "TRIAL_CLOCK": str(clock)}
-    values = {"workers": 1, "max_bag_bytes": 2**20, "max_parts": 40, "refine_drops": 200,
-              "mesh_topics": "[/soak/cad]", **values}
+    values = {
+        "workers": 1,
+        "max_bag_bytes": 2**20,
+        "max_parts": 40,
+        "refine_drops": 200,
+        "mesh_topics": "[/soak/cad]",
+        **values,
+    }
     return NodeProcess(bags, "-r", "__ns:=/soak", environment=environment, **values)
 
 
@@ -71,12 +80,20 @@ class Life:
         self._calls, self.calls = itertools.count(1), 0
         self._seed, self._threads = seed, []
         self._left = bags_of(node.log_directory)
-        before = [(topic, data) for bag in self._left for topic, data in raw(bag)
-                  if topic == on_topic("job_events")]
+        before = [
+            (topic, data)
+            for bag in self._left
+            for topic, data in raw(bag)
+            if topic == on_topic("job_events")
+        ]
         self.client = Client(domain(), PREFIX)
-        self.action = ActionClient(self.client.node, SimulateDrops, f"{PREFIX}/simulate_drops")
-        self._publishers = {name: self.client.node.create_publisher(*at, 10)
-                            for name, at in TOPICS.items()}
+        self.action = ActionClient(
+            self.client.node, SimulateDrops, f"{PREFIX}/simulate_drops"
+        )
+        self._publishers = {
+            name: self.client.node.create_publisher(*at, 10)
+            for name, at in TOPICS.items()
+        }
         try:
             node.ready()
             until(self.action.server_is_ready, "the action")
@@ -93,15 +110,21 @@ class Life:
         for bag in self._left[-1:]:
             if not files_of(bag):
                 continue  # killed before its first file
-            with AnyReader([bag]) as reader:  # values are not looked at: some counts are fuzzed
+            with AnyReader(
+                [bag]
+            ) as reader:  # values are not looked at: some counts are fuzzed
                 read = sum(1 for _ in reader.messages())
             if read != len(raw(bag)):
-                self.told.wrong.append(f"rosbags reads {read} of {len(raw(bag))} messages")
+                self.told.wrong.append(
+                    f"rosbags reads {read} of {len(raw(bag))} messages"
+                )
         for job_id in jobs:
             answer = self.client.call("get_drop_simulation", job_id=job_id)
             # The state may have an end that a full disk has kept out of the bag.
             if not answer.success or answer.state not in (DONE, CANCELLED, FAILED):
-                self.told.wrong.append(f"{job_id} had no end, and is {answer.state} now")
+                self.told.wrong.append(
+                    f"{job_id} had no end, and is {answer.state} now"
+                )
         self.told.events["jobs cancelled by the next start"] += len(jobs)
 
     def start(self, lanes):
@@ -124,8 +147,12 @@ class Life:
         """Wait for so many more calls."""
         goal, end = self.calls + calls, time.monotonic() + 10.0 * PATIENCE
         while self.calls < goal:
-            if time.monotonic() > end or not any(one.is_alive() for one in self._threads):
-                raise TimeoutError(f"{goal - self.calls} of {calls} calls were not answered")
+            if time.monotonic() > end or not any(
+                one.is_alive() for one in self._threads
+            ):
+                raise TimeoutError(
+                    f"{goal - self.calls} of {calls} calls were not answered"
+                )
             time.sleep(0.01)
 
     def ask(self, name, **fields):

@@ -45,8 +45,10 @@ def plan(setting):
     """Short lives, killed and stopped in turns, and a long one that sees every fault."""
     calls, lives = setting.of(CALLS, 3000), setting.of(SHORT_LIVES, 3)
     short = round((1.0 - LONG_SHARE) * calls / lives)
-    return [*(Span(short, 1, number % 2 == 0) for number in range(lives)),
-            Span(round(LONG_SHARE * calls), max(4, setting.of(15)), False)]
+    return [
+        *(Span(short, 1, number % 2 == 0) for number in range(lives)),
+        Span(round(LONG_SHARE * calls), max(4, setting.of(15)), False),
+    ]
 
 
 class Soak:
@@ -59,14 +61,27 @@ class Soak:
     def trials(self):
         """A row for each thing that is judged."""
         return [
-            Trial("calls", "Eleven clients at work at once through lives of the node that are "
-                  "killed or stopped, the disk full, the folder moved away, the clock set back "
-                  "and clients killed: every call is answered", self.calls),
-            Trial("answers", "Estimates and simulations, those that were cancelled too, are "
-                  "number for number the library's", self.answers),
-            Trial("bags", "Results, acceptances and ends that clients were told without "
-                  "NOT_RECORDED are in the bags, each end once", self.bags),
-            Trial("memory", "Resident memory of the longest life", self.memory)]
+            Trial(
+                "calls",
+                "Eleven clients at work at once through lives of the node that are "
+                "killed or stopped, the disk full, the folder moved away, the clock set back "
+                "and clients killed: every call is answered",
+                self.calls,
+            ),
+            Trial(
+                "answers",
+                "Estimates and simulations, those that were cancelled too, are "
+                "number for number the library's",
+                self.answers,
+            ),
+            Trial(
+                "bags",
+                "Results, acceptances and ends that clients were told without "
+                "NOT_RECORDED are in the bags, each end once",
+                self.bags,
+            ),
+            Trial("memory", "Resident memory of the longest life", self.memory),
+        ]
 
     def calls(self, setting: Setting) -> Outcome:
         """Live all lives, once."""
@@ -74,10 +89,12 @@ class Soak:
             self._live(setting)
         told, numbers = self.told, self.told.events
         estimates = sorted(told.seconds["estimate"]) or [0.0]
-        seen = (f"{self._lives} lives; " + ", ".join(
-            f"{numbers[name]} {name}" for name in sorted(numbers))
+        seen = (
+            f"{self._lives} lives; "
+            + ", ".join(f"{numbers[name]} {name}" for name in sorted(numbers))
             + f"; an estimate takes {1e3 * median(estimates):.0f} ms, the slowest of a hundred "
-            f"{1e3 * estimates[int(0.99 * len(estimates))]:.0f} ms")
+            f"{1e3 * estimates[int(0.99 * len(estimates))]:.0f} ms"
+        )
         return Outcome(sum(map(len, told.seconds.values())), told.wrong[:], seen)
 
     def answers(self, setting: Setting) -> Outcome:
@@ -85,23 +102,30 @@ class Soak:
         self.calls(setting)
         bad = self.told.unlike_the_library()
         simulated = self.told.events["simulations"]
-        return Outcome(len(self.told.estimates) + simulated, bad[:SEVERAL],
-                       f"{len(self.told.estimates)} estimates, {simulated} simulations, "
-                       f"{len(bad)} unlike the library's")
+        return Outcome(
+            len(self.told.estimates) + simulated,
+            bad[:SEVERAL],
+            f"{len(self.told.estimates)} estimates, {simulated} simulations, "
+            f"{len(bad)} unlike the library's",
+        )
 
     def bags(self, setting: Setting) -> Outcome:
         """Beside the bags."""
         self.calls(setting)
         lost = self.told.not_in([*sorted(self._folder.glob("moved_*")), self._bags])
         told = len(self.told.answers) + len(self.told.accepted) + len(self.told.ended)
-        return Outcome(told, lost[:SEVERAL], f"{told} told, {len(lost)} not as they should be in "
-                       f"{self.told.events['messages in bags']} messages")
+        return Outcome(
+            told,
+            lost[:SEVERAL],
+            f"{told} told, {len(lost)} not as they should be in "
+            f"{self.told.events['messages in bags']} messages",
+        )
 
     def memory(self, setting: Setting) -> Outcome:
         """Whether it goes on to grow."""
         self.calls(setting)
         sizes = self._memory
-        first, last = median(sizes[:max(1, len(sizes) // 4)]), sizes[-1]
+        first, last = median(sizes[: max(1, len(sizes) // 4)]), sizes[-1]
         grown = last > MOST_GROWTH * first and LONG_SHARE * setting.of(CALLS) > ENOUGH
         seen = f"{first / MEGABYTE:.0f} MiB in the first quarter, {last / MEGABYTE:.0f} at the end"
         return Outcome(len(sizes), [seen] * grown, seen)
@@ -147,8 +171,11 @@ class Soak:
         """No file may grow for a while."""
         sizes = [path.stat().st_size for path in self._bags.rglob("*.mcap")]
         for most in (max(sizes, default=0), resource.RLIM_INFINITY):
-            resource.prlimit(life.node.process.pid, resource.RLIMIT_FSIZE,
-                             (most, resource.RLIM_INFINITY))
+            resource.prlimit(
+                life.node.process.pid,
+                resource.RLIMIT_FSIZE,
+                (most, resource.RLIM_INFINITY),
+            )
             life.go_on(FAULT)
 
     def _no_folder(self, life):
@@ -163,8 +190,12 @@ class Soak:
 
     def _dead_client(self, life):
         """A client is killed in the middle of its calls."""
-        with subprocess.Popen([sys.executable, "-m", f"{__package__}.peer"], text=True,
-                              stdout=subprocess.PIPE, env={**os.environ, **UDP_ONLY}) as peer:
+        with subprocess.Popen(
+            [sys.executable, "-m", f"{__package__}.peer"],
+            text=True,
+            stdout=subprocess.PIPE,
+            env={**os.environ, **UDP_ONLY},
+        ) as peer:
             assert peer.stdout.readline() == "ready\n"
             life.go_on(round(FAULT * self._chance.random()))
             peer.kill()
@@ -181,5 +212,7 @@ class Soak:
         if self._anchor:
             answer = life.ask("get_statistics", part_id=ANCHOR)
             if [one.part_digest for one in answer.statistics] != [self._anchor]:
-                self.told.wrong.append("the part of the last life is not there: "
-                                       f"{answer.message or 'another mesh'}")
+                self.told.wrong.append(
+                    "the part of the last life is not there: "
+                    f"{answer.message or 'another mesh'}"
+                )

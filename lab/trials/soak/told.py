@@ -20,8 +20,12 @@ ENDS = {JobEvent.DONE, JobEvent.CANCELLED, JobEvent.FAILED}
 SEVERAL = 5
 """Faults of a kind that are spelt out."""
 
-SURFACES = [(0.02 * vertices, triangles) for vertices, triangles in (
-    random_polyhedron(8 + number, number + 1) for number in range(10))]
+SURFACES = [
+    (0.02 * vertices, triangles)
+    for vertices, triangles in (
+        random_polyhedron(8 + number, number + 1) for number in range(10)
+    )
+]
 PARTS = [part_from_mesh(*surface) for surface in SURFACES]
 
 
@@ -64,7 +68,9 @@ class Told:
 
     def result(self, statistics):
         """A result; whether it is acknowledged."""
-        recorded = not any(line.startswith(NOT_RECORDED) for line in statistics.warnings)
+        recorded = not any(
+            line.startswith(NOT_RECORDED) for line in statistics.warnings
+        )
         with self._lock:
             self.events["not recorded, and said so"] += not recorded
             if recorded:
@@ -74,11 +80,17 @@ class Told:
     def end(self, job_id, wanted, answer):
         """What came of a job; one that was cancelled at once has nothing to show."""
         statistics = answer.statistics
-        if self.result(statistics) if statistics.drops else NOT_RECORDED not in answer.message:
+        if (
+            self.result(statistics)
+            if statistics.drops
+            else NOT_RECORDED not in answer.message
+        ):
             with self._lock:
                 self.ended.add(job_id)
         if statistics.drops:
-            key = wanted._replace(drops=statistics.drops, drop_height=statistics.drop_height)
+            key = wanted._replace(
+                drops=statistics.drops, drop_height=statistics.drop_height
+            )
             counts = {pose.index: pose.count for pose in statistics.poses if pose.count}
             if self.simulations.setdefault(key, counts) != counts:
                 self.wrong.append(f"{key} gave other counts before")
@@ -87,13 +99,19 @@ class Told:
 
     def unlike_the_library(self):
         """Estimates and simulations whose numbers are not the library's."""
-        bad = [f"estimate {key}" for key, found in self.estimates if found != estimated(*key)]
+        bad = [
+            f"estimate {key}"
+            for key, found in self.estimates
+            if found != estimated(*key)
+        ]
         runs = defaultdict(list)
         for key in self.simulations:
             runs[key.body, key.restitution, key.seed, key.drop_height].append(key)
         for run, keys in runs.items():
             counts = prefixes(*run, sorted({key.drops for key in keys}))
-            bad += [f"{key}" for key in keys if self.simulations[key] != counts[key.drops]]
+            bad += [
+                f"{key}" for key in keys if self.simulations[key] != counts[key.drops]
+            ]
         return bad
 
     def not_in(self, folders):
@@ -108,18 +126,32 @@ class Told:
                     event = message_of(topic, data)
                     events[event.job_id].append(event.event)
         ended = {job: len(ENDS.intersection(kinds)) for job, kinds in events.items()}
-        return [*(f"result {key}" for key in self.answers - answers),
-                *(f"acceptance of {job}" for job in self.accepted - events.keys()),
-                *(f"end of {job}" for job in self.ended if not ended.get(job)),
-                *(f"one end only of {job}" for job, ends in ended.items() if ends > 1)]
+        return [
+            *(f"result {key}" for key in self.answers - answers),
+            *(f"acceptance of {job}" for job in self.accepted - events.keys()),
+            *(f"end of {job}" for job in self.ended if not ended.get(job)),
+            *(f"one end only of {job}" for job, ends in ended.items() if ends > 1),
+        ]
 
 
 def key_of(statistics):
     """What a result is known by: its place among the others, and what it says."""
     stamp = statistics.header.stamp
-    return (statistics.part_id, statistics.part_digest, statistics.method, statistics.revision,
-            stamp.sec, stamp.nanosec, statistics.job_id, statistics.drops, statistics.seed,
-            tuple((pose.index, pose.count, repr(pose.probability)) for pose in statistics.poses))
+    return (
+        statistics.part_id,
+        statistics.part_digest,
+        statistics.method,
+        statistics.revision,
+        stamp.sec,
+        stamp.nanosec,
+        statistics.job_id,
+        statistics.drops,
+        statistics.seed,
+        tuple(
+            (pose.index, pose.count, repr(pose.probability))
+            for pose in statistics.poses
+        ),
+    )
 
 
 @cache
@@ -132,8 +164,15 @@ def estimated(number, method, restitution):
 def prefixes(number, restitution, seed, drop_height, sizes):
     """Counts of the first so many drops of one run, by number: drop k depends on seed and k."""
     chunks = []
-    simulate(PARTS[number], max(sizes), restitution, seed, drop_height, workers=1,
-             on_drops=lambda chunk: chunks.append(chunk.outcomes.pose.copy()))
+    simulate(
+        PARTS[number],
+        max(sizes),
+        restitution,
+        seed,
+        drop_height,
+        workers=1,
+        on_drops=lambda chunk: chunks.append(chunk.outcomes.pose.copy()),
+    )
     row, counts = np.concatenate(chunks), {}
     for size in sizes:
         values, numbers = np.unique(row[:size][row[:size] >= 0], return_counts=True)

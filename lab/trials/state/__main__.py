@@ -5,10 +5,23 @@ from __future__ import annotations
 from ..frame import program, trial
 from . import damage, kills, owners, start
 
-TRIALS = tuple(map(trial, (
-    kills.kills, kills.bags_that_go, kills.a_disk_that_is_full, damage.cut_files,
-    damage.flipped_bytes, damage.flipped_bytes_read, owners.other_versions, owners.files_in_use,
-    owners.a_disk_to_read_only, start.a_start_with_all_parts)))
+TRIALS = tuple(
+    map(
+        trial,
+        (
+            kills.kills,
+            kills.bags_that_go,
+            kills.a_disk_that_is_full,
+            damage.cut_files,
+            damage.flipped_bytes,
+            damage.flipped_bytes_read,
+            owners.other_versions,
+            owners.files_in_use,
+            owners.a_disk_to_read_only,
+            start.a_start_with_all_parts,
+        ),
+    )
+)
 SHORT = 0.05
 
 if __name__ == "__main__":

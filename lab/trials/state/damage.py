@@ -17,7 +17,12 @@ CUTS, FLIPS, READ_FLIPS = 20, 200, 4000
 
 def _tried(setting, tries, damage):
     """Nodes on files that were damaged, each in a way of its own."""
-    original, chance, broken, empty = Original(setting.folder), random.Random(setting.seed), [], 0
+    original, chance, broken, empty = (
+        Original(setting.folder),
+        random.Random(setting.seed),
+        [],
+        0,
+    )
     for number in range(tries):
         file = original.copy(setting.folder / "copy")
         said = damage(file, chance)
@@ -25,16 +30,28 @@ def _tried(setting, tries, damage):
             wrong, known = original.start(setting.folder, file)
         except AssertionError as error:
             wrong, known = [str(error)], 0
-        broken += [f"{said} (try {number} of seed {setting.seed}): {line}" for line in wrong]
+        broken += [
+            f"{said} (try {number} of seed {setting.seed}): {line}" for line in wrong
+        ]
         empty += not known
-    return Outcome(tries, broken, f"{empty} starts without anything, {tries - empty} with what "
-                   "was sound")
+    return Outcome(
+        tries,
+        broken,
+        f"{empty} starts without anything, {tries - empty} with what was sound",
+    )
 
 
 def _any_file(file, chance):
     """One of the files of a state, the larger the likelier."""
-    paths = [path for path in (file, file.with_name(f"{NAME}-wal"), *sorted(
-        file.with_name(f"{file.stem}.meshes").glob("*"))) if path.exists()]
+    paths = [
+        path
+        for path in (
+            file,
+            file.with_name(f"{NAME}-wal"),
+            *sorted(file.with_name(f"{file.stem}.meshes").glob("*")),
+        )
+        if path.exists()
+    ]
     return chance.choices(paths, [path.stat().st_size for path in paths])[0]
 
 
@@ -69,9 +86,16 @@ def flipped_bytes_read(setting: Setting) -> Outcome:
     """The same, the state alone read: each row by its key as it was written, or none."""
     file, truth = setting.folder / "original" / NAME, _rows()
     state = State(file)
-    state.put(*(Change(table, row[0], row) for table, rows in truth.items() for row in rows))
+    state.put(
+        *(Change(table, row[0], row) for table, rows in truth.items() for row in rows)
+    )
     state.close()
-    chance, broken, aside, tries = random.Random(setting.seed), [], 0, setting.of(READ_FLIPS, 100)
+    chance, broken, aside, tries = (
+        random.Random(setting.seed),
+        [],
+        0,
+        setting.of(READ_FLIPS, 100),
+    )
     for number in range(tries):
         copy = setting.folder / "copy"
         shutil.rmtree(copy, ignore_errors=True)
@@ -84,19 +108,30 @@ def flipped_bytes_read(setting: Setting) -> Outcome:
                 broken.append(f"{said}: {refusal}")
             continue
         aside += bool(state.set_aside)
-        broken += [f"{said} (try {number} of seed {setting.seed}): {line}"
-                   for line in _strange_rows(state, truth)]
+        broken += [
+            f"{said} (try {number} of seed {setting.seed}): {line}"
+            for line in _strange_rows(state, truth)
+        ]
         state.close()
     return Outcome(tries, broken, f"{aside} set aside")
 
 
 def _rows():
     """Rows of every table but that of meshes, whose files have no rows to be compared."""
-    values = {"TEXT": "text {}".format, "INTEGER": int, "REAL": float,
-              "BLOB": lambda number: b"%d " % number * 9}
-    return {table: [tuple(values[column.split()[1]](number) for column in text.split(","))
-                    for number in range(40)]
-            for table, text in COLUMNS.items() if table != "meshes"}
+    values = {
+        "TEXT": "text {}".format,
+        "INTEGER": int,
+        "REAL": float,
+        "BLOB": lambda number: b"%d " % number * 9,
+    }
+    return {
+        table: [
+            tuple(values[column.split()[1]](number) for column in text.split(","))
+            for number in range(40)
+        ]
+        for table, text in COLUMNS.items()
+        if table != "meshes"
+    }
 
 
 def _strange_rows(state, truth):
@@ -107,14 +142,21 @@ def _strange_rows(state, truth):
     """
     for table, rows in truth.items():
         try:
-            strange = [] if table == "counted" else [
-                row for row in state.rows(table) if row not in rows]
+            strange = (
+                []
+                if table == "counted"
+                else [row for row in state.rows(table) if row not in rows]
+            )
             found = [state.get(table, row[0]) for row in rows]
         except Exception as error:
             yield f"{table} cannot be read: {type(error).__name__}: {error}"
             continue
-        others = sum(has not in (row, None) for has, row in zip(found, rows, strict=True))
+        others = sum(
+            has not in (row, None) for has, row in zip(found, rows, strict=True)
+        )
         missing = 0 if state.set_aside or table == "counted" else found.count(None)
         if strange or others or missing:
-            yield (f"{table} has {len(strange)} strange rows, {others} of other keys, {missing} "
-                   "not there by their keys")
+            yield (
+                f"{table} has {len(strange)} strange rows, {others} of other keys, {missing} "
+                "not there by their keys"
+            )

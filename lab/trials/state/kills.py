@@ -21,8 +21,14 @@ DISK = 24
 
 
 def _node(ledger, **values):
-    return node_of(ledger.folder, plates=ledger.plates, plate=PLATE, max_parts=200,
-                   max_bag_bytes=2**22, **values)
+    return node_of(
+        ledger.folder,
+        plates=ledger.plates,
+        plate=PLATE,
+        max_parts=200,
+        max_bag_bytes=2**22,
+        **values,
+    )
 
 
 def _one_life(ledger, chance, lanes, look_back=True, meanwhile=None):
@@ -64,15 +70,23 @@ def _last_start(ledger, look_back=True):
 
 
 def _outcome(ledger, tried, more=""):
-    words = ", ".join(f"{number} {name}" for name, number in sorted(ledger.events.items()))
-    return Outcome(tried, list(dict.fromkeys(ledger.wrong)), f"{len(ledger.accepted)} jobs "
-                   f"accepted, {len(ledger.ends)} ends, {words}{more}")
+    words = ", ".join(
+        f"{number} {name}" for name, number in sorted(ledger.events.items())
+    )
+    return Outcome(
+        tried,
+        list(dict.fromkeys(ledger.wrong)),
+        f"{len(ledger.accepted)} jobs accepted, {len(ledger.ends)} ends, {words}{more}",
+    )
 
 
 def kills(setting: Setting) -> Outcome:
     """Kill -9 at random moments: parts, jobs, counts, forgetting, fits on one state file."""
-    ledger, chance, number = Ledger(setting.folder / "log"), random.Random(setting.seed), (
-        setting.of(KILLS, 6))
+    ledger, chance, number = (
+        Ledger(setting.folder / "log"),
+        random.Random(setting.seed),
+        (setting.of(KILLS, 6)),
+    )
     for _ in range(number):
         _one_life(ledger, chance, traffic.ALL)
         ledger.look_at_bags(sealed=False)
@@ -86,26 +100,37 @@ def kills(setting: Setting) -> Outcome:
 
 def bags_that_go(setting: Setting) -> Outcome:
     """Bags deleted, copied and renamed under a running node that is killed then."""
-    ledger, chance, number = Ledger(setting.folder / "log"), random.Random(setting.seed), (
-        setting.of(20, 2))
+    ledger, chance, number = (
+        Ledger(setting.folder / "log"),
+        random.Random(setting.seed),
+        (setting.of(20, 2)),
+    )
 
     def disturb(until):
         while time.monotonic() < until:
             bags = bags_of(ledger.folder)
             if bags:
                 bag, act = chance.choice([*bags, bags[-1]]), chance.randrange(3)
-                with suppress(FileNotFoundError, shutil.Error):  # the node mends it meanwhile
+                with suppress(
+                    FileNotFoundError, shutil.Error
+                ):  # the node mends it meanwhile
                     if act == 0:
                         shutil.rmtree(bag)
                     elif act == 1:
-                        bag.rename(bag.with_name(f"{bag.name[:-1]}{chance.randrange(10)}x"))
+                        bag.rename(
+                            bag.with_name(f"{bag.name[:-1]}{chance.randrange(10)}x")
+                        )
                     else:
-                        shutil.copytree(bag, bag.with_name(f"{bag.name}0"), dirs_exist_ok=True)
+                        shutil.copytree(
+                            bag, bag.with_name(f"{bag.name}0"), dirs_exist_ok=True
+                        )
                 ledger.events["bags disturbed"] += 1
             time.sleep(0.3 * chance.random())
 
     for _ in range(number):
-        _one_life(ledger, chance, traffic.WITHOUT_PLATES, look_back=False, meanwhile=disturb)
+        _one_life(
+            ledger, chance, traffic.WITHOUT_PLATES, look_back=False, meanwhile=disturb
+        )
     _last_start(ledger, look_back=False)
     return _outcome(ledger, number)
 
@@ -114,8 +139,11 @@ def bags_that_go(setting: Setting) -> Outcome:
 def small_disk(folder, mebibytes):
     """A file system of its own in a folder; why there is none, where that is not allowed."""
     folder.mkdir()
-    said = subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={mebibytes}m", "trial", folder],
-                          capture_output=True, text=True)
+    said = subprocess.run(
+        ["mount", "-t", "tmpfs", "-o", f"size={mebibytes}m", "trial", folder],
+        capture_output=True,
+        text=True,
+    )
     try:
         yield said.stderr.strip() if said.returncode else ""
     finally:
@@ -127,7 +155,9 @@ def a_disk_that_is_full(setting: Setting) -> Outcome:
     """A small disk that is filled and emptied under mixed traffic, and the node killed."""
     with small_disk(setting.folder / "disk", DISK) as problem:
         if problem:
-            return Outcome(0, [f"not tried, since nothing can be mounted here: {problem}"])
+            return Outcome(
+                0, [f"not tried, since nothing can be mounted here: {problem}"]
+            )
         ledger = Ledger(setting.folder / "disk" / "log", always_written=False)
         chance, number = random.Random(setting.seed), setting.of(20, 2)
         ballast = setting.folder / "disk" / "ballast"
@@ -144,7 +174,9 @@ def a_disk_that_is_full(setting: Setting) -> Outcome:
                     ballast.unlink()
 
         for _ in range(number):
-            _one_life(ledger, chance, traffic.WITHOUT_PLATES, look_back=False, meanwhile=fill)
+            _one_life(
+                ledger, chance, traffic.WITHOUT_PLATES, look_back=False, meanwhile=fill
+            )
             for bag in bags_of(ledger.folder)[:-2]:
                 shutil.rmtree(bag)
         ballast.unlink(missing_ok=True)

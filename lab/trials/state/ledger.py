@@ -12,7 +12,13 @@ from rosbags.highlevel import AnyReader
 
 from ros_pose_stats import part_from_mesh
 from study import shapes
-from tests.contract.node.harness.bags import bags_of, files_of, message_of, on_topic, raw
+from tests.contract.node.harness.bags import (
+    bags_of,
+    files_of,
+    message_of,
+    on_topic,
+    raw,
+)
 from tests.contract.node.harness.client import DONE
 
 from ..soak.told import NOT_RECORDED, PARTS, Told
@@ -20,10 +26,20 @@ from ..soak.told import NOT_RECORDED, PARTS, Told
 BOXES = [shapes.box(0.030, 0.010 + 0.001 * number, 0.020) for number in range(12)]
 DIGESTS = [part_from_mesh(*surface).digest for surface in BOXES]
 PLATE = "glass"
-PROFILE = {"restitution": 0.4, "restitution_low": 0.3, "restitution_high": 0.5,
-           "drop_height": 0.2, "drop_height_low": 0.1, "drop_height_high": 0.3,
-           "plate_error": 0.03, "p_value": 0.5, "parts": ["drum"], "counted": 900,
-           "date": "2026-11-23T12:00:00+00:00", "version": "1"}
+PROFILE = {
+    "restitution": 0.4,
+    "restitution_low": 0.3,
+    "restitution_high": 0.5,
+    "drop_height": 0.2,
+    "drop_height_low": 0.1,
+    "drop_height_high": 0.3,
+    "plate_error": 0.03,
+    "p_value": 0.5,
+    "parts": ["drum"],
+    "counted": 900,
+    "date": "2026-11-23T12:00:00+00:00",
+    "version": "1",
+}
 KEPT_JOBS = 900
 """The newest that are looked for; the node keeps 1000."""
 
@@ -47,9 +63,13 @@ class Ledger(Told):
         self.plates = folder.with_name(f"{folder.name}_plates.yaml")
         self.plates.write_text(yaml.safe_dump({"plates": {PLATE: PROFILE}}), "utf-8")
         self.fitted = {_scene(PROFILE)}
-        self._carried = {f"part_{number}": part.digest for number, part in enumerate(PARTS)}
-        self.allowed = defaultdict(lambda: {None}, {
-            name: {None, digest} for name, digest in self._carried.items()})
+        self._carried = {
+            f"part_{number}": part.digest for number, part in enumerate(PARTS)
+        }
+        self.allowed = defaultdict(
+            lambda: {None},
+            {name: {None, digest} for name, digest in self._carried.items()},
+        )
         self.lives, self.sent, self.shown = Counter(), {}, Counter()
         self.ends, self._whole = {}, {}
 
@@ -86,7 +106,7 @@ class Ledger(Told):
                 continue
             found = raw(bag)
             before = self._whole.get(bag.name, [])
-            if found[:len(before)] != before:
+            if found[: len(before)] != before:
                 self.wrong.append(f"{bag.name} lost some of {len(before)} messages")
             self._whole[bag.name] = found
             if sealed:
@@ -97,8 +117,12 @@ class Ledger(Told):
     def recorded_counts(self):
         """Numbers by pose that the bags have, by part and life; each message once."""
         totals = defaultdict(Counter)
-        seconds = {message_of(topic, data).header.stamp.sec for bag in bags_of(self.folder)
-                   for topic, data in raw(bag) if topic == on_topic("pose_counts")}
+        seconds = {
+            message_of(topic, data).header.stamp.sec
+            for bag in bags_of(self.folder)
+            for topic, data in raw(bag)
+            if topic == on_topic("pose_counts")
+        }
         for second in seconds & self.sent.keys():
             name, life, numbers = self.sent[second]
             totals[name, life].update(numbers)
@@ -112,11 +136,15 @@ class Ledger(Told):
         self._look_at_plate(client)
 
     def _look_at_parts(self, client):
-        certain = {name for name, allowed in self.allowed.items() if None not in allowed}
+        certain = {
+            name for name, allowed in self.allowed.items() if None not in allowed
+        }
         end = time.monotonic() + SETTLED
         while True:
-            known = {one.part_id: one.part_digest for one in client.good(
-                "get_statistics").statistics}
+            known = {
+                one.part_id: one.part_digest
+                for one in client.good("get_statistics").statistics
+            }
             if certain <= known.keys() or time.monotonic() > end:
                 break
             time.sleep(0.05)
@@ -129,27 +157,41 @@ class Ledger(Told):
 
     def _look_at_counts(self, client):
         """The state has what the bags have, unless it could not be written."""
-        recorded = self.recorded_counts() if self._always_written else defaultdict(Counter)
+        recorded = (
+            self.recorded_counts() if self._always_written else defaultdict(Counter)
+        )
         for name, life in self.lives.items():
             if not any(sent[:2] == (name, life) for sent in self.sent.values()) or (
-                    self.allowed[name] == {None}):
+                self.allowed[name] == {None}
+            ):
                 continue
             least = recorded[name, life]
-            most = sum((Counter(numbers) for who, when, numbers in self.sent.values()
-                        if (who, when) == (name, life)), Counter())
+            most = sum(
+                (
+                    Counter(numbers)
+                    for who, when, numbers in self.sent.values()
+                    if (who, when) == (name, life)
+                ),
+                Counter(),
+            )
             end = time.monotonic() + SETTLED
             while True:
                 (told,) = client.good("get_statistics", part_id=name).statistics
-                has = Counter({pose.index: pose.count for pose in told.poses if told.observed})
-                good = (told.observed == has.total() >= self.shown[name]
-                        and least <= has <= most)
+                has = Counter(
+                    {pose.index: pose.count for pose in told.poses if told.observed}
+                )
+                good = (
+                    told.observed == has.total() >= self.shown[name]
+                    and least <= has <= most
+                )
                 if good or time.monotonic() > end:
                     break
                 time.sleep(0.05)
             if not good:
                 self.wrong.append(
                     f"{name} (life {life}) has {told.observed} counts, {dict(has)}; the bags have "
-                    f"{least.total()}, {dict(least)}; shown before were {self.shown[name]}")
+                    f"{least.total()}, {dict(least)}; shown before were {self.shown[name]}"
+                )
             self.events["totals of counts compared"] += 1
             self.show(told)
 
@@ -159,7 +201,9 @@ class Ledger(Told):
         newest = sorted(self.accepted | self.ends.keys(), key=_order)[-KEPT_JOBS:]
         for job_id in newest:
             if states.get(job_id, 0) < DONE:
-                self.wrong.append(f"{job_id} has state {states.get(job_id)} after a start")
+                self.wrong.append(
+                    f"{job_id} has state {states.get(job_id)} after a start"
+                )
         asked = [job_id for job_id in newest if job_id in self.ends]
         for job_id in asked if every_job else asked[-40:]:
             answer = client.call("get_drop_simulation", job_id=job_id)
@@ -171,14 +215,19 @@ class Ledger(Told):
         text = self.plates.read_text("utf-8")
         has = _scene(yaml.safe_load(text)["plates"][PLATE])
         if None not in self.fitted and not any(
-                np.allclose(has, scene, rtol=1e-12) for scene in self.fitted):
+            np.allclose(has, scene, rtol=1e-12) for scene in self.fitted
+        ):
             self.wrong.append(f"plate {PLATE} is {has}, not one of {self.fitted}")
         self.fitted = {has}
-        name = next((name for name in self.lives if None not in self.allowed[name]), None)
+        name = next(
+            (name for name in self.lives if None not in self.allowed[name]), None
+        )
         if name is not None:
             now = client.good("estimate", part_id=name, method="csae").statistics
             if now.restitution != has[0]:
-                self.wrong.append(f"answers have restitution {now.restitution}, the plate {has}")
+                self.wrong.append(
+                    f"answers have restitution {now.restitution}, the plate {has}"
+                )
 
 
 def _scene(profile):
@@ -195,14 +244,23 @@ def _unlike(bag, expected):
     found = {}
     try:
         with AnyReader([bag]) as reader:
-            found["rosbags"] = [(connection.topic, bytes(data))
-                                for connection, _, data in reader.messages()]
+            found["rosbags"] = [
+                (connection.topic, bytes(data))
+                for connection, _, data in reader.messages()
+            ]
         found["mcap"] = []
         for path in files_of(bag):
             with path.open("rb") as file:
-                found["mcap"] += [(channel.topic, message.data) for _, channel, message
-                                  in make_reader(file).iter_messages(log_time_order=False)]
+                found["mcap"] += [
+                    (channel.topic, message.data)
+                    for _, channel, message in make_reader(file).iter_messages(
+                        log_time_order=False
+                    )
+                ]
     except Exception as error:
         return [f"{bag.name} cannot be read: {type(error).__name__}: {error}"]
-    return [f"{name} reads {len(messages)} of {len(expected)} messages of {bag.name}"
-            for name, messages in found.items() if messages != expected]
+    return [
+        f"{name} reads {len(messages)} of {len(expected)} messages of {bag.name}"
+        for name, messages in found.items()
+        if messages != expected
+    ]

@@ -18,8 +18,10 @@ from .kills import sound
 from .ledger import BOXES
 
 NAME = "pose_stats.sqlite3"
-SURFACES = {**{f"box_{number}": surface for number, surface in enumerate(BOXES)},
-            "fine": fine_box(6000)}
+SURFACES = {
+    **{f"box_{number}": surface for number, surface in enumerate(BOXES)},
+    "fine": fine_box(6000),
+}
 
 SECONDS_TO_CHECK = 20.0
 """In which a node has checked the estimates whose results got lost."""
@@ -38,8 +40,10 @@ class Original:
                 time.sleep(1.5)  # all is committed by then
                 self.shown = numbers_of(client)
             node.kill()
-        self.csae = {name: parts.probabilities(estimate(library_part(surface), "csae").poses)
-                     for name, surface in SURFACES.items()}
+        self.csae = {
+            name: parts.probabilities(estimate(library_part(surface), "csae").poses)
+            for name, surface in SURFACES.items()
+        }
 
     @staticmethod
     def _send(client):
@@ -82,9 +86,11 @@ class Original:
 
     def _unlike(self, shown):
         """What is shown of parts as it never was."""
-        return [f"{name} shows {numbers}, and showed {self.shown.get(name)}"
-                for name, numbers in shown.items()
-                if numbers not in [then.get(name) for then in (self.shown, *self.before)]]
+        return [
+            f"{name} shows {numbers}, and showed {self.shown.get(name)}"
+            for name, numbers in shown.items()
+            if numbers not in [then.get(name) for then in (self.shown, *self.before)]
+        ]
 
     def _wrong(self, client, whole):
         end = time.monotonic() + SECONDS_TO_CHECK
@@ -95,13 +101,20 @@ class Original:
             answer = client.call("estimate", part_id=name, method="csae")
             if answer.success:
                 if parts.probabilities(answer.statistics.poses) != self.csae[name]:
-                    wrong.append(f"{name} is another part: {answer.statistics.part_digest}")
-            elif whole or ("send the part again" not in answer.message
-                           and name in numbers_of(client)):  # else it has gone meanwhile
+                    wrong.append(
+                        f"{name} is another part: {answer.statistics.part_digest}"
+                    )
+            elif whole or (
+                "send the part again" not in answer.message
+                and name in numbers_of(client)
+            ):  # else it has gone meanwhile
                 wrong.append(f"{name}: {answer.message}")
         job = client.call("get_drop_simulation", job_id=self.job)
-        if job.success and str(job.statistics) != self.done and (
-                whole or job.state != CANCELLED or job.statistics.drops):
+        if (
+            job.success
+            and str(job.statistics) != self.done
+            and (whole or job.state != CANCELLED or job.statistics.drops)
+        ):
             wrong.append(f"the job has another result: {job.statistics}")
         if whole and not (shown == self.shown and job.success):
             wrong.append(f"{len(shown)} of {len(self.shown)} parts, job: {job.message}")
@@ -110,7 +123,13 @@ class Original:
 
 def numbers_of(client):
     """What is shown of each part, but for its time and revision."""
-    return {told.part_id: (told.part_digest, told.method, told.observed, told.drops,
-                           sorted((pose.index, pose.count, pose.probability)
-                                  for pose in told.poses))
-            for told in client.call("get_statistics").statistics}
+    return {
+        told.part_id: (
+            told.part_digest,
+            told.method,
+            told.observed,
+            told.drops,
+            sorted((pose.index, pose.count, pose.probability) for pose in told.poses),
+        )
+        for told in client.call("get_statistics").statistics
+    }

@@ -42,28 +42,44 @@ def other_versions(setting: Setting) -> Outcome:
     if foreign.read_bytes() != before:
         broken.append("the file of another program was changed")
     link = sqlite3.connect(original.folder / NAME)
-    ((name, text),) = link.execute("SELECT name, value FROM facts WHERE name='definitions'")
+    ((name, text),) = link.execute(
+        "SELECT name, value FROM facts WHERE name='definitions'"
+    )
     link.close()
-    then = {kind: f"# as it once was\n{definition}" for kind, definition in
-            json.loads(text).items()}
+    then = {
+        kind: f"# as it once was\n{definition}"
+        for kind, definition in json.loads(text).items()
+    }
     row = sealed((name, json.dumps(then)))
-    older = changed(("UPDATE facts SET value=?, checksum=? WHERE name='definitions'", row[1:]))
+    older = changed(
+        ("UPDATE facts SET value=?, checksum=? WHERE name='definitions'", row[1:])
+    )
     broken += original.start(setting.folder, older, whole=True)[0]
     link = sqlite3.connect(older)
     ((now,),) = link.execute("SELECT value FROM facts WHERE name='definitions'")
     link.close()
     if json.loads(now) != json.loads(text):
         broken.append("messages of older definitions were not brought up to date")
-    return Outcome(3, broken, "a newer one refused, older messages converted, another program's "
-                   "file left alone")
+    return Outcome(
+        3,
+        broken,
+        "a newer one refused, older messages converted, another program's "
+        "file left alone",
+    )
 
 
 def _refused(file, word):
     """How a start fails on a file; it must with status 2 and one line."""
-    with NodeProcess(file.with_name("bags"), "-r", "__ns:=/damaged", state_file=file) as node:
+    with NodeProcess(
+        file.with_name("bags"), "-r", "__ns:=/damaged", state_file=file
+    ) as node:
         status, log = node.ended(), [line for line in node.lines if line != "(end)"]
     good = status == 2 and len(log) == 1 and word in log[0]
-    return [] if good else [f"status {status} on a file that should be refused ({word}): {log}"]
+    return (
+        []
+        if good
+        else [f"status {status} on a file that should be refused ({word}): {log}"]
+    )
 
 
 def files_in_use(setting: Setting) -> Outcome:
@@ -83,17 +99,25 @@ def files_in_use(setting: Setting) -> Outcome:
     link = sqlite3.connect(file, isolation_level=None)
     link.execute("BEGIN EXCLUSIVE")  # somebody looks into the file with a tool
     with original.cell(setting.folder / "bags", file) as (node, client):
-        told = client.call("estimate", part=flat(BOXES[3], "later"), method="csae").statistics
+        told = client.call(
+            "estimate", part=flat(BOXES[3], "later"), method="csae"
+        ).statistics
         recorded = not any(line.startswith("NOT_RECORDED") for line in told.warnings)
         node.assert_sound()
     link.close()
     if recorded:
-        broken.append("an answer was told as recorded while another program had the file")
+        broken.append(
+            "an answer was told as recorded while another program had the file"
+        )
     with lock.open("r+") as held:
         fcntl.flock(held, fcntl.LOCK_EX)
         broken += _refused(file, "process")
-    return Outcome(5, broken, f"refused in {seconds:.1f} s with the other's number; a dead "
-                   "process's lock is no lock")
+    return Outcome(
+        5,
+        broken,
+        f"refused in {seconds:.1f} s with the other's number; a dead "
+        "process's lock is no lock",
+    )
 
 
 def a_disk_to_read_only(setting: Setting) -> Outcome:
@@ -101,25 +125,40 @@ def a_disk_to_read_only(setting: Setting) -> Outcome:
     original, broken = Original(setting.folder), []
     with small_disk(setting.folder / "disk", 64) as problem:
         if problem:
-            return Outcome(0, [f"not tried, since nothing can be mounted here: {problem}"])
+            return Outcome(
+                0, [f"not tried, since nothing can be mounted here: {problem}"]
+            )
         for ended in ("well", "by a kill"):
             file = original.copy(setting.folder / "copy")
             if ended == "well":
                 original.start(setting.folder, file)
             disk = setting.folder / "disk" / ended.replace(" ", "_")
             shutil.copytree(file.parent, disk)
-            subprocess.run(["mount", "-o", "remount,ro", setting.folder / "disk"], check=True)
+            subprocess.run(
+                ["mount", "-o", "remount,ro", setting.folder / "disk"], check=True
+            )
             with original.cell(setting.folder / "bags", disk / NAME) as (node, client):
-                said = client.good("estimate", part=flat(BOXES[3], "later"), method="csae")
-                if not any(line.startswith("NOT_RECORDED") for line in said.statistics.warnings):
+                said = client.good(
+                    "estimate", part=flat(BOXES[3], "later"), method="csae"
+                )
+                if not any(
+                    line.startswith("NOT_RECORDED") for line in said.statistics.warnings
+                ):
                     broken.append(f"{ended}: an answer was told as recorded")
                 shown = numbers_of(client)
                 shown.pop("later", None)
                 node.stop()
                 broken += sound(node)
-            strange = [name for name, numbers in shown.items()
-                       if original.shown.get(name) != numbers]
+            strange = [
+                name
+                for name, numbers in shown.items()
+                if original.shown.get(name) != numbers
+            ]
             if strange or (ended == "well" and shown != original.shown):
-                broken.append(f"{ended}: {sorted(shown)} shown, {strange} unlike before")
-            subprocess.run(["mount", "-o", "remount,rw", setting.folder / "disk"], check=True)
+                broken.append(
+                    f"{ended}: {sorted(shown)} shown, {strange} unlike before"
+                )
+            subprocess.run(
+                ["mount", "-o", "remount,rw", setting.folder / "disk"], check=True
+            )
     return Outcome(2, broken, f"{len(shown)} parts shown after a kill")

@@ -26,9 +26,15 @@ def a_start_with_all_parts(setting: Setting) -> Outcome:
     state = setting.folder / "state"
 
     def begin():
-        return NodeProcess(setting.folder / "bags", "-r", "__ns:=/many", max_parts=PARTS,
-                           state_file=state / "many.sqlite3", max_part_bytes=2**33,
-                           environment={**UDP_ONLY, "ROS_DOMAIN_ID": str(domain())})
+        return NodeProcess(
+            setting.folder / "bags",
+            "-r",
+            "__ns:=/many",
+            max_parts=PARTS,
+            state_file=state / "many.sqlite3",
+            max_part_bytes=2**33,
+            environment={**UDP_ONLY, "ROS_DOMAIN_ID": str(domain())},
+        )
 
     with Client(domain(), "/many/pose_stats") as client:
         with begin() as node:
@@ -47,22 +53,32 @@ def a_start_with_all_parts(setting: Setting) -> Outcome:
                 peaks.append(status(node, "VmHWM"))
         added = size_of(state) - size
     full = setting.size >= 1.0
-    return judged(number, f"{size / MEGABYTE:.0f} MiB of state; ready in "
-                  f"{' and '.join(f'{one:.1f}' for one in seconds)} s"
-                  f"{'' if full else ' (not judged)'}; at most "
-                  f"{' and '.join(f'{one / MEGABYTE:.0f}' for one in peaks)} MiB of memory; "
-                  f"{added} bytes more after two starts; wrong: {wrong}",
-                  ready_in_time=min(seconds) < READY_SECONDS or not full,
-                  all_are_answered=not wrong, a_start_adds_nothing=added < 0.01 * size)
+    return judged(
+        number,
+        f"{size / MEGABYTE:.0f} MiB of state; ready in "
+        f"{' and '.join(f'{one:.1f}' for one in seconds)} s"
+        f"{'' if full else ' (not judged)'}; at most "
+        f"{' and '.join(f'{one / MEGABYTE:.0f}' for one in peaks)} MiB of memory; "
+        f"{added} bytes more after two starts; wrong: {wrong}",
+        ready_in_time=min(seconds) < READY_SECONDS or not full,
+        all_are_answered=not wrong,
+        a_start_adds_nothing=added < 0.01 * size,
+    )
 
 
 def _answers(client, surfaces):
     """Which of some parts are not as the library has them, or not known."""
     latched = {told.part_id for told in client.good("get_statistics").statistics}
-    wrong = [f"part_{k} is not shown" for k in range(len(surfaces)) if f"part_{k}" not in latched]
+    wrong = [
+        f"part_{k} is not shown"
+        for k in range(len(surfaces))
+        if f"part_{k}" not in latched
+    ]
     for k in range(0, len(surfaces), max(1, len(surfaces) // ASKED)):
         answer = client.call("estimate", part_id=f"part_{k}", method="csae")
         expected = estimate(library_part(surfaces[k]), "csae").poses
-        if parts.probabilities(answer.statistics.poses) != parts.probabilities(expected):
+        if parts.probabilities(answer.statistics.poses) != parts.probabilities(
+            expected
+        ):
             wrong.append(f"part_{k}: {answer.message or 'another result'}")
     return wrong

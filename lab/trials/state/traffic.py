@@ -62,8 +62,11 @@ def _camera(life, chance, name):
     numbers = [chance.randrange(6) for _ in model.poses]
     message = count_message(model, numbers, plate=PLATE)
     told = life.told
-    told.sent[message.header.stamp.sec] = name, told.lives[name], dict(
-        zip(message.index, numbers, strict=True))
+    told.sent[message.header.stamp.sec] = (
+        name,
+        told.lives[name],
+        dict(zip(message.index, numbers, strict=True)),
+    )
     told.events["counts sent"] += 1
     life.publish("pose_counts", message)
     return sum(numbers)

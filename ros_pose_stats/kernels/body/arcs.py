@@ -16,7 +16,18 @@ import numpy as np
 
 from ..array_types import Array
 from ..compilation import inlined, kernel
-from ..vectors import Vec3, cross, divided, dot, minus, plus, point_at, scaled, turned, write_row
+from ..vectors import (
+    Vec3,
+    cross,
+    divided,
+    dot,
+    minus,
+    plus,
+    point_at,
+    scaled,
+    turned,
+    write_row,
+)
 from .convex_body import BodyArrays
 
 # Gauss-Legendre points and weights on [-1, 1].
@@ -31,7 +42,7 @@ SHORTEST = 1e-24
 """Square of the sine of an arc below which it is none: rounding would give its direction."""
 
 # columns of an arc's sums (2,)
-OVER_ANGLE = 0   # its turn over the angle
+OVER_ANGLE = 0  # its turn over the angle
 OVER_LENGTH = 1  # and over the length
 SUMS = 2
 
@@ -39,11 +50,11 @@ SUMS = 2
 class Arcs(NamedTuple):
     """The half arc of every polygon side, on the side of its face."""
 
-    near: Array   # (N,) smallest x
-    far: Array    # (N,) largest x; nothing is there unless it is above `near`
+    near: Array  # (N,) smallest x
+    far: Array  # (N,) largest x; nothing is there unless it is above `near`
     bottom: Array  # (N,) lowest R
-    top: Array    # (N,) highest R
-    foot: Array   # (N, 3) unit vector to Q
+    top: Array  # (N,) highest R
+    foot: Array  # (N, 3) unit vector to Q
     along: Array  # (N, 3) unit vector square to it, towards the face's normal
     whole: Array  # (N, SUMS) its sums
 
@@ -52,9 +63,15 @@ class Arcs(NamedTuple):
 def make_arcs(points: Array, body: BodyArrays, inertia: Array, inverse: Array) -> Arcs:
     """Measure all half arcs; `inverse`: of the inertia, which is over the mass."""
     count = body.twin.shape[0]
-    arcs = Arcs(np.zeros(count), np.zeros(count), np.zeros(count), np.zeros(count),
-                np.zeros((count, 3)), np.zeros((count, 3)),
-                np.zeros((count, SUMS)))
+    arcs = Arcs(
+        np.zeros(count),
+        np.zeros(count),
+        np.zeros(count),
+        np.zeros(count),
+        np.zeros((count, 3)),
+        np.zeros((count, 3)),
+        np.zeros((count, SUMS)),
+    )
     for k in range(count):
         f, t = body.face[k], body.twin[k]
         g = body.face[t]
@@ -80,8 +97,16 @@ def make_arcs(points: Array, body: BodyArrays, inertia: Array, inverse: Array) -
 
 
 @inlined
-def add_arc(sums: Array, k: int, near: float, points: Array, body: BodyArrays, arcs: Arcs,
-            inertia: Array, inverse: Array) -> None:
+def add_arc(
+    sums: Array,
+    k: int,
+    near: float,
+    points: Array,
+    body: BodyArrays,
+    arcs: Arcs,
+    inertia: Array,
+    inverse: Array,
+) -> None:
     """Add what a half arc has from x = `near` on to sums (SUMS,)."""
     v, w = point_at(points, body.corner[k]), point_at(points, body.corner[body.twin[k]])
     foot, along = point_at(arcs.foot, k), point_at(arcs.along, k)
@@ -105,7 +130,9 @@ def _rotation(down: Vec3, turn: Vec3, inertia: Array) -> float:
     """Twice the rotational energy, over the mass, of moving `down` at a velocity; p I w = 0."""
     spin = cross(down, turn)
     about = dot(down, turned(inertia, spin))
-    return (dot(spin, turned(inertia, spin)) - about * about / dot(down, turned(inertia, down)))
+    return dot(spin, turned(inertia, spin)) - about * about / dot(
+        down, turned(inertia, down)
+    )
 
 
 @inlined

@@ -8,7 +8,18 @@ import numpy as np
 from ..array_types import Array, Fixed1, Fixed2, Index
 from ..compilation import entry_kernel, inlined, kernel
 from ..elementary import arctangent
-from ..vectors import Vec3, cross, divided, dot, length, minus, plus, point_at, read_vector, scaled
+from ..vectors import (
+    Vec3,
+    cross,
+    divided,
+    dot,
+    length,
+    minus,
+    plus,
+    point_at,
+    read_vector,
+    scaled,
+)
 
 ON_CIRCLE = 1e-3
 """Corners this close to a circle, as a fraction of the height of their arc, are a run on it.
@@ -55,7 +66,9 @@ def circle_of(points: Array, corner: Index, i: int, j: int) -> Circle:
     toward = cross(minus(scaled(v, dot(u, u)), scaled(u, dot(v, v))), across)
     toward = scaled(toward, 0.5 / below)
     radius = length(toward)
-    return Circle(plus(a, toward), divided(across, math.sqrt(below)), radius, min(height, radius))
+    return Circle(
+        plus(a, toward), divided(across, math.sqrt(below)), radius, min(height, radius)
+    )
 
 
 @inlined
@@ -74,7 +87,9 @@ def off_circle(circle: Circle, point: Vec3) -> float:
 
 
 @kernel
-def fitted_circle(points: Array, corner: Index, i: int, j: int, rough: Circle) -> Circle:
+def fitted_circle(
+    points: Array, corner: Index, i: int, j: int, rough: Circle
+) -> Circle:
     """Circle by least squares (Kasa's), its plane by the area that the corners enclose.
 
     The axis is turned so that the run goes round it counter-clockwise.
@@ -107,12 +122,18 @@ def fitted_circle(points: Array, corner: Index, i: int, j: int, rough: Circle) -
         return Circle(rough.center, axis, rough.radius, rough.height)
     x, y = (xr * yy - yr * xy) / below, (yr * xx - xr * xy) / below
     radius = math.sqrt(x * x + y * y + rr / number)
-    return Circle(plus(middle, plus(scaled(x_axis, x), scaled(y_axis, y))), axis, radius,
-                  rough.height)
+    return Circle(
+        plus(middle, plus(scaled(x_axis, x), scaled(y_axis, y))),
+        axis,
+        radius,
+        rough.height,
+    )
 
 
 @entry_kernel
-def angles_about(points: Fixed2, center: Fixed1, x_axis: Fixed1, y_axis: Fixed1) -> Array:
+def angles_about(
+    points: Fixed2, center: Fixed1, x_axis: Fixed1, y_axis: Fixed1
+) -> Array:
     """Angles (n,) of points (n, 3) about an axis through `center`, from -pi to pi."""
     angles, middle = np.empty(points.shape[0]), read_vector(center, 0)
     x, y = read_vector(x_axis, 0), read_vector(y_axis, 0)

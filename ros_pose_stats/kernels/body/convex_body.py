@@ -28,24 +28,25 @@ class BodyArrays(NamedTuple):
     """A convex body about its centre of mass; lengths in units of the caller's points."""
 
     face_start: Index1  # (F + 1,) first side of each face
-    corner: Index1      # (N,) hull point where a side starts, counter-clockwise
-    face: Index1        # (N,) face of a side
-    twin: Index1        # (N,) the same edge seen from the neighbour
-    follow: Index1      # (N,) the next side of the same face
-    normal: Array2      # (F, 3) outward
-    distance: Array1    # (F,) of the face's plane
-    area: Array1        # (F,)
-    angle: Array1       # (F,) centroid solid angle, steradians
-    inset: Array1       # (N,) s
-    start: Array1       # (N,) a at the side's first corner
-    stop: Array1        # (N,) a at its last corner
-    reach: Array1       # (N,) q
-    radius: Array1      # (H,) |v| of every hull point
+    corner: Index1  # (N,) hull point where a side starts, counter-clockwise
+    face: Index1  # (N,) face of a side
+    twin: Index1  # (N,) the same edge seen from the neighbour
+    follow: Index1  # (N,) the next side of the same face
+    normal: Array2  # (F, 3) outward
+    distance: Array1  # (F,) of the face's plane
+    area: Array1  # (F,)
+    angle: Array1  # (F,) centroid solid angle, steradians
+    inset: Array1  # (N,) s
+    start: Array1  # (N,) a at the side's first corner
+    stop: Array1  # (N,) a at its last corner
+    reach: Array1  # (N,) q
+    radius: Array1  # (H,) |v| of every hull point
 
 
 @entry_kernel
-def build_body(points: Fixed2, simplices: FixedIndex2, adjacent: FixedIndex2,
-               tolerance: float) -> tuple[bool, BodyArrays]:
+def build_body(
+    points: Fixed2, simplices: FixedIndex2, adjacent: FixedIndex2, tolerance: float
+) -> tuple[bool, BodyArrays]:
     """Merge coplanar hull triangles into faces and measure them.
 
     `adjacent[t, i]` lies opposite to vertex i. False where merging at this tolerance gives no
@@ -55,7 +56,9 @@ def build_body(points: Fixed2, simplices: FixedIndex2, adjacent: FixedIndex2,
     orient(points, triangles, neighbors)
     opposite = twins(triangles, neighbors)
     region = planar_regions(points, triangles, neighbors, tolerance)
-    valid, face_start, first, side_of = corner_loops(triangles, region, opposite, points.shape[0])
+    valid, face_start, first, side_of = corner_loops(
+        triangles, region, opposite, points.shape[0]
+    )
     if not valid:
         return False, _nothing()
     corner = np.empty(first.shape[0], np.int64)
@@ -65,23 +68,61 @@ def build_body(points: Fixed2, simplices: FixedIndex2, adjacent: FixedIndex2,
     normal, distance, area = planes(points, face_start, corner)
     if not valid or distance.min() <= 0.0:
         return False, _nothing()
-    inset, start, stop, reach, radius = _side_lengths(points, face_start, corner, face, twin,
-                                                      normal, distance)
-    angle = _face_angles(points, face_start, corner, distance, inset, start, stop, reach, radius)
-    return True, BodyArrays(face_start, corner, face, twin, follow, normal, distance, area, angle,
-                            inset, start, stop, reach, radius)
+    inset, start, stop, reach, radius = _side_lengths(
+        points, face_start, corner, face, twin, normal, distance
+    )
+    angle = _face_angles(
+        points, face_start, corner, distance, inset, start, stop, reach, radius
+    )
+    return True, BodyArrays(
+        face_start,
+        corner,
+        face,
+        twin,
+        follow,
+        normal,
+        distance,
+        area,
+        angle,
+        inset,
+        start,
+        stop,
+        reach,
+        radius,
+    )
 
 
 @kernel
 def _nothing() -> BodyArrays:
     index, number = np.zeros(0, np.int64), np.zeros(0)
-    return BodyArrays(index, index, index, index, index, np.zeros((0, 3)), number, number, number,
-                      number, number, number, number, number)
+    return BodyArrays(
+        index,
+        index,
+        index,
+        index,
+        index,
+        np.zeros((0, 3)),
+        number,
+        number,
+        number,
+        number,
+        number,
+        number,
+        number,
+        number,
+    )
 
 
 @kernel
-def _side_lengths(points: Array, face_start: Index, corner: Index, face: Index, twin: Index,
-                  normal: Array, distance: Array) -> tuple[Array, Array, Array, Array, Array]:
+def _side_lengths(
+    points: Array,
+    face_start: Index,
+    corner: Index,
+    face: Index,
+    twin: Index,
+    normal: Array,
+    distance: Array,
+) -> tuple[Array, Array, Array, Array, Array]:
     """Inset, start, stop and reach of every side, and the radius of every point.
 
     An edge lies along the difference of its corners, and along the line where its two planes meet.
@@ -123,8 +164,17 @@ def _side_lengths(points: Array, face_start: Index, corner: Index, face: Index, 
 
 
 @kernel
-def _face_angles(points: Array, face_start: Index, corner: Index, distance: Array,
-                 inset: Array, start: Array, stop: Array, reach: Array, radius: Array) -> Array:
+def _face_angles(
+    points: Array,
+    face_start: Index,
+    corner: Index,
+    distance: Array,
+    inset: Array,
+    start: Array,
+    stop: Array,
+    reach: Array,
+    radius: Array,
+) -> Array:
     """Solid angle of every face, by the form that keeps its digits.
 
     With the foot inside, the right triangles of its sides all count one way; with the foot outside
@@ -141,13 +191,17 @@ def _face_angles(points: Array, face_start: Index, corner: Index, distance: Arra
             d = distance[f]
             for k in range(begin, end):
                 q, s = reach[k], inset[k]
-                v, w = radius[corner[k]], radius[corner[k + 1 if k + 1 < end else begin]]
+                v, w = (
+                    radius[corner[k]],
+                    radius[corner[k + 1 if k + 1 < end else begin]],
+                )
                 total += 2.0 * math.atan(s * start[k] / ((d + q) * (q + v)))
                 total += 2.0 * math.atan(s * stop[k] / ((d + q) * (q + w)))
         else:
             p = point_at(points, corner[begin])
             for k in range(begin + 1, end - 1):
-                total += solid_angle(p, point_at(points, corner[k]),
-                                     point_at(points, corner[k + 1]))
+                total += solid_angle(
+                    p, point_at(points, corner[k]), point_at(points, corner[k + 1])
+                )
         angle[f] = total
     return angle

@@ -17,7 +17,7 @@ from ..mesh.measures import area_vectors, centroid_of
 from ..sorting import falling_order
 
 # The plane (7,) of what is gathered: area vector, sum of centroids times area, sum of areas.
-NORMAL = 0    # 0, 1, 2
+NORMAL = 0  # 0, 1, 2
 CENTROID = 3  # 3, 4, 5
 AREA = 6
 PLANE = 7
@@ -26,11 +26,11 @@ PLANE = 7
 class Surface(NamedTuple):
     """Triangles to be gathered."""
 
-    points: Array     # (H, 3)
+    points: Array  # (H, 3)
     triangles: Index  # (M, 3)
     neighbors: Index  # (M, 3) triangle opposite to each vertex, -1 for none
-    vectors: Array    # (M, 3) area along the normal
-    areas: Array      # (M,)
+    vectors: Array  # (M, 3) area along the normal
+    areas: Array  # (M,)
 
 
 @kernel
@@ -91,7 +91,9 @@ def twins(triangles: Index, neighbors: Index) -> Index:
 
 
 @kernel
-def planar_regions(points: Array, triangles: Index, neighbors: Index, tolerance: float) -> Index:
+def planar_regions(
+    points: Array, triangles: Index, neighbors: Index, tolerance: float
+) -> Index:
     """Number of the planar region of each triangle, larger seeds first; tolerance 0 joins none."""
     count = triangles.shape[0]
     if tolerance <= 0.0:
@@ -148,8 +150,15 @@ def _alone(surface: Surface, tolerance: float) -> Flags:
 
 
 @inlined
-def _grow(surface: Surface, region: Index, queue: Index, plane: Array, seed: int, number: int,
-          tolerance: float) -> None:
+def _grow(
+    surface: Surface,
+    region: Index,
+    queue: Index,
+    plane: Array,
+    seed: int,
+    number: int,
+    tolerance: float,
+) -> None:
     """Fill a region from its seed; `queue` and `plane` are scratch."""
     plane[:] = 0.0
     _gather(surface, plane, seed)
@@ -180,9 +189,14 @@ def _grow(surface: Surface, region: Index, queue: Index, plane: Array, seed: int
 def _gather(surface: Surface, plane: Array, t: int) -> None:
     area = surface.areas[t]
     centroid = vec.scaled(centroid_of(surface.points, surface.triangles, t), area)
-    vec.write_vector(plane, NORMAL,
-                     vec.plus(vec.read_vector(plane, NORMAL), vec.point_at(surface.vectors, t)))
-    vec.write_vector(plane, CENTROID, vec.plus(vec.read_vector(plane, CENTROID), centroid))
+    vec.write_vector(
+        plane,
+        NORMAL,
+        vec.plus(vec.read_vector(plane, NORMAL), vec.point_at(surface.vectors, t)),
+    )
+    vec.write_vector(
+        plane, CENTROID, vec.plus(vec.read_vector(plane, CENTROID), centroid)
+    )
     plane[AREA] += area
 
 

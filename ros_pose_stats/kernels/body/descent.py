@@ -26,7 +26,9 @@ def side_level(body: BodyArrays, k: int) -> float:
     level = max(body.reach[k], body.reach[other])
     if body.start[k] > 0.0 and body.stop[k] > 0.0:
         return float(level)
-    return float(max(level, min(body.radius[body.corner[k]], body.radius[body.corner[other]])))
+    return float(
+        max(level, min(body.radius[body.corner[k]], body.radius[body.corner[other]]))
+    )
 
 
 @inlined
@@ -113,7 +115,12 @@ def without_barrier(body: BodyArrays, beyond: Index, parent: Index) -> bool:
     still have its foot outside. Each such step leaves one stable face less.
     """
     stable, basin = basins(parent)
-    face_start, face, inset, distance = body.face_start, body.face, body.inset, body.distance
+    face_start, face, inset, distance = (
+        body.face_start,
+        body.face,
+        body.inset,
+        body.distance,
+    )
     lowest = np.full(stable.shape[0], math.inf)
     way_out = np.full(stable.shape[0], -1, np.int64)
     for k in range(face.shape[0]):

@@ -22,11 +22,11 @@ from .descent import basins, descend, end_of, faces_beyond, is_lower, without_ba
 class EquilibriumArrays(NamedTuple):
     """What the geometry of a body at rest says, before any estimate."""
 
-    stable: Index            # (S,) faces
-    basin: Index             # (F,) position in `stable` that a face descends to
-    target: Index            # (F, 2) toppling graph
-    share: Array             # (F, 2)
-    toppled: Array           # (F,) centroid solid angles carried down it, fractions of 4 pi
+    stable: Index  # (S,) faces
+    basin: Index  # (F,) position in `stable` that a face descends to
+    target: Index  # (F, 2) toppling graph
+    share: Array  # (F, 2)
+    toppled: Array  # (F,) centroid solid angles carried down it, fractions of 4 pi
     tree: MergeTree
 
 
@@ -40,8 +40,9 @@ def find_equilibria(points: Fixed2, body: BodyArrays) -> EquilibriumArrays:
     stable, basin = basins(parent)
     target, share = toppling(points, body, beyond, parent)
     toppled = settle(body.angle / body.angle.sum(), target, share)
-    return EquilibriumArrays(stable, basin, target, share, toppled,
-                             merge_tree(body, stable, basin))
+    return EquilibriumArrays(
+        stable, basin, target, share, toppled, merge_tree(body, stable, basin)
+    )
 
 
 @entry_kernel
@@ -51,7 +52,9 @@ def settle_on_stable(initial: Fixed1, target: FixedIndex2, share: Fixed2) -> Arr
 
 
 @kernel
-def toppling(points: Array, body: BodyArrays, beyond: Index, parent: Index) -> tuple[Index, Array]:
+def toppling(
+    points: Array, body: BodyArrays, beyond: Index, parent: Index
+) -> tuple[Index, Array]:
     """Targets and shares of the toppling graph of the quasi-static estimator (section 4.B).
 
     An unstable face topples over the side pierced by the segment from its centroid to the foot of
@@ -75,7 +78,9 @@ def toppling(points: Array, body: BodyArrays, beyond: Index, parent: Index) -> t
 
 
 @inlined
-def _pierced(points: Array, body: BodyArrays, beyond: Index, f: int, target: Index) -> None:
+def _pierced(
+    points: Array, body: BodyArrays, beyond: Index, f: int, target: Index
+) -> None:
     """Find the side that the segment from centroid to foot leaves through."""
     corner, distance, inset = body.corner, body.distance, body.inset
     begin, end = body.face_start[f], body.face_start[f + 1]
@@ -86,7 +91,9 @@ def _pierced(points: Array, body: BodyArrays, beyond: Index, f: int, target: Ind
         if inset[k] > TIP_MARGIN:
             continue
         w = corner[k + 1 if k + 1 < end else begin]
-        inside = _inset_of(centroid, normal, point_at(points, corner[k]), point_at(points, w))
+        inside = _inset_of(
+            centroid, normal, point_at(points, corner[k]), point_at(points, w)
+        )
         if inside <= inset[k]:
             continue
         crossing = inside / (inside - inset[k])
@@ -118,7 +125,9 @@ def _off_line(place: Vec3, line: Vec3, normal: Vec3) -> float:
 
 
 @inlined
-def polygon_centroid(points: Array, corner: Index, begin: int, end: int, normal: Vec3) -> Vec3:
+def polygon_centroid(
+    points: Array, corner: Index, begin: int, end: int, normal: Vec3
+) -> Vec3:
     """Centroid of the area of the face with the corners `corner[begin:end]`."""
     p = point_at(points, corner[begin])
     total, moment = 0.0, Vec3(0.0, 0.0, 0.0)

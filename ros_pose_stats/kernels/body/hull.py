@@ -11,8 +11,14 @@ from ..vectors import Vec3, dot, length, minus, plus, point_at, scaled
 
 
 @entry_kernel
-def edges_on_surface(vertices: Fixed2, triangles: FixedIndex2, ends: FixedIndex2,
-                     first: FixedIndex1, order: FixedIndex1, tolerance: float) -> Index:
+def edges_on_surface(
+    vertices: Fixed2,
+    triangles: FixedIndex2,
+    ends: FixedIndex2,
+    first: FixedIndex1,
+    order: FixedIndex1,
+    tolerance: float,
+) -> Index:
     """How many ends (E,) of each edge of the hull lie on an edge of the mesh that runs along it.
 
     An edge of the hull that is an edge of the mesh has two, and so has one that the mesh divides.
@@ -31,7 +37,9 @@ def edges_on_surface(vertices: Fixed2, triangles: FixedIndex2, ends: FixedIndex2
                     end = order[k]
                     if not seen[end]:
                         other = ends[end // 2, 1 - end % 2]
-                        seen[end] = other == b or _is_along(vertices, a, b, other, tolerance)
+                        seen[end] = other == b or _is_along(
+                            vertices, a, b, other, tolerance
+                        )
     found = np.zeros(ends.shape[0], np.int64)
     for e in range(ends.shape[0]):
         found[e] = int(seen[2 * e]) + int(seen[2 * e + 1])
@@ -50,8 +58,14 @@ def _is_along(vertices: Array, a: int, b: int, other: int, tolerance: float) -> 
 
 
 @entry_kernel
-def outermost_corners(points: Fixed2, first: FixedIndex1, beside: FixedIndex1, axes: Fixed2,
-                      sides: int, tie: float) -> Flags:
+def outermost_corners(
+    points: Fixed2,
+    first: FixedIndex1,
+    beside: FixedIndex1,
+    axes: Fixed2,
+    sides: int,
+    tie: float,
+) -> Flags:
     """Which corners (H,) lie farthest out in a direction of a grid over the sphere.
 
     The rows of the grid are circles of latitude, mirrored at the equator, their directions as far
@@ -71,16 +85,22 @@ def outermost_corners(points: Fixed2, first: FixedIndex1, beside: FixedIndex1, a
             around, ring = 1, 0.0
         for k in range(around):
             y, x = sine_cosine(2.0 * math.pi * k / around)
-            direction = plus(plus(scaled(point_at(axes, 0), ring * x),
-                                  scaled(point_at(axes, 1), ring * y)),
-                             scaled(point_at(axes, 2), z))
+            direction = plus(
+                plus(
+                    scaled(point_at(axes, 0), ring * x),
+                    scaled(point_at(axes, 1), ring * y),
+                ),
+                scaled(point_at(axes, 2), z),
+            )
             here = _climb(points, first, beside, direction, here)
             _mark_ties(points, first, beside, direction, here, tie, found)
     return found
 
 
 @inlined
-def _climb(points: Array, first: Index, beside: Index, direction: Vec3, here: int) -> int:
+def _climb(
+    points: Array, first: Index, beside: Index, direction: Vec3, here: int
+) -> int:
     """Corner farthest along a direction, over neighbours that lie farther each time."""
     most, rising = dot(direction, point_at(points, here)), True
     while rising:
@@ -93,8 +113,15 @@ def _climb(points: Array, first: Index, beside: Index, direction: Vec3, here: in
 
 
 @inlined
-def _mark_ties(points: Array, first: Index, beside: Index, direction: Vec3, top: int, tie: float,
-               found: Flags) -> None:
+def _mark_ties(
+    points: Array,
+    first: Index,
+    beside: Index,
+    direction: Vec3,
+    top: int,
+    tie: float,
+    found: Flags,
+) -> None:
     """Mark the farthest corner, or both ends of an edge as far, but no corners of a whole face."""
     least = dot(direction, point_at(points, top)) - tie
     ties, other = 0, top

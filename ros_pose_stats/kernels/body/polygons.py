@@ -8,7 +8,17 @@ import numpy as np
 
 from ..array_types import Array, Flags, Index
 from ..compilation import inlined, kernel
-from ..vectors import Vec3, cross, divided, dot, length, minus, plus, point_at, write_row
+from ..vectors import (
+    Vec3,
+    cross,
+    divided,
+    dot,
+    length,
+    minus,
+    plus,
+    point_at,
+    write_row,
+)
 
 
 @inlined
@@ -29,8 +39,9 @@ def following(h: int) -> int:
 
 
 @kernel
-def corner_loops(triangles: Index, region: Index, opposite: Index,
-                 points: int) -> tuple[bool, Index, Index, Index]:
+def corner_loops(
+    triangles: Index, region: Index, opposite: Index, points: int
+) -> tuple[bool, Index, Index, Index]:
     """Walk each region's boundary once and keep its corners.
 
     False where a region is no disc or has fewer than three corners; then where the loop of each
@@ -39,8 +50,15 @@ def corner_loops(triangles: Index, region: Index, opposite: Index,
     """
     faces, halves = region.max() + 1, opposite.shape[0]
     if opposite.min() < 0:
-        return False, np.zeros(1, np.int64), np.zeros(0, np.int64), np.zeros(0, np.int64)
-    boundary, border, is_corner, entry = _boundaries(triangles, region, opposite, points)
+        return (
+            False,
+            np.zeros(1, np.int64),
+            np.zeros(0, np.int64),
+            np.zeros(0, np.int64),
+        )
+    boundary, border, is_corner, entry = _boundaries(
+        triangles, region, opposite, points
+    )
     face_start = np.zeros(faces + 1, np.int64)
     first = np.empty(border.sum(), np.int64)
     side_of = np.full(halves, -1, np.int64)
@@ -64,8 +82,9 @@ def corner_loops(triangles: Index, region: Index, opposite: Index,
 
 
 @kernel
-def _boundaries(triangles: Index, region: Index, opposite: Index,
-                points: int) -> tuple[Flags, Index, Flags, Index]:
+def _boundaries(
+    triangles: Index, region: Index, opposite: Index, points: int
+) -> tuple[Flags, Index, Flags, Index]:
     """Half-edges between regions, how many each has, those from corners, and one such of each."""
     halves, faces = opposite.shape[0], region.max() + 1
     degree, border = np.zeros(points, np.int64), np.zeros(faces, np.int64)
@@ -84,9 +103,12 @@ def _boundaries(triangles: Index, region: Index, opposite: Index,
         if is_corner[h]:
             entry[region[h // 3]] = h
     return boundary, border, is_corner, entry
+
+
 @kernel
-def _in_standard_order(triangles: Index, face_start: Index, first: Index, side_of: Index,
-                       points: int) -> tuple[bool, Index, Index, Index]:
+def _in_standard_order(
+    triangles: Index, face_start: Index, first: Index, side_of: Index, points: int
+) -> tuple[bool, Index, Index, Index]:
     """Begin each loop at its smallest corner and order the loops by their first two corners.
 
     What comes later then depends on the faces alone, not on how the hull was cut into triangles.
@@ -100,8 +122,9 @@ def _in_standard_order(triangles: Index, face_start: Index, first: Index, side_o
             if _origin(triangles, first[k]) < _origin(triangles, first[low]):
                 low = k
         begin[f] = low
-        after[f] = _origin(triangles, first[low + 1 if low + 1 < face_start[f + 1]
-                                            else face_start[f]])
+        after[f] = _origin(
+            triangles, first[low + 1 if low + 1 < face_start[f + 1] else face_start[f]]
+        )
         place[_origin(triangles, first[low]) + 1] += 1
     for v in range(points):
         place[v + 1] += place[v]
@@ -138,7 +161,9 @@ def _origin(triangles: Index, h: int) -> int:
 
 
 @kernel
-def planes(points: Array, face_start: Index, corner: Index) -> tuple[Array, Array, Array]:
+def planes(
+    points: Array, face_start: Index, corner: Index
+) -> tuple[Array, Array, Array]:
     """Newell's normal (F, 3), distance from the origin (F,) and area (F,) of each polygon."""
     faces = face_start.shape[0] - 1
     normals = np.empty((faces, 3))
@@ -167,8 +192,9 @@ def planes(points: Array, face_start: Index, corner: Index) -> tuple[Array, Arra
 
 
 @kernel
-def pair_sides(face_start: Index, corner: Index, first: Index, side_of: Index,
-               opposite: Index) -> tuple[bool, Index, Index, Index]:
+def pair_sides(
+    face_start: Index, corner: Index, first: Index, side_of: Index, opposite: Index
+) -> tuple[bool, Index, Index, Index]:
     """Twin, face and next side of each; false where two do not run between the same corners."""
     sides = corner.shape[0]
     twin, face = np.empty(sides, np.int64), np.empty(sides, np.int64)

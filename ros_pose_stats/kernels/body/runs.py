@@ -29,8 +29,8 @@ MOST_AROUND = 64
 """Edges around a corner up to which one may go on straight there; an apex has more."""
 
 # columns of a circle (8,)
-CENTER = 0     # 0, 1, 2
-AXIS = 3       # 3, 4, 5
+CENTER = 0  # 0, 1, 2
+AXIS = 3  # 3, 4, 5
 RADIUS = 6
 DEVIATION = 7  # largest distance of a corner
 
@@ -38,8 +38,8 @@ DEVIATION = 7  # largest distance of a corner
 class Runs(NamedTuple):
     """Chains of edges on one circle each, one after the other."""
 
-    start: Index1   # (Q + 1,) first edge of each run
-    side: Index1    # (E,) polygon side of each edge, in the order of the run
+    start: Index1  # (Q + 1,) first edge of each run
+    side: Index1  # (E,) polygon side of each edge, in the order of the run
     closed: Index1  # (Q,) 1 where the last edge ends where the first begins
     circle: Array2  # (Q, 8)
 
@@ -50,8 +50,12 @@ def circular_runs(points: Fixed2, body: BodyArrays, rounding: float) -> Runs:
     onward = _continuations(points, body)
     count = body.corner.shape[0]
     most = count // 2
-    found = Runs(np.zeros(most + 2, np.int64), np.empty(most, np.int64),
-                 np.zeros(most + 1, np.int64), np.zeros((most + 1, 8)))
+    found = Runs(
+        np.zeros(most + 2, np.int64),
+        np.empty(most, np.int64),
+        np.zeros(most + 1, np.int64),
+        np.zeros((most + 1, 8)),
+    )
     visited = np.zeros(count, np.bool_)
     chain = np.empty(2 * count, np.int64)
     runs = 0
@@ -67,10 +71,16 @@ def circular_runs(points: Fixed2, body: BodyArrays, rounding: float) -> Runs:
                 size += 1
                 here = onward[here]
             if size >= FEWEST:
-                runs = _divide(points, body, chain, size, closed == 1, rounding, found, runs)
+                runs = _divide(
+                    points, body, chain, size, closed == 1, rounding, found, runs
+                )
     edges = found.start[runs]
-    return Runs(found.start[:runs + 1].copy(), found.side[:edges].copy(),
-                found.closed[:runs].copy(), found.circle[:runs].copy())
+    return Runs(
+        found.start[: runs + 1].copy(),
+        found.side[:edges].copy(),
+        found.closed[:runs].copy(),
+        found.circle[:runs].copy(),
+    )
 
 
 @kernel
@@ -79,7 +89,9 @@ def _continuations(points: Array, body: BodyArrays) -> Index:
     follow, count = body.follow, body.follow.shape[0]
     along, best = np.empty((count, 3)), np.full(count, -1, np.int64)
     for k in range(count):
-        step = minus(point_at(points, body.corner[follow[k]]), point_at(points, body.corner[k]))
+        step = minus(
+            point_at(points, body.corner[follow[k]]), point_at(points, body.corner[k])
+        )
         size = length(step)
         write_row(along, k, 0, divided(step, size) if size > 0.0 else step)
     for k in range(count):
@@ -101,8 +113,16 @@ def _continuations(points: Array, body: BodyArrays) -> Index:
 
 
 @kernel
-def _divide(points: Array, body: BodyArrays, chain: Index, size: int, closed: bool,
-            rounding: float, found: Runs, runs: int) -> int:
+def _divide(
+    points: Array,
+    body: BodyArrays,
+    chain: Index,
+    size: int,
+    closed: bool,
+    rounding: float,
+    found: Runs,
+    runs: int,
+) -> int:
     """Add the runs of one chain to those found; give their new number."""
     corner = np.empty(2 * size + 1, np.int64)
     for k in range(size):
@@ -120,27 +140,55 @@ def _divide(points: Array, body: BodyArrays, chain: Index, size: int, closed: bo
     for i in range(size):
         end = _grown(points, corner, i, i + size, rounding)
         if end == i + size:
-            return _add(points, corner, chain, i, end, circle_of(points, corner, i, end),
-                        found, runs)
+            return _add(
+                points,
+                corner,
+                chain,
+                i,
+                end,
+                circle_of(points, corner, i, end),
+                found,
+                runs,
+            )
         if end > 0:
             begin = end if end <= size else end - size
-            return _scan(points, corner, chain, begin, begin + size, rounding, found, runs)
+            return _scan(
+                points, corner, chain, begin, begin + size, rounding, found, runs
+            )
     return runs
 
 
 @kernel
-def _scan(points: Array, corner: Index, chain: Index, begin: int, end: int, rounding: float,
-          found: Runs, runs: int) -> int:
+def _scan(
+    points: Array,
+    corner: Index,
+    chain: Index,
+    begin: int,
+    end: int,
+    rounding: float,
+    found: Runs,
+    runs: int,
+) -> int:
     i = begin
     while i + FEWEST <= end:
         j = _grown(points, corner, i, end, rounding)
         if j > 0:
             # The whole arc takes in at its beginning what it took in at its end: a corner that
             # a cut left beside the circle, which its first few edges would not allow.
-            while i > begin and _holds(points, corner, i - 1, j, circle_of(
-                    points, corner, i - 1, j), rounding):
+            while i > begin and _holds(
+                points, corner, i - 1, j, circle_of(points, corner, i - 1, j), rounding
+            ):
                 i -= 1
-            runs = _add(points, corner, chain, i, j, circle_of(points, corner, i, j), found, runs)
+            runs = _add(
+                points,
+                corner,
+                chain,
+                i,
+                j,
+                circle_of(points, corner, i, j),
+                found,
+                runs,
+            )
             begin = i = j
         else:
             i += 1
@@ -186,18 +234,26 @@ def _direction(points: Array, corner: Index, k: int) -> Vec3:
 
 
 @inlined
-def _reaches(points: Array, corner: Index, j: int, circle: Circle, rounding: float) -> bool:
+def _reaches(
+    points: Array, corner: Index, j: int, circle: Circle, rounding: float
+) -> bool:
     """Whether the edge from corner j of a chain to the next is one of a run on this circle."""
     here = point_at(points, corner[j + 1])
-    return (length(minus(here, point_at(points, corner[j]))) <= 2.0 * HALF_SPAN * circle.radius
-            and off_circle(circle, here) <= slack(circle, rounding))
+    return length(
+        minus(here, point_at(points, corner[j]))
+    ) <= 2.0 * HALF_SPAN * circle.radius and off_circle(circle, here) <= slack(
+        circle, rounding
+    )
 
 
 @kernel
-def _holds(points: Array, corner: Index, i: int, j: int, circle: Circle, rounding: float) -> bool:
+def _holds(
+    points: Array, corner: Index, i: int, j: int, circle: Circle, rounding: float
+) -> bool:
     """Whether the corners i to j of a chain and the edges between them are a run."""
-    if circle.radius == 0.0 or off_circle(circle, point_at(points, corner[i])) > slack(circle,
-                                                                                rounding):
+    if circle.radius == 0.0 or off_circle(circle, point_at(points, corner[i])) > slack(
+        circle, rounding
+    ):
         return False
     k = i
     while k < j and _reaches(points, corner, k, circle, rounding):
@@ -206,8 +262,16 @@ def _holds(points: Array, corner: Index, i: int, j: int, circle: Circle, roundin
 
 
 @kernel
-def _add(points: Array, corner: Index, chain: Index, i: int, j: int, rough: Circle,
-         found: Runs, runs: int) -> int:
+def _add(
+    points: Array,
+    corner: Index,
+    chain: Index,
+    i: int,
+    j: int,
+    rough: Circle,
+    found: Runs,
+    runs: int,
+) -> int:
     """Keep the edges i to j of a chain with the circle fitted to all of their corners."""
     begin = found.start[runs]
     for k in range(i, j):

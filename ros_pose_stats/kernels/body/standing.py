@@ -31,8 +31,10 @@ def can_roll(points: Fixed2, down: Fixed1, axis: Fixed1, height: float) -> bool:
     for sign in (1.0, -1.0):
         for step in range(1, STEPS + 1):
             sine, cosine = sine_cosine(sign * step * (0.5 * math.pi / STEPS))
-            turned = plus(plus(scaled(begin, cosine), scaled(across, sine)),
-                          scaled(still, 1.0 - cosine))
+            turned = plus(
+                plus(scaled(begin, cosine), scaled(across, sine)),
+                scaled(still, 1.0 - cosine),
+            )
             above = -math.inf
             for i in range(points.shape[0]):
                 above = max(above, dot(point_at(points, i), turned))

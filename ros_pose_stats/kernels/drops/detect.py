@@ -25,13 +25,14 @@ from .roots import first_zero
 NOTHING = -2
 LANDING = -1
 
+
 class Event(NamedTuple):
     """What happens first on a step."""
 
-    what: int        # `LANDING`, `NOTHING`, or which of the vertices in contact lets go
+    what: int  # `LANDING`, `NOTHING`, or which of the vertices in contact lets go
     fraction: float  # of the step, 1 where nothing happens
-    corner: int      # that lands, -1 for none
-    close: int       # corners in `work.found`: all that come as close as counts as touching
+    corner: int  # that lands, -1 for none
+    close: int  # corners in `work.found`: all that come as close as counts as touching
 
 
 @inlined
@@ -72,7 +73,9 @@ def first_release(work: at.Work, last: int) -> tuple[float, int]:
             else:
                 poly[k] = series[k, at.FORCE] - far
         grown = 0
-        if poly[0] <= PULL * (work.clock[at.STEP] * work.clock[at.STEP]):  # it starts from zero
+        if poly[0] <= PULL * (
+            work.clock[at.STEP] * work.clock[at.STEP]
+        ):  # it starts from zero
             if poly[1] < 0.0:
                 return 0.0, which
             grown = 1
@@ -83,8 +86,9 @@ def first_release(work: at.Work, last: int) -> tuple[float, int]:
 
 
 @inlined
-def first_landing(body: at.DropBody, rules: at.DropRules, work: at.Work, last: int,
-                  before: float) -> tuple[float, int, int]:
+def first_landing(
+    body: at.DropBody, rules: at.DropRules, work: at.Work, last: int, before: float
+) -> tuple[float, int, int]:
     """When the first corner reaches the plate, if that is before a given fraction.
 
     Contact is a height of at most 0 that falls: a corner that is a rounding below the
@@ -103,7 +107,9 @@ def first_landing(body: at.DropBody, rules: at.DropRules, work: at.Work, last: i
             continue
         r = at.corner_of(body, j)
         for k in range(last + 1):
-            work.poly[k] = dot_from(work.series[k, at.ZS], read_row(work.series, k, at.PS), r)
+            work.poly[k] = dot_from(
+                work.series[k, at.ZS], read_row(work.series, k, at.PS), r
+            )
         known = _known_zeros(work, j)
         if known == 0 and work.poly[0] <= 0.0:
             known = _zeros_on_plate(work)
@@ -192,14 +198,18 @@ def gather(body: at.DropBody, work: at.Work, bend: float, margin: float) -> int:
             node = ball_range[node, at.BALL_NEXT]
             continue
         if ball_range[node, at.BALL_NEXT] == node + 1:
-            for j in range(ball_range[node, at.BALL_BEGIN], ball_range[node, at.BALL_END]):
+            for j in range(
+                ball_range[node, at.BALL_BEGIN], ball_range[node, at.BALL_END]
+            ):
                 count = _list(body, work, j, bend, margin, count)
         node += 1
     return count
 
 
 @inlined
-def spread(body: at.DropBody, work: at.Work, swing: float, bend: float, margin: float) -> int:
+def spread(
+    body: at.DropBody, work: at.Work, swing: float, bend: float, margin: float
+) -> int:
     """Candidates by way of the neighbours: every cone within `swing` of the direction."""
     work.tally[at.SEARCH] += 1
     search = work.tally[at.SEARCH]
@@ -260,9 +270,13 @@ class Path(NamedTuple):
 def _path_below(series: Array, r: Vec3, bend: float) -> Path:
     """Parabola that the height of a point does not go below during the step."""
     cubic = dot_from(series[CUBIC, at.ZS], read_row(series, CUBIC, at.PS), r)
-    return Path(dot_from(series[0, at.ZS], read_row(series, 0, at.PS), r),
-                dot_from(series[1, at.ZS], read_row(series, 1, at.PS), r),
-                dot_from(series[2, at.ZS] - bend + min(cubic, 0.0), read_row(series, 2, at.PS), r))
+    return Path(
+        dot_from(series[0, at.ZS], read_row(series, 0, at.PS), r),
+        dot_from(series[1, at.ZS], read_row(series, 1, at.PS), r),
+        dot_from(
+            series[2, at.ZS] - bend + min(cubic, 0.0), read_row(series, 2, at.PS), r
+        ),
+    )
 
 
 @inlined
@@ -289,7 +303,9 @@ def time_to_plate(path: Path) -> float:
 
 
 @inlined
-def _list(body: at.DropBody, work: at.Work, j: int, bend: float, margin: float, count: int) -> int:
+def _list(
+    body: at.DropBody, work: at.Work, j: int, bend: float, margin: float, count: int
+) -> int:
     """Add a corner to the list unless its parabola stays above; return the new length."""
     path = _path_below(work.series, at.corner_of(body, j), bend)
     if _least(path) > margin:

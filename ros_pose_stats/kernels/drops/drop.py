@@ -13,8 +13,14 @@ from .resolve import resolve, take_up
 
 
 @entry_kernel
-def run_drops(body: at.DropBody, rules: at.DropRules, releases: Fixed2, outcome: Index2,
-              measure: Array2, tape: Array2) -> None:
+def run_drops(
+    body: at.DropBody,
+    rules: at.DropRules,
+    releases: Fixed2,
+    outcome: Index2,
+    measure: Array2,
+    tape: Array2,
+) -> None:
     """Simulate drops (section 3, appendices A and B).
 
     `releases` (k, 8): state at release; see `layout`. A body that reaches below the plate is
@@ -33,8 +39,15 @@ def run_drops(body: at.DropBody, rules: at.DropRules, releases: Fixed2, outcome:
 
 
 @inlined
-def _release(body: at.DropBody, rules: at.DropRules, begin: Array, top: float, work: at.Work,
-             outcome: Index, tape: Array) -> None:
+def _release(
+    body: at.DropBody,
+    rules: at.DropRules,
+    begin: Array,
+    top: float,
+    work: at.Work,
+    outcome: Index,
+    tape: Array,
+) -> None:
     """Put the body above the plate, touching it where the height is too low to fit."""
     state, tally = work.state, work.tally
     for k in range(at.STATE):
@@ -64,8 +77,15 @@ def _release(body: at.DropBody, rules: at.DropRules, begin: Array, top: float, w
 
 
 @inlined
-def _drop(body: at.DropBody, rules: at.DropRules, top: float, work: at.Work, outcome: Index,
-          measure: Array, tape: Array) -> None:
+def _drop(
+    body: at.DropBody,
+    rules: at.DropRules,
+    top: float,
+    work: at.Work,
+    outcome: Index,
+    measure: Array,
+    tape: Array,
+) -> None:
     """From event to event, until the outcome is certain or the steps granted have run out."""
     tally = work.tally
     landed = tally[at.NEAR] > 0
@@ -83,15 +103,19 @@ def _drop(body: at.DropBody, rules: at.DropRules, top: float, work: at.Work, out
             evolve(body, work, last, event)
             landed = take_up(body, rules, work, event, tape)
     outcome[at.POSE], outcome[at.ENDING] = pose, ending
-    outcome[at.IMPACT_COUNT], outcome[at.EVENT_COUNT] = tally[at.IMPACTS], tally[at.EVENTS]
+    outcome[at.IMPACT_COUNT], outcome[at.EVENT_COUNT] = (
+        tally[at.IMPACTS],
+        tally[at.EVENTS],
+    )
     measure[at.DURATION] = work.clock[at.TIME]
     measure[at.ENERGY] = energy(work.state, body.moment)
     at.note(work, tape, at.END, -1)
 
 
 @inlined
-def judge_outcome(body: at.DropBody, rules: at.DropRules, top: float, work: at.Work) -> tuple[int,
-                                                                                              int]:
+def judge_outcome(
+    body: at.DropBody, rules: at.DropRules, top: float, work: at.Work
+) -> tuple[int, int]:
     """Whether and how the drop has ended, and the pose (-1 while it has not)."""
     resting = work.tally[at.MODE] == at.FACE
     if not resting and rules.to_rest:
@@ -110,7 +134,9 @@ def judge_outcome(body: at.DropBody, rules: at.DropRules, top: float, work: at.W
 
 
 @inlined
-def rolls_upright(body: at.DropBody, rules: at.DropRules, work: at.Work, left: float) -> bool:
+def rolls_upright(
+    body: at.DropBody, rules: at.DropRules, work: at.Work, left: float
+) -> bool:
     """Whether the body rolls on a rim, and has not the energy to tip over an edge of it.
 
     Rolling upright about the axle a the body has w = a and v = -s, s = (a x c) . up, with c where
@@ -133,7 +159,9 @@ def rolls_upright(body: at.DropBody, rules: at.DropRules, work: at.Work, left: f
     momentum = dot(times(at.moments_of(body), axle), at.spin_of(work.state))
     momentum -= arm * work.state[at.V]
     roll = 0.5 * momentum * momentum / (body.rim[pose, at.ABOUT] + arm * arm)
-    freed = body.rim[pose, at.BUMPS] * ((1.0 + rules.restitution) / (1.0 - rules.restitution))
+    freed = body.rim[pose, at.BUMPS] * (
+        (1.0 + rules.restitution) / (1.0 - rules.restitution)
+    )
     freed = (freed + body.rim[pose, at.SINGLE]) * (roll + body.roll_climb[corner])
     return bool(left - roll + freed < body.roll_level[corner] - TRAP)
 

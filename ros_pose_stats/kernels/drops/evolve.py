@@ -54,7 +54,9 @@ def prepare_step(body: at.DropBody, rules: at.DropRules, work: at.Work) -> int:
     if work.tally[at.MODE] == at.FLIGHT:
         clear = 0.0  # time for which the centre of mass stays a radius above the plate
         if state[at.Z] > 1.0:
-            clear = state[at.V] + math.sqrt(state[at.V] * state[at.V] + 2.0 * (state[at.Z] - 1.0))
+            clear = state[at.V] + math.sqrt(
+                state[at.V] * state[at.V] + 2.0 * (state[at.Z] - 1.0)
+            )
         if turning * clear > FAR and rotate_freely(state, body.moment, clear):
             state[at.Z] += clear * (state[at.V] - 0.5 * clear)
             state[at.V] -= clear
@@ -62,7 +64,9 @@ def prepare_step(body: at.DropBody, rules: at.DropRules, work: at.Work) -> int:
             clock[at.EXPECTED_LANDING] = math.inf
             work.tally[at.NEAR] = 0
             return 0
-        fall = 1.0001 * (state[at.V] + math.sqrt(state[at.V] * state[at.V] + 2.0 * state[at.Z]))
+        fall = 1.0001 * (
+            state[at.V] + math.sqrt(state[at.V] * state[at.V] + 2.0 * state[at.Z])
+        )
         step, turn = min(fall, clock[at.EXPECTED_LANDING]), body.turn
         if clear > SHORTEST_CLEAR:
             step, turn = clear, TURN
@@ -76,8 +80,15 @@ def prepare_step(body: at.DropBody, rules: at.DropRules, work: at.Work) -> int:
         if turning * step > body.turn:
             step = body.turn / turning
         on_edge = work.tally[at.MODE] == at.EDGE
-        last = sliding_series(state, body.moment, work.contact, on_edge, step, rules.truncation,
-                              work.series)
+        last = sliding_series(
+            state,
+            body.moment,
+            work.contact,
+            on_edge,
+            step,
+            rules.truncation,
+            work.series,
+        )
     clock[at.EXPECTED_LANDING] = math.inf
     step *= shorten(work.series, last, rules.truncation)
     clock[at.STEP] = clock[at.REACH] = step
@@ -89,8 +100,15 @@ def evolve(body: at.DropBody, work: at.Work, last: int, event: Event) -> None:
     """Move to an event, or to the end of the step where nothing happens on it."""
     state, clock = work.state, work.clock
     elapsed = event.fraction * clock[at.STEP]
-    advance(state, work.series, work.contact, work.tally[at.MODE], last, clock[at.STEP],
-            event.fraction)
+    advance(
+        state,
+        work.series,
+        work.contact,
+        work.tally[at.MODE],
+        last,
+        clock[at.STEP],
+        event.fraction,
+    )
     clock[at.TIME] += elapsed
     if event.what != NOTHING:
         clock[at.REACH] = max(elapsed, SHORTEST)
@@ -98,8 +116,15 @@ def evolve(body: at.DropBody, work: at.Work, last: int, event: Event) -> None:
 
 
 @inlined
-def advance(state: Array, series: Array, contact: Array, mode: int, last: int, step: float,
-            fraction: float) -> None:
+def advance(
+    state: Array,
+    series: Array,
+    contact: Array,
+    mode: int,
+    last: int,
+    step: float,
+    fraction: float,
+) -> None:
     """Move a state to a fraction of the step that its series is for."""
     for i in range(3):
         state[at.W + i] = value_at(series, at.WS + i, last, fraction) / step
@@ -126,7 +151,11 @@ def value_at(series: Array, column: int, last: int, x: float) -> float:
 @inlined
 def onto_invariants(state: Array, moment: Array) -> None:
     """Put the state back on |p| = 1 and p . I w = 0, from which rounding makes it drift."""
-    up, spin, inertia = at.up_of(state), at.spin_of(state), vectors.read_vector(moment, 0)
+    up, spin, inertia = (
+        at.up_of(state),
+        at.spin_of(state),
+        vectors.read_vector(moment, 0),
+    )
     up = vectors.scaled(up, 1.5 - 0.5 * vectors.dot(up, up))
     momentum = vectors.times(up, inertia)
     # From 0, so that there is no negative zero where nothing turns.
@@ -136,8 +165,17 @@ def onto_invariants(state: Array, moment: Array) -> None:
 
 
 @entry_kernel
-def sample_motion(moment: Fixed1, axes: Fixed2, mode: int, contact: Fixed1, start: Fixed1,
-                  first_turn: Fixed1, times: Fixed1, states: Array2, turns: Array2) -> None:
+def sample_motion(
+    moment: Fixed1,
+    axes: Fixed2,
+    mode: int,
+    contact: Fixed1,
+    start: Fixed1,
+    first_turn: Fixed1,
+    times: Fixed1,
+    states: Array2,
+    turns: Array2,
+) -> None:
     """States at given times of one smooth phase.
 
     `moment` (3,); `axes` (3, 3): principal axes as columns; `contact` (7,): see `layout`; `start`
@@ -157,8 +195,9 @@ def sample_motion(moment: Fixed1, axes: Fixed2, mode: int, contact: Fixed1, star
             if mode == at.FLIGHT:
                 last = free_series(state, moment, step, TRUNCATION, series)
             else:
-                last = sliding_series(state, moment, contact, mode == at.EDGE, step, TRUNCATION,
-                                      series)
+                last = sliding_series(
+                    state, moment, contact, mode == at.EDGE, step, TRUNCATION, series
+                )
             step *= shorten(series, last, TRUNCATION)
             _turn_series(series, axes, turn, last, turn_series)
             part = min(1.0, ahead / step)
@@ -178,7 +217,9 @@ def sample_motion(moment: Fixed1, axes: Fixed2, mode: int, contact: Fixed1, star
 
 
 @inlined
-def _turn_series(series: Array, axes: Array, turn: Array, last: int, out: Array) -> None:
+def _turn_series(
+    series: Array, axes: Array, turn: Array, last: int, out: Array
+) -> None:
     for k in range(4):
         out[0, k] = turn[k]
     for n in range(last):

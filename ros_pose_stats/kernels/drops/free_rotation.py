@@ -129,7 +129,9 @@ def rotate_freely(state: Array, moment: Array, time: float) -> bool:
     """
     pull = 0.0  # L² - 2 E I2 tells about which axis L circles
     for i in (0, 2):
-        pull += moment[i] * (moment[i] - moment[1]) * (state[at.W + i] * state[at.W + i])
+        pull += (
+            moment[i] * (moment[i] - moment[1]) * (state[at.W + i] * state[at.W + i])
+        )
     one, three, parity = (2, 0, -1.0) if pull < 0.0 else (0, 2, 1.0)
     i1, i2, i3 = moment[one], moment[1], moment[three]
     w1, w2, w3 = state[at.W + one], state[at.W + 1], state[at.W + three]
@@ -150,7 +152,9 @@ def rotate_freely(state: Array, moment: Array, time: float) -> bool:
         return False
     turning = math.copysign(1.0, parity * (i3 - i1) * top3)
     speed = abs(top3) * math.sqrt((i3 - i1) * (i3 - i2) / (i1 * i2))
-    mean, z0 = arithmetic_geometric(math.sqrt(1.0 - m), arctangent(turning * w2 / top2, w1 / top1))
+    mean, z0 = arithmetic_geometric(
+        math.sqrt(1.0 - m), arctangent(turning * w2 / top2, w1 / top1)
+    )
     other, y = arithmetic_geometric(math.sqrt(m), arctangent(sine, cosine))
     nome = exponential(-math.pi * mean / other) if other > 0.0 else 0.0
     if not nome < NOME:
@@ -158,8 +162,11 @@ def rotate_freely(state: Array, moment: Array, time: float) -> bool:
     growth = exponential(2.0 * y * mean / other)
     z1 = z0 + mean * speed * time
     sn, cn, dn = theta_ratios(z1, nome)
-    swing = (theta_turn(z1, nome, growth) - theta_turn(z0, nome, growth)
-             + (z1 - z0) * theta_slope(nome, growth))
+    swing = (
+        theta_turn(z1, nome, growth)
+        - theta_turn(z0, nome, growth)
+        + (z1 - z0) * theta_slope(nome, growth)
+    )
     if i1 > i3:
         swing = -swing
     angle = momentum * time / i1 + swing
@@ -178,19 +185,28 @@ def _frame_of(state: Array, moment: Array, three: int) -> tuple[float, float]:
     momentum = vectors.times(vectors.read_vector(moment, 0), at.spin_of(state))
     aside = _aside(momentum, three)
     up = at.up_of(state)
-    return (vectors.dot(aside, up),
-            vectors.dot(vectors.cross(momentum, aside), up) / vectors.length(momentum))
+    return (
+        vectors.dot(aside, up),
+        vectors.dot(vectors.cross(momentum, aside), up) / vectors.length(momentum),
+    )
 
 
 @inlined
-def _place_up(state: Array, moment: Array, three: int, along: float, across: float) -> None:
+def _place_up(
+    state: Array, moment: Array, three: int, along: float, across: float
+) -> None:
     """Set `up` in the frame of e3 x L and L x (e3 x L)."""
     momentum = vectors.times(vectors.read_vector(moment, 0), at.spin_of(state))
     aside = _aside(momentum, three)
     normal = vectors.cross(momentum, aside)
-    vectors.write_vector(state, at.P, vectors.plus(
-        vectors.divided(vectors.scaled(aside, along), vectors.length(aside)),
-        vectors.divided(vectors.scaled(normal, across), vectors.length(normal))))
+    vectors.write_vector(
+        state,
+        at.P,
+        vectors.plus(
+            vectors.divided(vectors.scaled(aside, along), vectors.length(aside)),
+            vectors.divided(vectors.scaled(normal, across), vectors.length(normal)),
+        ),
+    )
 
 
 @inlined

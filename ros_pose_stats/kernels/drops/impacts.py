@@ -29,7 +29,9 @@ def vertex_velocity(state: Array, r: vec.Vec3) -> float:
 
 
 @inlined
-def strike(state: Array, moment: Array, r: vec.Vec3, speed: float, restitution: float) -> None:
+def strike(
+    state: Array, moment: Array, r: vec.Vec3, speed: float, restitution: float
+) -> None:
     """One impact at a vertex that moves at `speed` < 0.
 
     The impulse is -(1 + restitution) u / (1/m + a . I^-1 a) with a = r x p.
@@ -38,7 +40,9 @@ def strike(state: Array, moment: Array, r: vec.Vec3, speed: float, restitution: 
     reply = vec.over(arm, vec.read_vector(moment, 0))
     impulse = -(1.0 + restitution) * speed / vec.dot_from(1.0, arm, reply)
     state[at.V] += impulse
-    vec.write_vector(state, at.W, vec.plus(at.spin_of(state), vec.scaled(reply, impulse)))
+    vec.write_vector(
+        state, at.W, vec.plus(at.spin_of(state), vec.scaled(reply, impulse))
+    )
 
 
 @inlined
@@ -74,12 +78,16 @@ def stop_slow(body: at.DropBody, rules: at.DropRules, work: at.Work) -> None:
         if 0.5 * along * along > most:
             continue
         state[at.V] -= along * unit.rise
-        vec.write_vector(state, at.W, vec.minus(at.spin_of(state), vec.scaled(unit.spin, along)))
+        vec.write_vector(
+            state, at.W, vec.minus(at.spin_of(state), vec.scaled(unit.spin, along))
+        )
         work.frame[rank, at.RISE] = unit.rise
         vec.write_row(work.frame, rank, at.SPIN, unit.spin)
         rank += 1
         rested[i] = 1
-    if rank == 3:  # three contacts leave a turn about the vertical only, which never starts
+    if (
+        rank == 3
+    ):  # three contacts leave a turn about the vertical only, which never starts
         state[at.V] = 0.0
         vec.write_vector(state, at.W, vec.Vec3(0.0, 0.0, 0.0))
 
@@ -98,6 +106,8 @@ def _orthogonal(given: Velocity, frame: Array, rank: int, moment: vec.Vec3) -> V
         for k in range(rank):
             unit = Velocity(frame[k, at.RISE], vec.read_row(frame, k, at.SPIN))
             along = _product(left, unit, moment)
-            left = Velocity(left.rise - along * unit.rise,
-                            vec.minus(left.spin, vec.scaled(unit.spin, along)))
+            left = Velocity(
+                left.rise - along * unit.rise,
+                vec.minus(left.spin, vec.scaled(unit.spin, along)),
+            )
     return left

@@ -15,8 +15,9 @@ PATIENT = 1.25
 
 
 @inlined
-def take_up(body: at.DropBody, rules: at.DropRules, work: at.Work, event: Event,
-            tape: Array) -> bool:
+def take_up(
+    body: at.DropBody, rules: at.DropRules, work: at.Work, event: Event, tape: Array
+) -> bool:
     """Note the vertices that an event is about, and let go of a contact that pulls.
 
     Returns whether vertices have landed, which is to be resolved.
@@ -141,7 +142,11 @@ def _path_ahead(body: at.DropBody, work: at.Work, j: int) -> Path:
     """Height of a vertex in time by its velocity and, in flight, its acceleration."""
     r = at.corner_of(body, j)
     fall = _fall_of(body, work.state, r) if work.tally[at.MODE] == at.FLIGHT else 0.0
-    return Path(at.corner_height(work.state, body, j), vertex_velocity(work.state, r), -0.5 * fall)
+    return Path(
+        at.corner_height(work.state, body, j),
+        vertex_velocity(work.state, r),
+        -0.5 * fall,
+    )
 
 
 @inlined
@@ -152,8 +157,14 @@ def _fall_of(body: at.DropBody, state: Array, r: vec.Vec3) -> float:
     """
     g, p, w = at.coupling_of(body.moment), at.up_of(state), at.spin_of(state)
     a = vec.cross(r, p)
-    return (1.0 - vec.dot(p, w) * vec.dot(w, r) + vec.dot(w, w) * vec.dot(p, r)
-            - a.x * g.x * w.y * w.z - a.y * g.y * w.z * w.x - a.z * g.z * w.x * w.y)
+    return (
+        1.0
+        - vec.dot(p, w) * vec.dot(w, r)
+        + vec.dot(w, w) * vec.dot(p, r)
+        - a.x * g.x * w.y * w.z
+        - a.y * g.y * w.z * w.x
+        - a.z * g.z * w.x * w.y
+    )
 
 
 @inlined
@@ -224,7 +235,11 @@ def _try_edge(body: at.DropBody, work: at.Work, i: int, k: int, still: bool) -> 
     m, size = at.moments_of(body), work.contact[at.LENGTH]
     a = vec.read_row(work.load, i, at.ARM)
     c = vec.cross(vec.read_vector(work.contact, at.ALONG), at.up_of(work.state))
-    m11, m12, m22 = _response(1.0, a, a, m), _response(0.0, a, c, m), _response(0.0, c, c, m)
+    m11, m12, m22 = (
+        _response(1.0, a, a, m),
+        _response(0.0, a, c, m),
+        _response(0.0, c, c, m),
+    )
     fall = work.load[i, at.FALL]
     turn = (work.load[k, at.FALL] - fall) / size
     share = 1.0 / (m11 * m22 - m12 * m12)
@@ -250,11 +265,16 @@ def _response(start: float, a: vec.Vec3, b: vec.Vec3, m: vec.Vec3) -> float:
 @inlined
 def _rise(work: at.Work, k: int, force: float, turning: vec.Vec3) -> float:
     """Upward acceleration of a touching vertex under a force and the turning that it brings."""
-    return vec.dot_from(force, vec.read_row(work.load, k, at.ARM), turning) - work.load[k, at.FALL]
+    return (
+        vec.dot_from(force, vec.read_row(work.load, k, at.ARM), turning)
+        - work.load[k, at.FALL]
+    )
 
 
 @inlined
-def _carries(work: at.Work, first: int, second: int, force: float, turning: vec.Vec3) -> bool:
+def _carries(
+    work: at.Work, first: int, second: int, force: float, turning: vec.Vec3
+) -> bool:
     """No other vertex at rest would sink, the body's acceleration by the forces being given."""
     for k in range(work.tally[at.NEAR]):
         if work.rested[k] == 0 or k in (first, second):

@@ -21,7 +21,17 @@ import numpy as np
 from ..array_types import Array
 from ..compilation import inlined
 from ..elementary import rough_root
-from ..vectors import Vec3, cross, dot, plus, read_row, read_vector, scaled, times, write_row
+from ..vectors import (
+    Vec3,
+    cross,
+    dot,
+    plus,
+    read_row,
+    read_vector,
+    scaled,
+    times,
+    write_row,
+)
 from . import layout as at
 
 
@@ -34,8 +44,9 @@ def begin_series(state: Array, step: float, series: Array) -> None:
 
 
 @inlined
-def free_series(state: Array, moment: Array, step: float, truncation: float,
-                series: Array) -> int:
+def free_series(
+    state: Array, moment: Array, step: float, truncation: float, series: Array
+) -> int:
     """Fill the series of a free flight; return its last row.
 
     Rows stop when two in a row add less than `truncation` to the direction of up.
@@ -87,7 +98,9 @@ def shorten(series: Array, last: int, truncation: float) -> float:
     fraction = 0.9 * rough_root(truncation / tail, last)
     power = 1.0
     for k in range(last + 1):
-        write_row(series, k, at.WS, scaled(read_row(series, k, at.WS), power * fraction))
+        write_row(
+            series, k, at.WS, scaled(read_row(series, k, at.WS), power * fraction)
+        )
         write_row(series, k, at.PS, scaled(read_row(series, k, at.PS), power))
         series[k, at.ZS] *= power
         series[k, at.FORCE] *= power * fraction * fraction
@@ -102,8 +115,15 @@ PW, WW, M11, M12, M22 = 24, 25, 26, 27, 28
 
 
 @inlined
-def sliding_series(state: Array, moment: Array, contact: Array, edge: bool, step: float,
-                   truncation: float, series: Array) -> int:
+def sliding_series(
+    state: Array,
+    moment: Array,
+    contact: Array,
+    edge: bool,
+    step: float,
+    truncation: float,
+    series: Array,
+) -> int:
     """Fill the series of a sliding phase; return its last row.
 
     `edge`: sliding on the edge rather than on the vertex alone.
@@ -111,8 +131,11 @@ def sliding_series(state: Array, moment: Array, contact: Array, edge: bool, step
     begin_series(state, step, series)
     r, e = read_vector(contact, at.CORNER), read_vector(contact, at.ALONG)
     inverse = Vec3(1.0 / moment[0], 1.0 / moment[1], 1.0 / moment[2])
-    coupling = Vec3((moment[1] - moment[2]) * inverse.x, (moment[2] - moment[0]) * inverse.y,
-                    (moment[0] - moment[1]) * inverse.z)
+    coupling = Vec3(
+        (moment[1] - moment[2]) * inverse.x,
+        (moment[2] - moment[0]) * inverse.y,
+        (moment[0] - moment[1]) * inverse.z,
+    )
     last = at.ORDER
     before = 1.0
     scale = 0.0
@@ -124,7 +147,9 @@ def sliding_series(state: Array, moment: Array, contact: Array, edge: bool, step
         if k == 0:  # the inverse of the determinant of the responses
             scale = series[0, M11]
             if edge:
-                scale = series[0, M11] * series[0, M22] - series[0, M12] * series[0, M12]
+                scale = (
+                    series[0, M11] * series[0, M22] - series[0, M12] * series[0, M12]
+                )
             scale = 1.0 / scale
         _set_forces(series, k, r, e, edge, step, scale)
         share = 1.0 / (k + 1)
@@ -132,7 +157,9 @@ def sliding_series(state: Array, moment: Array, contact: Array, edge: bool, step
         write_row(series, k + 1, at.WS, spin)
         write_row(series, k + 1, at.PS, up)
         series[k + 1, at.ZS] = -dot(up, r)
-        size = max(abs(up.x), abs(up.y), abs(up.z), abs(spin.x), abs(spin.y), abs(spin.z))
+        size = max(
+            abs(up.x), abs(up.y), abs(up.z), abs(spin.x), abs(spin.y), abs(spin.z)
+        )
         if max(size, before) < truncation:
             last = k + 1
             break
@@ -175,8 +202,9 @@ def _set_products(series: Array, k: int, edge: bool) -> None:
 
 
 @inlined
-def _set_forces(series: Array, k: int, r: Vec3, e: Vec3, edge: bool, step: float,
-                scale: float) -> None:
+def _set_forces(
+    series: Array, k: int, r: Vec3, e: Vec3, edge: bool, step: float, scale: float
+) -> None:
     """Row k of the force and the moment that keep the contact at its height."""
     force = _fall(series, k, step * step if k == 0 else 0.0, A, r)
     torque = _fall(series, k, 0.0, C, e) if edge else 0.0
@@ -185,7 +213,10 @@ def _set_forces(series: Array, k: int, r: Vec3, e: Vec3, edge: bool, step: float
         force -= series[i, at.FORCE] * series[j, M11]
         if edge:
             force -= series[i, at.TORQUE] * series[j, M12]
-            torque -= series[i, at.FORCE] * series[j, M12] + series[i, at.TORQUE] * series[j, M22]
+            torque -= (
+                series[i, at.FORCE] * series[j, M12]
+                + series[i, at.TORQUE] * series[j, M22]
+            )
     if edge:
         known = force
         force = scale * (series[0, M22] * known - series[0, M12] * torque)
@@ -217,6 +248,11 @@ def _acceleration(series: Array, k: int) -> Vec3:
     turning = read_row(series, k, G)
     for i in range(np.uint64(k + 1)):
         j = np.uint64(k) - i
-        turning = plus(turning, plus(scaled(read_row(series, j, IA), series[i, at.FORCE]),
-                                     scaled(read_row(series, j, IC), series[i, at.TORQUE])))
+        turning = plus(
+            turning,
+            plus(
+                scaled(read_row(series, j, IA), series[i, at.FORCE]),
+                scaled(read_row(series, j, IC), series[i, at.TORQUE]),
+            ),
+        )
     return turning

@@ -54,8 +54,15 @@ def corner_crowding(points: Fixed2, body: BodyArrays, reaches: Fixed1) -> Array:
 
 
 @kernel
-def _add_pairs(found: Array, i: int, begin: int, end: int, share: Array, place: Array,
-               reaches: Array) -> None:
+def _add_pairs(
+    found: Array,
+    i: int,
+    begin: int,
+    end: int,
+    share: Array,
+    place: Array,
+    reaches: Array,
+) -> None:
     """Add the pairs of point i and those from `begin` to before `end`, twice each."""
     farthest = reaches[-1] * reaches[-1]
     for j in range(begin, end):
@@ -72,7 +79,7 @@ def _grid(place: Array, cells: int) -> tuple[Index, Index, Index]:
     """Order, cells and first point of each cell of points in a grid over [-1, 1]^3, z fastest."""
     cell = np.empty(place.shape, np.int64)
     key = np.empty(place.shape[0], np.int64)
-    start = np.zeros(cells ** 3 + 1, np.int64)
+    start = np.zeros(cells**3 + 1, np.int64)
     for i in range(place.shape[0]):
         for axis in range(3):
             along = int(0.5 * cells * (place[i, axis] + 1.0))

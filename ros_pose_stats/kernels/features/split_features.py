@@ -17,29 +17,31 @@ from ..levels.merge_tree import MergeTree, faces_of
 from ..vectors import dot, inverse_of, point_at
 
 # columns of a component's additive measures (6,)
-AREA = 0    # solid angle with r < level
+AREA = 0  # solid angle with r < level
 AROUND = 1  # with R < level
-HELD = 2    # of the faces that hold
-LEVER = 3   # that times the log of the inertia about `down` over the mean one
-SWEPT = 4   # turns of the edges' arcs over their angles; this and what follows by `add_arc`
+HELD = 2  # of the faces that hold
+LEVER = 3  # that times the log of the inertia about `down` over the mean one
+SWEPT = (
+    4  # turns of the edges' arcs over their angles; this and what follows by `add_arc`
+)
 ROLLED = 5  # over their lengths
 MEASURES = 6
 
 # features of a component at a level
-LOG_AREA = 0       # log of the share of the sphere with r < level
-SHARE_R = 1        # that of R over it
-LOG_SHARE_R = 2    # and its log
-DEPTH = 3          # depth over level
+LOG_AREA = 0  # log of the share of the sphere with r < level
+SHARE_R = 1  # that of R over it
+LOG_SHARE_R = 2  # and its log
+DEPTH = 3  # depth over level
 LEVEL = 4
-LOWEST = 5         # lowest height
-INERTIA = 6        # mean log of the inertia about `down` over the mean one
-LOG_HELD = 7       # log of the solid angle of the faces that hold
-LOG_ROLLED = 8     # log of the turns over the arcs' lengths, over the root of the area
-LOG_SWEPT = 9      # the same over their angles
+LOWEST = 5  # lowest height
+INERTIA = 6  # mean log of the inertia about `down` over the mean one
+LOG_HELD = 7  # log of the solid angle of the faces that hold
+LOG_ROLLED = 8  # log of the turns over the arcs' lengths, over the root of the area
+LOG_SWEPT = 9  # the same over their angles
 LOG_DEPTH = 10
-AREA_NEAR = 11     # by `joined_soon`: of the area
+AREA_NEAR = 11  # by `joined_soon`: of the area
 AREA_FAR = 12
-HELD_NEAR = 13     # and of the faces that hold
+HELD_NEAR = 13  # and of the faces that hold
 HELD_FAR = 14
 FEATURES = 15
 
@@ -83,8 +85,9 @@ def write_features(row: Array, measures: Array, level: float, lowest: float) -> 
 
 
 @kernel
-def joined_soon(found: Array, tree: MergeTree, wanted: Flags, of: int, rise: float,
-                column: int) -> None:
+def joined_soon(
+    found: Array, tree: MergeTree, wanted: Flags, of: int, rise: float, column: int
+) -> None:
     """Log of a measure with that of all that joins here or soon after, over the component's own.
 
     What joins higher up counts the less the higher, over the `rise`. Where joins tie, it is the
@@ -101,12 +104,15 @@ def joined_soon(found: Array, tree: MergeTree, wanted: Flags, of: int, rise: flo
             found[j, c, column] = math.log1p(added / math.exp(found[j, c, of]))
             below = tree.child[j, c] - joins - 1
             if below >= 0:
-                later[below] = math.exp((tree.level[below] - tree.level[j]) / rise) * added
+                later[below] = (
+                    math.exp((tree.level[below] - tree.level[j]) / rise) * added
+                )
 
 
 @kernel
-def holding_faces(body: BodyArrays, stable: Index, basin: Index, tree: MergeTree,
-                  inertia: Array) -> tuple[Array, Array]:
+def holding_faces(
+    body: BodyArrays, stable: Index, basin: Index, tree: MergeTree, inertia: Array
+) -> tuple[Array, Array]:
     """Running sums (F + 1,) over `face_order` of the solid angle of the faces that hold.
 
     A face holds what lands on it if the foot of the centre of mass lies inside, less the
@@ -126,9 +132,13 @@ def holding_faces(body: BodyArrays, stable: Index, basin: Index, tree: MergeTree
         for x in range(3):
             for y in range(3):
                 about += body.normal[f, x] * inertia[x, y] * body.normal[f, y]
-        together = dot(point_at(body.normal, f), point_at(body.normal, stable[basin[f]]))
+        together = dot(
+            point_at(body.normal, f), point_at(body.normal, stable[basin[f]])
+        )
         apart = math.acos(min(max(together, -1.0), 1.0))
-        share = max(max(0.0, 1.0 - tilt[f] / OUTSIDE) ** 2, max(0.0, 1.0 - apart / ALIKE) ** 2)
+        share = max(
+            max(0.0, 1.0 - tilt[f] / OUTSIDE) ** 2, max(0.0, 1.0 - apart / ALIKE) ** 2
+        )
         held[i + 1] = held[i] + share * body.angle[f]
         lever[i + 1] = lever[i] + share * body.angle[f] * math.log(about / mean)
     return held, lever
@@ -152,15 +162,23 @@ class ArcLists(NamedTuple):
     """
 
     first: Index  # (2 S - 1,) -1 for an empty list
-    last: Index   # (2 S - 1,)
+    last: Index  # (2 S - 1,)
     after: Index  # (N,) the next in the list of an arc, -1 at its end
     below: Array  # (2 S - 1, SUMS) of those that have left
 
 
 @entry_kernel
-def split_features(points: Fixed2, body: BodyArrays, stable: FixedIndex1, basin: FixedIndex1,
-                   tree: MergeTree, wanted: FixedFlags1, areas_r: Fixed2, areas_R: Fixed2,
-                   inertia: Fixed2) -> Array:
+def split_features(
+    points: Fixed2,
+    body: BodyArrays,
+    stable: FixedIndex1,
+    basin: FixedIndex1,
+    tree: MergeTree,
+    wanted: FixedFlags1,
+    areas_r: Fixed2,
+    areas_R: Fixed2,
+    inertia: Fixed2,
+) -> Array:
     """Features (S - 1, 3, FEATURES) of the components of every split, the whole last.
 
     `wanted`: joins that are splits between poses, the others have 0; `areas_r, areas_R`: as from
@@ -206,8 +224,12 @@ def _lists(body: BodyArrays, tree: MergeTree, wanted: Flags, arcs: Arcs) -> ArcL
     """The arcs of each pose."""
     joins = tree.level.shape[0]
     nodes = 2 * joins + 1
-    lists = ArcLists(np.full(nodes, -1, np.int64), np.full(nodes, -1, np.int64),
-                     np.full(body.twin.shape[0], -1, np.int64), np.zeros((nodes, SUMS)))
+    lists = ArcLists(
+        np.full(nodes, -1, np.int64),
+        np.full(nodes, -1, np.int64),
+        np.full(body.twin.shape[0], -1, np.int64),
+        np.zeros((nodes, SUMS)),
+    )
     for j in range(joins):
         for c in range(2):
             node = tree.child[j, c]
@@ -228,8 +250,17 @@ def _lists(body: BodyArrays, tree: MergeTree, wanted: Flags, arcs: Arcs) -> ArcL
 
 
 @inlined
-def _add_above(arc: Array, lists: ArcLists, node: int, level: float, points: Array,
-               body: BodyArrays, arcs: Arcs, inertia: Array, inverse: Array) -> None:
+def _add_above(
+    arc: Array,
+    lists: ArcLists,
+    node: int,
+    level: float,
+    points: Array,
+    body: BodyArrays,
+    arcs: Arcs,
+    inertia: Array,
+    inverse: Array,
+) -> None:
     """Add sums (SUMS,) of what the level has reached of the arcs, passed ones out."""
     before, k = -1, lists.first[node]
     while k >= 0:

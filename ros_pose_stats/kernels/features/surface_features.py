@@ -19,8 +19,8 @@ from ..vectors import Vec3, divided, dot, plus, point_at, read_row, scaled, writ
 
 # columns of the regions (G, 7) and of the sums that they are made of
 CENTROID = 0  # 0, 1, 2; in a sum times the area
-NORMAL = 3    # 3, 4, 5: times the size; in a sum times the area
-SIZE = 6      # square root of the area; in a sum the area
+NORMAL = 3  # 3, 4, 5: times the size; in a sum times the area
+SIZE = 6  # square root of the area; in a sum the area
 AREA = 6
 REGION = 7
 
@@ -29,8 +29,9 @@ SMALLEST = SYMMETRY * SYMMETRY
 
 
 @entry_kernel
-def regions_and_corners(points: Fixed2, triangles: FixedIndex2,
-                        tolerance: float) -> tuple[Array, Index]:
+def regions_and_corners(
+    points: Fixed2, triangles: FixedIndex2, tolerance: float
+) -> tuple[Array, Index]:
     """Planar regions (G, 7), largest first, and the vertices where at least three of them meet.
 
     Centroid, normal times size and size (square root of the area); none below `SMALLEST`.
@@ -52,7 +53,9 @@ def _sums(points: Array, triangles: Index, region: Index) -> Array:
         g = region[t]
         moment = scaled(centroid_of(points, triangles, t), areas[t])
         write_row(sums, g, CENTROID, plus(read_row(sums, g, CENTROID), moment))
-        write_row(sums, g, NORMAL, plus(read_row(sums, g, NORMAL), point_at(vectors, t)))
+        write_row(
+            sums, g, NORMAL, plus(read_row(sums, g, NORMAL), point_at(vectors, t))
+        )
         sums[g, AREA] += areas[t]
     return sums
 
@@ -69,7 +72,9 @@ def _largest_first(sums: Array) -> Array:
     for i in range(count):
         g = order[i]
         size = math.sqrt(sums[g, AREA])
-        write_row(regions, i, CENTROID, divided(read_row(sums, g, CENTROID), sums[g, AREA]))
+        write_row(
+            regions, i, CENTROID, divided(read_row(sums, g, CENTROID), sums[g, AREA])
+        )
         write_row(regions, i, NORMAL, divided(read_row(sums, g, NORMAL), size))
         regions[i, SIZE] = size
     return regions
@@ -111,15 +116,52 @@ def _meets_third(touched: Index, v: int, g: int) -> bool:
 
 # How many products of components are the same monomial, in the order of `_monomials`.
 _TIMES = np.array(
-    [1, 1, 1, 1, 1, 2, 2, 1, 2, 1, 1, 3, 3, 3, 6, 3, 1, 3, 3, 1,
-     1, 4, 4, 6, 12, 6, 4, 12, 12, 4, 1, 4, 6, 4, 1], dtype=np.float64)
+    [
+        1,
+        1,
+        1,
+        1,
+        1,
+        2,
+        2,
+        1,
+        2,
+        1,
+        1,
+        3,
+        3,
+        3,
+        6,
+        3,
+        1,
+        3,
+        3,
+        1,
+        1,
+        4,
+        4,
+        6,
+        12,
+        6,
+        4,
+        12,
+        12,
+        4,
+        1,
+        4,
+        6,
+        4,
+        1,
+    ],
+    dtype=np.float64,
+)
 
 # Where each degree begins in that order.
 _DEGREE = (0, 1, 4, 10, 20, 35)
 
 # columns of the moments (S, 7) along a direction u
 HEIGHTS = 0  # 0, 1, 2: sums over the regions of A (c·u)^k for k = 2, 3, 4
-FLOWS = 3    # 3 ... 6: of A² (n·u) (c·u)^k for k = 0, 1, 2, 3
+FLOWS = 3  # 3 ... 6: of A² (n·u) (c·u)^k for k = 0, 1, 2, 3
 
 
 @entry_kernel

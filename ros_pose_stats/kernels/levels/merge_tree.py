@@ -17,7 +17,16 @@ from typing import NamedTuple
 import numpy as np
 
 from ...tolerances import SAME_HEIGHT, SAME_LEVEL
-from ..array_types import Array, Array1, Fixed1, FixedIndex1, Flags, Index, Index1, Index2
+from ..array_types import (
+    Array,
+    Array1,
+    Fixed1,
+    FixedIndex1,
+    Flags,
+    Index,
+    Index1,
+    Index2,
+)
 from ..body.convex_body import BodyArrays
 from ..body.descent import side_level
 from ..compilation import entry_kernel, inlined, kernel
@@ -28,9 +37,11 @@ from ..sorting import stable_order
 class MergeTree(NamedTuple):
     """Binary tree over S stable faces: nodes 0 … S-1 are leaves, S … 2S-2 joins, root last."""
 
-    child: Index2       # (S - 1, 2) nodes joined
-    level: Array1       # (S - 1,) distance from the centre of mass at which they join, rising
-    side: Index1        # (S - 1,) polygon side where they join
+    child: Index2  # (S - 1, 2) nodes joined
+    level: (
+        Array1  # (S - 1,) distance from the centre of mass at which they join, rising
+    )
+    side: Index1  # (S - 1,) polygon side where they join
     leaf_order: Index1  # (S,) leaves from left to right: each node covers a range of it
     leaf_range: Index2  # (2S - 1, 2) that range
     face_order: Index1  # (F,) faces, gathered by leaf in that order
@@ -40,7 +51,10 @@ class MergeTree(NamedTuple):
 @inlined
 def faces_of(tree: MergeTree, node: int) -> tuple[int, int]:
     """Range of `face_order` that a node covers."""
-    return (tree.face_range[tree.leaf_range[node, 0]], tree.face_range[tree.leaf_range[node, 1]])
+    return (
+        tree.face_range[tree.leaf_range[node, 0]],
+        tree.face_range[tree.leaf_range[node, 1]],
+    )
 
 
 @kernel
@@ -78,25 +92,39 @@ def merge_tree(body: BodyArrays, stable: Index, basin: Index) -> MergeTree:
         joins += 1
     leaf_order, leaf_range = _lay_out(child, leaves)
     face_order, face_range = _gather_faces(basin, leaf_order)
-    return MergeTree(child, level, where, leaf_order, leaf_range, face_order, face_range)
+    return MergeTree(
+        child, level, where, leaf_order, leaf_range, face_order, face_range
+    )
 
 
 @kernel
-def _shallow_first(body: BodyArrays, basin: Index, sides: Index, levels: Array, link: Index,
-                   bottom: Array, order: Index, begin: int) -> int:
+def _shallow_first(
+    body: BodyArrays,
+    basin: Index,
+    sides: Index,
+    levels: Array,
+    link: Index,
+    bottom: Array,
+    order: Index,
+    begin: int,
+) -> int:
     """Put the borders that tie with the one at `begin` in order; return where the tie ends.
 
     Shallow regions join each other first: rounding must not decide which of them is one pose.
     """
     end = begin + 1
-    while end < order.shape[0] and levels[order[end]] - levels[order[begin]] <= SAME_LEVEL:
+    while (
+        end < order.shape[0] and levels[order[end]] - levels[order[begin]] <= SAME_LEVEL
+    ):
         end += 1
     if end - begin > 1:
         depth = np.empty(end - begin)
         for j in range(begin, end):
             k = sides[order[j]]
-            depth[j - begin] = -min(bottom[root(link, basin[body.face[k]])],
-                                    bottom[root(link, basin[body.face[body.twin[k]]])])
+            depth[j - begin] = -min(
+                bottom[root(link, basin[body.face[k]])],
+                bottom[root(link, basin[body.face[body.twin[k]]])],
+            )
         order[begin:end] = order[begin:end][stable_order(depth)]
     return end
 
@@ -159,8 +187,15 @@ def _gather_faces(basin: Index, leaf_order: Index) -> tuple[Index, Index]:
 
 
 @entry_kernel
-def gather_poses(body: BodyArrays, basin: FixedIndex1, height: Fixed1, rank: FixedIndex1,
-                 run: FixedIndex1, tolerance: float, of_run: float) -> tuple[Index, Array]:
+def gather_poses(
+    body: BodyArrays,
+    basin: FixedIndex1,
+    height: Fixed1,
+    rank: FixedIndex1,
+    run: FixedIndex1,
+    tolerance: float,
+    of_run: float,
+) -> tuple[Index, Array]:
     """Stable face that stands for the pose of each (S,), and the levels (S,) of their ways out.
 
     `rank`: which face stands for several, the smallest first; `run`: round or toothed surface of
@@ -174,7 +209,9 @@ def gather_poses(body: BodyArrays, basin: FixedIndex1, height: Fixed1, rank: Fix
     tie = 0
     for i in range(order.shape[0]):
         if i == tie:
-            tie = _lower_across_first(body, basin, rank, component, sides, levels, order, i)
+            tie = _lower_across_first(
+                body, basin, rank, component, sides, levels, order, i
+            )
         k, level = sides[order[i]], levels[order[i]]
         s, t = basin[body.face[k]], basin[body.face[body.twin[k]]]
         if run[s] >= 0 and run[s] == run[t]:
@@ -210,11 +247,22 @@ def _join(region: Index, rank: Index, s: int, t: int) -> None:
 
 
 @kernel
-def _lower_across_first(body: BodyArrays, basin: Index, rank: Index, component: Index,
-                        sides: Index, levels: Array, order: Index, begin: int) -> int:
+def _lower_across_first(
+    body: BodyArrays,
+    basin: Index,
+    rank: Index,
+    component: Index,
+    sides: Index,
+    levels: Array,
+    order: Index,
+    begin: int,
+) -> int:
     """Order borders that tie with the one at `begin` by the face across; where the tie ends."""
     end = begin + 1
-    while end < order.shape[0] and levels[order[end]] - levels[order[begin]] <= SAME_HEIGHT:
+    while (
+        end < order.shape[0]
+        and levels[order[end]] - levels[order[begin]] <= SAME_HEIGHT
+    ):
         end += 1
     if end - begin > 1:
         across = np.empty(end - begin)

@@ -42,17 +42,17 @@ from ..vectors import cross, dot, dot_from, point_at
 class RightTriangles(NamedTuple):
     """The right triangles of a body, two a polygon side (2 k at its start, 2 k + 1 at its end)."""
 
-    whole: Array   # (2N,) signed area tau
-    turn: Array    # (2N,) signed angle t
-    near: Array    # (2N,) d
-    foot: Array    # (2N,) q
-    far: Array     # (2N,) v
-    leg: Array     # (2N,) |s| for r, |a| for R: the leg that the circle may cross
-    done: Array    # (2N,) level from which on the triangle counts a fixed area
-    after: Array   # (2N,) that area
+    whole: Array  # (2N,) signed area tau
+    turn: Array  # (2N,) signed angle t
+    near: Array  # (2N,) d
+    foot: Array  # (2N,) q
+    far: Array  # (2N,) v
+    leg: Array  # (2N,) |s| for r, |a| for R: the leg that the circle may cross
+    done: Array  # (2N,) level from which on the triangle counts a fixed area
+    after: Array  # (2N,) that area
     enters: Array  # (F,) level at which a face enters the reachable set
-    fills: Array   # (F,) level from which on all its triangles are done
-    full: Array    # (F,) their sum then
+    fills: Array  # (F,) level from which on all its triangles are done
+    full: Array  # (F,) their sum then
     partial: Flags  # (F,) whether a wanted level lies between; else not measured
 
 
@@ -63,15 +63,28 @@ def measure_triangles(body: BodyArrays, levels: Array, of_R: bool) -> RightTrian
     # Columns of one table: few triangles are measured, and these touch few pages of memory.
     table = np.empty((count, 8))
     triangles = RightTriangles(
-        table[:, 0], table[:, 1], table[:, 2], table[:, 3], table[:, 4], table[:, 5], table[:, 6],
-        table[:, 7], np.empty(faces), np.zeros(faces), np.zeros(faces), np.empty(faces, np.bool_))
+        table[:, 0],
+        table[:, 1],
+        table[:, 2],
+        table[:, 3],
+        table[:, 4],
+        table[:, 5],
+        table[:, 6],
+        table[:, 7],
+        np.empty(faces),
+        np.zeros(faces),
+        np.zeros(faces),
+        np.empty(faces, np.bool_),
+    )
     if of_R:
         _limits_R(body, levels[-1], triangles)
     else:
         _limits_r(body, triangles)
     for f in range(faces):
         cut = _first_above(levels, triangles.enters[f])
-        triangles.partial[f] = cut < levels.shape[0] and levels[cut] < triangles.fills[f]
+        triangles.partial[f] = (
+            cut < levels.shape[0] and levels[cut] < triangles.fills[f]
+        )
         if triangles.partial[f]:
             for k in range(body.face_start[f], body.face_start[f + 1]):
                 _measure_side(body, k, body.distance[f], of_R, triangles)
@@ -92,8 +105,9 @@ def _first_above(levels: Array, value: float) -> int:
 
 
 @inlined
-def _measure_side(body: BodyArrays, k: int, d: float, of_R: bool,
-                  triangles: RightTriangles) -> None:
+def _measure_side(
+    body: BodyArrays, k: int, d: float, of_R: bool, triangles: RightTriangles
+) -> None:
     """Both triangles of a polygon side on a face at distance d."""
     q, s = body.reach[k], body.inset[k]
     v, w = body.radius[body.corner[k]], body.radius[body.corner[body.twin[k]]]
@@ -102,8 +116,16 @@ def _measure_side(body: BodyArrays, k: int, d: float, of_R: bool,
 
 
 @kernel
-def _measure(triangles: RightTriangles, i: int, d: float, q: float, v: float, s: float, a: float,
-             of_R: bool) -> None:
+def _measure(
+    triangles: RightTriangles,
+    i: int,
+    d: float,
+    q: float,
+    v: float,
+    s: float,
+    a: float,
+    of_R: bool,
+) -> None:
     triangles.near[i], triangles.foot[i], triangles.far[i] = d, q, v
     triangles.whole[i] = 2.0 * math.atan(s * a / ((d + q) * (q + v)))
     if of_R:
@@ -125,8 +147,10 @@ def _limits_r(body: BodyArrays, triangles: RightTriangles) -> None:
             v = body.radius[body.corner[k]]
             farthest = max(farthest, v)
             inside = inside and body.inset[k] >= 0.0
-            nearest = min(nearest,
-                          body.reach[k] if body.start[k] > 0.0 and body.stop[k] > 0.0 else v)
+            nearest = min(
+                nearest,
+                body.reach[k] if body.start[k] > 0.0 and body.stop[k] > 0.0 else v,
+            )
         triangles.fills[f] = farthest
         triangles.enters[f] = body.distance[f] if inside else nearest
         triangles.full[f] = body.angle[f]
@@ -175,7 +199,9 @@ def _highest_in_cell(body: BodyArrays, k: int) -> tuple[float, int]:
 
 
 @inlined
-def _close_cell(body: BodyArrays, k: int, top: float, triangles: RightTriangles) -> None:
+def _close_cell(
+    body: BodyArrays, k: int, top: float, triangles: RightTriangles
+) -> None:
     """From the level `top` on the triangles around the corner where side k starts count 0."""
     side = k
     for _ in range(body.face.shape[0]):
@@ -211,13 +237,15 @@ def _cell_area(body: BodyArrays, k: int) -> float:
 def bend_r(leg: float, d: float, q: float, level: float) -> float:
     """Correction to the sector where the circle about n crosses the side; q < level."""
     chord = math.sqrt((level - q) * (level + q))
-    return (2.0 * math.atan(leg * chord / ((d + q) * (q + level)))
-            - math.atan2(chord, leg) * ((level - d) / level))
+    return 2.0 * math.atan(leg * chord / ((d + q) * (q + level))) - math.atan2(
+        chord, leg
+    ) * ((level - d) / level)
 
 
 @kernel
 def bend_R(leg: float, v: float, q: float, level: float) -> float:
     """Correction to the sector where the circle about v crosses the dual arc; level < q."""
     chord = math.sqrt((q - level) * (q + level))
-    return (2.0 * math.atan(leg * chord / ((q + v) * (q + level)))
-            - math.atan2(chord * v, leg * level) * ((v - level) / v))
+    return 2.0 * math.atan(leg * chord / ((q + v) * (q + level))) - math.atan2(
+        chord * v, leg * level
+    ) * ((v - level) / v)

@@ -17,8 +17,15 @@ from .right_triangles import RightTriangles, bend_R, bend_r, measure_triangles
 
 
 @kernel
-def faces_below(faces: Index, begin: int, end: int, body: BodyArrays, triangles: RightTriangles,
-                level: float, of_R: bool) -> float:
+def faces_below(
+    faces: Index,
+    begin: int,
+    end: int,
+    body: BodyArrays,
+    triangles: RightTriangles,
+    level: float,
+    of_R: bool,
+) -> float:
     """Centroid solid angle of {r < level} on faces, or of {R < level} next to their normals."""
     face_start = body.face_start
     enters, fills, full = triangles.enters, triangles.fills, triangles.full
@@ -36,7 +43,9 @@ def faces_below(faces: Index, begin: int, end: int, body: BodyArrays, triangles:
 
 
 @inlined
-def _add_side(total: float, triangles: RightTriangles, k: int, level: float, of_R: bool) -> float:
+def _add_side(
+    total: float, triangles: RightTriangles, k: int, level: float, of_R: bool
+) -> float:
     """Add the shares of both triangles of a polygon side, stage by stage."""
     turn, leg, foot = triangles.turn, triangles.leg, triangles.foot
     bends = 0.0
@@ -70,8 +79,9 @@ def areas_below(body: BodyArrays, level: float, of_R: bool) -> Array:
 
 
 @entry_kernel
-def split_probabilities(body: BodyArrays, tree: MergeTree, wanted: FixedFlags1,
-                        of_R: bool) -> tuple[Array, Array]:
+def split_probabilities(
+    body: BodyArrays, tree: MergeTree, wanted: FixedFlags1, of_R: bool
+) -> tuple[Array, Array]:
     """Solid angles of the components just before each join, and the probabilities that follow.
 
     `wanted`: joins to measure; one may only be left out with all below it. Returns `areas` (S - 1,
@@ -88,8 +98,9 @@ def split_probabilities(body: BodyArrays, tree: MergeTree, wanted: FixedFlags1,
         for c in range(2):
             if wanted[j]:
                 begin, end = faces_of(tree, tree.child[j, c])
-                area = faces_below(tree.face_order, begin, end, body, triangles, tree.level[j],
-                                   of_R)
+                area = faces_below(
+                    tree.face_order, begin, end, body, triangles, tree.level[j], of_R
+                )
                 areas[j, c] = max(area, 0.0)
     for j in range(joins - 1, -1, -1):
         both = areas[j, 0] + areas[j, 1]
@@ -101,7 +112,9 @@ def split_probabilities(body: BodyArrays, tree: MergeTree, wanted: FixedFlags1,
 
 
 @entry_kernel
-def descend_splits(weight: Fixed2, kept: Fixed2, tree: MergeTree, wanted: FixedFlags1) -> Array:
+def descend_splits(
+    weight: Fixed2, kept: Fixed2, tree: MergeTree, wanted: FixedFlags1
+) -> Array:
     """Probability (2 S - 1,) of reaching each node from the weights of the components.
 
     A component's weight grows with the level: `weight` is its logarithm where the component splits

@@ -12,7 +12,9 @@ from ..sorting import rising_order
 
 # columns of the sorted entries (3T, 2)
 HIGHER = 0  # higher vertex
-EDGE = 1    # twice the number of the directed edge, plus 1 where it runs from the lower one
+EDGE = (
+    1  # twice the number of the directed edge, plus 1 where it runs from the lower one
+)
 
 FEW = 48
 """Edges at one vertex up to which sorting them one by one is quicker than counting digits."""
@@ -92,16 +94,23 @@ def _sort_few(entries: Index, begin: int, end: int) -> None:
         key, item = entries[k, HIGHER], entries[k, EDGE]
         j = k - 1
         while j >= begin and entries[j, HIGHER] > key:
-            entries[j + 1, HIGHER], entries[j + 1, EDGE] = entries[j, HIGHER], entries[j, EDGE]
+            entries[j + 1, HIGHER], entries[j + 1, EDGE] = (
+                entries[j, HIGHER],
+                entries[j, EDGE],
+            )
             j -= 1
         entries[j + 1, HIGHER], entries[j + 1, EDGE] = key, item
 
 
 @entry_kernel
-def linked_triangles(edge: FixedIndex1, forward: FixedFlags1, start: FixedIndex1,
-                     uses: FixedIndex1) -> tuple[Index, Flags]:
+def linked_triangles(
+    edge: FixedIndex1, forward: FixedFlags1, start: FixedIndex1, uses: FixedIndex1
+) -> tuple[Index, Flags]:
     """Triangle pairs (k, 2) across edges of exactly two, and whether their windings agree."""
-    pairs, agree = np.empty((start.shape[0], 2), np.int64), np.empty(start.shape[0], np.bool_)
+    pairs, agree = (
+        np.empty((start.shape[0], 2), np.int64),
+        np.empty(start.shape[0], np.bool_),
+    )
     found = 0
     for e in range(start.shape[0]):
         if uses[e] == 2:

@@ -9,10 +9,10 @@ from ..array_types import Array, Fixed1, Fixed2, FixedIndex2, Index
 from ..compilation import entry_kernel, inlined, kernel
 
 # the moments (10,) of a solid: integrals of
-VOLUME = 0   # 1
-FIRST = 1    # x, y, z
+VOLUME = 0  # 1
+FIRST = 1  # x, y, z
 SQUARES = 4  # xx, yy, zz
-MIXED = 7    # xy, xz, yz
+MIXED = 7  # xy, xz, yz
 MOMENTS = 10
 
 
@@ -74,8 +74,10 @@ def _set_moments(a: vec.Vec3, b: vec.Vec3, c: vec.Vec3, term: Array) -> None:
     """Moments of the tetrahedron of three corners and the origin."""
     volume = _six_volumes(a, b, c) / 6.0
     total = vec.plus(vec.plus(a, b), c)
-    squares = vec.plus(vec.plus(vec.plus(vec.times(a, a), vec.times(b, b)), vec.times(c, c)),
-                       vec.times(total, total))
+    squares = vec.plus(
+        vec.plus(vec.plus(vec.times(a, a), vec.times(b, b)), vec.times(c, c)),
+        vec.times(total, total),
+    )
     second = 0.05 * volume
     term[VOLUME] = volume
     vec.write_vector(term, FIRST, vec.scaled(total, 0.25 * volume))
@@ -110,7 +112,9 @@ def thinness(points: Fixed2, low: Fixed1, high: Fixed1) -> float:
             axis = c
     size = high[axis] - low[axis]
     lowest = vec.read_vector(low, 0)
-    middle = vec.plus(lowest, vec.scaled(vec.minus(vec.read_vector(high, 0), lowest), 0.5))
+    middle = vec.plus(
+        lowest, vec.scaled(vec.minus(vec.read_vector(high, 0), lowest), 0.5)
+    )
     first, last = 0, 0
     for i in range(points.shape[0]):
         if points[i, axis] < points[first, axis]:

@@ -14,9 +14,28 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..array_types import Array, Array2, Fixed1, Fixed2, FixedIndex1, Index, Index1, Slots, Slots1
+from ..array_types import (
+    Array,
+    Array2,
+    Fixed1,
+    Fixed2,
+    FixedIndex1,
+    Index,
+    Index1,
+    Slots,
+    Slots1,
+)
 from ..compilation import entry_kernel, inlined, kernel
-from ..vectors import Vec3, dot, minus, point_at, read_row, read_vector, turned, write_vector
+from ..vectors import (
+    Vec3,
+    dot,
+    minus,
+    point_at,
+    read_row,
+    read_vector,
+    turned,
+    write_vector,
+)
 from .connections import join, root
 
 WIDTH = 16.0
@@ -51,9 +70,11 @@ def slot_of(cube: Cube, slots: int) -> int:
 @inlined
 def cube_at(point: Vec3, offset: float, low: Vec3, width: float) -> Cube:
     """Cube that holds a point moved by `offset` along every axis; the grid begins at `low`."""
-    return Cube(math.floor((point.x + offset - low.x) / width),
-                math.floor((point.y + offset - low.y) / width),
-                math.floor((point.z + offset - low.z) / width))
+    return Cube(
+        math.floor((point.x + offset - low.x) / width),
+        math.floor((point.y + offset - low.y) / width),
+        math.floor((point.z + offset - low.z) / width),
+    )
 
 
 @inlined
@@ -65,7 +86,9 @@ def insert(head: Slots, chain: Slots, i: int, cube: Cube) -> None:
 
 
 @entry_kernel
-def first_of_coincident(points: Fixed2, low: Fixed1, tolerance: float) -> tuple[bool, Index]:
+def first_of_coincident(
+    points: Fixed2, low: Fixed1, tolerance: float
+) -> tuple[bool, Index]:
     """Whether points coincide, and for each the lowest number of those it coincides with."""
     count = points.shape[0]
     head, chain = np.full(slots_for(count), -1, np.int32), np.empty(count, np.int32)
@@ -80,7 +103,9 @@ def first_of_coincident(points: Fixed2, low: Fixed1, tolerance: float) -> tuple[
         nearest = cube_at(point, -tolerance, corner, width)
         farthest = cube_at(point, tolerance, corner, width)
         if nearest.x < farthest.x or nearest.y < farthest.y or nearest.z < farthest.z:
-            _meet_around(points, head, chain, first, i, home, nearest, farthest, tolerance)
+            _meet_around(
+                points, head, chain, first, i, home, nearest, farthest, tolerance
+            )
         insert(head, chain, i, home)
     found = False
     for i in range(count):
@@ -90,8 +115,17 @@ def first_of_coincident(points: Fixed2, low: Fixed1, tolerance: float) -> tuple[
 
 
 @inlined
-def _meet_around(points: Array, head: Slots, chain: Slots, first: Index, i: int, home: Cube,
-                 nearest: Cube, farthest: Cube, tolerance: float) -> None:
+def _meet_around(
+    points: Array,
+    head: Slots,
+    chain: Slots,
+    first: Index,
+    i: int,
+    home: Cube,
+    nearest: Cube,
+    farthest: Cube,
+    tolerance: float,
+) -> None:
     """Join point `i` to those that it coincides with in the other cubes that it is close to."""
     for x in range(nearest.x, farthest.x + 1):
         for y in range(nearest.y, farthest.y + 1):
@@ -101,8 +135,15 @@ def _meet_around(points: Array, head: Slots, chain: Slots, first: Index, i: int,
 
 
 @inlined
-def _meet(points: Array, head: Slots, chain: Slots, first: Index, i: int, cube: Cube,
-          tolerance: float) -> bool:
+def _meet(
+    points: Array,
+    head: Slots,
+    chain: Slots,
+    first: Index,
+    i: int,
+    cube: Cube,
+    tolerance: float,
+) -> bool:
     """Join point `i` to those of a cube that it coincides with; tell whether it repeats one."""
     j = head[slot_of(cube, head.shape[0])]
     while j >= 0:
@@ -118,10 +159,10 @@ def _meet(points: Array, head: Slots, chain: Slots, first: Index, i: int, cube: 
 class FeatureGrid(NamedTuple):
     """Features in a grid of cubes by their places."""
 
-    rows: Array2   # (N, 3) or (N, 7)
-    head: Slots1   # as in the docstring above
+    rows: Array2  # (N, 3) or (N, 7)
+    head: Slots1  # as in the docstring above
     chain: Slots1  # (N,)
-    reach: float   # largest distance of like features
+    reach: float  # largest distance of like features
     taken: Index1  # (N,) scratch: the last trial in which a feature was matched
     trials: Index1  # (1,) number of trials so far
 
@@ -134,8 +175,12 @@ def feature_grid(rows: Fixed2, reach: float) -> FeatureGrid:
     width = WIDTH * reach
     # From the last, so that chains run from the first.
     for i in range(count - 1, -1, -1):
-        insert(head, chain, i, cube_at(point_at(rows, i), 0.0, Vec3(0.0, 0.0, 0.0), width))
-    return FeatureGrid(rows, head, chain, reach, np.zeros(count, np.int64), np.zeros(1, np.int64))
+        insert(
+            head, chain, i, cube_at(point_at(rows, i), 0.0, Vec3(0.0, 0.0, 0.0), width)
+        )
+    return FeatureGrid(
+        rows, head, chain, reach, np.zeros(count, np.int64), np.zeros(1, np.int64)
+    )
 
 
 @entry_kernel

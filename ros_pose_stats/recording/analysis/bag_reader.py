@@ -26,8 +26,10 @@ ENDINGS = (".mcap", ".mcap.zstd", SQLITE, PACKED_SQLITE)
 
 TOPICS = "SELECT id, name, type FROM topics WHERE serialization_format = 'cdr'"
 DEFINITIONS = "SELECT topic_type, encoded_message_definition FROM message_definitions"
-MESSAGES = "SELECT topic_id, timestamp, data FROM messages WHERE topic_id IN ({}) " \
-           "ORDER BY timestamp, id"
+MESSAGES = (
+    "SELECT topic_id, timestamp, data FROM messages WHERE topic_id IN ({}) "
+    "ORDER BY timestamp, id"
+)
 
 _STATE = re.compile(r"\.(sqlite3|meshes)\b")
 """In names of what lies beside bags and is the node's state: `bag DIR/*` names it too."""
@@ -51,36 +53,63 @@ def find_bags(paths: Iterable[Path]) -> dict[Path, list[Path]]:
             if new:
                 bags.setdefault(bag, []).extend(new)
     if not bags:
-        raise BagError("at least one bag", "none", "name a bag directory or a directory of bags")
+        raise BagError(
+            "at least one bag", "none", "name a bag directory or a directory of bags"
+        )
     return bags
 
 
 def _bags_under(path: Path) -> list[tuple[Path, list[Path]]]:
     try:
         if not path.exists():
-            raise BagError("a bag directory or file", f"{path}, which does not exist",
-                           "check the path")
+            raise BagError(
+                "a bag directory or file",
+                f"{path}, which does not exist",
+                "check the path",
+            )
         if path.is_file():
             return [(path, [_readable(path)])]
         # A hidden directory is a run on its way in or out.
-        folders = sorted({_readable(folder / name).parent for folder, names in folders_below(path)
-                          for name in names if name.endswith(ENDINGS)})
-        bags = [(folder, [file for file in (*files_of_bag(folder), *files_of_bag(folder, SQLITE))
-                          if file.is_file()]) for folder in folders]
+        folders = sorted(
+            {
+                _readable(folder / name).parent
+                for folder, names in folders_below(path)
+                for name in names
+                if name.endswith(ENDINGS)
+            }
+        )
+        bags = [
+            (
+                folder,
+                [
+                    file
+                    for file in (*files_of_bag(folder), *files_of_bag(folder, SQLITE))
+                    if file.is_file()
+                ],
+            )
+            for folder in folders
+        ]
     except OSError as error:
-        raise BagError("a readable directory", f"{path}: {error.strerror or error}",
-                       "check its permissions") from error
+        raise BagError(
+            "a readable directory",
+            f"{path}: {error.strerror or error}",
+            "check its permissions",
+        ) from error
     if not any(files for _, files in bags):
-        raise BagError("a directory with *.mcap files", f"none under {path}",
-                       "name a bag directory or a directory of bags")
+        raise BagError(
+            "a directory with *.mcap files",
+            f"none under {path}",
+            "name a bag directory or a directory of bags",
+        )
     return bags
 
 
 def _readable(file: Path) -> Path:
     """The same file; compressed SQLite is refused."""
     if file.name.endswith(PACKED_SQLITE):
-        raise BagError("an MCAP bag, or SQLite that is not compressed", str(file),
-                       decoding.CONVERT)
+        raise BagError(
+            "an MCAP bag, or SQLite that is not compressed", str(file), decoding.CONVERT
+        )
     return file
 
 
@@ -105,8 +134,11 @@ class FileMessages:
             else:
                 yield from raw_messages(self._file, self._damaged, self._on_read)
         except OSError as error:
-            raise BagError("a readable bag file", f"{self._file}: {error.strerror or error}",
-                           "check its permissions and the disk") from error
+            raise BagError(
+                "a readable bag file",
+                f"{self._file}: {error.strerror or error}",
+                "check its permissions and the disk",
+            ) from error
 
     def _set(self, state: str, note: str) -> None:
         """Remember what was found; what comes after the first only makes it `damaged`."""
@@ -118,16 +150,30 @@ class FileMessages:
 
     def _damaged(self, start: int, end: int, size: int, reason: str) -> None:
         if start == end:
-            self._set(*(("open", "was never closed: its recorder is still running or was stopped "
-                         "hard; all its records are whole") if size else ("cut", "is empty")))
+            self._set(
+                *(
+                    (
+                        "open",
+                        "was never closed: its recorder is still running or was stopped "
+                        "hard; all its records are whole",
+                    )
+                    if size
+                    else ("cut", "is empty")
+                )
+            )
         elif start == 0 and end >= size:
             self._set("unreadable", "is not an MCAP file")
         elif end >= size:
-            self._set("cut", f"is cut off or damaged from byte {start} on: what stands "
-                      "before it was read")
+            self._set(
+                "cut",
+                f"is cut off or damaged from byte {start} on: what stands "
+                "before it was read",
+            )
         else:
-            self._set("damaged", f"is damaged in bytes {start} to {end} "
-                      f"({reason}): the rest was read")
+            self._set(
+                "damaged",
+                f"is damaged in bytes {start} to {end} ({reason}): the rest was read",
+            )
 
     def _sqlite_messages(self) -> Iterator[RawMessage]:
         """Messages of this package's types, by the time of recording."""
@@ -139,13 +185,19 @@ class FileMessages:
         base = sqlite3.connect(f"{self._file.resolve().as_uri()}?mode=ro", uri=True)
         read = 0
         try:
-            topics = {number: (name, kind) for number, name, kind in base.execute(TOPICS)
-                      if decoding.kind_of(kind)}
+            topics = {
+                number: (name, kind)
+                for number, name, kind in base.execute(TOPICS)
+                if decoding.kind_of(kind)
+            }
             try:
                 texts = dict(base.execute(DEFINITIONS)) if topics else {}
             except sqlite3.OperationalError as error:  # from before ROS 2 Iron
-                raise BagError("a bag that holds its message definitions",
-                               f"{self._file}, which does not", decoding.CONVERT) from error
+                raise BagError(
+                    "a bag that holds its message definitions",
+                    f"{self._file}, which does not",
+                    decoding.CONVERT,
+                ) from error
             query = MESSAGES.format(", ".join("?" * len(topics)))
             for number, time, data in base.execute(query, tuple(topics)):
                 name, kind = topics[number]
@@ -160,7 +212,9 @@ class FileMessages:
 
 ANSWERS = "answers"
 PartKey = tuple[str, str]  # name and digest
-OnProgress = Callable[[int, int], None]  # told how many bytes have been read, and of how many
+OnProgress = Callable[
+    [int, int], None
+]  # told how many bytes have been read, and of how many
 Paths: TypeAlias = "str | os.PathLike[str] | Iterable[str | os.PathLike[str]]"
 
 
@@ -182,7 +236,9 @@ class PartRecord:
     part_id: str
     part_digest: str
     radius: float  # metres; NaN where no result tells it
-    histories: tuple[ResultHistory, ...]  # one a numbering, the one with most results first
+    histories: tuple[
+        ResultHistory, ...
+    ]  # one a numbering, the one with most results first
     jobs: tuple[Job, ...]  # by time
     forgotten: tuple[int, ...]  # when the node forgot the part, nanoseconds since 1970
     warnings: tuple[str, ...]  # of all results, each once
@@ -230,7 +286,9 @@ class _BagReader:
         self._drops = DropCollector()
         self._notes: Counter[str] = Counter()
 
-    def read(self, bags: Mapping[Path, Sequence[Path]], on_progress: OnProgress) -> BagContents:
+    def read(
+        self, bags: Mapping[Path, Sequence[Path]], on_progress: OnProgress
+    ) -> BagContents:
         """Read all of it."""
         sizes: Counter[Path] = Counter()
         for file in chain(*bags.values()):
@@ -250,13 +308,18 @@ class _BagReader:
             said = f" ({unread[0].path.name} {unread[0].note})" if unread else ""
             raise BagError(
                 f"messages of {decoding.PACKAGE} in {', '.join(map(str, list(bags)[:3]))}",
-                f"none in {len(self._files)} file{'s'[:len(self._files) > 1]}{said}",
-                "name a bag of the node, or one recorded with its topics")
+                f"none in {len(self._files)} file{'s'[: len(self._files) > 1]}{said}",
+                "name a bag of the node, or one recorded with its topics",
+            )
         return BagContents(
-            tuple(self._files), dict(sorted(self._messages.items())),
-            min(self._times), max(self._times),
+            tuple(self._files),
+            dict(sorted(self._messages.items())),
+            min(self._times),
+            max(self._times),
             tuple(_part_records(self._results, self._jobs, self._drops)),
-            tuple(self._counts.counts.values()), tuple(self._remarks()))
+            tuple(self._counts.counts.values()),
+            tuple(self._remarks()),
+        )
 
     def _read_file(self, bag: Path, file: Path, on_read: OnRead) -> None:
         messages, seen = FileMessages(file, on_read), 0
@@ -265,15 +328,21 @@ class _BagReader:
                 seen += 1
                 self._take(message, bag)
         if bag == file and messages.state == "unreadable":
-            raise BagError("an MCAP file or a bag directory",
-                           f"{file}, which {messages.note}", "check the path")
+            raise BagError(
+                "an MCAP file or a bag directory",
+                f"{file}, which {messages.note}",
+                "check the path",
+            )
         self._files.append(BagFile(bag, file, messages.state, messages.note, seen))
 
     def _take(self, raw: RawMessage, bag: Path) -> None:
         kind = decoding.kind_of(raw.type_name)
         self._messages[kind] += 1
-        self._times[:] = ([min(self._times[0], raw.log_time), max(self._times[1], raw.log_time)]
-                          if self._times else [raw.log_time] * 2)
+        self._times[:] = (
+            [min(self._times[0], raw.log_time), max(self._times[1], raw.log_time)]
+            if self._times
+            else [raw.log_time] * 2
+        )
         # A mesh may be large and slow to decode, and nothing of it is needed here.
         message = None if kind == decoding.PART_MESH else self._decoders.decode(raw)
         if message is None:
@@ -295,19 +364,27 @@ class _BagReader:
 
     def _take_result(self, message: Any, time: int, topic: str) -> None:
         if not getattr(message, "poses", ()):
-            if any(line.startswith(statistics.FORGOTTEN)
-                   for line in getattr(message, "warnings", ())):
+            if any(
+                line.startswith(statistics.FORGOTTEN)
+                for line in getattr(message, "warnings", ())
+            ):
                 self._jobs.note_forgotten(message, time)
                 return
             self._notes["{} left out, without poses: result"] += 1
             return
-        key = (str(getattr(message, "part_id", "")), str(getattr(message, "part_digest", "")))
+        key = (
+            str(getattr(message, "part_id", "")),
+            str(getattr(message, "part_digest", "")),
+        )
         numbering = decoding.numbering_of(message)
-        collector = (self._results.get(key, {}).get(numbering)
-                     or ResultCollector(message, numbering))
+        collector = self._results.get(key, {}).get(numbering) or ResultCollector(
+            message, numbering
+        )
         if not collector.fits(message):
-            self._notes["{} left out, numbering other poses than the first one of the same part, "
-                        "cluster_tolerance and round_sides: result"] += 1
+            self._notes[
+                "{} left out, numbering other poses than the first one of the same part, "
+                "cluster_tolerance and round_sides: result"
+            ] += 1
             return
         collector.add(message, time, topic.rpartition("/")[2] != ANSWERS)
         self._results.setdefault(key, {})[numbering] = collector
@@ -327,28 +404,39 @@ class _BagReader:
         for text, count in found.items():
             said, _, noun = text.rpartition(": ")
             if count:
-                notes.append(said.format(f"{count} {noun}{'s'[:count > 1]}"))
+                notes.append(said.format(f"{count} {noun}{'s'[: count > 1]}"))
         return notes
 
 
-def _part_records(results: Mapping[PartKey, Mapping[scenes.Numbering, ResultCollector]],
-                  jobs: JobCollector, drops: DropCollector) -> Iterator[PartRecord]:
+def _part_records(
+    results: Mapping[PartKey, Mapping[scenes.Numbering, ResultCollector]],
+    jobs: JobCollector,
+    drops: DropCollector,
+) -> Iterator[PartRecord]:
     """A record a part, in the order of first appearance: in results, then in jobs."""
     jobs_of: dict[PartKey, list[Job]] = {}
-    for job in sorted(jobs.jobs.values(),
-                      key=lambda job: (job.queued or job.started or job.ended, job.job_id)):
+    for job in sorted(
+        jobs.jobs.values(),
+        key=lambda job: (job.queued or job.started or job.ended, job.job_id),
+    ):
         jobs_of.setdefault((job.part_id, job.part_digest), []).append(job)
     seen = ((job.part_id, job.part_digest) for job in jobs.jobs.values())
     for key in dict.fromkeys((*results, *seen, *jobs.forgotten)):
         found = list(results.get(key, {}).values())
-        histories = sorted((one.history() for one in found), key=lambda one: -len(one.time))
+        histories = sorted(
+            (one.history() for one in found), key=lambda one: -len(one.time)
+        )
         plates = (each.plate for one in histories for each in one.predictions)
         yield PartRecord(
-            *key, found[0].radius if found else math.nan, tuple(histories),
-            tuple(jobs_of.get(key, ())), tuple(sorted(jobs.forgotten.get(key, ()))),
+            *key,
+            found[0].radius if found else math.nan,
+            tuple(histories),
+            tuple(jobs_of.get(key, ())),
+            tuple(sorted(jobs.forgotten.get(key, ()))),
             tuple(dict.fromkeys(line for one in found for line in one.warnings)),
             tuple(dict.fromkeys(name for name in plates if name)),
-            drops.logs.get(key[1], DropLog()))
+            drops.logs.get(key[1], DropLog()),
+        )
 
 
 def read_parts(paths: Iterable[Path]) -> Iterator[Part]:

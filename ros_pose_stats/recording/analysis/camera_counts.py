@@ -41,7 +41,9 @@ class CameraCounts:
     @property
     def count(self) -> Index:
         """Parts (k,) seen in each of them."""
-        return np.array([self.of_pose[pose] for pose in sorted(self.of_pose)], dtype=np.int64)
+        return np.array(
+            [self.of_pose[pose] for pose in sorted(self.of_pose)], dtype=np.int64
+        )
 
     @property
     def classified(self) -> int:
@@ -76,15 +78,21 @@ class CountCollector:
         if max(count, default=0) > MOST or unclassified > MOST:
             raise OverflowError(f"more than {MOST} parts")
         height = float(getattr(message, "drop_height", -1.0))
-        of = (str(getattr(message, "part_id", "")), str(getattr(message, "part_digest", "")),
-              numbering_of(message), str(getattr(message, "plate", "")),
-              height if math.isfinite(height) and height >= 0.0 else None)
-        if self.copies.is_copy(fingerprint(of, index, count, unclassified), source, stamp,
-                               log_time):
+        of = (
+            str(getattr(message, "part_id", "")),
+            str(getattr(message, "part_digest", "")),
+            numbering_of(message),
+            str(getattr(message, "plate", "")),
+            height if math.isfinite(height) and height >= 0.0 else None,
+        )
+        if self.copies.is_copy(
+            fingerprint(of, index, count, unclassified), source, stamp, log_time
+        ):
             return
         time = stamp or log_time
-        known = self.counts.setdefault(of, CameraCounts(
-            *of[:4], math.nan if of[4] is None else height, time, time))
+        known = self.counts.setdefault(
+            of, CameraCounts(*of[:4], math.nan if of[4] is None else height, time, time)
+        )
         known.begin, known.end = min(known.begin, time), max(known.end, time)
         known.messages += 1
         known.unclassified += unclassified
@@ -111,7 +119,9 @@ class Copies:
         time, window = (stamp, 0) if stamp else (log_time, WITHIN)
         known = self._seen.setdefault(content, [])
         first = bisect_left(known, time - window, key=itemgetter(0))
-        for _, sources in known[first:bisect_right(known, time + window, key=itemgetter(0))]:
+        for _, sources in known[
+            first : bisect_right(known, time + window, key=itemgetter(0))
+        ]:
             if source not in sources:
                 sources.add(source)
                 self.found += 1

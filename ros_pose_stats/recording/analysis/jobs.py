@@ -7,8 +7,13 @@ from typing import Any
 import numpy as np
 
 FORGOTTEN, QUEUED, RUNNING, DONE, CANCELLED, FAILED = range(6)
-STATES = {QUEUED: "queued", RUNNING: "running", DONE: "done", CANCELLED: "cancelled",
-          FAILED: "failed"}
+STATES = {
+    QUEUED: "queued",
+    RUNNING: "running",
+    DONE: "done",
+    CANCELLED: "cancelled",
+    FAILED: "failed",
+}
 TERMINAL = ("done", "cancelled", "failed")
 _OWN = frozenset(("job_id", "state", "queued", "started", "ended", "latest"))
 """Fields of a job that are not those of its events."""
@@ -24,7 +29,9 @@ class Job:
     # `done`, `cancelled` or `failed`; `queued` or `running` where no end was recorded
     state: str = "queued"
     refinement: bool = False  # whether the node started it by itself
-    drops: int = 0  # asked for (or the most); done at the last event; of the random starts
+    drops: int = (
+        0  # asked for (or the most); done at the last event; of the random starts
+    )
     drops_done: int = 0
     seed: int = 0
     # the drop height in metres, the tolerance as a share of the centre of mass's height
@@ -58,7 +65,9 @@ class Job:
         self.latest, self.state = rank, name
         for one in fields(self):
             if one.name not in _OWN:
-                setattr(self, one.name, getattr(event, one.name, getattr(self, one.name)))
+                setattr(
+                    self, one.name, getattr(event, one.name, getattr(self, one.name))
+                )
 
 
 class JobCollector:
@@ -102,8 +111,11 @@ class DropCollector:
     def add(self, records: Any) -> None:
         """Take in a DropRecords, unless another bag held the same drops of the same job."""
         poses = np.asarray(getattr(records, "pose_index", ()), dtype=np.int64)
-        piece = (str(getattr(records, "job_id", "")), int(getattr(records, "first_drop", 0)),
-                 poses.size)
+        piece = (
+            str(getattr(records, "job_id", "")),
+            int(getattr(records, "first_drop", 0)),
+            poses.size,
+        )
         if piece in self._seen:
             return
         self._seen.add(piece)

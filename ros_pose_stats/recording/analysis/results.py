@@ -75,7 +75,9 @@ class Prediction:
         spread = self.probability * (1.0 - self.probability)
         if np.isfinite(self.standard_error).all() or not spread.sum() > 0.0:
             return self.standard_error
-        return np.asarray(self.expected_error * np.sqrt(spread * spread.size / spread.sum()))
+        return np.asarray(
+            self.expected_error * np.sqrt(spread * spread.size / spread.sum())
+        )
 
     def knows_more_than(self, other: "Prediction") -> bool:
         """Whether this one should stand for their common scene."""
@@ -100,29 +102,42 @@ class ResultHistory:
     # (n,); whether it was a job's last word; whether subscribers got it or a caller alone
     final: Mask
     latched: Mask
-    prediction: Index  # (n,) int; which of the predictions speaks for its method and scene
+    prediction: (
+        Index  # (n,) int; which of the predictions speaks for its method and scene
+    )
     probability: Array  # (n, K)
-    predictions: tuple[Prediction, ...]  # one a method and scene, in the order of first appearance
+    predictions: tuple[
+        Prediction, ...
+    ]  # one a method and scene, in the order of first appearance
 
     @property
     def largest_change(self) -> Array:
         """Largest change of a probability since the result before, (n,); NaN for the first."""
         found = np.full(len(self.time), math.nan)
         if len(self.time) > 1:
-            found[1:] = np.abs(np.diff(self.probability, axis=0)).max(axis=1, initial=0.0)
+            found[1:] = np.abs(np.diff(self.probability, axis=0)).max(
+                axis=1, initial=0.0
+            )
         return found
 
     @property
     def scene(self) -> list[str]:
         """Of each result, how high and how bouncy, in one sentence."""
-        return [scenes.describe_scene(*each) for each in zip(
-            self.restitution.tolist(), self.drop_height.tolist(), strict=True)]
+        return [
+            scenes.describe_scene(*each)
+            for each in zip(
+                self.restitution.tolist(), self.drop_height.tolist(), strict=True
+            )
+        ]
 
     @property
     def scenes(self) -> list[str]:
         """Different scenes, in the order of first appearance; methods blind to them have none."""
-        return list(dict.fromkeys(one.scene for one in self.predictions
-                                  if not math.isnan(one.drop_height)))
+        return list(
+            dict.fromkeys(
+                one.scene for one in self.predictions if not math.isnan(one.drop_height)
+            )
+        )
 
     @property
     def foretold(self) -> tuple[Prediction, ...]:
@@ -140,14 +155,21 @@ class ResultHistory:
 
 
 POSE = tuple(field.name for field in fields(PoseTable))
-PREDICTED = tuple(field.name for field in fields(Prediction) if field.type in (Array, Index))
+PREDICTED = tuple(
+    field.name for field in fields(Prediction) if field.type in (Array, Index)
+)
 ABOUT = tuple(field.name for field in fields(Prediction) if field.name not in PREDICTED)
 """Columns of the poses, of a prediction of each of them, and what is said of all at once."""
 
 _NUMBERS_OF_POSES = tuple(name for name in statistics.POSE_FIELDS if name in POSE[3:])
-_SHARES = tuple(name for name in statistics.POSE_FIELDS if name in PREDICTED and name != "count")
-_NUMBERS = tuple(field.name for field in fields(Prediction)
-                 if field.type is float and field.name in statistics.STATISTICS_FIELDS)
+_SHARES = tuple(
+    name for name in statistics.POSE_FIELDS if name in PREDICTED and name != "count"
+)
+_NUMBERS = tuple(
+    field.name
+    for field in fields(Prediction)
+    if field.type is float and field.name in statistics.STATISTICS_FIELDS
+)
 _TEXTS = tuple(field.name for field in fields(Prediction) if field.type is str)
 """What a message has under the same names."""
 
@@ -165,32 +187,59 @@ class ResultCollector:
         self._scenes: dict[Any, int] = {}
         self._predictions: dict[int, Prediction] = {}
         columns: dict[str, Any] = {
-            "time": "i8", "method": "i8", "prediction": "i8", "restitution": "f8",
-            "drop_height": "f8", "drops": "i8", "unsettled": "i8", "expected_error": "f8",
-            "largest_error": "f8", "final": "?", "latched": "?",
-            "probability": ("f8", self.poses.index.shape)}
+            "time": "i8",
+            "method": "i8",
+            "prediction": "i8",
+            "restitution": "f8",
+            "drop_height": "f8",
+            "drops": "i8",
+            "unsettled": "i8",
+            "expected_error": "f8",
+            "largest_error": "f8",
+            "final": "?",
+            "latched": "?",
+            "probability": ("f8", self.poses.index.shape),
+        }
         self._columns = tuple(columns)
         self._kind = np.dtype(list(columns.items()))
         self._table = bytearray()
 
     def fits(self, message: Any) -> bool:
         """Whether a result numbers the same poses."""
-        return bool(np.array_equal([pose.index for pose in _sorted(message.poses)],
-                                   self.poses.index))
+        return bool(
+            np.array_equal(
+                [pose.index for pose in _sorted(message.poses)], self.poses.index
+            )
+        )
 
     def add(self, message: Any, time: int, latched: bool) -> None:
         """Take in a result, unless it is known: latched and answered, or in another bag."""
         found = _prediction(message, _sorted(message.poses), time)
-        key = fingerprint(time, found.key, found.restitution, found.drops, found.unsettled,
-                          found.seed, found.job_id, found.final, found.probability, found.count)
+        key = fingerprint(
+            time,
+            found.key,
+            found.restitution,
+            found.drops,
+            found.unsettled,
+            found.seed,
+            found.job_id,
+            found.final,
+            found.probability,
+            found.count,
+        )
         self.warnings.update(dict.fromkeys(getattr(message, "warnings", ())))
         if key in self._rows:
             self._results()["latched"][self._rows[key]] |= latched
             return
         scene = self._scenes.setdefault(found.key, len(self._scenes))
-        own = {"method": self._methods.setdefault(found.method, len(self._methods)),
-               "prediction": scene, "latched": latched}
-        row = tuple(own[name] if name in own else getattr(found, name) for name in self._columns)
+        own = {
+            "method": self._methods.setdefault(found.method, len(self._methods)),
+            "prediction": scene,
+            "latched": latched,
+        }
+        row = tuple(
+            own[name] if name in own else getattr(found, name) for name in self._columns
+        )
         self._table += np.array([row], self._kind).tobytes()
         self._rows[key] = len(self._rows)
         known = self._predictions.get(scene)
@@ -202,9 +251,15 @@ class ResultCollector:
         results = self._results()
         results = results[np.argsort(results["time"], kind="stable")]
         columns = {name: results[name].copy() for name in self._columns}
-        columns["method"] = np.array(list(self._methods), dtype=np.str_)[columns["method"]]
-        return ResultHistory(self.numbering, self.poses, **columns,
-                             predictions=tuple(self._predictions.values()))
+        columns["method"] = np.array(list(self._methods), dtype=np.str_)[
+            columns["method"]
+        ]
+        return ResultHistory(
+            self.numbering,
+            self.poses,
+            **columns,
+            predictions=tuple(self._predictions.values()),
+        )
 
     def _results(self) -> NDArray[Any]:
         return np.frombuffer(self._table, self._kind)
@@ -215,14 +270,21 @@ def _sorted(poses: Sequence[Any]) -> list[Any]:
 
 
 def _pose_table(poses: Sequence[Any]) -> PoseTable:
-    down = [(pose.down.x, pose.down.y, pose.down.z) if hasattr(pose, "down")
-            else (math.nan,) * 3 for pose in poses]
+    down = [
+        (pose.down.x, pose.down.y, pose.down.z)
+        if hasattr(pose, "down")
+        else (math.nan,) * 3
+        for pose in poses
+    ]
     return PoseTable(
         np.array([pose.index for pose in poses], dtype=np.int64),
         # Without groups every pose is a group of its own.
-        np.array([getattr(pose, "group", pose.index) for pose in poses], dtype=np.int64),
+        np.array(
+            [getattr(pose, "group", pose.index) for pose in poses], dtype=np.int64
+        ),
         np.array(down, dtype=np.float64).reshape(-1, 3),
-        **{name: _numbers(poses, name) for name in _NUMBERS_OF_POSES})
+        **{name: _numbers(poses, name) for name in _NUMBERS_OF_POSES},
+    )
 
 
 def _numbers(poses: Sequence[Any], name: str) -> Array:
@@ -234,12 +296,15 @@ def _prediction(message: Any, poses: Sequence[Any], time: int) -> Prediction:
     same: dict[str, Any] = {
         **{name: str(getattr(message, name, "")) for name in _TEXTS},
         **{name: float(getattr(message, name, math.nan)) for name in _NUMBERS},
-        **{name: _numbers(poses, name) for name in _SHARES}}
+        **{name: _numbers(poses, name) for name in _SHARES},
+    }
     return Prediction(
-        **same, time=time,
+        **same,
+        time=time,
         drops=int(np.int64(getattr(message, "drops", 0))),
         unsettled=int(np.int64(getattr(message, "unsettled", 0))),
         seed=int(getattr(message, "seed", 0)),
         seconds=math.nan if spent is None else spent.sec + spent.nanosec / SECOND,
         final=bool(getattr(message, "final", True)),
-        count=np.array([getattr(pose, "count", 0) for pose in poses], dtype=np.int64))
+        count=np.array([getattr(pose, "count", 0) for pose in poses], dtype=np.int64),
+    )

@@ -21,16 +21,19 @@ class BagFile:
     `size`: bytes of whole records; `broken`: why the file cannot be gone on with.
     """
 
-    def __init__(self, path: Path, types: Mapping[str, message_types.MessageType],
-                 node: str = "") -> None:
+    def __init__(
+        self, path: Path, types: Mapping[str, message_types.MessageType], node: str = ""
+    ) -> None:
         self.path = path
         self.written = 0
         self.broken: OSError | None = None
         start, self.contents = mcap_layout.opening(types, time.time_ns(), node)
-        self._channels = {channel.topic: number
-                          for number, channel in self.contents.channels.items()}
+        self._channels = {
+            channel.topic: number for number, channel in self.contents.channels.items()
+        }
         self._closing_size = len(mcap_layout.closing(self.contents, 0)) + _GROWTH * (
-            len(self._channels) + 10)
+            len(self._channels) + 10
+        )
         self._syncing = threading.Lock()
         self._number = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
         try:
@@ -55,7 +58,9 @@ class BagFile:
         """Hand a message to the operating system; OSError: it is not in the file."""
         channel = self._channels[topic]
         number = self.contents.counts.get(channel, 0)
-        end = self._write([mcap_layout.message_head(channel, number, log_time, data), data])
+        end = self._write(
+            [mcap_layout.message_head(channel, number, log_time, data), data]
+        )
         self.contents.count(channel, log_time)
         self.size = end
         self.written += 1
@@ -83,7 +88,9 @@ class BagFile:
     def abandon(self) -> None:
         """Close without a footer; a further sync hears that the file is gone, or why it broke."""
         with self._syncing:
-            self.broken = self.broken or OSError(errno.ENOENT, os.strerror(errno.ENOENT))
+            self.broken = self.broken or OSError(
+                errno.ENOENT, os.strerror(errno.ENOENT)
+            )
             self._close()
 
     @contextmanager

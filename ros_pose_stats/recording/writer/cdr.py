@@ -34,7 +34,9 @@ class CdrWriter:
 
     def header(self, stamp: int, frame: str) -> "CdrWriter":
         """Add a std_msgs/Header; stamp in nanoseconds."""
-        return self.number("i", stamp // SECOND).number("I", stamp % SECOND).string(frame)
+        return (
+            self.number("i", stamp // SECOND).number("I", stamp % SECOND).string(frame)
+        )
 
     def doubles(self, values: ArrayLike) -> "CdrWriter":
         """Add the float64 numbers of an array of any shape, row by row."""
@@ -68,8 +70,15 @@ class Marker(NamedTuple):
     # position in the frame, metres, and quaternion x y z w
     place: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
     scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
-    color: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)  # red, green, blue and opacity, 0 to 1
-    corners: Array = NO_CORNERS  # three coordinates a corner, three corners a triangle, metres
+    color: tuple[float, ...] = (
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+    )  # red, green, blue and opacity, 0 to 1
+    corners: Array = (
+        NO_CORNERS  # three coordinates a corner, three corners a triangle, metres
+    )
     text: str = ""
     number: int = 0  # of the marker among those of the name
     action: int = ADD
@@ -85,7 +94,9 @@ def marker_array_message(markers: list[Marker]) -> bytes:
         message.number("i", one.number, one.kind, one.action)
         message.doubles(one.place).doubles(one.scale).number("f", *one.color)
         message.number("i", 0).number("I", 0).number("?", one.locked)  # shown for ever
-        message.number("I", one.corners.size // 3).doubles(one.corners).number("I", 0).string("")
+        message.number("I", one.corners.size // 3).doubles(one.corners).number(
+            "I", 0
+        ).string("")
         message.header(0, "").string("").number("I", 0)  # no texture
         message.number("I", 0).string(one.text)
         message.string("").string("").number("I", 0).number("?", False)  # no file

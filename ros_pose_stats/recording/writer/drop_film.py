@@ -14,8 +14,12 @@ from .cdr import CUBE, SECOND, TRIANGLE_LIST, CdrWriter, Marker, marker_array_me
 TF, BODY, ENERGY, REACH = "/tf", "/drop/markers", "/drop/energy", "/drop/within_reach"
 PLATE, FRAME = "plate", "part"  # frames: the plate, z up, and the part's own
 FINEST = 10_000  # triangles of the marker
-START = SECOND  # time [ns] of the release in the file; 0 has a meaning of its own in ROS
-EVERY = SECOND // 4  # between two copies of the markers, for viewers that begin anywhere
+START = (
+    SECOND  # time [ns] of the release in the file; 0 has a meaning of its own in ROS
+)
+EVERY = (
+    SECOND // 4
+)  # between two copies of the markers, for viewers that begin anywhere
 _TIME = "int32 sec\nuint32 nanosec\n"
 _VECTOR = "float64 x\nfloat64 y\nfloat64 z\n"
 _TEXTS = {
@@ -30,8 +34,7 @@ _TEXTS = {
     "geometry_msgs/msg/Quaternion": f"{_VECTOR}float64 w\n",
     "geometry_msgs/msg/Pose": "Point position\nQuaternion orientation\n",
     "geometry_msgs/msg/Transform": "Vector3 translation\nQuaternion rotation\n",
-    "geometry_msgs/msg/TransformStamped":
-        "std_msgs/Header header\nstring child_frame_id\nTransform transform\n",
+    "geometry_msgs/msg/TransformStamped": "std_msgs/Header header\nstring child_frame_id\nTransform transform\n",
     "tf2_msgs/msg/TFMessage": "geometry_msgs/TransformStamped[] transforms\n",
     "sensor_msgs/msg/CompressedImage": "std_msgs/Header header\nstring format\nuint8[] data\n",
     "visualization_msgs/msg/UVCoordinate": "float32 u\nfloat32 v\n",
@@ -42,19 +45,28 @@ _TEXTS = {
         "builtin_interfaces/Duration lifetime\nbool frame_locked\ngeometry_msgs/Point[] points\n"
         "std_msgs/ColorRGBA[] colors\nstring texture_resource\n"
         "sensor_msgs/CompressedImage texture\nUVCoordinate[] uv_coordinates\nstring text\n"
-        "string mesh_resource\nMeshFile mesh_file\nbool mesh_use_embedded_materials\n"),
+        "string mesh_resource\nMeshFile mesh_file\nbool mesh_use_embedded_materials\n"
+    ),
     "visualization_msgs/msg/MarkerArray": "Marker[] markers\n",
 }
 """Names, order and kinds of the fields are those of ROS 2 Jazzy, which need not be installed."""
 
-TYPES = {topic: message_types.MessageType(name, message_types.used_texts(name, _TEXTS.__getitem__))
-         for topic, name in ((TF, "tf2_msgs/msg/TFMessage"),
-                             (BODY, "visualization_msgs/msg/MarkerArray"),
-                             (ENERGY, "std_msgs/msg/Float64"),
-                             (REACH, "std_msgs/msg/String"))}
+TYPES = {
+    topic: message_types.MessageType(
+        name, message_types.used_texts(name, _TEXTS.__getitem__)
+    )
+    for topic, name in (
+        (TF, "tf2_msgs/msg/TFMessage"),
+        (BODY, "visualization_msgs/msg/MarkerArray"),
+        (ENERGY, "std_msgs/msg/Float64"),
+        (REACH, "std_msgs/msg/String"),
+    )
+}
 
 
-def write_film(file: Path, part: Part, frames: DropFrames, within: Callable[[float], str]) -> None:
+def write_film(
+    file: Path, part: Part, frames: DropFrames, within: Callable[[float], str]
+) -> None:
     """Write a drop to a new MCAP file, in true time; `within`: poses in reach of joules."""
     film = bag_file.BagFile(file, TYPES)
     places = -(vectors.rotation_matrices(frames.orientations) @ part.center_of_mass)
@@ -67,11 +79,21 @@ def write_film(file: Path, part: Part, frames: DropFrames, within: Callable[[flo
             drawn = stamp
             film.append(BODY, memoryview(_markers(part, stamp)), stamp)
         energy = float(frames.energies[k])
-        transform = CdrWriter().number("I", 1).header(stamp, PLATE).string(FRAME).doubles(
-            places[k]).doubles(frames.orientations[k])
+        transform = (
+            CdrWriter()
+            .number("I", 1)
+            .header(stamp, PLATE)
+            .string(FRAME)
+            .doubles(places[k])
+            .doubles(frames.orientations[k])
+        )
         film.append(TF, memoryview(transform.message()), stamp)
-        film.append(ENERGY, memoryview(CdrWriter().number("d", energy).message()), stamp)
-        film.append(REACH, memoryview(CdrWriter().string(within(energy)).message()), stamp)
+        film.append(
+            ENERGY, memoryview(CdrWriter().number("d", energy).message()), stamp
+        )
+        film.append(
+            REACH, memoryview(CdrWriter().string(within(energy)).message()), stamp
+        )
     film.finish()
 
 
@@ -81,8 +103,26 @@ def _markers(part: Part, stamp: int) -> bytes:
     about = corners - part.center_of_mass
     reach = float(np.sqrt((about * about).sum(axis=1).max()))
     thin = 0.02 * reach
-    return marker_array_message([
-        Marker(FRAME, part.part_id, TRIANGLE_LIST, color=(0.42, 0.64, 0.92, 1.0),
-               corners=corners, stamp=stamp, locked=True),
-        Marker(PLATE, PLATE, CUBE, (0.0, 0.0, -0.5 * thin, 0.0, 0.0, 0.0, 1.0),
-               (3.0 * reach, 3.0 * reach, thin), (0.8, 0.8, 0.8, 1.0), stamp=stamp, locked=True)])
+    return marker_array_message(
+        [
+            Marker(
+                FRAME,
+                part.part_id,
+                TRIANGLE_LIST,
+                color=(0.42, 0.64, 0.92, 1.0),
+                corners=corners,
+                stamp=stamp,
+                locked=True,
+            ),
+            Marker(
+                PLATE,
+                PLATE,
+                CUBE,
+                (0.0, 0.0, -0.5 * thin, 0.0, 0.0, 0.0, 1.0),
+                (3.0 * reach, 3.0 * reach, thin),
+                (0.8, 0.8, 0.8, 1.0),
+                stamp=stamp,
+                locked=True,
+            ),
+        ]
+    )

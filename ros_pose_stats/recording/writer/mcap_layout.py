@@ -67,7 +67,9 @@ Files = Mapping[str, Contents]  # contents of a bag's files by their names, in o
 
 def metadata_yaml(files: Files) -> str:
     """Text of `metadata.yaml` (rosbag2's version 9)."""
-    held = [contents for contents in files.values() if contents.messages] or list(files.values())
+    held = [contents for contents in files.values() if contents.messages] or list(
+        files.values()
+    )
     start = min(contents.start for contents in held)
     lines = [
         "version: 9",
@@ -79,11 +81,16 @@ def metadata_yaml(files: Files) -> str:
         'compression_format: ""',
         'compression_mode: ""',
         _list("relative_file_paths", map(json.dumps, files)),
-        _list("files", (f"path: {json.dumps(name)}\n"
-                        f"starting_time:\n  nanoseconds_since_epoch: {contents.start}\n"
-                        f"duration:\n  nanoseconds: {contents.end - contents.start}\n"
-                        f"message_count: {contents.messages}"
-                        for name, contents in files.items())),
+        _list(
+            "files",
+            (
+                f"path: {json.dumps(name)}\n"
+                f"starting_time:\n  nanoseconds_since_epoch: {contents.start}\n"
+                f"duration:\n  nanoseconds: {contents.end - contents.start}\n"
+                f"message_count: {contents.messages}"
+                for name, contents in files.items()
+            ),
+        ),
         "custom_data: ~",
         "ros_distro: jazzy",
     ]
@@ -110,8 +117,12 @@ topic_metadata:
   offered_qos_profiles:
 {indent(channel.metadata.get("offered_qos_profiles", "[]"), "    ")}
   type_description_hash: {json.dumps(channel.metadata.get("topic_type_hash", ""))}"""
-            totals[channel.topic] = totals.get(channel.topic, 0) + contents.counts.get(number, 0)
-    return [f"{text}\nmessage_count: {totals[topic]}" for topic, text in described.items()]
+            totals[channel.topic] = totals.get(channel.topic, 0) + contents.counts.get(
+                number, 0
+            )
+    return [
+        f"{text}\nmessage_count: {totals[topic]}" for topic, text in described.items()
+    ]
 
 
 def _qos(latched: bool) -> str:
@@ -141,26 +152,40 @@ def message_size(data: memoryview) -> int:
 def message_head(channel: int, number: int, log_time: int, data: memoryview) -> bytes:
     """What stands before the data of a message, checksum included."""
     head = RECORD.pack(opcode.Opcode.MESSAGE, MESSAGE.size + len(data)) + MESSAGE.pack(
-        channel, number & 0xFFFFFFFF, log_time, log_time)
+        channel, number & 0xFFFFFFFF, log_time, log_time
+    )
     return CHECK.pack(CHECK_OPCODE, 4, zlib.crc32(data, zlib.crc32(head))) + head
 
 
-def opening(types: Mapping[str, MessageType], now: int, node: str) -> tuple[bytes, Contents]:
+def opening(
+    types: Mapping[str, MessageType], now: int, node: str
+) -> tuple[bytes, Contents]:
     """The beginning of a file made `now` [ns], and its contents so far; topics carry the node."""
     contents = Contents(start=now, end=now)
     numbers: dict[str, int] = {}
     for channel, (topic, kind) in enumerate(types.items(), 1):
         schema = numbers.setdefault(kind.name, len(numbers) + 1)
-        contents.schemas[schema] = mcap.Schema(schema, kind.definition.encode(), "ros2msg",
-                                               kind.name)
+        contents.schemas[schema] = mcap.Schema(
+            schema, kind.definition.encode(), "ros2msg", kind.name
+        )
         contents.channels[channel] = mcap.Channel(
-            channel, topic, "cdr",
-            {"offered_qos_profiles": _qos(topic in LATCHED), "topic_type_hash": kind.type_hash,
-             "node": node}, schema)
-    records = map(_encoded, ([one] for one in (*contents.schemas.values(),
-                                               *contents.channels.values())))
+            channel,
+            topic,
+            "cdr",
+            {
+                "offered_qos_profiles": _qos(topic in LATCHED),
+                "topic_type_hash": kind.type_hash,
+                "node": node,
+            },
+            schema,
+        )
+    records = map(
+        _encoded,
+        ([one] for one in (*contents.schemas.values(), *contents.channels.values())),
+    )
     return magic_and_header() + b"".join(
-        CHECK.pack(CHECK_OPCODE, 4, zlib.crc32(record)) + record for record in records), contents
+        CHECK.pack(CHECK_OPCODE, 4, zlib.crc32(record)) + record for record in records
+    ), contents
 
 
 def closing(contents: Contents, offset: int) -> bytes:
@@ -168,14 +193,21 @@ def closing(contents: Contents, offset: int) -> bytes:
     data_end = _encoded([mcap.DataEnd(0)])
     start = offset + len(data_end)
     statistics = mcap.Statistics(
-        attachment_count=0, channel_count=len(contents.channels),
-        channel_message_counts=contents.counts, chunk_count=0, message_count=contents.messages,
-        message_end_time=contents.end, message_start_time=contents.start,
-        metadata_count=0, schema_count=len(contents.schemas))
+        attachment_count=0,
+        channel_count=len(contents.channels),
+        channel_message_counts=contents.counts,
+        chunk_count=0,
+        message_count=contents.messages,
+        message_end_time=contents.end,
+        message_start_time=contents.start,
+        metadata_count=0,
+        schema_count=len(contents.schemas),
+    )
     groups: list[tuple[opcode.Opcode, Iterable[mcap.McapRecord]]] = [
         (opcode.Opcode.SCHEMA, contents.schemas.values()),
         (opcode.Opcode.CHANNEL, contents.channels.values()),
-        (opcode.Opcode.STATISTICS, [statistics])]
+        (opcode.Opcode.STATISTICS, [statistics]),
+    ]
     summary = b""
     offsets: list[mcap.McapRecord] = []
     for code, records in groups:

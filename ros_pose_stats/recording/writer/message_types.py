@@ -8,11 +8,24 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-SEPARATOR = "=" * 80  # stands between the definitions of a type and of those that it uses
+SEPARATOR = (
+    "=" * 80
+)  # stands between the definitions of a type and of those that it uses
 
 PRIMITIVES = {
-    "bool": 1, "byte": 1, "char": 1, "int8": 1, "uint8": 1, "int16": 2, "uint16": 2, "int32": 4,
-    "uint32": 4, "float32": 4, "int64": 8, "uint64": 8, "float64": 8,
+    "bool": 1,
+    "byte": 1,
+    "char": 1,
+    "int8": 1,
+    "uint8": 1,
+    "int16": 2,
+    "uint16": 2,
+    "int32": 4,
+    "uint32": 4,
+    "float32": 4,
+    "int64": 8,
+    "uint64": 8,
+    "float64": 8,
 }
 """Bytes of the types of fixed size."""
 
@@ -22,8 +35,10 @@ SEQUENCE = -1
 HEADER = b"\0\1"
 """Of plain CDR with the least significant byte first; other encodings are not looked into."""
 
-_FIELD = re.compile(r"\s*(?P<type>[A-Za-z][\w/]*)(<=\d+)?"
-                    r"(?P<array>\[(?P<size>(<=)?\d*)\])?\s+[A-Za-z]\w*\s*(?P<constant>=)?")
+_FIELD = re.compile(
+    r"\s*(?P<type>[A-Za-z][\w/]*)(<=\d+)?"
+    r"(?P<array>\[(?P<size>(<=)?\d*)\])?\s+[A-Za-z]\w*\s*(?P<constant>=)?"
+)
 _HEADER_SIZE = 4
 _COUNT = struct.Struct("<I")
 
@@ -33,15 +48,26 @@ class MessageType:
     """A ROS 2 message type as a bag describes it."""
 
     name: str  # such as `std_msgs/msg/Header`
-    texts: dict[str, str]  # the .msg texts of the type and of all that it uses, by full name
-    type_hash: str = ""  # `RIHS01_` and 64 hex digits; empty where the package ships none
+    texts: dict[
+        str, str
+    ]  # the .msg texts of the type and of all that it uses, by full name
+    type_hash: str = (
+        ""  # `RIHS01_` and 64 hex digits; empty where the package ships none
+    )
 
     @property
     def definition(self) -> str:
         """All texts as one, as the schema encoding `ros2msg` has them."""
-        return "\n".join([self.texts[self.name], *(
-            f"{SEPARATOR}\nMSG: {other.replace('/msg/', '/')}\n{text}"
-            for other, text in self.texts.items() if other != self.name)])
+        return "\n".join(
+            [
+                self.texts[self.name],
+                *(
+                    f"{SEPARATOR}\nMSG: {other.replace('/msg/', '/')}\n{text}"
+                    for other, text in self.texts.items()
+                    if other != self.name
+                ),
+            ]
+        )
 
 
 @dataclass(frozen=True)
@@ -57,14 +83,19 @@ def message_type(name: str, share: Callable[[str], Path]) -> MessageType:
 
     `share`: share folder of a package; OSError where that has no such message.
     """
+
     def read(type_name: str, suffix: str = ".msg") -> str:
         package, _, short = type_name.split("/")
-        return (Path(share(package)) / "msg" / f"{short}{suffix}").read_text(encoding="utf-8")
+        return (Path(share(package)) / "msg" / f"{short}{suffix}").read_text(
+            encoding="utf-8"
+        )
 
     texts = used_texts(name, read)
     try:
-        hashes = {one["type_name"]: str(one["hash_string"])
-                  for one in json.loads(read(name, ".json"))["type_hashes"]}
+        hashes = {
+            one["type_name"]: str(one["hash_string"])
+            for one in json.loads(read(name, ".json"))["type_hashes"]
+        }
     except (FileNotFoundError, json.JSONDecodeError):
         hashes = {}
     return MessageType(name, texts, hashes.get(name, ""))
@@ -77,7 +108,10 @@ def used_texts(name: str, read: Callable[[str], str]) -> dict[str, str]:
     while waiting:
         used = waiting.pop(0)
         for field in fields(texts[used], used.partition("/")[0]):
-            if field.kind not in PRIMITIVES and field.kind not in STRINGS | texts.keys():
+            if (
+                field.kind not in PRIMITIVES
+                and field.kind not in STRINGS | texts.keys()
+            ):
                 texts[field.kind] = read(field.kind)
                 waiting.append(field.kind)
     return texts
@@ -99,8 +133,12 @@ def fields(text: str, package: str) -> Iterator[Field]:
         yield Field(kind, count)
 
 
-Skip = Callable[[memoryview, int], int]  # from where a value may begin to the place behind it
-_Kind = tuple[Skip, bool]  # how to pass over a value; whether its size hangs on its begin alone
+Skip = Callable[
+    [memoryview, int], int
+]  # from where a value may begin to the place behind it
+_Kind = tuple[
+    Skip, bool
+]  # how to pass over a value; whether its size hangs on its begin alone
 
 
 class CdrLength:
@@ -121,7 +159,7 @@ class CdrLength:
         if self._skip is None or not data.startswith(HEADER):
             return view
         try:
-            return view[:_HEADER_SIZE + self._skip(view[_HEADER_SIZE:], 0)]
+            return view[: _HEADER_SIZE + self._skip(view[_HEADER_SIZE:], 0)]
         except struct.error:
             return view
 
@@ -133,8 +171,12 @@ def _value(kind: str, texts: dict[str, str]) -> _Kind:
     if kind in PRIMITIVES:
         size = PRIMITIVES[kind]
         return lambda data, place: place + -place % size + size, True
-    parts = [_field(field, texts) for field in fields(texts[kind], kind.partition("/")[0])]
-    steps = [skip for skip, _ in parts] or [_value("byte", texts)[0]]  # of an empty message
+    parts = [
+        _field(field, texts) for field in fields(texts[kind], kind.partition("/")[0])
+    ]
+    steps = [skip for skip, _ in parts] or [
+        _value("byte", texts)[0]
+    ]  # of an empty message
 
     def skip(data: memoryview, place: int) -> int:
         for step in steps:

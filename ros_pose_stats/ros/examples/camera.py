@@ -19,7 +19,9 @@ class ExampleCamera(Node):
 
     def __init__(self, detections: Any) -> None:
         super().__init__("example_camera")
-        self.publisher = self.create_publisher(ObservedParts, "pose_stats/observed_parts", 10)
+        self.publisher = self.create_publisher(
+            ObservedParts, "pose_stats/observed_parts", 10
+        )
         self.create_subscription(detections, "detections", self.on_detections, 10)
 
     def on_detections(self, message: Any) -> None:
@@ -32,10 +34,13 @@ def observed_parts(message: Any) -> list[ObservedParts]:
     """An ObservedParts for each kind of part; the likeliest class_id is the part_id."""
     by_part: dict[str, ObservedParts] = {}
     for detection in message.detections:
-        for best in sorted(detection.results, key=lambda one: -one.hypothesis.score)[:1]:
+        for best in sorted(detection.results, key=lambda one: -one.hypothesis.score)[
+            :1
+        ]:
             part_id = best.hypothesis.class_id
-            seen = by_part.setdefault(part_id, ObservedParts(header=message.header,
-                                                             part_id=part_id))
+            seen = by_part.setdefault(
+                part_id, ObservedParts(header=message.header, part_id=part_id)
+            )
             seen.poses.append(best.pose.pose)
             seen.confidence.append(best.hypothesis.score)
     return list(by_part.values())
@@ -46,8 +51,11 @@ def main() -> int:
     try:
         detections = import_module("vision_msgs.msg").Detection3DArray
     except ImportError:
-        print("example_camera: expected the package vision_msgs, got none; install it: "
-              "apt install ros-jazzy-vision-msgs", file=sys.stderr)
+        print(
+            "example_camera: expected the package vision_msgs, got none; install it: "
+            "apt install ros-jazzy-vision-msgs",
+            file=sys.stderr,
+        )
         return 2
     rclpy.init()
     with suppress(KeyboardInterrupt, ExternalShutdownException):

@@ -18,7 +18,9 @@ from ..state import Change
 from .run import Job, JobListener, State as JobState
 
 KEPT = 1000  # finished jobs that can still be asked for
-MOST_ANSWER_BYTES = 256 * 2**20  # of the results of ended jobs; older ones are in the bag only
+MOST_ANSWER_BYTES = (
+    256 * 2**20
+)  # of the results of ended jobs; older ones are in the bag only
 SECONDS_BETWEEN = 1.0  # a running job is kept as far as it is this often
 INTERRUPTED = "the node ended before the simulation did"
 
@@ -29,13 +31,22 @@ def job_event(job: Job, event: int | None = None) -> JobEvent:
     snapshot = job.snapshot  # of which the queue's thread may let go meanwhile
     height = scene.drop_height if snapshot is None else snapshot.drop_height
     report = JobEvent(
-        event=int(job.state if event is None else event), job_id=job.job_id,
-        part_id=job.part_id, message=job.message,
-        refinement=request.refinement, max_seconds=request.max_seconds, drops=request.drops,
-        drops_done=job.drops_done, seed=job.seed, target_error=request.target_error,
-        restitution=float(scene.restitution), cluster_tolerance=float(scene.cluster_tolerance),
-        round_sides=scene.round_sides, drop_height=math.nan if height is None else float(height),
-        part_digest="" if known is None else known.digest)
+        event=int(job.state if event is None else event),
+        job_id=job.job_id,
+        part_id=job.part_id,
+        message=job.message,
+        refinement=request.refinement,
+        max_seconds=request.max_seconds,
+        drops=request.drops,
+        drops_done=job.drops_done,
+        seed=job.seed,
+        target_error=request.target_error,
+        restitution=float(scene.restitution),
+        cluster_tolerance=float(scene.cluster_tolerance),
+        round_sides=scene.round_sides,
+        drop_height=math.nan if height is None else float(height),
+        part_digest="" if known is None else known.digest,
+    )
     report.header.stamp = times.time_message(times.now())
     return report
 
@@ -47,8 +58,11 @@ def acceptance(job_id: str) -> tuple[str, int, str]:
 
 def job_change(event: JobEvent, answer: bytes = b"") -> Change:
     """What the state keeps of a job: the last that happened to it, and what was done."""
-    return Change("jobs", event.job_id, (
-        event.job_id, int(event.event), serialize_message(event), answer))
+    return Change(
+        "jobs",
+        event.job_id,
+        (event.job_id, int(event.event), serialize_message(event), answer),
+    )
 
 
 class JobReports(JobListener):
@@ -60,15 +74,21 @@ class JobReports(JobListener):
         self._log = base.node.get_logger()
         self._interims: dict[str, tuple[Statistics, PoseStatistics]] = {}
         self._kept_at = 0.0
-        self.ends: dict[str, JobEvent] = {}  # of the newest jobs that have ended, oldest first
-        self._answers: dict[str, int] = {}  # bytes of their results, as far as these are kept
+        self.ends: dict[
+            str, JobEvent
+        ] = {}  # of the newest jobs that have ended, oldest first
+        self._answers: dict[
+            str, int
+        ] = {}  # bytes of their results, as far as these are kept
         self._lock = threading.Lock()
 
     def restore(self) -> None:
         """Know the jobs of earlier runs again; what had not ended is cancelled."""
         rows: list[tuple[JobEvent, bytes]] = []
         for _, _, event, answer in self._state.rows("jobs"):
-            with suppress(Exception):  # of the bindings; the checksum was right: it is an old one
+            with suppress(
+                Exception
+            ):  # of the bindings; the checksum was right: it is an old one
                 rows.append((deserialize_message(event, JobEvent), answer))
         cancelled = []
         for event, answer in sorted(rows, key=lambda row: acceptance(row[0].job_id)):
@@ -93,30 +113,46 @@ class JobReports(JobListener):
 
     def started(self, job: Job) -> None:
         """Put the start on record."""
-        self._recorder.record(JOB_EVENTS, serialize_message(job_event(job, JobEvent.RUNNING)))
+        self._recorder.record(
+            JOB_EVENTS, serialize_message(job_event(job, JobEvent.RUNNING))
+        )
 
     def progressed(self, job: Job) -> None:
         """Show late joiners how far it is, and keep that, now and then."""
         snapshot, at, known = job.snapshot, time.monotonic(), self._part_of(job)
         if known is None and job.request.refinement:
-            job.cancel_reason = job.cancel_reason or "the part was forgotten or has changed"
+            job.cancel_reason = (
+                job.cancel_reason or "the part was forgotten or has changed"
+            )
         if snapshot is None or not snapshot.drops > snapshot.unsettled:
             return
         if at - self._kept_at >= SECONDS_BETWEEN:
             self._kept_at = at
-            self._state.put(job_change(job_event(job, JobEvent.RUNNING),
-                                       serialize_message(self.interim(job, snapshot))))
+            self._state.put(
+                job_change(
+                    job_event(job, JobEvent.RUNNING),
+                    serialize_message(self.interim(job, snapshot)),
+                )
+            )
         if known is not None and self._results.is_due(known, job.request.scene):
-            self._results.offer_result(known, job.request.scene, self.interim(job, snapshot))
+            self._results.offer_result(
+                known, job.request.scene, self.interim(job, snapshot)
+            )
 
     def dropped(self, job: Job, chunk: DropChunk) -> None:
         """Put single drops on record."""
         outcomes, flat = chunk.outcomes, part_messages.flat
         record = DropRecords(
-            job_id=job.job_id, part_digest=job.part.result().digest, first_drop=chunk.first,
-            start_down=flat(chunk.downs, "f"), pose_index=flat(outcomes.pose, "i"),
-            impacts=flat(outcomes.impacts, "I"), seconds=flat(outcomes.seconds, "f"),
-            energy_left=flat(outcomes.energy_left, "f"), stopped_at_trap=True)
+            job_id=job.job_id,
+            part_digest=job.part.result().digest,
+            first_drop=chunk.first,
+            start_down=flat(chunk.downs, "f"),
+            pose_index=flat(outcomes.pose, "i"),
+            impacts=flat(outcomes.impacts, "I"),
+            seconds=flat(outcomes.seconds, "f"),
+            energy_left=flat(outcomes.energy_left, "f"),
+            stopped_at_trap=True,
+        )
         record.header.stamp = times.time_message(times.now())
         self._recorder.record(DROP_RECORDS, serialize_message(record))
 
@@ -125,18 +161,25 @@ class JobReports(JobListener):
         known, event = self._part_of(job) or job.known(), job_event(job, state)
         answer, data = None, b""
         if job.snapshot is not None and known is not None:
-            answer = self._results.number_result(known, job.snapshot, job.settings, job.job_id)
+            answer = self._results.number_result(
+                known, job.snapshot, job.settings, job.job_id
+            )
             if not job.recorded:
                 answer = statistics_messages.with_warning(
-                    answer, announcer.NOT_RECORDED.format("its acceptance could not be"))
+                    answer, announcer.NOT_RECORDED.format("its acceptance could not be")
+                )
             data = serialize_message(answer)
         change = job_change(event, data)
         recorded = self._state.commit(self._state.put(change))
         if answer is not None and known is not None:
             answer = self._announcer.record(ANSWERS, known, answer)
-        recorded = self._recorder.record(JOB_EVENTS, serialize_message(event)) and recorded
+        recorded = (
+            self._recorder.record(JOB_EVENTS, serialize_message(event)) and recorded
+        )
         if answer is None and not (recorded and job.recorded):
-            job.message = event.message = f"{job.message} {self._announcer.not_recorded()}".strip()
+            job.message = event.message = (
+                f"{job.message} {self._announcer.not_recorded()}".strip()
+            )
         elif answer is not None:
             answer = answer if recorded else self._announcer.warn_unrecorded(answer)
             data = serialize_message(answer)
@@ -144,11 +187,17 @@ class JobReports(JobListener):
             self._state.put(job_change(event, data))
         self._note_end(event, len(data))
         current = self._part_of(job)
-        if answer is not None and current is not None and answer.drops > answer.unsettled:
+        if (
+            answer is not None
+            and current is not None
+            and answer.drops > answer.unsettled
+        ):
             self._results.offer_result(current, job.request.scene, answer)
-        self._log.info(f"{job.job_id}: {state.name} after {job.drops_done} of "
-                  f"{job.request.drops} drops of '{job.part_id}'"
-                  + (f": {job.message}" if job.message else ""))
+        self._log.info(
+            f"{job.job_id}: {state.name} after {job.drops_done} of "
+            f"{job.request.drops} drops of '{job.part_id}'"
+            + (f": {job.message}" if job.message else "")
+        )
 
     def _note_end(self, event: JobEvent, size: int) -> None:
         """Let the job be asked for that has ended, and forget the oldest beyond the bounds."""
@@ -161,7 +210,10 @@ class JobReports(JobListener):
                 del self.ends[oldest]
                 self._answers.pop(oldest, None)
                 self._state.put(Change("jobs", oldest, None))
-            while sum(self._answers.values()) > MOST_ANSWER_BYTES and len(self._answers) > 1:
+            while (
+                sum(self._answers.values()) > MOST_ANSWER_BYTES
+                and len(self._answers) > 1
+            ):
                 oldest = next(iter(self._answers))
                 del self._answers[oldest]
                 row = self._state.get("jobs", oldest)
@@ -176,7 +228,9 @@ class JobReports(JobListener):
         known = self._part_of(job) or job.known()
         if known is None:  # has ended this moment
             return PoseStatistics()
-        message = self._results.number_result(known, snapshot, job.settings, job.job_id, False)
+        message = self._results.number_result(
+            known, snapshot, job.settings, job.job_id, False
+        )
         self._interims = {job.job_id: (snapshot, message)}
         return message
 

@@ -26,8 +26,14 @@ def credible_bound(part: Part, message: PoseStatistics, scene: DropScene) -> flo
     resting = poses_in(part, scene)
     if not message.drops:
         return confidence.estimate_bound(confidence.prior_of(message, resting, scene))
-    counts = np.array([pose.count for pose in sorted(message.poses, key=lambda pose: pose.index)])
-    prior = confidence.pose_prior(resting, scene) if message.method == methods.HYBRID else None
+    counts = np.array(
+        [pose.count for pose in sorted(message.poses, key=lambda pose: pose.index)]
+    )
+    prior = (
+        confidence.pose_prior(resting, scene)
+        if message.method == methods.HYBRID
+        else None
+    )
     return confidence.judge_drops(prior, counts).bound
 
 
@@ -39,7 +45,9 @@ class Refinement:
         self._parts, _, self._results, self._announcer = stores
         self._report_failure = base.node.get_logger().error
         self._checks: dict[tuple[str, str, DropScene], Future[PoseStatistics]] = {}
-        self._followed: set[str] = set()  # parts that wait for their check with nobody asking
+        self._followed: set[str] = (
+            set()
+        )  # parts that wait for their check with nobody asking
         self._lock = threading.Lock()
 
     def checked(self, known: KnownPart, scene: DropScene) -> Future[PoseStatistics]:
@@ -53,7 +61,8 @@ class Refinement:
             if coming is None:
                 rank = Rank.SENT if known.part_id in self._followed else Rank.KNOWN
                 coming = self._checks[key] = self._lanes.put(
-                    partial(self._results.check, known, scene), rank, Lane.CHECK)
+                    partial(self._results.check, known, scene), rank, Lane.CHECK
+                )
                 coming.add_done_callback(lambda _: self._checks.pop(key, None))
             return coming
 
@@ -66,7 +75,9 @@ class Refinement:
             follows = known.part_id in self._followed
             self._followed.add(known.part_id)
         if not follows:  # by its name: what comes in its place meanwhile has its turn
-            self._lanes.put(partial(self._follow, known.part_id), Rank.LATER, Lane.CHECK)
+            self._lanes.put(
+                partial(self._follow, known.part_id), Rank.LATER, Lane.CHECK
+            )
 
     def _follow(self, part_id: str) -> None:
         with self._lock:
@@ -82,8 +93,10 @@ class Refinement:
             except (errors.PoseStatsError, CancelledError):
                 pass  # who asks is told; or the node ends
             except Exception as error:
-                self._report_failure(f"an estimate of {part_id!r} could not be refined: "
-                                     f"{type(error).__name__}: {error}")
+                self._report_failure(
+                    f"an estimate of {part_id!r} could not be refined: "
+                    f"{type(error).__name__}: {error}"
+                )
 
     def _refine(self, known: KnownPart) -> None:
         """Refine a part's latched result in the background, if that is wanted and not done."""
@@ -93,39 +106,69 @@ class Refinement:
         drops = min(settings.refine_drops or settings.drops, settings.max_drops)
         scene, target = settings.scene(known.scene_override), settings.target_error
         hybrid = settings.default_method == methods.AUTO
-        request = JobRequest(known.part_id, known.content, scene, drops, 0,
-                             self._aim(known, target, scene) if hybrid else target,
-                             settings.max_job_seconds, True, hybrid)
-        self._jobs.cancel_refinement(known.part_id, "the part or its scene has changed",
-                                     but=request)
+        request = JobRequest(
+            known.part_id,
+            known.content,
+            scene,
+            drops,
+            0,
+            self._aim(known, target, scene) if hybrid else target,
+            settings.max_job_seconds,
+            True,
+            hybrid,
+        )
+        self._jobs.cancel_refinement(
+            known.part_id, "the part or its scene has changed", but=request
+        )
         model = known.model_in(scene)
-        fine = model is not None and (model.drops or hybrid) and (model.drops >= drops or (
-            target and credible_bound(known.part, model, scene) <= target))
+        fine = (
+            model is not None
+            and (model.drops or hybrid)
+            and (
+                model.drops >= drops
+                or (target and credible_bound(known.part, model, scene) <= target)
+            )
+        )
         if (settings.refine_drops or target) and not fine:
             self._jobs.submit(request, done_with(known), settings)
 
-    def answer_checked(self, known: KnownPart, checked: PoseStatistics,
-                       scene: DropScene) -> tuple[PoseStatistics, str]:
+    def answer_checked(
+        self, known: KnownPart, checked: PoseStatistics, scene: DropScene
+    ) -> tuple[PoseStatistics, str]:
         """What answers where no target was asked for, and why."""
         best = best_method(scene.restitution)
         dropped = self._results.find_drops(known, scene)
-        if dropped and dropped.drops > checked.drops and statistics_messages.refutes(dropped):
+        if (
+            dropped
+            and dropped.drops > checked.drops
+            and statistics_messages.refutes(dropped)
+        ):
             return dropped, f"Drops already made contradict {best}."
         return checked, hybrid.explain_check(best, checked.drops, scene, checked.radius)
 
-    def answer_by(self, method: str, known: KnownPart, target_error: float, scene: DropScene,
-                  advice: str) -> PoseStatistics:
+    def answer_by(
+        self,
+        method: str,
+        known: KnownPart,
+        target_error: float,
+        scene: DropScene,
+        advice: str,
+    ) -> PoseStatistics:
         """What the one estimator says that was asked for, whatever its error."""
         message = self._results.estimate(known, method, scene)
         bound = credible_bound(known.part, message, scene) if target_error else 0.0
         if bound <= target_error:
             return message
-        short = (confidence.not_enough(message.method, bound, target_error)
-                 if math.isfinite(bound) else f"the error of {message.method} is not known here")
+        short = (
+            confidence.not_enough(message.method, bound, target_error)
+            if math.isfinite(bound)
+            else f"the error of {message.method} is not known here"
+        )
         return _missed(message, f"{short}; {advice}.")[0]
 
-    def answer(self, known: KnownPart, target_error: float,
-               scene: DropScene) -> tuple[PoseStatistics, str]:
+    def answer(
+        self, known: KnownPart, target_error: float, scene: DropScene
+    ) -> tuple[PoseStatistics, str]:
         """The best that can be said at once, and why; drops follow if it misses the target."""
         best = self._results.estimate(known, methods.AUTO, scene)
         dropped = self._results.find_drops(known, scene)
@@ -137,21 +180,39 @@ class Refinement:
             bound = credible_bound(known.part, result, scene)
             if bound <= target_error:
                 return result, confidence.enough(_means(result), bound, target_error)
-        spent = next((result for result in (dropped, self._results.find_tried(known, scene))
-                      if result and result.drops >= most), None)
+        spent = next(
+            (
+                result
+                for result in (dropped, self._results.find_tried(known, scene))
+                if result and result.drops >= most
+            ),
+            None,
+        )
         bound = credible_bound(known.part, spent or best, scene)
         short = confidence.not_enough(_means(spent or best), bound, target_error)
         if spent is not None:
-            return _missed(spent, f"{short}, and the node drops at most {most} times for it "
-                           "(parameter drops).")
-        request = JobRequest(known.part_id, known.content, scene, most, 0,
-                             self._aim(known, target_error, scene), settings.max_job_seconds,
-                             hybrid=True)
+            return _missed(
+                spent,
+                f"{short}, and the node drops at most {most} times for it "
+                "(parameter drops).",
+            )
+        request = JobRequest(
+            known.part_id,
+            known.content,
+            scene,
+            most,
+            0,
+            self._aim(known, target_error, scene),
+            settings.max_job_seconds,
+            hybrid=True,
+        )
         try:
             job = self._jobs.submit(request, done_with(known), settings)
         except errors.RequestError as refusal:  # the estimate is an answer all the same
             return _missed(best, f"{short}; drops cannot refine it now: {refusal}")
-        promise = f"at most {most} drops in the background will refine it, job {job.job_id}."
+        promise = (
+            f"at most {most} drops in the background will refine it, job {job.job_id}."
+        )
         if not job.recorded:
             promise += f" {self._announcer.not_recorded()}"
         return _missed(best, f"{short}; {promise}")
@@ -159,8 +220,11 @@ class Refinement:
     def _aim(self, known: KnownPart, target_error: float, scene: DropScene) -> float:
         """The bound at which drops may end; with a higher one they might not be latched."""
         model = known.model_in(scene)
-        return target_error if model is None else min(target_error,
-                                                      statistics_messages.known_error(model))
+        return (
+            target_error
+            if model is None
+            else min(target_error, statistics_messages.known_error(model))
+        )
 
 
 def _means(message: PoseStatistics) -> str:

@@ -21,8 +21,12 @@ from ...statistics.prefix import Judge, target_reached
 from ..parts.known_part import KnownPart, Memory
 
 SNAPSHOT_SECONDS = 0.2
-COMBINED_SECONDS = 1.0  # between snapshots with an estimate in them, which hold up other threads
-SNAPSHOT_SHARE = 0.05  # of the time that snapshots of parts with thousands of poses may take
+COMBINED_SECONDS = (
+    1.0  # between snapshots with an estimate in them, which hold up other threads
+)
+SNAPSHOT_SHARE = (
+    0.05  # of the time that snapshots of parts with thousands of poses may take
+)
 
 
 class State(IntEnum):
@@ -83,7 +87,9 @@ class Job:
     flips_total: int = 0  # out of all poses, once they have begun
     message: str = ""  # how it ended
     recorded: bool = True  # whether the acceptance is in the bag and in the state
-    finished: Future[None] = field(default_factory=Future)  # done once its end can be seen
+    finished: Future[None] = field(
+        default_factory=Future
+    )  # done once its end can be seen
     cancel_reason: str = ""
     ending: bool = False  # whether its end is being told; that happens once
     _next_snapshot: float = 0.0
@@ -109,7 +115,10 @@ class Job:
             pause = COMBINED_SECONDS if self.request.hybrid else SNAPSHOT_SECONDS
             self._next_snapshot = now + max(pause, took / SNAPSHOT_SHARE)
         if not self.ending:
-            self.drops_done, self.expected_error = progress.drops, progress.expected_error
+            self.drops_done, self.expected_error = (
+                progress.drops,
+                progress.expected_error,
+            )
             self.drops_per_second, self.snapshot = progress.rate, snapshot
 
     def release(self) -> None:
@@ -182,7 +191,9 @@ class Stop:
         return outcome
 
 
-def run_drops(job: Job, part: Part, listener: JobListener, stop: Stop) -> PoseStatistics:
+def run_drops(
+    job: Job, part: Part, listener: JobListener, stop: Stop
+) -> PoseStatistics:
     """Drop the part as the job asks; what was done."""
     request = job.request
 
@@ -191,25 +202,44 @@ def run_drops(job: Job, part: Part, listener: JobListener, stop: Stop) -> PoseSt
         listener.follow(job)
         listener.progressed(job)
 
-    prior = confidence.pose_prior(poses_in(part, request.scene),
-                                  request.scene) if request.hybrid else None
+    prior = (
+        confidence.pose_prior(poses_in(part, request.scene), request.scene)
+        if request.hybrid
+        else None
+    )
     judge = None
     if prior is not None and request.target_error:
-        judge = Judge(partial(confidence.judge_drops, prior),
-                      confidence.first_look(prior, request.target_error, helped=True),
-                      COMBINED_SECONDS)
+        judge = Judge(
+            partial(confidence.judge_drops, prior),
+            confidence.first_look(prior, request.target_error, helped=True),
+            COMBINED_SECONDS,
+        )
     on_drops = partial(listener.dropped, job) if job.settings.log_drops else None
     counted = simulate.count_drops(
-        part, request.scene,
-        drop_request(request.drops, job.seed, request.target_error, job.settings.threads()),
-        Watch(on_progress if prior is None else hybrid.combined_progress(prior, on_progress),
-              stop.is_due, on_drops, background=True), judge)
+        part,
+        request.scene,
+        drop_request(
+            request.drops, job.seed, request.target_error, job.settings.threads()
+        ),
+        Watch(
+            on_progress
+            if prior is None
+            else hybrid.combined_progress(prior, on_progress),
+            stop.is_due,
+            on_drops,
+            background=True,
+        ),
+        judge,
+    )
     counts = np.array([pose.count for pose in counted.by_index.values()])
     complete = counted.drops == request.drops or target_reached(
-        confidence.judge_drops(prior, counts).bound, request.target_error)
+        confidence.judge_drops(prior, counts).bound, request.target_error
+    )
     if prior is not None:
         counted = hybrid.hybrid_statistics(counted, prior)
-    return stop.judge(counted, complete, f"{counted.drops} of at most {request.drops} drops")
+    return stop.judge(
+        counted, complete, f"{counted.drops} of at most {request.drops} drops"
+    )
 
 
 FlipKey = tuple[str, float, float, int, float]
@@ -217,7 +247,13 @@ FlipKey = tuple[str, float, float, int, float]
 
 def flip_key(digest: str, scene: DropScene, kick_height: float) -> FlipKey:
     """On what flips depend, but for their number and seed; not on the drop height."""
-    return digest, scene.restitution, scene.cluster_tolerance, scene.round_sides, kick_height
+    return (
+        digest,
+        scene.restitution,
+        scene.cluster_tolerance,
+        scene.round_sides,
+        kick_height,
+    )
 
 
 class FlipReports(JobListener):
@@ -225,7 +261,8 @@ class FlipReports(JobListener):
 
     def __init__(self) -> None:
         self.counted: Memory[FlipKey, FlipStatistics] = Memory(  # the most of a key
-            REMEMBERED, lambda counted: counted.counts.size)
+            REMEMBERED, lambda counted: counted.counts.size
+        )
 
     def ended(self, job: Job, state: State) -> None:
         """Remember what was counted."""
@@ -240,17 +277,24 @@ class FlipReports(JobListener):
 def flips_in_all(poses: int, asked: int, settings: Any) -> int:
     """Flips out of all poses, `asked` out of each or else the node's number shared out."""
     if poses > MOST_POSES:
-        raise RequestError(f"a part of at most {MOST_POSES} poses to flip", f"{poses}",
-                           "raise the parameter cluster_tolerance")
+        raise RequestError(
+            f"a part of at most {MOST_POSES} poses to flip",
+            f"{poses}",
+            "raise the parameter cluster_tolerance",
+        )
     each = asked or max(1, min(settings.drops, settings.max_drops) // poses)
     if each * poses > settings.max_drops:
         raise RequestError(
             f"at most {settings.max_drops} flips out of all poses (parameter max_drops)",
-            f"{each} out of each of {poses}", "ask for fewer, or raise the parameter")
+            f"{each} out of each of {poses}",
+            "ask for fewer, or raise the parameter",
+        )
     return each * poses
 
 
-def run_flips(job: Job, part: Part, listener: JobListener, stop: Stop) -> FlipStatistics:
+def run_flips(
+    job: Job, part: Part, listener: JobListener, stop: Stop
+) -> FlipStatistics:
     """Flip the part as the job asks; see `run_drops`."""
     request, scene = job.request, job.request.scene
     assert isinstance(request, FlipRequest)
@@ -263,7 +307,13 @@ def run_flips(job: Job, part: Part, listener: JobListener, stop: Stop) -> FlipSt
         listener.progressed(job)
 
     counted = flips.count_flips(
-        part, scene, request.kick_height,
+        part,
+        scene,
+        request.kick_height,
         drop_request(total // poses, job.seed, 0.0, job.settings.threads()),
-        Watch(None, stop.is_due, background=True), on_progress)
-    return stop.judge(counted, counted.flips == total, f"{counted.flips} of {total} flips")
+        Watch(None, stop.is_due, background=True),
+        on_progress,
+    )
+    return stop.judge(
+        counted, counted.flips == total, f"{counted.flips} of {total} flips"
+    )

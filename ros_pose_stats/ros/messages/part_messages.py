@@ -12,7 +12,10 @@ from typing import Any, NamedTuple, TypeVar
 from urllib.parse import unquote
 
 import numpy as np
-from ament_index_python.packages import PackageNotFoundError, get_package_share_directory
+from ament_index_python.packages import (
+    PackageNotFoundError,
+    get_package_share_directory,
+)
 from numpy.typing import NDArray
 from rclpy.serialization import deserialize_message, serialize_message
 from ros_pose_stats_msgs.msg import ObservedParts, PartMesh
@@ -24,7 +27,9 @@ from . import part_requests, times
 
 LITTLE_ENDIAN_CDR = b"\x00\x01"
 HEADER = 4
-MOST_ROOM = 16  # at the end: Fast CDR leaves room for empty sequences that it does not write
+MOST_ROOM = (
+    16  # at the end: Fast CDR leaves room for empty sequences that it does not write
+)
 
 
 class NotPlainCdrError(Exception):
@@ -96,18 +101,25 @@ def _observed_parts(data: bytes) -> ObservedArrays:
     confidence = cursor.array(cursor.count(), "<f8")
     from_pose, feeder_speed = int(cursor.array(1, "<i4")[0]), cursor.text()
     cursor.end()
-    return ObservedArrays(stamp, frame_id, part_id, poses, confidence, from_pose, feeder_speed)
+    return ObservedArrays(
+        stamp, frame_id, part_id, poses, confidence, from_pose, feeder_speed
+    )
 
 
 T = TypeVar("T")
 
-MOST_NESTED = 10_000  # triangles of a nested mesh in a request; each is a Python object to rclpy
+MOST_NESTED = (
+    10_000  # triangles of a nested mesh in a request; each is a Python object to rclpy
+)
 MOST_DESERIALIZED = 4 * 2**20
 """Bytes of a message for rclpy's deserialiser: they become 25 times as many, 0.3 s a MiB."""
 
 
-def request_of_mesh_bytes(data: bytes, part_id: str, unit: float) -> part_requests.PartRequest:
+def request_of_mesh_bytes(
+    data: bytes, part_id: str, unit: float
+) -> part_requests.PartRequest:
     """Take a serialised `shape_msgs/Mesh`; raises MeshError, RequestError."""
+
     def view(data: bytes) -> part_requests.PartRequest:
         cursor = _Cursor(data)
         vertices, triangles = _mesh(cursor)
@@ -134,30 +146,48 @@ def taken_request(message: PartMesh) -> part_requests.PartRequest:
         for name, most in (("triangles", MOST_NESTED), ("vertices", 3 * MOST_NESTED)):
             count = len(getattr(message.mesh, name))
             if count > most:
-                raise RequestError(f"a nested mesh of at most {most} {name} in a request",
-                                   f"{count}", "publish it on ~/part_mesh or use the flat arrays")
+                raise RequestError(
+                    f"a nested mesh of at most {most} {name} in a request",
+                    f"{count}",
+                    "publish it on ~/part_mesh or use the flat arrays",
+                )
         return request_of_part_bytes(serialize_message(message))
     finally:
-        message.mesh, message.vertices, message.triangles = Mesh(), array("d"), array("I")
+        message.mesh, message.vertices, message.triangles = (
+            Mesh(),
+            array("d"),
+            array("I"),
+        )
 
 
 def is_given(message: PartMesh) -> bool:
     """Whether a request carries a part."""
-    return bool(len(message.mesh.triangles) or len(message.mesh.vertices)
-                or len(message.vertices) or len(message.triangles) or message.mesh_resource)
+    return bool(
+        len(message.mesh.triangles)
+        or len(message.mesh.vertices)
+        or len(message.vertices)
+        or len(message.triangles)
+        or message.mesh_resource
+    )
 
 
-def part_message(request: part_requests.PartRequest, part_id: str, stamp: int) -> PartMesh:
+def part_message(
+    request: part_requests.PartRequest, part_id: str, stamp: int
+) -> PartMesh:
     """What goes to the bag: flat arrays as received, under the part's final name."""
     message = PartMesh(
-        part_id=part_id, vertices=flat(request.vertices), triangles=flat(request.triangles, "I"),
-        unit=request.unit)
+        part_id=part_id,
+        vertices=flat(request.vertices),
+        triangles=flat(request.triangles, "I"),
+        unit=request.unit,
+    )
     message.restitution, message.drop_height = request.scene_override
     message.header.stamp = times.time_message(stamp)
     given, com = message.inertia, message.inertia.com
     given.m, (com.x, com.y, com.z) = request.mass, map(float, request.center_of_mass)
     (given.ixx, given.ixy, given.ixz, given.iyy, given.iyz, given.izz) = map(
-        float, request.inertia[np.triu_indices(3)])
+        float, request.inertia[np.triu_indices(3)]
+    )
     return message
 
 
@@ -178,25 +208,45 @@ def _part_request(data: bytes) -> part_requests.PartRequest:
     values, resource = cursor.array(13, "<f8"), cursor.text()
     cursor.end()
     name = part_requests.named(part_id)
-    filled = [field for field, there in (
-        ("mesh", vertices.size + triangles.size),
-        ("the flat arrays", flat_vertices.size + flat_triangles.size),
-        ("mesh_resource", resource)) if there]
+    filled = [
+        field
+        for field, there in (
+            ("mesh", vertices.size + triangles.size),
+            ("the flat arrays", flat_vertices.size + flat_triangles.size),
+            ("mesh_resource", resource),
+        )
+        if there
+    ]
     if len(filled) != 1:
-        raise MeshError("one of mesh, the flat arrays vertices and triangles, and mesh_resource "
-                        f"filled{name}", " and ".join(filled) or "none", "fill exactly one")
+        raise MeshError(
+            "one of mesh, the flat arrays vertices and triangles, and mesh_resource "
+            f"filled{name}",
+            " and ".join(filled) or "none",
+            "fill exactly one",
+        )
     unit = float(values[0])
     if resource:
         mesh = files.read_mesh(resource_file(resource), unit, unless_declared=True)
-        vertices, triangles = np.asarray(mesh.vertices), np.asarray(mesh.triangles, np.uint32)
+        vertices, triangles = (
+            np.asarray(mesh.vertices),
+            np.asarray(mesh.triangles, np.uint32),
+        )
         unit = mesh.unit
     elif filled != ["mesh"]:
         vertices = _rows(flat_vertices, f"vertices{name}")
         triangles = _rows(flat_triangles, f"triangles{name}")
     inertia = values[[5, 6, 7, 6, 8, 9, 7, 9, 10]].reshape(3, 3)
     return part_requests.PartRequest(
-        part_id, vertices, triangles, unit, float(values[1]), np.array(values[2:5]), inertia,
-        (float(values[11]), float(values[12])), stamp)
+        part_id,
+        vertices,
+        triangles,
+        unit,
+        float(values[1]),
+        np.array(values[2:5]),
+        inertia,
+        (float(values[11]), float(values[12])),
+        stamp,
+    )
 
 
 def resource_file(uri: str) -> Path:
@@ -209,16 +259,25 @@ def resource_file(uri: str) -> Path:
         if given and kind == "file" and not place and name:
             return Path("/", unquote(name))
     except (PackageNotFoundError, ValueError, OSError) as error:
-        raise RequestError("mesh_resource in a package that is installed",
-                           part_requests.shown(uri), "source its workspace") from error
-    raise RequestError("mesh_resource as package://PACKAGE/FILE or file:///FILE",
-                       part_requests.shown(uri), "write out the whole path")
+        raise RequestError(
+            "mesh_resource in a package that is installed",
+            part_requests.shown(uri),
+            "source its workspace",
+        ) from error
+    raise RequestError(
+        "mesh_resource as package://PACKAGE/FILE or file:///FILE",
+        part_requests.shown(uri),
+        "write out the whole path",
+    )
 
 
 def _rows(values: NDArray[Any], name: str) -> NDArray[Any]:
     if values.size % 3:
-        raise MeshError(f"a multiple of three numbers in {name}", f"{values.size}",
-                        "x y z a vertex, three vertex numbers a triangle")
+        raise MeshError(
+            f"a multiple of three numbers in {name}",
+            f"{values.size}",
+            "x y z a vertex, three vertex numbers a triangle",
+        )
     return values.reshape(-1, 3)
 
 
@@ -236,14 +295,23 @@ def deserialized(data: bytes, kind: type, most: int) -> Any:
     try:
         return deserialize_message(data, kind)
     except Exception as error:  # the bindings raise what they like
-        raise RequestError(f"a serialised {kind.__name__}", f"{len(data)} bytes that are none "
-                           f"({type(error).__name__})", "check the publisher") from error
+        raise RequestError(
+            f"a serialised {kind.__name__}",
+            f"{len(data)} bytes that are none ({type(error).__name__})",
+            "check the publisher",
+        ) from error
 
 
 def check_size(data: bytes, kind: type, most: int) -> None:
     """Refuse what is too large for whoever reads it; raises RequestError."""
     if len(data) > most:
-        in_place = "; a mesh in plain little-endian CDR may be larger" if (
-            kind in (Mesh, PartMesh)) else ""
-        raise RequestError(f"a {kind.__name__} of at most {most} bytes", f"{len(data)} bytes",
-                           f"check the publisher{in_place}")
+        in_place = (
+            "; a mesh in plain little-endian CDR may be larger"
+            if (kind in (Mesh, PartMesh))
+            else ""
+        )
+        raise RequestError(
+            f"a {kind.__name__} of at most {most} bytes",
+            f"{len(data)} bytes",
+            f"check the publisher{in_place}",
+        )

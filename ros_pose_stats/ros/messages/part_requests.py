@@ -73,35 +73,51 @@ def _any(values: Array) -> bool:
 def check_name(part_id: str) -> None:
     """Refuse names that would be cut or confuse a terminal; raises RequestError."""
     if len(part_id) > LONGEST_NAME or not part_id.isprintable():
-        raise RequestError(f"a part_id of at most {LONGEST_NAME} printable characters",
-                           f"{len(part_id)} characters, {shown(part_id)}", "rename the part")
+        raise RequestError(
+            f"a part_id of at most {LONGEST_NAME} printable characters",
+            f"{len(part_id)} characters, {shown(part_id)}",
+            "rename the part",
+        )
 
 
 def check_request(request: PartRequest, most_bytes: int) -> None:
     """What can be refused without looking at every triangle; raises MeshError, RequestError."""
     check_name(request.part_id)
     if request.bytes() > most_bytes:
-        raise MeshError(f"a mesh of at most {most_bytes} bytes (parameter max_mesh_bytes)",
-                        f"{request.bytes()} bytes, {len(request.triangles)} triangles",
-                        "decimate it, or raise the parameter")
+        raise MeshError(
+            f"a mesh of at most {most_bytes} bytes (parameter max_mesh_bytes)",
+            f"{request.bytes()} bytes, {len(request.triangles)} triangles",
+            "decimate it, or raise the parameter",
+        )
     if not (math.isfinite(request.unit) and request.unit > 0.0):
-        raise RequestError("a unit above 0, in metres a mesh unit", f"{request.unit}",
-                           "0.001 is a mesh in millimetres")
+        raise RequestError(
+            "a unit above 0, in metres a mesh unit",
+            f"{request.unit}",
+            "0.001 is a mesh in millimetres",
+        )
     if request.mass == 0.0 and (_any(request.inertia) or _any(request.center_of_mass)):
-        raise RequestError("a mass above 0 kg with a given centre of mass or inertia",
-                           "inertia.m = 0", "fill in inertia.m, or leave all of inertia zero")
+        raise RequestError(
+            "a mass above 0 kg with a given centre of mass or inertia",
+            "inertia.m = 0",
+            "fill in inertia.m, or leave all of inertia zero",
+        )
 
 
 def part_of(request: PartRequest) -> Part:
     """Build the part; raises PoseStatsError with one line that says what is wrong."""
     given = request.mass != 0.0
-    with np.errstate(invalid="ignore"):  # of NaN of a kind that only broken messages have
+    with np.errstate(
+        invalid="ignore"
+    ):  # of NaN of a kind that only broken messages have
         return part_from_mesh(
-            request.vertices, request.triangles,
+            request.vertices,
+            request.triangles,
             request.center_of_mass if given else None,
             request.mass if given else None,
             request.inertia if given and _any(request.inertia) else None,
-            part_id=request.part_id, unit=request.unit)
+            part_id=request.part_id,
+            unit=request.unit,
+        )
 
 
 def estimator_name(method: str, restitution: float) -> str:
@@ -109,8 +125,10 @@ def estimator_name(method: str, restitution: float) -> str:
     if method == AUTO:
         return best_method(restitution)
     if method not in AT_ONCE:
-        raise RequestError(f"a method that needs no drops, out of {', '.join(AT_ONCE)}",
-                           repr(method[:LONGEST_NAME]),
-                           "leave it empty for the node's; for drops ask for auto with a "
-                           "target_error, or start a drop simulation")
+        raise RequestError(
+            f"a method that needs no drops, out of {', '.join(AT_ONCE)}",
+            repr(method[:LONGEST_NAME]),
+            "leave it empty for the node's; for drops ask for auto with a "
+            "target_error, or start a drop simulation",
+        )
     return method

@@ -19,8 +19,9 @@ from .part_messages import flat
 from .times import now, time_message
 
 
-def statistics_message(statistics: records.PoseStatistics, frame: str,
-                       **labels: Any) -> msg.PoseStatistics:
+def statistics_message(
+    statistics: records.PoseStatistics, frame: str, **labels: Any
+) -> msg.PoseStatistics:
     """Make the message; `labels`: plate, revision, job_id and final in it."""
     message = msg.PoseStatistics()
     message.header.stamp, message.header.frame_id = time_message(now()), frame
@@ -29,7 +30,9 @@ def statistics_message(statistics: records.PoseStatistics, frame: str,
     for name, value in labels.items():
         setattr(message, name, value)
     message.scene = statistics.scene
-    message.compute_time = Duration(seconds=max(0.0, statistics.seconds)).to_msg()  # NaN: 0
+    message.compute_time = Duration(
+        seconds=max(0.0, statistics.seconds)
+    ).to_msg()  # NaN: 0
     message.poses = [_pose(statistics.part_id, pose) for pose in statistics.poses]
     message.warnings, message.notes = list(statistics.warnings), list(statistics.notes)
     return message
@@ -49,11 +52,15 @@ def with_warning(message: msg.PoseStatistics, warning: str) -> msg.PoseStatistic
     return twin
 
 
-def farewell_message(last: msg.PoseStatistics, stamp: int, revision: int, reason: str
-                     ) -> msg.PoseStatistics:
+def farewell_message(
+    last: msg.PoseStatistics, stamp: int, revision: int, reason: str
+) -> msg.PoseStatistics:
     """The last message about a part: no poses, and why."""
     message = msg.PoseStatistics(revision=revision, final=True)
-    message.header.stamp, message.header.frame_id = time_message(stamp), last.header.frame_id
+    message.header.stamp, message.header.frame_id = (
+        time_message(stamp),
+        last.header.frame_id,
+    )
     for name in ("part_id", "part_digest", "radius", "plate", "version"):
         setattr(message, name, getattr(last, name))
     message.expected_error = message.largest_error = message.plate_error = math.nan
@@ -62,7 +69,8 @@ def farewell_message(last: msg.PoseStatistics, stamp: int, revision: int, reason
 
 
 _DRAWN: "WeakKeyDictionary[records.RestingShape, tuple[array[float], array[float]]]" = (
-    WeakKeyDictionary())
+    WeakKeyDictionary()
+)
 
 
 def _pose(part_id: str, pose: records.StablePose) -> msg.StablePose:
@@ -71,9 +79,14 @@ def _pose(part_id: str, pose: records.StablePose) -> msg.StablePose:
     for name in POSE_FIELDS:
         setattr(message, name, getattr(pose, name))
     orientation = message.pose.orientation
-    orientation.x, orientation.y, orientation.z, orientation.w = pose.orientation.tolist()
-    for vector, values in ((message.pose.position, pose.position), (message.down, pose.down),
-                           (message.roll_axis, pose.roll_axis)):
+    orientation.x, orientation.y, orientation.z, orientation.w = (
+        pose.orientation.tolist()
+    )
+    for vector, values in (
+        (message.pose.position, pose.position),
+        (message.down, pose.down),
+        (message.roll_axis, pose.roll_axis),
+    ):
         vector.x, vector.y, vector.z = values.tolist()
     # all messages of a pose share these, as nobody writes to them
     drawn = _DRAWN.get(pose.shape)
@@ -95,21 +108,33 @@ def statistics_of_message(message: msg.PoseStatistics) -> records.PoseStatistics
     """The record that a message stands for; members of clusters are not in messages."""
     plain = {name: getattr(message, name) for name in STATISTICS_FIELDS}
     seconds = message.compute_time.sec + 1e-9 * message.compute_time.nanosec
-    return records.PoseStatistics(poses=tuple(_pose_of(pose) for pose in message.poses),
-                                  seconds=seconds, warnings=tuple(message.warnings),
-                                  notes=tuple(message.notes), **plain)
+    return records.PoseStatistics(
+        poses=tuple(_pose_of(pose) for pose in message.poses),
+        seconds=seconds,
+        warnings=tuple(message.warnings),
+        notes=tuple(message.notes),
+        **plain,
+    )
 
 
 def _pose_of(message: msg.StablePose) -> records.StablePose:
     position, turn, down = message.pose.position, message.pose.orientation, message.down
     plain = {name: getattr(message, name) for name in POSE_FIELDS}
-    shape = DrawnShape(np.array(message.support_polygon).reshape(-1, 2),
-                       np.array(message.outline).reshape(-1, 2))
+    shape = DrawnShape(
+        np.array(message.support_polygon).reshape(-1, 2),
+        np.array(message.outline).reshape(-1, 2),
+    )
     return records.StablePose(
-        down=np.array([down.x, down.y, down.z]), members=(), shape=shape,
-        roll_axis=np.array([message.roll_axis.x, message.roll_axis.y, message.roll_axis.z]),
+        down=np.array([down.x, down.y, down.z]),
+        members=(),
+        shape=shape,
+        roll_axis=np.array(
+            [message.roll_axis.x, message.roll_axis.y, message.roll_axis.z]
+        ),
         orientation=np.array([turn.x, turn.y, turn.z, turn.w]),
-        position=np.array([position.x, position.y, position.z]), **plain)
+        position=np.array([position.x, position.y, position.z]),
+        **plain,
+    )
 
 
 def known_error(message: msg.PoseStatistics) -> float:
@@ -141,7 +166,11 @@ def replaces(new: msg.PoseStatistics, old: msg.PoseStatistics) -> bool:
 def still_true(last: msg.PoseStatistics, scene: records.DropScene) -> bool:
     """Whether a result of the last run holds for its part in the present scene."""
     if (last.version, last.restitution, last.cluster_tolerance, last.round_sides) != (
-            version.VERSION, scene.restitution, scene.cluster_tolerance, scene.round_sides):
+        version.VERSION,
+        scene.restitution,
+        scene.cluster_tolerance,
+        scene.round_sides,
+    ):
         return False
     released = scene.release_height(last.radius)
     return math.isnan(last.drop_height) or math.isclose(last.drop_height, released)

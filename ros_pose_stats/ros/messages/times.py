@@ -6,7 +6,7 @@ from collections.abc import Callable
 from builtin_interfaces.msg import Time
 from rclpy import callback_groups, clock as clocks, node as nodes, timer
 
-FIRST, LAST = -2**31 * 10**9, 2**31 * 10**9 - 1  # nanoseconds that a stamp can hold
+FIRST, LAST = -(2**31) * 10**9, 2**31 * 10**9 - 1  # nanoseconds that a stamp can hold
 
 _read_clock: Callable[[], int] = time.time_ns
 
@@ -22,10 +22,16 @@ def now() -> int:
     return _read_clock()
 
 
-def steady_timer(node: nodes.Node, seconds: float, callback: Callable[[], None]) -> timer.Timer:
+def steady_timer(
+    node: nodes.Node, seconds: float, callback: Callable[[], None]
+) -> timer.Timer:
     """Make a timer that goes on beside all else, where simulated time stands still or jumps."""
-    return node.create_timer(seconds, callback, callback_groups.MutuallyExclusiveCallbackGroup(),
-                             clocks.Clock(clock_type=clocks.ClockType.STEADY_TIME))
+    return node.create_timer(
+        seconds,
+        callback,
+        callback_groups.MutuallyExclusiveCallbackGroup(),
+        clocks.Clock(clock_type=clocks.ClockType.STEADY_TIME),
+    )
 
 
 def time_message(stamp: int) -> Time:

@@ -24,7 +24,14 @@ MOST_POSES = 16  # poses drawn of a part, the most probable ones
 MOST_DRAWN = 400  # poses drawn in all; with many parts fewer of each
 
 MOST_TRIANGLES = 32_000  # of the whole array: 2.3 MB, at most once a second
-FINENESS = (4000, 2000, 1000, 500, 250, 100)  # triangles of a part, which is seldom made anew
+FINENESS = (
+    4000,
+    2000,
+    1000,
+    500,
+    250,
+    100,
+)  # triangles of a part, which is seldom made anew
 GAP = 0.6  # between the parts, in radii
 LETTER = 0.35  # height of the labels, in radii
 
@@ -40,35 +47,66 @@ def marker_array(rows: Sequence[tuple[PoseStatistics, Array]], most: int) -> byt
     return drawing.marker_array_message(markers)
 
 
-def _row(result: PoseStatistics, triangles: Array, y: float, most: int) -> list[drawing.Marker]:
+def _row(
+    result: PoseStatistics, triangles: Array, y: float, most: int
+) -> list[drawing.Marker]:
     corner = (-2.0 * result.radius, y, LETTER * result.radius)
     markers = [_label(result, 0, result.part_id, corner)]
     step = (2.0 + GAP) * result.radius
     for place, pose in enumerate(result.poses[:most]):
         x, where, turn = place * step, pose.pose.position, pose.pose.orientation
         unknown = math.isnan(pose.probability)
-        depth = 0.0 if unknown else float(min(max(pose.probability, 0.0), 1.0)) ** 0.5  # of blue
-        markers.append(drawing.Marker(
-            result.header.frame_id, f"{result.part_id}/poses", drawing.TRIANGLE_LIST,
-            (where.x + x, where.y + y, where.z, turn.x, turn.y, turn.z, turn.w),
-            color=(0.85 - 0.75 * depth, 0.88 - 0.5 * depth, 0.92 - 0.2 * depth, 1.0),
-            corners=triangles, number=pose.index))
+        depth = (
+            0.0 if unknown else float(min(max(pose.probability, 0.0), 1.0)) ** 0.5
+        )  # of blue
+        markers.append(
+            drawing.Marker(
+                result.header.frame_id,
+                f"{result.part_id}/poses",
+                drawing.TRIANGLE_LIST,
+                (where.x + x, where.y + y, where.z, turn.x, turn.y, turn.z, turn.w),
+                color=(
+                    0.85 - 0.75 * depth,
+                    0.88 - 0.5 * depth,
+                    0.92 - 0.2 * depth,
+                    1.0,
+                ),
+                corners=triangles,
+                number=pose.index,
+            )
+        )
         share = "-" if unknown else f"{100.0 * pose.probability:.1f} %"
-        markers.append(_label(result, pose.index + 1, f"{pose.index}: {share}",
-                              (x, y, pose.top + 0.5 * LETTER * result.radius)))
+        markers.append(
+            _label(
+                result,
+                pose.index + 1,
+                f"{pose.index}: {share}",
+                (x, y, pose.top + 0.5 * LETTER * result.radius),
+            )
+        )
     return markers
 
 
-def _label(result: PoseStatistics, number: int, text: str,
-           where: tuple[float, float, float]) -> drawing.Marker:
+def _label(
+    result: PoseStatistics, number: int, text: str, where: tuple[float, float, float]
+) -> drawing.Marker:
     return drawing.Marker(
-        result.header.frame_id, f"{result.part_id}/labels", drawing.TEXT_VIEW_FACING,
-        (*where, 0.0, 0.0, 0.0, 1.0), (0.0, 0.0, LETTER * result.radius), (0.1, 0.1, 0.1, 1.0),
-        text=text, number=number)
+        result.header.frame_id,
+        f"{result.part_id}/labels",
+        drawing.TEXT_VIEW_FACING,
+        (*where, 0.0, 0.0, 0.0, 1.0),
+        (0.0, 0.0, LETTER * result.radius),
+        (0.1, 0.1, 0.1, 1.0),
+        text=text,
+        number=number,
+    )
 
 
-LATCHED = qos.QoSProfile(depth=1, reliability=qos.ReliabilityPolicy.RELIABLE,
-                     durability=qos.DurabilityPolicy.TRANSIENT_LOCAL)
+LATCHED = qos.QoSProfile(
+    depth=1,
+    reliability=qos.ReliabilityPolicy.RELIABLE,
+    durability=qos.DurabilityPolicy.TRANSIENT_LOCAL,
+)
 NO_EVENTS = event_handler.PublisherEventCallbacks(use_default_callbacks=False)
 """The executor fails on handlers of events that are destroyed while it waits for them."""
 
@@ -84,7 +122,9 @@ class Announcer:
     def __init__(self, base: Base) -> None:
         self._node, self._recorder, self._state = base.node, base.recorder, base.state
         self._floods = base.refusals.floods
-        self._introduced: Memory[tuple[Path, str, str], bool] = Memory(INTRODUCED)  # by bag
+        self._introduced: Memory[tuple[Path, str, str], bool] = Memory(
+            INTRODUCED
+        )  # by bag
         self._introducing = threading.RLock()
         self._publishers: dict[str, publishers.Publisher] = {}  # by part
         self._shown: dict[str, KnownPart] = {}
@@ -103,11 +143,14 @@ class Announcer:
             message = self._state.mesh(known.part_id)
             if message is None or not self._recorder.record(PART_MESH, message):
                 return
-            self._introduced.put((self._recorder.bag, *name), True)  # maybe a new bag's first
+            self._introduced.put(
+                (self._recorder.bag, *name), True
+            )  # maybe a new bag's first
             shown = known.shown
             if shown is not None and not shown.recorded:
                 shown.recorded = self._recorder.record(
-                    POSE_STATISTICS, serialization.serialize_message(shown.latched))
+                    POSE_STATISTICS, serialization.serialize_message(shown.latched)
+                )
 
     def log_part(self, known: KnownPart) -> None:
         """Say what has come, so that a wrong unit is seen at once; of a flood not each."""
@@ -117,10 +160,14 @@ class Announcer:
         if not (self._floods.count("new parts") and of_part) or shown is None:
             return
         log, poses = self._node.get_logger(), shown.latched.poses
-        log.info(f"{part_requests.part_line(known.part)}, {len(poses)} stable poses "
-                 f"({most_probable(poses)} % by {shown.latched.method}); "
-                 f"bag {self._recorder.log.directory}")
-        suspect = [line for line in shown.latched.warnings if line.startswith("HEIGHT_SUSPECT")]
+        log.info(
+            f"{part_requests.part_line(known.part)}, {len(poses)} stable poses "
+            f"({most_probable(poses)} % by {shown.latched.method}); "
+            f"bag {self._recorder.log.directory}"
+        )
+        suspect = [
+            line for line in shown.latched.warnings if line.startswith("HEIGHT_SUSPECT")
+        ]
         for warning in (*known.part.warnings, *suspect):
             log.warning(f"{known.part_id}: {warning}")
 
@@ -130,7 +177,11 @@ class Announcer:
             self._leaving.pop(known.part_id, None)
             if known.part_id not in self._publishers:
                 self._publishers[known.part_id] = self._node.create_publisher(
-                    PoseStatistics, "~/pose_statistics", LATCHED, event_callbacks=NO_EVENTS)
+                    PoseStatistics,
+                    "~/pose_statistics",
+                    LATCHED,
+                    event_callbacks=NO_EVENTS,
+                )
             self._shown[known.part_id] = known
             self._publishers[known.part_id].publish(data)
         self.draw()
@@ -145,8 +196,11 @@ class Announcer:
             last = self._shown.pop(known.part_id, None)
         if last is None or last.shown is None:
             return
-        data = serialization.serialize_message(statistics_messages.farewell_message(
-            last.shown.latched, stamp, known.revisions.next(), reason))
+        data = serialization.serialize_message(
+            statistics_messages.farewell_message(
+                last.shown.latched, stamp, known.revisions.next(), reason
+            )
+        )
         self._recorder.record(POSE_STATISTICS, data)
         with self._lock:
             self._publishers[known.part_id].publish(data)
@@ -158,23 +212,40 @@ class Announcer:
         with self._lock:
             for part_id, since in list(self._leaving.items()):
                 publisher = self._publishers[part_id]
-                if (time.monotonic() - since > PARTING_SECONDS  # to wait would lock Python
-                        or publisher.wait_for_all_acked(duration.Duration(seconds=0))):
+                if (
+                    time.monotonic() - since
+                    > PARTING_SECONDS  # to wait would lock Python
+                    or publisher.wait_for_all_acked(duration.Duration(seconds=0))
+                ):
                     del self._leaving[part_id], self._publishers[part_id]
                     self._node.destroy_publisher(publisher)
         if not self._changed.is_set():
             return
         self._changed.clear()
         with self._lock:
-            rows = [(known, known.shown.latched) for _, known in sorted(self._shown.items())
-                    if known.source.part is not None and known.shown is not None]
+            rows = [
+                (known, known.shown.latched)
+                for _, known in sorted(self._shown.items())
+                if known.source.part is not None and known.shown is not None
+            ]
         each = max(1, min(MOST_POSES, MOST_DRAWN // max(len(rows), 1)))
         drawn = sum(min(len(result.poses), each) for _, result in rows)
-        most = next((fine for fine in FINENESS if fine * drawn <= MOST_TRIANGLES), FINENESS[-1])
-        self._markers.publish(marker_array(
-            [(result, visible_triangles(known.part, most)) for known, result in rows], each))
+        most = next(
+            (fine for fine in FINENESS if fine * drawn <= MOST_TRIANGLES), FINENESS[-1]
+        )
+        self._markers.publish(
+            marker_array(
+                [
+                    (result, visible_triangles(known.part, most))
+                    for known, result in rows
+                ],
+                each,
+            )
+        )
 
-    def record(self, topic: str, known: KnownPart, message: PoseStatistics) -> PoseStatistics:
+    def record(
+        self, topic: str, known: KnownPart, message: PoseStatistics
+    ) -> PoseStatistics:
         """Put a result on record before anybody has it; the same, with a warning if that fails."""
         self.introduce(known)
         if self._recorder.record(topic, serialization.serialize_message(message)):

@@ -43,10 +43,13 @@ class Ground(NamedTuple):
             return False
         try:
             part = known.part
-        except Exception:  # the intake builds it too, says why not, and forgets what is refused
+        except (
+            Exception
+        ):  # the intake builds it too, says why not, and forgets what is refused
             return False
         return resting_poses(part, tolerance, sides).is_numbered_like(
-            resting_poses(part, tolerance, new))
+            resting_poses(part, tolerance, new)
+        )
 
 
 class CellCounts:
@@ -54,9 +57,15 @@ class CellCounts:
 
     def __init__(self, ground: Ground, total: Index, series: int) -> None:
         self.ground, self.series = ground, series
-        self.change: int | None = None  # of the state, that has all of it; None: all so far
-        self.evidence: Array | None = None  # what they say of the plate's error, by `PLATE_ERRORS`
-        self.total = total  # parts (P,) seen in each pose, by `index`; each sum is a new array
+        self.change: int | None = (
+            None  # of the state, that has all of it; None: all so far
+        )
+        self.evidence: Array | None = (
+            None  # what they say of the plate's error, by `PLATE_ERRORS`
+        )
+        self.total = (
+            total  # parts (P,) seen in each pose, by `index`; each sum is a new array
+        )
         # by the feeder's speed, and by the pose before and after
         self.flips: dict[str, Counter[tuple[int, int]]] = {}
         self._recent: deque[Index] = deque()
@@ -72,9 +81,12 @@ class CellCounts:
         if not seen:
             return 0
         if counts.from_pose >= 0:
-            self.flips.setdefault(counts.feeder_speed, Counter()).update({
-                (counts.from_pose, index): int(new[index])
-                for index in np.flatnonzero(new).tolist()})
+            self.flips.setdefault(counts.feeder_speed, Counter()).update(
+                {
+                    (counts.from_pose, index): int(new[index])
+                    for index in np.flatnonzero(new).tolist()
+                }
+            )
             return seen
         self._recent.append(new)
         self._seen += seen
@@ -91,12 +103,18 @@ class CellCounts:
             before = total - recent
             enough = min(recent.sum(), before.sum()) >= RECENT
             # Below 0 it is while a camera counts.
-            if enough and before.min() >= 0 and homogeneity(before, recent).p_value < CHANCE:
+            if (
+                enough
+                and before.min() >= 0
+                and homogeneity(before, recent).p_value < CHANCE
+            ):
                 now, then = recent / recent.sum(), before / before.sum()
                 most = int(np.abs(now - then).argmax())
-                said = (f"of the last {recent.sum()} parts {text.percent(now[most])} % lie in "
-                        f"pose {most}, of the {before.sum()} before {text.percent(then[most])} % "
-                        "did")
+                said = (
+                    f"of the last {recent.sum()} parts {text.percent(now[most])} % lie in "
+                    f"pose {most}, of the {before.sum()} before {text.percent(then[most])} % "
+                    "did"
+                )
             self._drift = total, said
         return self._drift[1]
 
@@ -113,76 +131,126 @@ class CountStore:
         counted = self._state.get("counts", known.part_id)
         if known.counts is None and counted is not None and counted[1] == known.digest:
             _, _, tolerance, sides, plate, total, series = counted
-            known.counts = CellCounts(Ground(scenes.Numbering(tolerance, sides), plate),
-                                      np.frombuffer(total, np.int64).copy(), series)
+            known.counts = CellCounts(
+                Ground(scenes.Numbering(tolerance, sides), plate),
+                np.frombuffer(total, np.int64).copy(),
+                series,
+            )
             flipped = self._state.get("flips", known.part_id)
             if flipped is not None and flipped[1] == series:
                 known.counts.flips = {
-                    speed: Counter({(before, after): count for before, after, count in flips})
-                    for speed, flips in json.loads(flipped[2]).items()}
+                    speed: Counter(
+                        {(before, after): count for before, after, count in flips}
+                    )
+                    for speed, flips in json.loads(flipped[2]).items()
+                }
 
     def health(self) -> Health:
         """The line of diagnostics about what cameras counted, and what has changed in it."""
-        counted = {known.part_id: counts for known in self._parts.all()
-                   if (counts := known.counts) is not None}
-        changed = {f"changed {part_requests.shown(part_id)}": drift
-                   for part_id, counts in counted.items() if (drift := counts.drift())}
+        counted = {
+            known.part_id: counts
+            for known in self._parts.all()
+            if (counts := known.counts) is not None
+        }
+        changed = {
+            f"changed {part_requests.shown(part_id)}": drift
+            for part_id, counts in counted.items()
+            if (drift := counts.drift())
+        }
         total = sum(int(counts.total.sum()) for counts in counted.values())
-        text = next((f"{name}: {drift}" for name, drift in changed.items()),
-                    f"{total} parts counted of {len(counted)} kinds")
-        return Health(bool(changed), text, {"kinds counted": len(counted), "parts counted": total,
-                                            **changed})
+        text = next(
+            (f"{name}: {drift}" for name, drift in changed.items()),
+            f"{total} parts counted of {len(counted)} kinds",
+        )
+        return Health(
+            bool(changed),
+            text,
+            {"kinds counted": len(counted), "parts counted": total, **changed},
+        )
 
-    def add_counts(self, known: known_part.KnownPart, shown: known_part.Shown,
-                   counts: PoseCounts) -> bool:
+    def add_counts(
+        self, known: known_part.KnownPart, shown: known_part.Shown, counts: PoseCounts
+    ) -> bool:
         """Learn from what a camera counted on this plate; false for what came before.
 
         The lock of the part's name is held since `counts` were compared with what is `shown`.
         """
         ground, poses = self._ground(counts), len(shown.latched.poses)
         known.counts = self._counts_on(known, ground, poses) or CellCounts(
-            ground, np.zeros(poses, np.int64), time.time_ns())
+            ground, np.zeros(poses, np.int64), time.time_ns()
+        )
         content = hashlib.sha256(str(counts).encode()).digest()[:16]
         identity = known.counts.series.to_bytes(8, "big") + content
         if self._state.get("counted", identity) is not None:
             return False
         if known.counts.add(counts):
-            flipped = [] if counts.from_pose < 0 else [Change("flips", known.part_id, (
-                known.part_id, known.counts.series, json.dumps(
-                    {speed: [(*moved, count) for moved, count in flips.items()]
-                     for speed, flips in known.counts.flips.items()})))]
+            flipped = (
+                []
+                if counts.from_pose < 0
+                else [
+                    Change(
+                        "flips",
+                        known.part_id,
+                        (
+                            known.part_id,
+                            known.counts.series,
+                            json.dumps(
+                                {
+                                    speed: [
+                                        (*moved, count)
+                                        for moved, count in flips.items()
+                                    ]
+                                    for speed, flips in known.counts.flips.items()
+                                }
+                            ),
+                        ),
+                    )
+                ]
+            )
             known.counts.change = self._state.put(
-                self._counts_row(known, known.counts), *flipped,
-                Change("counted", identity, (identity,)))
+                self._counts_row(known, known.counts),
+                *flipped,
+                Change("counted", identity, (identity,)),
+            )
         return True
 
-    def _counts_on(self, known: known_part.KnownPart, ground: Ground,
-                   poses: int) -> CellCounts | None:
+    def _counts_on(
+        self, known: known_part.KnownPart, ground: Ground, poses: int
+    ) -> CellCounts | None:
         """What was counted on a ground; those of a version that had other poses there go."""
         self.restore(known)
         counts = known.counts
         if counts is None or counts.ground != ground:
             return None
         if counts.total.size != poses:
-            self._warn(f"what was counted of {part_requests.shown(known.part_id)} no longer "
-                       f"counts: expected {poses} poses, got counts of {counts.total.size}; "
-                       f"an earlier version had others, so count again")
+            self._warn(
+                f"what was counted of {part_requests.shown(known.part_id)} no longer "
+                f"counts: expected {poses} poses, got counts of {counts.total.size}; "
+                f"an earlier version had others, so count again"
+            )
             counts = known.counts = None
-            self._state.put(*(Change(table, known.part_id, None) for table in ("counts", "flips")))
+            self._state.put(
+                *(Change(table, known.part_id, None) for table in ("counts", "flips"))
+            )
         return counts
 
-    def flips(self, known: known_part.KnownPart, message: PoseStatistics, speed: str) -> Index:
+    def flips(
+        self, known: known_part.KnownPart, message: PoseStatistics, speed: str
+    ) -> Index:
         """Flips (K, K) counted at a speed on the ground of a result, or RequestError."""
         with known.revisions.lock:
             counts = known.counts
             fitting = counts is not None and counts.ground == self._ground(message)
             flips = counts.flips if counts is not None and fitting else {}
             if counts is None or speed not in flips:
-                there = text.listed([*map(part_requests.shown, sorted(flips))] or ["none"])
+                there = text.listed(
+                    [*map(part_requests.shown, sorted(flips))] or ["none"]
+                )
                 raise errors.RequestError(
                     "a feeder_speed whose flips were counted",
                     f"{part_requests.shown(speed)}; there is {there}",
-                    "publish ~/pose_counts with from_pose and feeder_speed")
+                    "publish ~/pose_counts with from_pose and feeder_speed",
+                )
             found = np.zeros((counts.total.size, counts.total.size), np.int64)
             for moved, count in flips[speed].items():
                 found[moved] = count
@@ -202,9 +270,19 @@ class CountStore:
 
     def _counts_row(self, known: known_part.KnownPart, counts: CellCounts) -> Change:
         tolerance, sides = counts.ground.numbering
-        return Change("counts", known.part_id, (
-            known.part_id, known.digest, float(tolerance), int(sides), counts.ground.plate,
-            counts.total.tobytes(), counts.series))
+        return Change(
+            "counts",
+            known.part_id,
+            (
+                known.part_id,
+                known.digest,
+                float(tolerance),
+                int(sides),
+                counts.ground.plate,
+                counts.total.tobytes(),
+                counts.series,
+            ),
+        )
 
     def _ground(self, message: PoseCounts | PoseStatistics) -> Ground:
         return Ground(numbering_of(message), self._settings().plate)
@@ -212,42 +290,72 @@ class CountStore:
     def counted_as(self, known: known_part.KnownPart, message: PoseStatistics) -> int:
         """Parts that were counted on the ground of a result."""
         counts = known.counts
-        return 0 if counts is None or counts.ground != self._ground(message) else int(
-            counts.total.sum())
+        return (
+            0
+            if counts is None or counts.ground != self._ground(message)
+            else int(counts.total.sum())
+        )
 
-    def observe(self, known: known_part.KnownPart,
-                message: PoseStatistics) -> records.PoseStatistics | None:
+    def observe(
+        self, known: known_part.KnownPart, message: PoseStatistics
+    ) -> records.PoseStatistics | None:
         """A result combined with what was counted; None where nothing was that fits it."""
         self.restore(known)
         ground = self._ground(message)
-        if known.counts is not None and known.counts.ground != ground and (
-                known.counts.ground.goes_on_as(ground, known)):
+        if (
+            known.counts is not None
+            and known.counts.ground != ground
+            and (known.counts.ground.goes_on_as(ground, known))
+        ):
             known.counts.ground = ground
         counts = self._counts_on(known, ground, len(message.poses))
         if counts is None:
             return None
         profile = self._settings().profile
         left_out = profile.left_out.get(known.digest) if profile else None
-        told = left_out.probability if left_out and Ground(
-            scenes.Numbering(*left_out[:2]), ground.plate).goes_on_as(ground, known) else ()
+        told = (
+            left_out.probability
+            if left_out
+            and Ground(scenes.Numbering(*left_out[:2]), ground.plate).goes_on_as(
+                ground, known
+            )
+            else ()
+        )
         model = statistics_messages.statistics_of_message(message)
         if profile is None:
             counts.evidence = plate_evidence(model, counts.total)
-            model = replace(model, plate_error=learnt_plate_error(
-                self._evidence_beside(known, ground.plate)))
+            model = replace(
+                model,
+                plate_error=learnt_plate_error(
+                    self._evidence_beside(known, ground.plate)
+                ),
+            )
         combined = observe_counts(model, counts.total, told)
         return combined if combined.method == methods.OBSERVED else None
 
-    def _evidence_beside(self, known: known_part.KnownPart, plate: str) -> Iterator[Array]:
+    def _evidence_beside(
+        self, known: known_part.KnownPart, plate: str
+    ) -> Iterator[Array]:
         """What the other parts counted on a plate say of its error."""
         for other in self._parts.all():
             counts, shown = other.counts, other.shown
-            if other is known or counts is None or shown is None or counts.ground.plate != plate:
+            if (
+                other is known
+                or counts is None
+                or shown is None
+                or counts.ground.plate != plate
+            ):
                 continue
-            evidence, total = counts.evidence, counts.total  # a camera may count meanwhile
+            evidence, total = (
+                counts.evidence,
+                counts.total,
+            )  # a camera may count meanwhile
             if evidence is None and (counts.ground, total.size) == (
-                    self._ground(shown.model), len(shown.model.poses)):
+                self._ground(shown.model),
+                len(shown.model.poses),
+            ):
                 evidence = counts.evidence = plate_evidence(
-                    statistics_messages.statistics_of_message(shown.model), total)
+                    statistics_messages.statistics_of_message(shown.model), total
+                )
             if evidence is not None:
                 yield evidence

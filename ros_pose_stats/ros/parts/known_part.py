@@ -78,7 +78,9 @@ class Shown:
 class PartSource:
     """Gives a part: the one at hand, or one that is built when somebody first asks for it."""
 
-    def __init__(self, part: Part | None, build: Callable[[], Part] | None = None) -> None:
+    def __init__(
+        self, part: Part | None, build: Callable[[], Part] | None = None
+    ) -> None:
         self._build, self._lock = build, threading.Lock()
         self.part = part  # once it is at hand
 
@@ -102,8 +104,12 @@ class KnownPart:
     source: PartSource
     revisions: Revisions = field(default_factory=Revisions)  # of its name
     shown: Shown | None = None  # written by the result store
-    counts: "CellCounts | None" = None  # what cameras counted of it; written by the count store
-    size: int = 0  # bytes of the mesh as it is kept, and of the part when it became known
+    counts: "CellCounts | None" = (
+        None  # what cameras counted of it; written by the count store
+    )
+    size: int = (
+        0  # bytes of the mesh as it is kept, and of the part when it became known
+    )
     change: int = 0  # number of the change of the state that has it
 
     def model_in(self, scene: DropScene) -> PoseStatistics | None:
@@ -122,4 +128,6 @@ BUILT_BYTES = 64 * 2**20  # of parts that are kept because they may come again
 
 def memory_of_parts() -> Memory[Any, Part]:
     """The latest parts by any key; what is prepared of one takes about as much as its mesh."""
-    return Memory(BUILT_BYTES, lambda part: 2 * part.vertices.nbytes + 3 * part.triangles.nbytes)
+    return Memory(
+        BUILT_BYTES, lambda part: 2 * part.vertices.nbytes + 3 * part.triangles.nbytes
+    )

@@ -26,9 +26,14 @@ REFUSED = 1024  # meshes whose refusals are remembered
 class PartStore:
     """Known parts by their id."""
 
-    def __init__(self, base: Base, announcer: Announcer,
-                 builder: part_builder.PartBuilder) -> None:
-        self._settings, self._recorder, self._state = base.settings, base.recorder, base.state
+    def __init__(
+        self, base: Base, announcer: Announcer, builder: part_builder.PartBuilder
+    ) -> None:
+        self._settings, self._recorder, self._state = (
+            base.settings,
+            base.recorder,
+            base.state,
+        )
         self._announcer, self._builder = announcer, builder
         self._parts: OrderedDict[str, KnownPart] = OrderedDict()
         self._used: set[str] = set()
@@ -36,8 +41,9 @@ class PartStore:
         self._lock = threading.Lock()
         # also after another mesh of the same name has come
         self._built: Memory[tuple[str, bytes], Part] = memory_of_parts()
-        self._refused: Memory[tuple[str, bytes], tuple[
-            type[PoseStatsError], tuple[str, str, str]]] = Memory(REFUSED)
+        self._refused: Memory[
+            tuple[str, bytes], tuple[type[PoseStatsError], tuple[str, str, str]]
+        ] = Memory(REFUSED)
         self._revisions: Memory[str, Revisions] = Memory(NUMBERED)
 
     def restore(self) -> None:
@@ -47,7 +53,13 @@ class PartStore:
             for part_id, digest, content, restitution, drop_height, size, used in rows:
                 source = PartSource(None, partial(self._rebuild, part_id, digest))
                 self._parts[part_id] = KnownPart(
-                    part_id, digest, content, (restitution, drop_height), source, size=size)
+                    part_id,
+                    digest,
+                    content,
+                    (restitution, drop_height),
+                    source,
+                    size=size,
+                )
                 self._uses = itertools.count(used + 1)
         self.shrink()
 
@@ -55,20 +67,36 @@ class PartStore:
         """Build a part of an earlier run; raises PoseStatsError."""
         message = self._state.mesh(part_id)
         if message is None:
-            raise MeshError(f"the mesh of {part_requests.shown(part_id)} beside the state file",
-                            "none that is as it was written", "send the part again")
+            raise MeshError(
+                f"the mesh of {part_requests.shown(part_id)} beside the state file",
+                "none that is as it was written",
+                "send the part again",
+            )
         part = self._build(part_messages.request_of_part_bytes(message))
         if part.digest != digest:
-            raise MeshError(f"the mesh of {part_requests.shown(part_id)} as it was stored",
-                            "another one", "send the part again")
+            raise MeshError(
+                f"the mesh of {part_requests.shown(part_id)} as it was stored",
+                "another one",
+                "send the part again",
+            )
         return part
 
     def identify(self, request: part_requests.PartRequest) -> tuple[KnownPart, bool]:
         """The part that a mesh is, and whether it is to be `put`; raises PoseStatsError."""
         part_id, content = request.part_id, request.content
-        same = self.find(part_id) if part_id else next(
-            (known for known in self.all() if known.content == content
-             and known.part_id == part.digest_name(known.digest)), None)
+        same = (
+            self.find(part_id)
+            if part_id
+            else next(
+                (
+                    known
+                    for known in self.all()
+                    if known.content == content
+                    and known.part_id == part.digest_name(known.digest)
+                ),
+                None,
+            )
+        )
         if same is None or same.content != content:
             built = self._build(request)
             part_id, digest, source = built.part_id, built.digest, PartSource(built)
@@ -79,14 +107,18 @@ class PartStore:
         if old is not None and (old.digest, old.scene_override) == (digest, override):
             return old, False
         of_name = self._revisions.get(part_id) if old is None else old.revisions
-        return KnownPart(part_id, digest, content, override, source, of_name or Revisions()), True
+        return KnownPart(
+            part_id, digest, content, override, source, of_name or Revisions()
+        ), True
 
     def _build(self, request: part_requests.PartRequest) -> Part:
         key = request.part_id, request.content
         built, refusal = self._built.get(key), self._refused.get(key)
         if refusal is not None:
             kind, facts = refusal
-            raise kind(*facts)  # anew, for the traceback of what is raised holds on to the mesh
+            raise kind(
+                *facts
+            )  # anew, for the traceback of what is raised holds on to the mesh
         if built is None:
             try:
                 built = self._builder.build(request)
@@ -100,23 +132,39 @@ class PartStore:
 
     def put(self, known: KnownPart, request: part_requests.PartRequest) -> None:
         """Keep a part in place of the last of its name, and of the oldest; raises MeshError."""
-        known.size, most_bytes = part.array_bytes(known.part, request), (
-            self._settings().max_part_bytes)
+        known.size, most_bytes = (
+            part.array_bytes(known.part, request),
+            (self._settings().max_part_bytes),
+        )
         if known.size > most_bytes:
-            raise MeshError(f"a part that takes at most {most_bytes} bytes in memory (parameter "
-                            f"max_part_bytes)", f"{known.size} bytes, "
-                            f"{len(known.part.triangles)} triangles",
-                            "decimate the mesh, or raise the parameter")
-        message = serialize_message(part_messages.part_message(request, known.part_id,
-                                                               request.stamp or times.now()))
+            raise MeshError(
+                f"a part that takes at most {most_bytes} bytes in memory (parameter "
+                f"max_part_bytes)",
+                f"{known.size} bytes, {len(known.part.triangles)} triangles",
+                "decimate the mesh, or raise the parameter",
+            )
+        message = serialize_message(
+            part_messages.part_message(
+                request, known.part_id, request.stamp or times.now()
+            )
+        )
         with known.revisions.lock:
             other = self.current(known.part_id)
             if other is not None:
                 self._announcer.introduce(other)
-            gone = [] if other is None or other.digest == known.digest else [
-                Change(table, known.part_id, None) for table in ("counts", "flips")]
+            gone = (
+                []
+                if other is None or other.digest == known.digest
+                else [
+                    Change(table, known.part_id, None) for table in ("counts", "flips")
+                ]
+            )
             known.change = self._state.put_mesh(
-                known.part_id, message, Change("parts", known.part_id, self._row(known)), *gone)
+                known.part_id,
+                message,
+                Change("parts", known.part_id, self._row(known)),
+                *gone,
+            )
             self._announcer.introduce(known)
             with self._lock:
                 self._parts.pop(known.part_id, None)
@@ -124,16 +172,26 @@ class PartStore:
         self.shrink()
 
     def _row(self, known: KnownPart) -> Row:
-        return (known.part_id, known.digest, known.content, *map(float, known.scene_override),
-                known.size, next(self._uses))
+        return (
+            known.part_id,
+            known.digest,
+            known.content,
+            *map(float, known.scene_override),
+            known.size,
+            next(self._uses),
+        )
 
     def keep_uses(self) -> None:
         """Have the state know which parts were used last."""
         with self._lock:
             used, self._used = self._used, set()
-            latest_last = [known for part_id, known in self._parts.items() if part_id in used]
+            latest_last = [
+                known for part_id, known in self._parts.items() if part_id in used
+            ]
         for known in latest_last:
-            with known.revisions.lock:  # another mesh, or none, may be about to take its place
+            with (
+                known.revisions.lock
+            ):  # another mesh, or none, may be about to take its place
                 if self.current(known.part_id) is known:
                     self._state.put(Change("parts", known.part_id, self._row(known)))
 
@@ -158,9 +216,11 @@ class PartStore:
             with self._lock:
                 names = sorted(self._parts)
             some = ", ".join(names[:8]) + (", …" if len(names) > 8 else "")
-            raise RequestError("the part_id of a known part" + (f" ({some})" if some else ""),
-                               part_requests.shown(part_id),
-                               "publish its mesh on ~/part_mesh, or send it to ~/estimate")
+            raise RequestError(
+                "the part_id of a known part" + (f" ({some})" if some else ""),
+                part_requests.shown(part_id),
+                "publish its mesh on ~/part_mesh, or send it to ~/estimate",
+            )
         return known
 
     def all(self) -> list[KnownPart]:
@@ -172,7 +232,9 @@ class PartStore:
         """Whether the state has a part on the disk; waits until it has."""
         return self._state.commit(known.change)
 
-    def forget(self, known: KnownPart, why: str = "a client had the part forgotten") -> bool:
+    def forget(
+        self, known: KnownPart, why: str = "a client had the part forgotten"
+    ) -> bool:
         """Forget a part; whether the state has that on the disk."""
         return self._state.commit(self._forget(known, why))
 
@@ -182,12 +244,17 @@ class PartStore:
             settings = self._settings()
             with self._lock:
                 total = sum(known.size for known in self._parts.values())
-                if len(self._parts) < 2 or (len(self._parts) <= settings.max_parts
-                                            and total <= settings.max_part_bytes):
+                if len(self._parts) < 2 or (
+                    len(self._parts) <= settings.max_parts
+                    and total <= settings.max_part_bytes
+                ):
                     return
                 oldest = next(iter(self._parts.values()))
-            self._forget(oldest, "the part made room for others that were used more recently "
-                         "(parameters max_parts, max_part_bytes)")
+            self._forget(
+                oldest,
+                "the part made room for others that were used more recently "
+                "(parameters max_parts, max_part_bytes)",
+            )
 
     def _forget(self, known: KnownPart, why: str) -> int | None:
         """Forget a part, unless another one has taken its place; the number of that change."""
@@ -196,12 +263,15 @@ class PartStore:
             if self.current(part_id) is not known:
                 return None
             self._announcer.withdraw_result(known, stamp, why)
-            event = JobEvent(event=JobEvent.PART_FORGOTTEN, part_id=part_id,
-                             part_digest=known.digest)
+            event = JobEvent(
+                event=JobEvent.PART_FORGOTTEN, part_id=part_id, part_digest=known.digest
+            )
             event.header.stamp = times.time_message(stamp)
             self._recorder.record(JOB_EVENTS, serialize_message(event))
             known.revisions.shown = known.revisions.newest
             self._revisions.put(part_id, known.revisions)
             with self._lock:
                 self._parts.pop(part_id, None)
-            return self._state.put(*(Change(table, part_id, None) for table in OF_PARTS))
+            return self._state.put(
+                *(Change(table, part_id, None) for table in OF_PARTS)
+            )

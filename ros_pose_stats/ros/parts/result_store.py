@@ -23,7 +23,9 @@ from ..state import Change
 from . import announcer, count_store, part_store
 from .known_part import KnownPart, Memory, Shown
 
-REMEMBERED_POSES = 20_000  # of results for parts and scenes that come again; some 2 kB each
+REMEMBERED_POSES = (
+    20_000  # of results for parts and scenes that come again; some 2 kB each
+)
 SECONDS_BETWEEN = 1.0  # a part that is being refined is published at most this often
 BEST = "best"  # of all that came for a scene; latched at once where that is the part's again
 CHECKED = "checked"  # the default estimate with some drops beside it, the usual answer
@@ -35,12 +37,18 @@ Key = tuple[str, str, str, records.DropScene, str, float, str]
 class ResultStore:
     """Estimates, numbers and remembers results, and latches the best one of each part."""
 
-    def __init__(self, base: Base, parts: part_store.PartStore, counts: count_store.CountStore,
-                 announcer: announcer.Announcer) -> None:
+    def __init__(
+        self,
+        base: Base,
+        parts: part_store.PartStore,
+        counts: count_store.CountStore,
+        announcer: announcer.Announcer,
+    ) -> None:
         self._settings, self._parts, self._counts = base.settings, parts, counts
         self._announcer, self._state, self._lanes = announcer, base.state, base.lanes
         self._results: Memory[Key, PoseStatistics] = Memory(
-            REMEMBERED_POSES, lambda message: len(message.poses))
+            REMEMBERED_POSES, lambda message: len(message.poses)
+        )
 
     def restore(self, known: KnownPart) -> None:
         """Latch what an earlier run has latched, if it holds in the present scene."""
@@ -66,11 +74,14 @@ class ResultStore:
             revisions.newest = revisions.shown = max(revisions.newest, last.revision)
             observed = last.method == methods.OBSERVED
             if self._counts.counted_as(known, model) != last.observed * observed or (
-                    observed and last.header.frame_id != settings.plate_frame):
+                observed and last.header.frame_id != settings.plate_frame
+            ):
                 self._latch(known, model, scene)
             else:
                 self._announcer.publish_result(known, serialize_message(last))
-        roles = [BEST] if model.job_id else [BEST, CHECKED if model.drops else model.method]
+        roles = (
+            [BEST] if model.job_id else [BEST, CHECKED if model.drops else model.method]
+        )
         for role in roles:
             self._results.put(self._key(role, known, scene), model)
 
@@ -81,7 +92,10 @@ class ResultStore:
                 shown = known.shown
                 if shown is None or self._parts.current(known.part_id) is not known:
                     continue
-                if self._counts.counted_as(known, shown.model) not in (0, shown.latched.observed):
+                if self._counts.counted_as(known, shown.model) not in (
+                    0,
+                    shown.latched.observed,
+                ):
                     self._latch(known, shown.model, shown.scene)
                 elif not shown.recorded and known.revisions.recorded_at > -math.inf:
                     shown.recorded = True
@@ -101,17 +115,28 @@ class ResultStore:
                 if model.drops and not model.job_id:
                     self._results.put(self._key(CHECKED, known, scene), model)
                 self.offer_result(known, scene, model)
-        checked = self.checked(known, scene) if settings.default_method == methods.AUTO else None
+        checked = (
+            self.checked(known, scene)
+            if settings.default_method == methods.AUTO
+            else None
+        )
         self.offer_result(known, scene, checked or self.estimate(known, "", scene))
 
-    def remembers(self, known: KnownPart, method: str, scene: records.DropScene) -> bool:
+    def remembers(
+        self, known: KnownPart, method: str, scene: records.DropScene
+    ) -> bool:
         """Whether an answer without a target is at hand; raises as `estimate`."""
         name = method or self._settings().default_method
-        role = CHECKED if name == methods.AUTO else part_requests.estimator_name(
-            name, scene.restitution)
+        role = (
+            CHECKED
+            if name == methods.AUTO
+            else part_requests.estimator_name(name, scene.restitution)
+        )
         return self._results.get(self._key(role, known, scene)) is not None
 
-    def checked(self, known: KnownPart, scene: records.DropScene) -> PoseStatistics | None:
+    def checked(
+        self, known: KnownPart, scene: records.DropScene
+    ) -> PoseStatistics | None:
         """The checked estimate, if it was made before."""
         return self._results.get(self._key(CHECKED, known, scene))
 
@@ -120,8 +145,11 @@ class ResultStore:
         settings = self._settings()
         scene = settings.scene(known.scene_override)
         model = known.model_in(scene)
-        return (settings.default_method == methods.AUTO and self.checked(known, scene) is None
-                and not (model is not None and model.drops))
+        return (
+            settings.default_method == methods.AUTO
+            and self.checked(known, scene) is None
+            and not (model is not None and model.drops)
+        )
 
     def check(self, known: KnownPart, scene: records.DropScene) -> PoseStatistics:
         """Drop a part some times beside its estimate, as the library does, and offer the outcome.
@@ -131,56 +159,88 @@ class ResultStore:
         settings, message = self._settings(), self.checked(known, scene)
         if message is None:
             part = known.part
-            request = drop_request(hybrid.CHECK_DROPS, part.seed, 0.0, settings.threads())
+            request = drop_request(
+                hybrid.CHECK_DROPS, part.seed, 0.0, settings.threads()
+            )
             statistics, _ = hybrid.checked(
-                estimate_in(part, scene, methods.AUTO), part, scene, request,
-                Watch(None, lambda: self._lanes.closed, background=True))
+                estimate_in(part, scene, methods.AUTO),
+                part,
+                scene,
+                request,
+                Watch(None, lambda: self._lanes.closed, background=True),
+            )
             if self._lanes.closed:
                 raise CancelledError
-            message = (self.number_result(known, statistics, settings) if statistics.drops
-                       else self.estimate(known, methods.AUTO, scene))
+            message = (
+                self.number_result(known, statistics, settings)
+                if statistics.drops
+                else self.estimate(known, methods.AUTO, scene)
+            )
             self._results.put(self._key(CHECKED, known, scene), message)
         if settings.default_method == methods.AUTO:
             self.offer_result(known, scene, message)
         return message
 
-    def estimate(self, known: KnownPart, method: str, scene: records.DropScene) -> PoseStatistics:
+    def estimate(
+        self, known: KnownPart, method: str, scene: records.DropScene
+    ) -> PoseStatistics:
         """An analytic result, from memory where it was asked for before; raises PoseStatsError."""
         settings = self._settings()
-        name = part_requests.estimator_name(method or settings.default_method, scene.restitution)
+        name = part_requests.estimator_name(
+            method or settings.default_method, scene.restitution
+        )
         key = self._key(name, known, scene)
         message = self._results.get(key)
         if message is None:
-            message = self.number_result(known, estimate_in(known.part, scene, name), settings)
+            message = self.number_result(
+                known, estimate_in(known.part, scene, name), settings
+            )
             self._results.put(key, message)
         return message
 
-    def find_drops(self, known: KnownPart, scene: records.DropScene) -> PoseStatistics | None:
+    def find_drops(
+        self, known: KnownPart, scene: records.DropScene
+    ) -> PoseStatistics | None:
         """The best that is remembered for a scene, if it is an end result of drops."""
         best = self._results.get(self._key(BEST, known, scene))
         return best if best is not None and best.drops else None
 
-    def find_tried(self, known: KnownPart, scene: records.DropScene) -> PoseStatistics | None:
+    def find_tried(
+        self, known: KnownPart, scene: records.DropScene
+    ) -> PoseStatistics | None:
         """The end result of the last drops for a scene, which need not be the best."""
         return self._results.get(self._key(TRIED, known, scene))
 
-    def number_result(self, known: KnownPart, statistics: records.PoseStatistics,
-                      settings: Settings, job_id: str = "", final: bool = True) -> PoseStatistics:
+    def number_result(
+        self,
+        known: KnownPart,
+        statistics: records.PoseStatistics,
+        settings: Settings,
+        job_id: str = "",
+        final: bool = True,
+    ) -> PoseStatistics:
         """Make the message of a new result of a part, with the error of the settings' plate."""
         if statistics.method != methods.OBSERVED:
             statistics = replace(statistics, plate_error=settings.plate_error)
         return messages.statistics_message(
-            statistics, settings.plate_frame, plate=settings.plate,
-            revision=known.revisions.next(), job_id=job_id, final=final)
+            statistics,
+            settings.plate_frame,
+            plate=settings.plate,
+            revision=known.revisions.next(),
+            job_id=job_id,
+            final=final,
+        )
 
     def is_due(self, known: KnownPart, scene: records.DropScene) -> bool:
         """Whether an intermediate result for this scene may be latched again by now."""
-        return (self._settings().scene(known.scene_override) == scene
-                and (known.shown is None
-                     or time.monotonic() - known.shown.published >= SECONDS_BETWEEN))
+        return self._settings().scene(known.scene_override) == scene and (
+            known.shown is None
+            or time.monotonic() - known.shown.published >= SECONDS_BETWEEN
+        )
 
-    def offer_result(self, known: KnownPart, scene: records.DropScene,
-                     message: PoseStatistics) -> None:
+    def offer_result(
+        self, known: KnownPart, scene: records.DropScene, message: PoseStatistics
+    ) -> None:
         """Remember a result that is better than others for its scene, and latch it in the part's.
 
         One that is not final is only latched.
@@ -193,25 +253,40 @@ class ResultStore:
             self._results.put(key, message)
         with known.revisions.lock:
             shown, model = known.shown, known.model_in(scene)
-            is_new = shown is None or not (message is shown.latched or message is shown.model)
-            better = (is_new and self._parts.current(known.part_id) is known
-                      and self._settings().scene(known.scene_override) == scene
-                      and (model is None or messages.replaces(message, model)))
+            is_new = shown is None or not (
+                message is shown.latched or message is shown.model
+            )
+            better = (
+                is_new
+                and self._parts.current(known.part_id) is known
+                and self._settings().scene(known.scene_override) == scene
+                and (model is None or messages.replaces(message, model))
+            )
             if better and (message.final or self.is_due(known, scene)):
                 self._latch(known, message, scene)
 
-    def _latch(self, known: KnownPart, model: PoseStatistics, scene: records.DropScene) -> None:
+    def _latch(
+        self, known: KnownPart, model: PoseStatistics, scene: records.DropScene
+    ) -> None:
         """Show a result under a number above that of the one before, record and keep it."""
         revisions, at = known.revisions, time.monotonic()
         observed = self._counts.observe(known, model)
-        message = model if observed is None else self.number_result(
-            known, observed, self._settings(), final=model.final)
+        message = (
+            model
+            if observed is None
+            else self.number_result(
+                known, observed, self._settings(), final=model.final
+            )
+        )
         again = message.revision <= revisions.shown
         if again:
             message = copy.copy(message)
             message.revision = revisions.next()
-        if known.counts is not None and message.method == methods.OBSERVED and not (
-                self._state.commit(known.counts.change)):
+        if (
+            known.counts is not None
+            and message.method == methods.OBSERVED
+            and not (self._state.commit(known.counts.change))
+        ):
             message = self._announcer.warn_unrecorded(message)
         recorded = not again or at - revisions.recorded_at >= SECONDS_BETWEEN
         if recorded:  # else `show_waiting` records it
@@ -222,14 +297,26 @@ class ResultStore:
         data = serialize_message(message)
         self._announcer.publish_result(known, data)
         beside = serialize_message(model) if message.method == methods.OBSERVED else b""
-        self._state.put(Change("results", known.part_id, (
-            known.part_id, data, beside, revisions.newest)))
+        self._state.put(
+            Change(
+                "results",
+                known.part_id,
+                (known.part_id, data, beside, revisions.newest),
+            )
+        )
 
     def _key(self, role: str, known: KnownPart, scene: records.DropScene) -> Key:
         """The key of a role (`BEST`, `CHECKED`, `TRIED` or a method) of a part in a scene."""
         settings = self._settings()
-        return (role, known.part_id, known.digest, scene, settings.plate, settings.plate_error,
-                settings.plate_frame)
+        return (
+            role,
+            known.part_id,
+            known.digest,
+            scene,
+            settings.plate,
+            settings.plate_error,
+            settings.plate_frame,
+        )
 
 
 class Stores(NamedTuple):
@@ -241,11 +328,15 @@ class Stores(NamedTuple):
     announcer: announcer.Announcer
 
 
-def _labelled(known: KnownPart, settings: Settings, message: PoseStatistics) -> PoseStatistics:
+def _labelled(
+    known: KnownPart, settings: Settings, message: PoseStatistics
+) -> PoseStatistics:
     """The same with the present frame and plate; itself if it has them or was counted."""
     if message.method == methods.OBSERVED or (
-            message.plate, message.header.frame_id, message.plate_error) == (
-            settings.plate, settings.plate_frame, settings.plate_error):
+        message.plate,
+        message.header.frame_id,
+        message.plate_error,
+    ) == (settings.plate, settings.plate_frame, settings.plate_error):
         return message
     named = copy.copy(message)
     named.header = Header(stamp=message.header.stamp, frame_id=settings.plate_frame)

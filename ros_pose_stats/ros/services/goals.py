@@ -24,7 +24,9 @@ from ..parts.intake import Intake
 from .services import Services
 
 FEEDBACK_SECONDS = 0.1
-CANCEL_SECONDS = 5.0  # for the transition that follows a cancel's callback, usually in 1 ms
+CANCEL_SECONDS = (
+    5.0  # for the transition that follows a cancel's callback, usually in 1 ms
+)
 MOST_ASKED = 1000
 RESULT_SECONDS = 900  # results can be asked for this long after the end
 
@@ -32,8 +34,11 @@ RESULT_SECONDS = 900  # results can be asked for this long after the end
 class Server(ActionServer):
     """Shows a goal as executing without a thread that waits for its end."""
 
-    def notify_execute(self, goal_handle: server.ServerGoalHandle,
-                       execute_callback: Callable[[server.ServerGoalHandle], Any] | None) -> None:
+    def notify_execute(
+        self,
+        goal_handle: server.ServerGoalHandle,
+        execute_callback: Callable[[server.ServerGoalHandle], Any] | None,
+    ) -> None:
         """Have what ends a goal called; `execute` alone names nothing."""
         if execute_callback is not None:
             super().notify_execute(goal_handle, execute_callback)
@@ -51,11 +56,19 @@ class GoalServer(ABC):
         self._asked: dict[int, tuple[Any, Job | str]] = {}
         self._lock, self._next_feedback = threading.Lock(), 0.0
         self._server = Server(
-            node, kind, f"~/{name}", execute_callback=lambda goal: None,  # each has its own
-            goal_callback=self._ask, handle_accepted_callback=self._accepted,
-            cancel_callback=self._cancel, callback_group=ReentrantCallbackGroup(),
-            goal_service_qos_profile=SERVICE_QUALITY, cancel_service_qos_profile=SERVICE_QUALITY,
-            result_service_qos_profile=SERVICE_QUALITY, result_timeout=RESULT_SECONDS)
+            node,
+            kind,
+            f"~/{name}",
+            execute_callback=lambda goal: None,  # each has its own
+            goal_callback=self._ask,
+            handle_accepted_callback=self._accepted,
+            cancel_callback=self._cancel,
+            callback_group=ReentrantCallbackGroup(),
+            goal_service_qos_profile=SERVICE_QUALITY,
+            cancel_service_qos_profile=SERVICE_QUALITY,
+            result_service_qos_profile=SERVICE_QUALITY,
+            result_timeout=RESULT_SECONDS,
+        )
 
     @abstractmethod
     def start_job(self, request: Any) -> Job:
@@ -80,7 +93,9 @@ class GoalServer(ABC):
                 self._node.get_logger().error(f"{self._name}: {answer}")
         with self._lock:
             self._asked[id(request)] = request, answer
-            if len(self._asked) > MOST_ASKED:  # clients that were gone before the answer
+            if (
+                len(self._asked) > MOST_ASKED
+            ):  # clients that were gone before the answer
                 del self._asked[next(iter(self._asked))]
         return GoalResponse.ACCEPT
 
@@ -114,14 +129,21 @@ class GoalServer(ABC):
     def _cancel(self, goal: server.ServerGoalHandle) -> CancelResponse:
         """Cancel the job once the goal is known to be cancelled, which follows the callback."""
         with self._lock:
-            _, job = self.goals.get(id(goal.request)) or self._asked.get(  # accepted just now
-                id(goal.request), (None, ""))
+            _, job = self.goals.get(
+                id(goal.request)
+            ) or self._asked.get(  # accepted just now
+                id(goal.request), (None, "")
+            )
         if not isinstance(job, Job) or job.state.ended:
             return CancelResponse.REJECT
         until = time.monotonic() + CANCEL_SECONDS
 
         def cancel() -> None:
-            while goal.is_active and not goal.is_cancel_requested and time.monotonic() < until:
+            while (
+                goal.is_active
+                and not goal.is_cancel_requested
+                and time.monotonic() < until
+            ):
                 time.sleep(0.001)
             self._jobs.cancel(job.job_id, "cancelled by a client")
 
@@ -132,7 +154,9 @@ class GoalServer(ABC):
     def _show_executing(goal: server.ServerGoalHandle) -> None:
         """Tell clients that the job of a goal runs."""
         if goal.status == server.GoalStatus.STATUS_ACCEPTED:
-            with suppress(RuntimeError):  # of rcl: cancelled, or shown by another thread, just now
+            with suppress(
+                RuntimeError
+            ):  # of rcl: cancelled, or shown by another thread, just now
                 goal.execute()
 
     def _complete(self, goal: server.ServerGoalHandle, job: Job) -> None:
@@ -161,8 +185,13 @@ class GoalServer(ABC):
 class SimulateDropsServer(GoalServer):
     """Goals that are drop simulations."""
 
-    def __init__(self, base: Base, services: Services, jobs: Jobs,
-                 reports: job_reports.JobReports) -> None:
+    def __init__(
+        self,
+        base: Base,
+        services: Services,
+        jobs: Jobs,
+        reports: job_reports.JobReports,
+    ) -> None:
         self._services, self._reports = services, reports
         super().__init__(base.node, SimulateDrops, "simulate_drops", jobs)
 
@@ -176,8 +205,12 @@ class SimulateDropsServer(GoalServer):
     def feedback(self, job: Job) -> Any:
         """How far a simulation is."""
         return SimulateDrops.Feedback(
-            job_id=job.job_id, drops_done=job.drops_done, drops_total=job.request.drops,
-            expected_error=job.expected_error, drops_per_second=job.drops_per_second)
+            job_id=job.job_id,
+            drops_done=job.drops_done,
+            drops_total=job.request.drops,
+            expected_error=job.expected_error,
+            drops_per_second=job.drops_per_second,
+        )
 
     def result(self, job: Job | None, success: bool, message: str) -> Any:
         """The statistics of what was done."""
@@ -191,8 +224,9 @@ class SimulateDropsServer(GoalServer):
 class SimulateFlipsServer(GoalServer):
     """Goals that are flips."""
 
-    def __init__(self, base: Base, parts: part_store.PartStore, intake: Intake,
-                 jobs: Jobs) -> None:
+    def __init__(
+        self, base: Base, parts: part_store.PartStore, intake: Intake, jobs: Jobs
+    ) -> None:
         self._settings, self._parts, self._intake = base.settings, parts, intake
         super().__init__(base.node, SimulateFlips, "simulate_flips", jobs)
 
@@ -201,22 +235,37 @@ class SimulateFlipsServer(GoalServer):
         settings, known = self._settings(), self._parts.known(request.part_id)
         kick = settings.kick(request.kick_height)
         if request.kick_height < 0.0 and not kick:
-            raise RequestError("a kick_height of 0 m or more, for the parameter flip_height is 0",
-                               f"{request.kick_height:g}", "half the part's radius flips most "
-                               "parts")
+            raise RequestError(
+                "a kick_height of 0 m or more, for the parameter flip_height is 0",
+                f"{request.kick_height:g}",
+                "half the part's radius flips most parts",
+            )
         scene, coming = settings.scene(known.scene_override), self._intake.built(known)
         if known.source.part is not None and (
-                not part_builder.is_large(known.part) or are_found(known.part, scene)):
+            not part_builder.is_large(known.part) or are_found(known.part, scene)
+        ):
             poses = len(poses_in(known.part, scene).poses)
             run.flips_in_all(poses, request.drops, settings)
         return self._jobs.submit(
-            FlipRequest(known.part_id, known.content, scene, request.drops, request.seed,
-                        0.0, settings.max_job_seconds, kick_height=kick),
-            coming, settings)
+            FlipRequest(
+                known.part_id,
+                known.content,
+                scene,
+                request.drops,
+                request.seed,
+                0.0,
+                settings.max_job_seconds,
+                kick_height=kick,
+            ),
+            coming,
+            settings,
+        )
 
     def feedback(self, job: Job) -> Any:
         """How far the flips are."""
-        return SimulateFlips.Feedback(flips_done=job.drops_done, flips_total=job.flips_total)
+        return SimulateFlips.Feedback(
+            flips_done=job.drops_done, flips_total=job.flips_total
+        )
 
     def result(self, job: Job | None, success: bool, message: str) -> Any:
         """The transition matrix of what was done."""
@@ -226,8 +275,19 @@ class SimulateFlipsServer(GoalServer):
             return result
         for name in ("part_id", "part_digest", "restitution", "kick_height", "seed"):
             setattr(result, name, getattr(flips, name))
-        result.message = " ".join(filter(None, (message, *(
-            line for line in flips.warnings if line.startswith("HEIGHT_SUSPECT")))))
+        result.message = " ".join(
+            filter(
+                None,
+                (
+                    message,
+                    *(
+                        line
+                        for line in flips.warnings
+                        if line.startswith("HEIGHT_SUSPECT")
+                    ),
+                ),
+            )
+        )
         result.flips = flat(flips.counts.sum(axis=1) + flips.unsettled, "Q")
         result.unsettled = flat(flips.unsettled, "Q")
         result.transition = flat(flips.transition)

@@ -12,7 +12,9 @@ from ... import errors, files
 from . import tables
 from .tables import Change, Row
 
-LARGE = 64 * 2**10  # bytes of a mesh that lies in a file of its own: SQLite would write it twice
+LARGE = (
+    64 * 2**10
+)  # bytes of a mesh that lies in a file of its own: SQLite would write it twice
 
 
 class State:
@@ -22,19 +24,31 @@ class State:
     names a file that could not be read.
     """
 
-    def __init__(self, file: Path, definitions: Mapping[str, str] | None = None,
-                 convert: tables.Convert = lambda kind, definition, data: None,
-                 say: Callable[[str], object] = lambda line: None,
-                 patience: float = tables.LOCK_SECONDS) -> None:
+    def __init__(
+        self,
+        file: Path,
+        definitions: Mapping[str, str] | None = None,
+        convert: tables.Convert = lambda kind, definition, data: None,
+        say: Callable[[str], object] = lambda line: None,
+        patience: float = tables.LOCK_SECONDS,
+    ) -> None:
         self.file, self.meshes = file, file.with_name(f"{file.stem}.meshes")
         self.problem = self.set_aside = ""
-        self._definitions, self._convert, self._say = dict(definitions or {}), convert, say
+        self._definitions, self._convert, self._say = (
+            dict(definitions or {}),
+            convert,
+            say,
+        )
         self._link: sqlite3.Connection | None = None
         self._lock: int | None = None  # descriptor of the lock file
         self._about: os.stat_result | None = None  # the file that the connection is of
         self._pending: dict[tuple[str, str | bytes], tuple[Row | None]] = {}
-        self._number = self._committed = 0  # of the last change, and of the last on the disk
-        self.writes = self._tried = 0  # times that the file was written, and up to which change
+        self._number = self._committed = (
+            0  # of the last change, and of the last on the disk
+        )
+        self.writes = self._tried = (
+            0  # times that the file was written, and up to which change
+        )
         self._closed = False
         self._changing = threading.Lock()
         self.in_use = threading.Lock()  # held while the file is written or read
@@ -43,8 +57,11 @@ class State:
             files.refuse_irregular(file)
             self._open(patience)
         except (files.NotAFileError, IsADirectoryError) as error:
-            raise errors.RequestError("state_file to be a file", f"'{file}' ({error.strerror})",
-                                      "name another one") from error
+            raise errors.RequestError(
+                "state_file to be a file",
+                f"'{file}' ({error.strerror})",
+                "name another one",
+            ) from error
         except (sqlite3.Error, OSError) as error:
             self.problem = tables.problem_of(file, error)
             say(f"NOT_RECORDED: {self.problem}")
@@ -67,7 +84,9 @@ class State:
             return self.put(Change("meshes", part_id, row), *changes)
         name = hashlib.sha256(message).hexdigest()
         with self._filing:
-            with suppress(OSError):  # else it is tried as a row, which says what is wrong
+            with suppress(
+                OSError
+            ):  # else it is tried as a row, which says what is wrong
                 files.make_directories(self.meshes)
                 if not (self.meshes / name).exists():
                     files.replace_file(self.meshes / name, message)
@@ -97,12 +116,18 @@ class State:
                 self.writes += 1
                 if not problem:
                     self._committed = self._tried
-                    self._pending = {key: held for key, held in self._pending.items()
-                                     if taken.get(key) is not held}
+                    self._pending = {
+                        key: held
+                        for key, held in self._pending.items()
+                        if taken.get(key) is not held
+                    }
                 changed, self.problem = bool(problem) != bool(self.problem), problem
         if changed:
-            self._say(f"NOT_RECORDED: {problem}" if problem
-                      else f"the state file {self.file} is written again")
+            self._say(
+                f"NOT_RECORDED: {problem}"
+                if problem
+                else f"the state file {self.file} is written again"
+            )
         return not problem
 
     def get(self, table: str, key: str | bytes) -> Row | None:
@@ -112,7 +137,9 @@ class State:
         if held is not None:
             return held[0]
         with self.in_use, suppress(sqlite3.Error):
-            return None if self._link is None else tables.look_up(self._link, table, key)
+            return (
+                None if self._link is None else tables.look_up(self._link, table, key)
+            )
         return None
 
     def rows(self, table: str) -> list[Row]:
@@ -151,15 +178,23 @@ class State:
     def _write(self, changes: list[Change]) -> None:
         if self._link is None:
             self._open(0.0)
-        elif not (self._about and self.file.exists()
-                  and os.path.samestat(self.file.stat(), self._about)):
+        elif not (
+            self._about
+            and self.file.exists()
+            and os.path.samestat(self.file.stat(), self._about)
+        ):
             self._make_anew(self._link)
         elif self.problem:
             self._use(tables.connect(self.file))
         link = self._link
         assert link is not None
-        replaced = {row[2] for table, key, _ in changes if table == "meshes"
-                    and (row := tables.look_up(link, table, key)) is not None and row[2]}
+        replaced = {
+            row[2]
+            for table, key, _ in changes
+            if table == "meshes"
+            and (row := tables.look_up(link, table, key)) is not None
+            and row[2]
+        }
         tables.write(link, changes)
         if replaced:
             self._remove_files(link, replaced)
@@ -175,11 +210,15 @@ class State:
             if not tables.is_damage(error):
                 raise
             self.set_aside = tables.set_aside(self.file, self.meshes)
-            self._say(f"the state file {self.file} cannot be read ({error}); it is now "
-                      f"{self.set_aside}, and the node starts without it")
+            self._say(
+                f"the state file {self.file} cannot be read ({error}); it is now "
+                f"{self.set_aside}, and the node starts without it"
+            )
             self._use(self._sound())
         if self.meshes.is_dir() and self._link is not None:
-            self._remove_files(self._link, [path.name for path in self.meshes.iterdir()])
+            self._remove_files(
+                self._link, [path.name for path in self.meshes.iterdir()]
+            )
 
     def _sound(self) -> sqlite3.Connection:
         link = tables.connect(self.file)
@@ -219,8 +258,11 @@ class State:
         """Remove files of meshes that no part has any more."""
         with self._filing:
             with self._changing:
-                waiting = {held[0][2] for (table, _), held in self._pending.items()
-                           if table == "meshes" and held[0] is not None}
+                waiting = {
+                    held[0][2]
+                    for (table, _), held in self._pending.items()
+                    if table == "meshes" and held[0] is not None
+                }
             for name in set(names) - tables.files_of_meshes(link) - waiting:
                 with suppress(OSError):
                     (self.meshes / name).unlink()

@@ -34,12 +34,17 @@ COLUMNS = {  # the first one is the key; each row has a checksum behind the othe
     "facts": "name TEXT PRIMARY KEY, value TEXT",
 }
 OF_PARTS = ("parts", "meshes", "results", "counts", "flips")  # whose key is a part_id
-MESSAGES = {"meshes": {1: "PartMesh"}, "results": {1: "PoseStatistics", 2: "PoseStatistics"},
-            "jobs": {2: "JobEvent", 3: "PoseStatistics"}}  # serialised in columns
+MESSAGES = {
+    "meshes": {1: "PartMesh"},
+    "results": {1: "PoseStatistics", 2: "PoseStatistics"},
+    "jobs": {2: "JobEvent", 3: "PoseStatistics"},
+}  # serialised in columns
 MOST_COUNTED = 1_000_000  # messages of counts whose identity is kept, the newest ones
 LOCK_SECONDS = 5.0
 GLANCE = 0.05
-BUSY_SECONDS = 2.0  # another program that looks into the file may hold a commit up for so long
+BUSY_SECONDS = (
+    2.0  # another program that looks into the file may hold a commit up for so long
+)
 _TROUBLE = ("unable to open", "readonly", "disk i/o", "is full", "is locked")
 """What SQLite says of a place that cannot be used now; everything else is of the file itself."""
 
@@ -82,7 +87,9 @@ def lock_file(file: Path, seconds: float) -> int:
         if time.monotonic() > until:
             raise StateInUseError(
                 f"a state file that no other node uses (parameter state_file, {file})",
-                f"one that process {holder} has in use", "end that process, or name another file")
+                f"one that process {holder} has in use",
+                "end that process, or name another file",
+            )
         time.sleep(GLANCE)
     with suppress(OSError):  # of a disk that can only be read
         os.ftruncate(number, 0)
@@ -108,7 +115,8 @@ def is_trouble(error: sqlite3.Error) -> bool:
 def is_damage(error: Exception) -> bool:
     """Whether an error is of the file itself; names that are none come as UnicodeError."""
     return isinstance(error, (DamagedError, UnicodeError)) or (
-        isinstance(error, sqlite3.Error) and not is_trouble(error))
+        isinstance(error, sqlite3.Error) and not is_trouble(error)
+    )
 
 
 def sealed(row: Row) -> Row:
@@ -120,8 +128,11 @@ def _check(row: Row) -> int:
     check = 0
     for value in row:
         # SQLite gives 0.0 back for -0.0
-        data = value if isinstance(value, bytes) else repr(
-            value + 0.0 if isinstance(value, float) else value).encode()
+        data = (
+            value
+            if isinstance(value, bytes)
+            else repr(value + 0.0 if isinstance(value, float) else value).encode()
+        )
         check = zlib.crc32(data, zlib.crc32(b"%d:" % len(data), check))
     return check
 
@@ -138,8 +149,13 @@ def connect(file: Path) -> sqlite3.Connection:
 
 def _connected(name: str, file: Path) -> sqlite3.Connection:
     read_only = name.startswith("file:")
-    link = sqlite3.connect(name, timeout=BUSY_SECONDS, isolation_level=None,
-                           check_same_thread=False, uri=read_only)
+    link = sqlite3.connect(
+        name,
+        timeout=BUSY_SECONDS,
+        isolation_level=None,
+        check_same_thread=False,
+        uri=read_only,
+    )
     # A damaged text reaches the checksum of its row instead of failing on the way.
     link.text_factory = partial(str, encoding="utf-8", errors="surrogateescape")
     try:
@@ -155,24 +171,38 @@ def _connected(name: str, file: Path) -> sqlite3.Connection:
 
 
 def _check_version(link: sqlite3.Connection, file: Path) -> None:
-    (version,), (kind,) = (link.execute(f"PRAGMA {name}").fetchone()
-                           for name in ("user_version", "application_id"))
-    tables = {name for name, in link.execute("SELECT name FROM sqlite_master "
-                                             "WHERE type='table'")}
+    (version,), (kind,) = (
+        link.execute(f"PRAGMA {name}").fetchone()
+        for name in ("user_version", "application_id")
+    )
+    tables = {
+        name
+        for (name,) in link.execute("SELECT name FROM sqlite_master WHERE type='table'")
+    }
     if kind != APPLICATION and tables and not tables & COLUMNS.keys():
-        raise RequestError(f"state_file to be a node's own ({file})",
-                           "an SQLite file of another program", "name another one")
+        raise RequestError(
+            f"state_file to be a node's own ({file})",
+            "an SQLite file of another program",
+            "name another one",
+        )
     if version > VERSION:
-        raise RequestError(f"a state file of version {VERSION} or older ({file})",
-                           f"version {version}, of a newer ros_pose_stats",
-                           "start that version, or name another file (parameter state_file)")
+        raise RequestError(
+            f"a state file of version {VERSION} or older ({file})",
+            f"version {version}, of a newer ros_pose_stats",
+            "start that version, or name another file (parameter state_file)",
+        )
     if version < VERSION:
         if tables and not version:
             raise DamagedError("tables but no version")
-        columns = "".join(f"CREATE TABLE {table} ({text}, checksum INTEGER);"
-                          for table, text in COLUMNS.items() if table not in tables)
-        link.executescript(f"BEGIN IMMEDIATE; {columns} PRAGMA application_id={APPLICATION}; "
-                           f"PRAGMA user_version={VERSION}; COMMIT;")
+        columns = "".join(
+            f"CREATE TABLE {table} ({text}, checksum INTEGER);"
+            for table, text in COLUMNS.items()
+            if table not in tables
+        )
+        link.executescript(
+            f"BEGIN IMMEDIATE; {columns} PRAGMA application_id={APPLICATION}; "
+            f"PRAGMA user_version={VERSION}; COMMIT;"
+        )
 
 
 def check_sound(link: sqlite3.Connection) -> None:
@@ -203,9 +233,13 @@ def write(link: sqlite3.Connection, changes: Iterable[Change]) -> None:
                 link.execute(f"DELETE FROM {table} WHERE {_key(table)}=?", (key,))
             else:
                 places = ",".join("?" * (len(row) + 1))
-                link.execute(f"INSERT OR REPLACE INTO {table} VALUES ({places})", sealed(row))
-        link.execute("DELETE FROM counted WHERE rowid <= (SELECT max(rowid) FROM counted) - ?",
-                     (MOST_COUNTED,))
+                link.execute(
+                    f"INSERT OR REPLACE INTO {table} VALUES ({places})", sealed(row)
+                )
+        link.execute(
+            "DELETE FROM counted WHERE rowid <= (SELECT max(rowid) FROM counted) - ?",
+            (MOST_COUNTED,),
+        )
 
 
 def _key(table: str) -> str:
@@ -214,16 +248,22 @@ def _key(table: str) -> str:
 
 def look_up(link: sqlite3.Connection, table: str, key: str | bytes) -> Row | None:
     """A row by its key."""
-    row = link.execute(f"SELECT * FROM {table} WHERE {_key(table)}=?", (key,)).fetchone()
+    row = link.execute(
+        f"SELECT * FROM {table} WHERE {_key(table)}=?", (key,)
+    ).fetchone()
     return None if row is None else row[:-1]
 
 
 def files_of_meshes(link: sqlite3.Connection) -> set[str]:
     """Names of the files in which large meshes of parts lie."""
-    return {name for name, in link.execute("SELECT file FROM meshes WHERE file != ''")}
+    return {
+        name for (name,) in link.execute("SELECT file FROM meshes WHERE file != ''")
+    }
 
 
-def update_messages(link: sqlite3.Connection, today: Mapping[str, str], convert: Convert) -> None:
+def update_messages(
+    link: sqlite3.Connection, today: Mapping[str, str], convert: Convert
+) -> None:
     """Write messages anew whose definitions are others `today`; what is unreadable now goes."""
     fact = look_up(link, "facts", "definitions")
     then = {} if fact is None else json.loads(fact[1])
@@ -237,14 +277,18 @@ def update_messages(link: sqlite3.Connection, today: Mapping[str, str], convert:
                 if row[column] and then.get(kind, today[kind]) != today[kind]:
                     new[column] = convert(kind, then[kind], row[column])
             if tuple(new) != row:
-                changes.append(Change(table, row[0], None if None in new else tuple(new)))
+                changes.append(
+                    Change(table, row[0], None if None in new else tuple(new))
+                )
     write(link, changes)
 
 
 def set_aside(file: Path, meshes: Path) -> str:
     """Give a file that cannot be read another name, with what lies beside it; that name."""
     stamp = f"{file.name}.unreadable-{time.strftime('%Y%m%dT%H%M%S', time.gmtime())}"
-    names = itertools.chain([stamp], (f"{stamp}-{number}" for number in itertools.count(2)))
+    names = itertools.chain(
+        [stamp], (f"{stamp}-{number}" for number in itertools.count(2))
+    )
     name = next(name for name in names if not file.with_name(name).exists())
     for path, end in ((Path(f"{file}-wal"), "-wal"), (meshes, ".meshes"), (file, "")):
         with suppress(FileNotFoundError):

@@ -3,4 +3,10 @@
 from .figure import SUBTITLE, speed_accuracy_figure
 from .points import ChartPanel, ChartPoint, pareto_front
 
-__all__ = ["SUBTITLE", "ChartPanel", "ChartPoint", "pareto_front", "speed_accuracy_figure"]
+__all__ = [
+    "SUBTITLE",
+    "ChartPanel",
+    "ChartPoint",
+    "pareto_front",
+    "speed_accuracy_figure",
+]

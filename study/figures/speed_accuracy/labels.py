@@ -46,14 +46,18 @@ class Spot(NamedTuple):
     va: str
 
 
-def around(anchor: tuple[float, float], reach: Iterable[float] = (7.0, 14.0, 22.0, 34.0, 48.0)
-           ) -> list[Spot]:
+def around(
+    anchor: tuple[float, float], reach: Iterable[float] = (7.0, 14.0, 22.0, 34.0, 48.0)
+) -> list[Spot]:
     """Spots on all sides of an anchor, `reach` points away."""
     sides = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1))
     across = {1: "left", 0: "center", -1: "right"}
     upward = {1: "bottom", 0: "center", -1: "top"}
-    return [Spot(anchor, (step * x, step * y), across[x], upward[y])
-            for step in reach for x, y in sides]
+    return [
+        Spot(anchor, (step * x, step * y), across[x], upward[y])
+        for step in reach
+        for x, y in sides
+    ]
 
 
 class Labels:
@@ -73,30 +77,48 @@ class Labels:
     def keep_clear(self, seconds: ArrayLike, error: ArrayLike, radius: float) -> None:
         """Keep texts off a line, data coordinates, by a radius in points."""
         corners = self.axes.transData.transform(np.column_stack((seconds, error)))
-        for begin, end in zip(corners, corners[1:] if len(corners) > 1 else corners, strict=False):
+        for begin, end in zip(
+            corners, corners[1:] if len(corners) > 1 else corners, strict=False
+        ):
             steps = int(np.hypot(*(end - begin)) / (3.0 * self.unit)) + 2
             middle = np.linspace(begin, end, steps)
             reach = radius * self.unit
             self._occupy(np.hstack((middle - reach, middle + reach)), MARK)
 
-    def put(self, text: str, spots: Iterable[Spot], *, joined: bool = True,
-            **style: Any) -> Annotation:
+    def put(
+        self, text: str, spots: Iterable[Spot], *, joined: bool = True, **style: Any
+    ) -> Annotation:
         """Write a text at the spot where it covers the least, the first of equally good ones."""
         size = self._size(text, style)
         best = min(spots, key=lambda spot: self._cost(self._box(size, spot), spot))
         return self.put_at(text, best, joined=joined, **style)
 
-    def put_at(self, text: str, spot: Spot, *, joined: bool = True, **style: Any) -> Annotation:
+    def put_at(
+        self, text: str, spot: Spot, *, joined: bool = True, **style: Any
+    ) -> Annotation:
         """Write a text at one spot; no later one will be put onto it.
 
         A distant text is joined to its place by a line, if wanted.
         """
         if joined and np.hypot(*spot.offset) >= FAR:
-            style["arrowprops"] = {"arrowstyle": "-", "color": REFERENCE, "linewidth": 0.7,
-                                   "shrinkA": 0.0, "shrinkB": 3.0, "relpos": _nearest(spot)}
-        note = self.axes.annotate(text, spot.anchor, xytext=spot.offset,
-                                  textcoords="offset points", ha=spot.ha, va=spot.va,
-                                  annotation_clip=False, **style)
+            style["arrowprops"] = {
+                "arrowstyle": "-",
+                "color": REFERENCE,
+                "linewidth": 0.7,
+                "shrinkA": 0.0,
+                "shrinkB": 3.0,
+                "relpos": _nearest(spot),
+            }
+        note = self.axes.annotate(
+            text,
+            spot.anchor,
+            xytext=spot.offset,
+            textcoords="offset points",
+            ha=spot.ha,
+            va=spot.va,
+            annotation_clip=False,
+            **style,
+        )
         box = self._box(self._size(text, style), spot)
         self._occupy(np.array([[box.x0, box.y0, box.x1, box.y1]]), TEXT)
         return note
@@ -114,7 +136,9 @@ class Labels:
 
     def _box(self, size: tuple[float, float], spot: Spot) -> Bbox:
         """Where a text of that size will lie, pixels."""
-        at = self.axes.transData.transform(spot.anchor) + np.multiply(spot.offset, self.unit)
+        at = self.axes.transData.transform(spot.anchor) + np.multiply(
+            spot.offset, self.unit
+        )
         low = at - np.multiply(size, _nearest(spot))
         box: Bbox = Bbox.from_bounds(low[0], low[1], *size).padded(CLEAR * self.unit)
         return box
@@ -122,20 +146,30 @@ class Labels:
     def _cost(self, box: Bbox, spot: Spot) -> float:
         inside = self.axes.bbox
         cost = float(np.hypot(*spot.offset))
-        if not (inside.x0 <= box.x0 and box.x1 <= inside.x1
-                and inside.y0 <= box.y0 and box.y1 <= inside.y1):
+        if not (
+            inside.x0 <= box.x0
+            and box.x1 <= inside.x1
+            and inside.y0 <= box.y0
+            and box.y1 <= inside.y1
+        ):
             cost += OUTSIDE
         for boxes, each in self.taken:
-            covered = ((boxes[:, 0] < box.x1) & (boxes[:, 2] > box.x0)
-                       & (boxes[:, 1] < box.y1) & (boxes[:, 3] > box.y0))
+            covered = (
+                (boxes[:, 0] < box.x1)
+                & (boxes[:, 2] > box.x0)
+                & (boxes[:, 1] < box.y1)
+                & (boxes[:, 3] > box.y0)
+            )
             cost += each * np.count_nonzero(covered)
         return cost
 
 
 def _nearest(spot: Spot) -> tuple[float, float]:
     """The side of the text that lies at the spot, as a fraction of its width and height."""
-    return ({"left": 0.0, "center": 0.5, "right": 1.0}[spot.ha],
-            {"bottom": 0.0, "center": 0.5, "top": 1.0}[spot.va])
+    return (
+        {"left": 0.0, "center": 0.5, "right": 1.0}[spot.ha],
+        {"bottom": 0.0, "center": 0.5, "top": 1.0}[spot.va],
+    )
 
 
 SIZE = 9.5
@@ -150,7 +184,9 @@ LEADER = 26.0
 FRONT = "nothing is both\nfaster and more exact"
 
 
-def write_names(axes: Axes, points: Sequence[ChartPoint], corners: tuple[Array, Array]) -> None:
+def write_names(
+    axes: Axes, points: Sequence[ChartPoint], corners: tuple[Array, Array]
+) -> None:
     """Name the points, the series and the front.
 
     Parameters
@@ -165,45 +201,81 @@ def write_names(axes: Axes, points: Sequence[ChartPoint], corners: tuple[Array, 
     bottom = axes.get_ylim()[0]
     for point in points:
         labels.keep_clear([point.seconds], [100.0 * point.error], 5.0)
-        labels.keep_clear([point.seconds] * 2, np.maximum([100.0 * point.low, 100.0 * point.high],
-                                                          bottom), 1.5)
+        labels.keep_clear(
+            [point.seconds] * 2,
+            np.maximum([100.0 * point.low, 100.0 * point.high], bottom),
+            1.5,
+        )
     labels.keep_clear(*corners, 1.0)
     for _, members in series_of(points):
-        labels.keep_clear([point.seconds for point in members],
-                          [100.0 * point.error for point in members], 1.0)
-    _name_estimators(labels, [point for point in points if point.kind in ESTIMATORS],
-                     points)
+        labels.keep_clear(
+            [point.seconds for point in members],
+            [100.0 * point.error for point in members],
+            1.0,
+        )
+    _name_estimators(
+        labels, [point for point in points if point.kind in ESTIMATORS], points
+    )
     for point in points:
         if point.kind not in ESTIMATORS:
             labels.put(point.name, around(_place(point)), fontsize=SIZE, color=INK)
     for name, members in series_of(points):
-        labels.put(name, _along(members), fontsize=SIZE + 0.5, fontweight="bold",
-                   color=KINDS[members[0].kind].ink)
-    labels.put(FRONT, _below(*corners), joined=False, fontsize=SIZE, color=REFERENCE,
-               style="italic")
+        labels.put(
+            name,
+            _along(members),
+            fontsize=SIZE + 0.5,
+            fontweight="bold",
+            color=KINDS[members[0].kind].ink,
+        )
+    labels.put(
+        FRONT,
+        _below(*corners),
+        joined=False,
+        fontsize=SIZE,
+        color=REFERENCE,
+        style="italic",
+    )
 
 
 def _place(point: ChartPoint) -> tuple[float, float]:
     return point.seconds, 100.0 * point.error
 
 
-def _name_estimators(labels: Labels, estimators: Sequence[ChartPoint],
-                     points: Sequence[ChartPoint]) -> None:
+def _name_estimators(
+    labels: Labels, estimators: Sequence[ChartPoint], points: Sequence[ChartPoint]
+) -> None:
     """A column of names left of all points, as near to the heights of the markers as they fit."""
     if not estimators:
         return
     shown = labels.axes.transData
-    heights = np.array([shown.transform(_place(point))[1] for point in estimators]) / labels.unit
+    heights = (
+        np.array([shown.transform(_place(point))[1] for point in estimators])
+        / labels.unit
+    )
     box = labels.axes.bbox
-    column = min(shown.transform(_place(point))[0] for point in points) / labels.unit - LEADER
-    placed = apart(heights, LINE, box.y0 / labels.unit + 0.6 * LINE,
-                   box.y1 / labels.unit - 0.6 * LINE)
+    column = (
+        min(shown.transform(_place(point))[0] for point in points) / labels.unit
+        - LEADER
+    )
+    placed = apart(
+        heights,
+        LINE,
+        box.y0 / labels.unit + 0.6 * LINE,
+        box.y1 / labels.unit - 0.6 * LINE,
+    )
     for point, height in zip(estimators, placed, strict=True):
         anchor = shown.transform(_place(point)) / labels.unit
-        spot = Spot(_place(point), (column - anchor[0], height - anchor[1]), "right", "center")
+        spot = Spot(
+            _place(point), (column - anchor[0], height - anchor[1]), "right", "center"
+        )
         ink = KINDS["paper"].ink if point.kind == "paper" else INK
-        labels.put_at(point.name, spot, fontsize=SIZE, color=ink,
-                      fontweight="normal" if point.kind == "paper" else "bold")
+        labels.put_at(
+            point.name,
+            spot,
+            fontsize=SIZE,
+            color=ink,
+            fontweight="normal" if point.kind == "paper" else "bold",
+        )
 
 
 def _along(members: Sequence[ChartPoint]) -> list[Spot]:
@@ -212,17 +284,29 @@ def _along(members: Sequence[ChartPoint]) -> list[Spot]:
         return around(_place(members[0]))
     ends = np.log([_place(point) for point in members])
     middles = np.exp(0.5 * (ends[:-1] + ends[1:]))
-    return [spot for x, y in middles for spot in around((float(x), float(y)), (5.0, 9.0, 15.0))]
+    return [
+        spot
+        for x, y in middles
+        for spot in around((float(x), float(y)), (5.0, 9.0, 15.0))
+    ]
 
 
 def _below(seconds: Array, error: Array) -> list[Spot]:
     """Spots under the treads of the stair, close ones and the longest treads first."""
     logs = np.log(seconds)
-    treads = sorted(zip(logs[1::2], logs[2::2], error[1::2], strict=True),
-                    key=lambda tread: tread[0] - tread[1])
-    return [Spot((float(np.exp(begin + share * (end - begin))), float(height)), (0.0, -drop),
-                 "center", "top")
-            for drops in ((4.0, 8.0, 12.0), (20.0, 30.0, 40.0, 50.0, 60.0))
-            for begin, end, height in treads
-            for share in (0.5, 0.4, 0.6, 0.3, 0.7, 0.2, 0.8, 0.1, 0.9, 0.0)
-            for drop in drops]
+    treads = sorted(
+        zip(logs[1::2], logs[2::2], error[1::2], strict=True),
+        key=lambda tread: tread[0] - tread[1],
+    )
+    return [
+        Spot(
+            (float(np.exp(begin + share * (end - begin))), float(height)),
+            (0.0, -drop),
+            "center",
+            "top",
+        )
+        for drops in ((4.0, 8.0, 12.0), (20.0, 30.0, 40.0, 50.0, 60.0))
+        for begin, end, height in treads
+        for share in (0.5, 0.4, 0.6, 0.3, 0.7, 0.2, 0.8, 0.1, 0.9, 0.0)
+        for drop in drops
+    ]

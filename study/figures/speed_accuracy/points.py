@@ -41,11 +41,13 @@ class Kind(NamedTuple):
 COMBINED = next(one.title for one in METHODS if one.name == FITTED_METHOD)
 """Title of the estimate that `hybrid` combines with drops."""
 
-KINDS = {"paper": Kind("#A9C4D6", "#767676", "o", "estimator of the paper or before it"),
-         "estimator": Kind("#0072B2", "#00537F", "*", "estimator", 11.0),
-         "hybrid": Kind("#CC79A7", "#8F4B74", "D", f"{COMBINED} and n drops (hybrid)"),
-         "simulation": Kind("#D55E00", "#A34800", "s", "n drops"),
-         "outside": Kind("#009E73", "#006B4E", "^", "other software")}
+KINDS = {
+    "paper": Kind("#A9C4D6", "#767676", "o", "estimator of the paper or before it"),
+    "estimator": Kind("#0072B2", "#00537F", "*", "estimator", 11.0),
+    "hybrid": Kind("#CC79A7", "#8F4B74", "D", f"{COMBINED} and n drops (hybrid)"),
+    "simulation": Kind("#D55E00", "#A34800", "s", "n drops"),
+    "outside": Kind("#009E73", "#006B4E", "^", "other software"),
+}
 
 ESTIMATORS = ("paper", "estimator")
 """Kinds whose names stand in a column; they form no series."""
@@ -116,8 +118,11 @@ def check_panels(panels: Sequence[ChartPanel]) -> None:
         raise RequestError("at least one panel", "none", "give one a size of part")
     for panel in panels:
         if not panel.points:
-            raise RequestError(f"at least one point in the panel {panel.title!r}", "none",
-                               "leave the panel out")
+            raise RequestError(
+                f"at least one point in the panel {panel.title!r}",
+                "none",
+                "leave the panel out",
+            )
         for point in panel.points:
             _check_point(point, f"{point.name!r} in the panel {panel.title!r}")
 
@@ -125,20 +130,45 @@ def check_panels(panels: Sequence[ChartPanel]) -> None:
 def series_of(points: Sequence[ChartPoint]) -> list[tuple[str, list[ChartPoint]]]:
     """Names of the series with their points, the fastest first."""
     names = dict.fromkeys(point.series for point in points if point.series is not None)
-    return [(name, sorted((point for point in points if point.series == name),
-                          key=lambda point: point.seconds)) for name in names]
+    return [
+        (
+            name,
+            sorted(
+                (point for point in points if point.series == name),
+                key=lambda point: point.seconds,
+            ),
+        )
+        for name in names
+    ]
 
 
 def _check_point(point: ChartPoint, where: str) -> None:
-    if point.kind not in KINDS or (point.kind in ESTIMATORS and point.series is not None):
-        raise RequestError(f"one of {', '.join(KINDS)} for {where}, estimators without a series",
-                           f"{point.kind!r} in the series {point.series!r}", "correct it")
-    for value, what in ((point.seconds, "a time in seconds"), (point.error, "an error")):
+    if point.kind not in KINDS or (
+        point.kind in ESTIMATORS and point.series is not None
+    ):
+        raise RequestError(
+            f"one of {', '.join(KINDS)} for {where}, estimators without a series",
+            f"{point.kind!r} in the series {point.series!r}",
+            "correct it",
+        )
+    for value, what in (
+        (point.seconds, "a time in seconds"),
+        (point.error, "an error"),
+    ):
         if not (math.isfinite(value) and value > 0.0):
-            raise RequestError(f"{what} above 0 for {where}", f"{value}", "leave the point out")
-    if not (math.isfinite(point.low) and math.isfinite(point.high) and point.low <= point.high):
-        raise RequestError(f"finite bounds in order for {where}", f"{point.low} and {point.high}",
-                           "give the error twice where there are no bounds")
+            raise RequestError(
+                f"{what} above 0 for {where}", f"{value}", "leave the point out"
+            )
+    if not (
+        math.isfinite(point.low)
+        and math.isfinite(point.high)
+        and point.low <= point.high
+    ):
+        raise RequestError(
+            f"finite bounds in order for {where}",
+            f"{point.low} and {point.high}",
+            "give the error twice where there are no bounds",
+        )
 
 
 def pareto_front(points: Sequence[ChartPoint]) -> list[int]:
@@ -155,9 +185,15 @@ def pareto_front(points: Sequence[ChartPoint]) -> list[int]:
         Places in `points`, the fastest first and of equally fast ones the least exact first,
         so that the errors never rise.
     """
-    order = sorted(range(len(points)), key=lambda k: (points[k].seconds, -points[k].error))
+    order = sorted(
+        range(len(points)), key=lambda k: (points[k].seconds, -points[k].error)
+    )
     front: list[int] = []
-    faster, seen, now = np.inf, np.inf, -np.inf  # smallest error before this time and up to it
+    faster, seen, now = (
+        np.inf,
+        np.inf,
+        -np.inf,
+    )  # smallest error before this time and up to it
     for place in order:
         if points[place].seconds > now:
             faster, now = seen, points[place].seconds
@@ -167,7 +203,9 @@ def pareto_front(points: Sequence[ChartPoint]) -> list[int]:
     return front
 
 
-def stair(points: Sequence[ChartPoint], slowest: float, worst: float) -> tuple[Array, Array]:
+def stair(
+    points: Sequence[ChartPoint], slowest: float, worst: float
+) -> tuple[Array, Array]:
     """Corners of the stair below and left of which there is no point.
 
     Parameters

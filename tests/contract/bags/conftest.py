@@ -11,5 +11,10 @@ def place(tmp_path_factory):
     from domain_coordinator import domain_id
 
     with domain_id() as number:
-        yield number, {"ROS_DOMAIN_ID": str(number),
-                       "ROS_LOG_DIR": str(tmp_path_factory.mktemp("ros_logs"))}
+        yield (
+            number,
+            {
+                "ROS_DOMAIN_ID": str(number),
+                "ROS_LOG_DIR": str(tmp_path_factory.mktemp("ros_logs")),
+            },
+        )

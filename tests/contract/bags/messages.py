@@ -48,35 +48,68 @@ def filled(message, defaults, fields):
     return message
 
 
-def result(seconds, probability=PROBABILITY, method="combined", count=None, group=GROUP,
-           error=0.0, **fields):
+def result(
+    seconds,
+    probability=PROBABILITY,
+    method="combined",
+    count=None,
+    group=GROUP,
+    error=0.0,
+    **fields,
+):
     """A PoseStatistics, its poses most probable first as in the contract.
 
     That of an estimate says that every pose has this error, none by default.
     """
     nan, settled = float("nan"), 0 if count is None else int(sum(count))
-    message = filled(stamped(PoseStatistics(), seconds), {
-        "part_id": "clamp", "part_digest": DIGEST, "radius": 0.02, "method": method,
-        "restitution": 0.5, "drop_height": 0.4 if settled else nan, "cluster_tolerance": 0.005,
-        "round_sides": 192, "drops": settled, "plate_error": 0.05, "expected_error": nan,
-        "final": True, "version": "0.1.0"}, fields)
+    message = filled(
+        stamped(PoseStatistics(), seconds),
+        {
+            "part_id": "clamp",
+            "part_digest": DIGEST,
+            "radius": 0.02,
+            "method": method,
+            "restitution": 0.5,
+            "drop_height": 0.4 if settled else nan,
+            "cluster_tolerance": 0.005,
+            "round_sides": 192,
+            "drops": settled,
+            "plate_error": 0.05,
+            "expected_error": nan,
+            "final": True,
+            "version": "0.1.0",
+        },
+        fields,
+    )
     if settled:
         count = np.asarray(count, dtype=float)
         probability = count / settled
         low, high = beta.ppf([[0.05], [0.95]], count + 0.5, settled - count + 0.5)
         smoothed = (count + 0.5) / (settled + len(count) / 2)
         errors = np.sqrt(smoothed * (1.0 - smoothed) / settled)
-        message.expected_error = float(np.sqrt(np.mean(errors ** 2)))
+        message.expected_error = float(np.sqrt(np.mean(errors**2)))
     for index in np.argsort(-np.asarray(probability), kind="stable").tolist():
-        pose = StablePose(index=index, group=group[index], pose_id=f"{message.part_id}/{index}",
-                          height=0.005 + 0.001 * index, top=0.02, margin=0.3, barrier=0.002,
-                          probability=float(probability[index]), probability_low=nan,
-                          probability_high=nan, standard_error=error,
-                          outline=array("d", range(20)))
+        pose = StablePose(
+            index=index,
+            group=group[index],
+            pose_id=f"{message.part_id}/{index}",
+            height=0.005 + 0.001 * index,
+            top=0.02,
+            margin=0.3,
+            barrier=0.002,
+            probability=float(probability[index]),
+            probability_low=nan,
+            probability_high=nan,
+            standard_error=error,
+            outline=array("d", range(20)),
+        )
         pose.down.z = -1.0
         if settled:
             pose.count, pose.standard_error = int(count[index]), float(errors[index])
-            pose.probability_low, pose.probability_high = float(low[index]), float(high[index])
+            pose.probability_low, pose.probability_high = (
+                float(low[index]),
+                float(high[index]),
+            )
         message.poses.append(pose)
     return message
 
@@ -84,48 +117,95 @@ def result(seconds, probability=PROBABILITY, method="combined", count=None, grou
 def counts(seconds, count, index=None, **fields):
     """A PoseCounts; without a stamp where `seconds` is None."""
     message = PoseCounts() if seconds is None else stamped(PoseCounts(), seconds)
-    return filled(message, {
-        "part_id": "clamp", "part_digest": DIGEST, "cluster_tolerance": 0.005,
-        "round_sides": 192, "plate": "steel", "drop_height": 0.4,
-        "index": array("I", range(len(count)) if index is None else index),
-        "count": array("Q", map(int, count))}, fields)
+    return filled(
+        message,
+        {
+            "part_id": "clamp",
+            "part_digest": DIGEST,
+            "cluster_tolerance": 0.005,
+            "round_sides": 192,
+            "plate": "steel",
+            "drop_height": 0.4,
+            "index": array("I", range(len(count)) if index is None else index),
+            "count": array("Q", map(int, count)),
+        },
+        fields,
+    )
 
 
 def event(seconds, kind, job_id="job_1", **fields):
     """A JobEvent."""
-    return filled(stamped(JobEvent(), seconds), {
-        "event": getattr(JobEvent, kind), "job_id": job_id, "part_id": "clamp",
-        "part_digest": DIGEST, "drops": 1000, "restitution": 0.5, "drop_height": 0.4,
-        "cluster_tolerance": 0.005, "round_sides": 192, "seed": 7}, fields)
+    return filled(
+        stamped(JobEvent(), seconds),
+        {
+            "event": getattr(JobEvent, kind),
+            "job_id": job_id,
+            "part_id": "clamp",
+            "part_digest": DIGEST,
+            "drops": 1000,
+            "restitution": 0.5,
+            "drop_height": 0.4,
+            "cluster_tolerance": 0.005,
+            "round_sides": 192,
+            "seed": 7,
+        },
+        fields,
+    )
 
 
 def drop_records(poses):
     n = len(poses)
     return DropRecords(
-        job_id="job_1", part_digest=DIGEST, pose_index=array("i", poses),
-        start_down=array("f", [0.0] * (3 * n)), impacts=array("I", [12] * n),
-        seconds=array("f", [0.5] * n), energy_left=array("f", [0.0] * n))
+        job_id="job_1",
+        part_digest=DIGEST,
+        pose_index=array("i", poses),
+        start_down=array("f", [0.0] * (3 * n)),
+        impacts=array("I", [12] * n),
+        seconds=array("f", [0.5] * n),
+        energy_left=array("f", [0.0] * n),
+    )
 
 
 def mesh(vertices=3):
     """A PartMesh of one triangle."""
-    return PartMesh(part_id="clamp", vertices=array("d", bytes(24 * vertices)),
-                    triangles=array("I", [0, 1, 2]))
+    return PartMesh(
+        part_id="clamp",
+        vertices=array("d", bytes(24 * vertices)),
+        triangles=array("I", [0, 1, 2]),
+    )
 
 
 def run_of_a_node():
     """What one run has to say: pairs of topic and message; it ended before its second job."""
-    simulation = result(4.0, method="simulation", count=SIMULATED, job_id="job_1", seed=7)
+    simulation = result(
+        4.0, method="simulation", count=SIMULATED, job_id="job_1", seed=7
+    )
     return [
         ("part_mesh", mesh()),
         ("pose_statistics", result(0.0)),
         ("job_events", event(1.0, "QUEUED")),
         ("job_events", event(1.1, "RUNNING")),
-        ("pose_statistics", result(2.0, method="simulation", job_id="job_1", final=False, seed=7,
-                                   count=(60, 20, 12, 7, 1))),
+        (
+            "pose_statistics",
+            result(
+                2.0,
+                method="simulation",
+                job_id="job_1",
+                final=False,
+                seed=7,
+                count=(60, 20, 12, 7, 1),
+            ),
+        ),
         ("drop_records", drop_records([0, 1, 1, 2, -1])),
-        ("answers", result(3.0, (0.5, 0.3, 0.1, 0.08, 0.02), "meae",
-                           warnings=["LOW_DROP: released low."])),
+        (
+            "answers",
+            result(
+                3.0,
+                (0.5, 0.3, 0.1, 0.08, 0.02),
+                "meae",
+                warnings=["LOW_DROP: released low."],
+            ),
+        ),
         ("pose_statistics", simulation),
         ("answers", simulation),
         ("job_events", event(4.1, "DONE", drops_done=2000)),

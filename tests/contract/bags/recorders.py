@@ -6,7 +6,15 @@ from rosbags.rosbag2 import StoragePlugin, Writer as RosbagWriter
 from rosbags.rosbag2.enums import CompressionFormat, CompressionMode
 from std_msgs.msg import String
 
-from .messages import PACKAGE, SECOND, START, definition, run_of_a_node, serialised, type_name
+from .messages import (
+    PACKAGE,
+    SECOND,
+    START,
+    definition,
+    run_of_a_node,
+    serialised,
+    type_name,
+)
 
 
 def everything(messages, namespace="/pose_stats"):
@@ -24,13 +32,17 @@ def write_mcap(file, messages=None, namespace="/pose_stats", closed=True, **opti
     file.parent.mkdir(parents=True, exist_ok=True)
     schemas, channels = {}, {}
     with file.open("wb") as stream:
-        writer = Writer(stream, **{"use_chunking": False,
-                                   "compression": CompressionType.NONE, **options})
+        writer = Writer(
+            stream,
+            **{"use_chunking": False, "compression": CompressionType.NONE, **options},
+        )
         writer.start("ros2", "test")
         for place, (topic, message) in enumerate(everything(messages, namespace)):
             name = type_name(message)
             if name not in schemas:
-                schemas[name] = writer.register_schema(name, "ros2msg", definition(name).encode())
+                schemas[name] = writer.register_schema(
+                    name, "ros2msg", definition(name).encode()
+                )
             if topic not in channels:
                 channels[topic] = writer.register_channel(topic, "cdr", schemas[name])
             time = START + place * SECOND // 10
@@ -40,15 +52,23 @@ def write_mcap(file, messages=None, namespace="/pose_stats", closed=True, **opti
     return file
 
 
-def write_run(folder, messages=None, name="pose_stats_20260202T024000_000000_42", **options):
+def write_run(
+    folder, messages=None, name="pose_stats_20260202T024000_000000_42", **options
+):
     """A run directory of the node."""
     write_mcap(folder / name / f"{name}_0.mcap", messages, **options)
     (folder / name / "metadata.yaml").write_text("rosbag2_bagfile_information: {}\n")
     return folder / name
 
 
-def write_recorded(folder, messages=None, namespace="/cell1/pose_stats",
-                   storage=StoragePlugin.MCAP, mode=CompressionMode.STORAGE, later=0.003):
+def write_recorded(
+    folder,
+    messages=None,
+    namespace="/cell1/pose_stats",
+    storage=StoragePlugin.MCAP,
+    mode=CompressionMode.STORAGE,
+    later=0.003,
+):
     """A bag in rosbag2's layout by a third party, whose recorder hears of everything later."""
     writer = RosbagWriter(folder, version=9, storage_plugin=storage)
     writer.set_compression(mode, CompressionFormat.ZSTD)
@@ -58,14 +78,17 @@ def write_recorded(folder, messages=None, namespace="/cell1/pose_stats",
             name = type_name(message)
             if topic not in topics:
                 topics[topic] = writer.add_connection(
-                    topic, name, msgdef=definition(name), rihs01="RIHS01_" + "0" * 64)
+                    topic, name, msgdef=definition(name), rihs01="RIHS01_" + "0" * 64
+                )
             time = START + place * SECOND // 10 + round(later * SECOND)
             writer.write(topics[topic], time, serialised(message))
     return folder
 
 
 def write_sqlite(folder):
-    return write_recorded(folder, storage=StoragePlugin.SQLITE3, mode=CompressionMode.NONE)
+    return write_recorded(
+        folder, storage=StoragePlugin.SQLITE3, mode=CompressionMode.NONE
+    )
 
 
 def write_plain(file, messages):
@@ -78,8 +101,9 @@ def write_plain(file, messages):
 
 
 def chunked(compression):
-    return lambda folder: write_run(folder, use_chunking=True, chunk_size=4000,
-                                    compression=compression)
+    return lambda folder: write_run(
+        folder, use_chunking=True, chunk_size=4000, compression=compression
+    )
 
 
 RECORDERS = {
@@ -89,8 +113,11 @@ RECORDERS = {
     "chunked_zstd": chunked(CompressionType.ZSTD),
     "chunked_lz4": chunked(CompressionType.LZ4),
     "third_party": lambda folder: write_recorded(folder / "bag"),
-    "third_party_packed": lambda folder: write_recorded(folder / "bag",
-                                                        mode=CompressionMode.FILE),
+    "third_party_packed": lambda folder: write_recorded(
+        folder / "bag", mode=CompressionMode.FILE
+    ),
     "third_party_sqlite": lambda folder: write_sqlite(folder / "bag"),
-    "own_namespace": lambda folder: write_run(folder, namespace="/cell2/feeder/pose_stats"),
+    "own_namespace": lambda folder: write_run(
+        folder, namespace="/cell2/feeder/pose_stats"
+    ),
 }

@@ -20,9 +20,12 @@ APART = range(5)
 @pytest.fixture
 def analysed(tmp_path):
     """The analysis of a run that holds these results and counts."""
+
     def analyse(*messages):
-        topics = ("pose_counts" if hasattr(message, "unclassified") else "pose_statistics"
-                  for message in messages)
+        topics = (
+            "pose_counts" if hasattr(message, "unclassified") else "pose_statistics"
+            for message in messages
+        )
         write_run(tmp_path, list(zip(topics, messages, strict=True)))
         return analyse_bags(tmp_path)
 
@@ -39,38 +42,54 @@ class TestEstimateAgainstSimulation:
         ((compared,),) = part.simulations
         (against,) = compared.estimates
         apart = np.array(SIMULATED) / 2000 - PROBABILITY
-        assert against.rms == pytest.approx(math.sqrt(np.mean(apart ** 2)))
+        assert against.rms == pytest.approx(math.sqrt(np.mean(apart**2)))
         assert (against.largest, against.largest_pose) == (
-            pytest.approx(np.abs(apart).max()), 1)
+            pytest.approx(np.abs(apart).max()),
+            1,
+        )
         known = stats.chisquare(SIMULATED, 2000 * np.array(PROBABILITY))
         assert against.by_pose.statistic == pytest.approx(known.statistic)
         assert against.by_pose.p_value == pytest.approx(known.pvalue)
         # Poses 0 and 2 are one group.
-        known = stats.chisquare((1370, 470, 120, 40), 2000 * np.array((0.67, 0.25, 0.06, 0.02)))
+        known = stats.chisquare(
+            (1370, 470, 120, 40), 2000 * np.array((0.67, 0.25, 0.06, 0.02))
+        )
         assert against.by_group.statistic == pytest.approx(known.statistic)
         assert against.by_group.degrees_of_freedom == 3
 
-    @pytest.mark.parametrize(("errors", "held"), [
-        ({"error": 0.015}, True), ({"error": math.nan, "expected_error": 0.015}, True),
-        ({"error": math.nan, "expected_error": 1e-4}, False)])
+    @pytest.mark.parametrize(
+        ("errors", "held"),
+        [
+            ({"error": 0.015}, True),
+            ({"error": math.nan, "expected_error": 0.015}, True),
+            ({"error": math.nan, "expected_error": 1e-4}, False),
+        ],
+    )
     def test_a_prediction_has_the_error_that_it_says(self, analysed, errors, held):
         """Off by two points, as it says itself: 100 000 drops do not refute it."""
-        (part,) = analysed(result(1.0, OFF, method="split", group=APART, **errors),
-                           simulation(2.0, MANY, group=APART)).parts
+        (part,) = analysed(
+            result(1.0, OFF, method="split", group=APART, **errors),
+            simulation(2.0, MANY, group=APART),
+        ).parts
         (against,) = part.simulations[0][0].estimates
         for test in (against.by_pose, against.by_group):
             assert (0.01 < test.p_value < 0.99) == held
 
     def test_each_scene_has_its_largest_run_and_the_newest_estimates(self, analysed):
         (part,) = analysed(
-            simulation(1.0), result(2.0), simulation(3.0, (100, 50, 25, 12, 4)),
-            simulation(4.0, (90, 60, 25, 12, 4), restitution=0.2), result(5.0, method="meae"),
+            simulation(1.0),
+            result(2.0),
+            simulation(3.0, (100, 50, 25, 12, 4)),
+            simulation(4.0, (90, 60, 25, 12, 4), restitution=0.2),
+            result(5.0, method="meae"),
             result(5.5, method="split", drop_height=0.4),
-            result(6.0, (0.5, 0.3, 0.12, 0.06, 0.02))).parts
+            result(6.0, (0.5, 0.3, 0.12, 0.06, 0.02)),
+        ).parts
         scenes = part.simulations[0]
         assert [scene.simulation.drops for scene in scenes] == [2000, 191]
-        assert [[each.prediction.method for each in scene.estimates] for scene in scenes] == [
-            ["combined", "meae", "split"], ["combined", "meae"]]
+        assert [
+            [each.prediction.method for each in scene.estimates] for scene in scenes
+        ] == [["combined", "meae", "split"], ["combined", "meae"]]
         assert scenes[0].estimates[0].prediction.probability[0] == 0.5
 
 
@@ -78,7 +97,9 @@ class TestCameraCounts:
     def test_against_estimate_and_simulation(self, analysed):
         (part,) = analysed(result(1.0), simulation(2.0), counts(3.0, COUNTED)).parts
         (compared,) = part.counts
-        assert compared.problem == "" and compared.share == pytest.approx(np.array(COUNTED) / 400)
+        assert compared.problem == "" and compared.share == pytest.approx(
+            np.array(COUNTED) / 400
+        )
         estimated, dropped = compared.predictions
         known = stats.chisquare(COUNTED, 400 * np.array(PROBABILITY))
         assert estimated.by_pose.statistic == pytest.approx(known.statistic)
@@ -89,17 +110,26 @@ class TestCameraCounts:
 
     def test_counts_do_not_judge_what_has_learnt_from_them(self, analysed):
         learnt = result(4.0, np.array(COUNTED) / 400, method="observed", observed=400)
-        (part,) = analysed(result(1.0), simulation(2.0), counts(3.0, COUNTED), learnt).parts
+        (part,) = analysed(
+            result(1.0), simulation(2.0), counts(3.0, COUNTED), learnt
+        ).parts
         (compared,) = part.counts
         assert [each.prediction.method for each in compared.predictions] == [
-            "combined", "simulation"]
+            "combined",
+            "simulation",
+        ]
         assert compared.history.leading.method == "simulation"
 
     def test_a_prediction_that_holds_gives_uniform_p(self, analysed):
         # 200 plates: the share below 1/2 has the binomial error 3.5 %; four of it.
         draws = np.random.default_rng(7).multinomial(500, PROBABILITY, size=200)
-        (part,) = analysed(result(1.0), *(counts(2.0 + k, draw, plate=f"plate {k}")
-                                          for k, draw in enumerate(draws))).parts
+        (part,) = analysed(
+            result(1.0),
+            *(
+                counts(2.0 + k, draw, plate=f"plate {k}")
+                for k, draw in enumerate(draws)
+            ),
+        ).parts
         values = np.array([each.predictions[0].by_pose.p_value for each in part.counts])
         assert len(values) == 200
         assert np.mean(values < 0.5) == pytest.approx(0.5, abs=4 * 0.035)
@@ -107,14 +137,17 @@ class TestCameraCounts:
 
     def test_a_prediction_that_does_not_hold_is_refuted(self, analysed):
         # Expected statistic 4 + 1000 (0.1² / 0.55 + 0.1² / 0.25) = 62.
-        draw = np.random.default_rng(8).multinomial(1000, (0.45, 0.35, 0.12, 0.06, 0.02))
+        draw = np.random.default_rng(8).multinomial(
+            1000, (0.45, 0.35, 0.12, 0.06, 0.02)
+        )
         (part,) = analysed(result(1.0), counts(2.0, draw)).parts
         (against,) = part.counts[0].predictions
         assert against.by_pose.p_value < 1e-4 and against.largest_pose in (0, 1)
 
     def test_a_pose_that_cannot_be_is_pooled_and_said(self, analysed):
-        (part,) = analysed(result(1.0, (0.6, 0.25, 0.15, 0.0, 0.0)),
-                           counts(2.0, (60, 25, 12, 3, 0))).parts
+        (part,) = analysed(
+            result(1.0, (0.6, 0.25, 0.15, 0.0, 0.0)), counts(2.0, (60, 25, 12, 3, 0))
+        ).parts
         (against,) = part.counts[0].predictions
         assert against.unforeseen == 3
         # 60, 25 and, together, 15: nothing is divided by 0.
@@ -130,20 +163,32 @@ class TestCameraCounts:
 
     def test_plates_and_drop_heights_are_kept_apart_and_remarked(self, analysed):
         (part,) = analysed(
-            simulation(1.0, plate="steel"), counts(2.0, COUNTED, drop_height=-1.0),
-            counts(3.0, COUNTED, plate="rubber"), counts(4.0, COUNTED, drop_height=0.2)).parts
-        remarks = {(each.counts.plate, each.counts.drop_height): " ".join(each.remarks)
-                   for each in part.counts}
+            simulation(1.0, plate="steel"),
+            counts(2.0, COUNTED, drop_height=-1.0),
+            counts(3.0, COUNTED, plate="rubber"),
+            counts(4.0, COUNTED, drop_height=0.2),
+        ).parts
+        remarks = {
+            (each.counts.plate, each.counts.drop_height): " ".join(each.remarks)
+            for each in part.counts
+        }
         assert len(remarks) == 3
         assert "rubber" in remarks["rubber", 0.4] and "200 mm" in remarks["steel", 0.2]
-        (left,) = (text for (plate, height), text in remarks.items()
-                   if plate == "steel" and height != 0.2)
+        (left,) = (
+            text
+            for (plate, height), text in remarks.items()
+            if plate == "steel" and height != 0.2
+        )
         assert "plate" not in left and "mm" not in left
 
     def test_the_numbering_chooses_among_results(self, analysed):
         (part,) = analysed(
-            result(1.0), result(2.0, round_sides=0), counts(3.0, COUNTED, round_sides=0),
-            counts(4.0, (1, 2, 3, 4, 5)), counts(5.0, COUNTED, cluster_tolerance=0.1 * 0.05)).parts
+            result(1.0),
+            result(2.0, round_sides=0),
+            counts(3.0, COUNTED, round_sides=0),
+            counts(4.0, (1, 2, 3, 4, 5)),
+            counts(5.0, COUNTED, cluster_tolerance=0.1 * 0.05),
+        ).parts
         by_numbering = {each.counts.numbering: each for each in part.counts}
         assert by_numbering.keys() == {(0.005, 0), (0.005, 192)}
         for numbering, each in by_numbering.items():
@@ -156,21 +201,29 @@ class TestCameraCounts:
 
 
 class TestNotCompared:
-    @pytest.mark.parametrize(("fields", "said"), [
-        ({"cluster_tolerance": 0.01}, ("0.01", "0.005")), ({"round_sides": 0}, ("192", "0")),
-        ({"cluster_tolerance": math.nan}, ("cluster_tolerance unknown",)),
-        ({"index": (0, 17)}, ("pose 17",))])
+    @pytest.mark.parametrize(
+        ("fields", "said"),
+        [
+            ({"cluster_tolerance": 0.01}, ("0.01", "0.005")),
+            ({"round_sides": 0}, ("192", "0")),
+            ({"cluster_tolerance": math.nan}, ("cluster_tolerance unknown",)),
+            ({"index": (0, 17)}, ("pose 17",)),
+        ],
+    )
     def test_counts_of_other_poses(self, analysed, fields, said):
         (part,) = analysed(result(1.0), counts(2.0, (5, 6), **fields)).parts
         (compared,) = part.counts
         assert compared.predictions == ()
         assert all(word in compared.problem for word in said)
 
-    @pytest.mark.parametrize(("digest", "said"), [
-        ("c" * 64, "no result"), ("", "2 parts are called clamp")])
+    @pytest.mark.parametrize(
+        ("digest", "said"), [("c" * 64, "no result"), ("", "2 parts are called clamp")]
+    )
     def test_counts_of_no_part_or_of_either_are_strays(self, analysed, digest, said):
         others = [result(1.5, part_digest="b" * 64)] if not digest else []
-        analysis = analysed(result(1.0), *others, counts(2.0, COUNTED, part_digest=digest))
+        analysis = analysed(
+            result(1.0), *others, counts(2.0, COUNTED, part_digest=digest)
+        )
         assert all(part.counts == () for part in analysis.parts)
         (stray,) = analysis.strays
         assert said in stray.problem

@@ -17,12 +17,26 @@ MASS, CENTER, GRAVITY = 0.3, (1e-3, 2e-3, 3e-3), 9.80665
 
 def test_other_tools_read_part_plate_and_energy_by_the_film_s_own_definitions(tmp_path):
     stl = write_stl(tmp_path / "box.stl", shapes.box(40.0, 30.0, 20.0))
-    answer("animate", stl, "--unit", "mm", "--com", *CENTER, "--mass", MASS, "--drop", 3,
-           "-o", tmp_path / "drop.mcap")
+    answer(
+        "animate",
+        stl,
+        "--unit",
+        "mm",
+        "--com",
+        *CENTER,
+        "--mass",
+        MASS,
+        "--drop",
+        3,
+        "-o",
+        tmp_path / "drop.mcap",
+    )
     part = load_part(stl, unit="mm", center_of_mass=CENTER)
     by_topic, known = defaultdict(list), get_typestore(Stores.ROS2_JAZZY)
     with (tmp_path / "drop.mcap").open("rb") as stream:
-        reader = make_reader(stream, validate_crcs=True, decoder_factories=[DecoderFactory()])
+        reader = make_reader(
+            stream, validate_crcs=True, decoder_factories=[DecoderFactory()]
+        )
         for schema, channel, _, decoded in reader.iter_decoded_messages():
             if channel.topic not in by_topic:
                 store = get_typestore(Stores.EMPTY)
@@ -31,7 +45,9 @@ def test_other_tools_read_part_plate_and_energy_by_the_film_s_own_definitions(tm
             by_topic[channel.topic].append(decoded)
     body, plate = by_topic["/drop/markers"][0].markers
     points = np.array([[point.x, point.y, point.z] for point in body.points])
-    assert points == pytest.approx(part.vertices[part.triangles].reshape(-1, 3), abs=1e-8)
+    assert points == pytest.approx(
+        part.vertices[part.triangles].reshape(-1, 3), abs=1e-8
+    )
     assert (body.header.frame_id, plate.header.frame_id) == ("part", "plate")
     assert plate.pose.position.z + 0.5 * plate.scale.z == pytest.approx(0.0)
     # The last energy, in joules, is that of the centre of mass in a pose.

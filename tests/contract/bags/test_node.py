@@ -36,7 +36,9 @@ from tests.contract.node.harness.jobs import (
 from tests.contract.node.harness.parts import WEDGE, counts, flat, mesh, nested, whole
 from tests.running import answer, answer_json
 
-INERTIA = Inertia(m=0.2, com=Vector3(x=0.02, y=0.014, z=0.007), ixx=2e-5, iyy=3e-5, izz=4e-5)
+INERTIA = Inertia(
+    m=0.2, com=Vector3(x=0.02, y=0.014, z=0.007), ixx=2e-5, iyy=3e-5, izz=4e-5
+)
 VERTICES, TRIANGLES = WEDGE
 NAMELESS = f"mesh_{part_from_mesh(3.0 * VERTICES, TRIANGLES).digest[:12]}"
 FACTORS = {"flat": 1.0, "millimetres": 1000.0, "nested": 2.0, "cad": 1.0, NAMELESS: 3.0}
@@ -55,9 +57,17 @@ class Run(NamedTuple):
 
 def camera_message(numbers):
     """With every field filled in."""
-    message = PoseCounts(part_id="flat", part_digest="ab" * 32, cluster_tolerance=0.005,
-                         round_sides=192, plate="steel", drop_height=0.3,
-                         index=list(range(len(numbers))), count=numbers, unclassified=2**40)
+    message = PoseCounts(
+        part_id="flat",
+        part_digest="ab" * 32,
+        cluster_tolerance=0.005,
+        round_sides=192,
+        plate="steel",
+        drop_height=0.3,
+        index=list(range(len(numbers))),
+        count=numbers,
+        unclassified=2**40,
+    )
     message.header.stamp.sec, message.header.stamp.nanosec = 12, 34
     message.header.frame_id = "camera"
     return serialize_message(message)
@@ -67,8 +77,12 @@ def send_parts(client):
     """Every way, and the full one twice."""
     meshes = [
         flat(WEDGE, "flat", restitution=0.25, drop_height=0.7),
-        flat((1000.0 * VERTICES, TRIANGLES), "millimetres", unit=0.001, inertia=INERTIA),
-        nested((2.0 * VERTICES, TRIANGLES), "nested"), flat((3.0 * VERTICES, TRIANGLES))]
+        flat(
+            (1000.0 * VERTICES, TRIANGLES), "millimetres", unit=0.001, inertia=INERTIA
+        ),
+        nested((2.0 * VERTICES, TRIANGLES), "nested"),
+        flat((3.0 * VERTICES, TRIANGLES)),
+    ]
     MeshPublisher(client).matched().publish(*meshes, *meshes)
     MeshPublisher(client, "/recorded/cad", Mesh).matched().publish(mesh(WEDGE))
     for part_id in FACTORS:
@@ -77,8 +91,10 @@ def send_parts(client):
 
 def ask(client):
     """Estimates, simulations and a goal: what was answered, and how each job ended."""
-    answers = [client.good("estimate", part_id="flat", **fields).statistics
-               for fields in ({}, {"method": "csae"}, {"restitution": 0.1})]
+    answers = [
+        client.good("estimate", part_id="flat", **fields).statistics
+        for fields in ({}, {"method": "csae"}, {"restitution": 0.1})
+    ]
     jobs = {}
     for part_id, drops in (("flat", 1000), ("nested", 200)):
         job_id = start(client, part_id, drops, seed=9)
@@ -101,17 +117,33 @@ def run(place, tmp_path_factory):
     """A run that ended well."""
     folder, published = tmp_path_factory.mktemp("bags"), []
     sent = [camera_message(numbers) for numbers in ([], [5], [1, 2, 3], [2**63, 0])]
-    with cell_of(place[0], folder, "recorded", environment=place[1], log_drops="true",
-                 plate="steel", mesh_topics="[/recorded/cad]") as (node, client):
-        client.subscribe(PoseStatistics, f"{client.prefix}/pose_statistics", published.append,
-                         latched=True, raw=True)
+    with cell_of(
+        place[0],
+        folder,
+        "recorded",
+        environment=place[1],
+        log_drops="true",
+        plate="steel",
+        mesh_topics="[/recorded/cad]",
+    ) as (node, client):
+        client.subscribe(
+            PoseStatistics,
+            f"{client.prefix}/pose_statistics",
+            published.append,
+            latched=True,
+            raw=True,
+        )
         send_parts(client)
-        MeshPublisher(client, f"{client.prefix}/pose_counts", PoseCounts).matched().publish(*sent)
+        MeshPublisher(
+            client, f"{client.prefix}/pose_counts", PoseCounts
+        ).matched().publish(*sent)
         answers, jobs = ask(client)
         (bag,) = bags_of(folder)
         until(lambda: len(of(bag, "pose_counts")) == len(sent), "the counts in the bag")
-        until(lambda: newest(of(bag, "pose_statistics")) == newest(published),
-              "results in the bag")
+        until(
+            lambda: newest(of(bag, "pose_statistics")) == newest(published),
+            "results in the bag",
+        )
         live = analyse_bags(folder)
         node.stop()
     return Run(bag, published, answers, sent, jobs, live)
@@ -125,7 +157,9 @@ def of(bag, topic):
 def newest(results):
     """The last revision of each part."""
     found = [deserialize_message(data, PoseStatistics) for data in results]
-    return {one.part_id: one.revision for one in sorted(found, key=lambda one: one.revision)}
+    return {
+        one.part_id: one.revision for one in sorted(found, key=lambda one: one.revision)
+    }
 
 
 def messages(bag, topic):
@@ -136,20 +170,29 @@ class TestTopics:
     def test_pose_statistics_is_what_was_published(self, run):
         """Of a part's first ones a subscriber misses those replaced before it has found them."""
         recorded = list(map(whole, messages(run.bag, "pose_statistics")))
-        assert all(whole(deserialize_message(data, PoseStatistics)) in recorded
-                   for data in run.published)
-        assert len(recorded) >= 6  # five estimates, and the drops of "flat", which are surer
+        assert all(
+            whole(deserialize_message(data, PoseStatistics)) in recorded
+            for data in run.published
+        )
+        assert (
+            len(recorded) >= 6
+        )  # five estimates, and the drops of "flat", which are surer
 
     def test_answers_are_what_was_answered(self, run):
         assert sorted(map(whole, messages(run.bag, "answers"))) == sorted(
-            map(whole, run.answers))
+            map(whole, run.answers)
+        )
 
     def test_counts_are_unchanged(self, run):
         sent = [deserialize_message(data, PoseCounts) for data in run.counts]
-        assert messages(run.bag, "pose_counts") == sent  # padding in CDR may hold anything
+        assert (
+            messages(run.bag, "pose_counts") == sent
+        )  # padding in CDR may hold anything
 
     def test_a_part_is_there_once_as_it_was_received(self, run):
-        meshes = {message.part_id: message for message in messages(run.bag, "part_mesh")}
+        meshes = {
+            message.part_id: message for message in messages(run.bag, "part_mesh")
+        }
         assert len(of(run.bag, "part_mesh")) == len(meshes) == len(FACTORS)
         for part_id, factor in FACTORS.items():
             message = meshes[part_id]
@@ -157,11 +200,17 @@ class TestTopics:
             assert list(message.triangles) == TRIANGLES.ravel().tolist()
             assert not message.mesh.vertices  # standard meshes are converted
         assert (meshes["flat"].restitution, meshes["flat"].drop_height) == (0.25, 0.7)
-        assert (meshes["millimetres"].unit, meshes["millimetres"].inertia) == (0.001, INERTIA)
+        assert (meshes["millimetres"].unit, meshes["millimetres"].inertia) == (
+            0.001,
+            INERTIA,
+        )
 
     def test_a_mesh_stands_before_the_first_result_of_it(self, run):
-        parts = [(topic, message_of(topic, data).part_id) for topic, data in raw(run.bag)
-                 if topic in map(on_topic, ("part_mesh", "pose_statistics", "answers"))]
+        parts = [
+            (topic, message_of(topic, data).part_id)
+            for topic, data in raw(run.bag)
+            if topic in map(on_topic, ("part_mesh", "pose_statistics", "answers"))
+        ]
         for part_id in FACTORS:
             first = next(topic for topic, of_part in parts if of_part == part_id)
             assert first == on_topic("part_mesh"), part_id
@@ -171,9 +220,14 @@ class TestTopics:
         for event in messages(run.bag, "job_events"):
             lives[event.job_id].append(event)
         assert [(event.event, event.part_id) for event in lives.pop("")] == [
-            (JobEvent.PART_FORGOTTEN, "cad")]
-        assert {job_id: [event.event for event in life] for job_id, life in lives.items()} == {
-            job_id: [JobEvent.QUEUED, JobEvent.RUNNING, end] for job_id, end in run.ends.items()}
+            (JobEvent.PART_FORGOTTEN, "cad")
+        ]
+        assert {
+            job_id: [event.event for event in life] for job_id, life in lives.items()
+        } == {
+            job_id: [JobEvent.QUEUED, JobEvent.RUNNING, end]
+            for job_id, end in run.ends.items()
+        }
         answers = {message.job_id: message for message in run.answers}
         for job_id, life in lives.items():
             assert life[-1].drops_done == answers[job_id].drops
@@ -182,18 +236,33 @@ class TestTopics:
 
     def test_drop_records_add_up_to_the_counts(self, run):
         for job_id in run.ends:
-            reported = next(message for message in run.answers if message.job_id == job_id)
-            records = [message for message in messages(run.bag, "drop_records")
-                       if message.job_id == job_id]
+            reported = next(
+                message for message in run.answers if message.job_id == job_id
+            )
+            records = [
+                message
+                for message in messages(run.bag, "drop_records")
+                if message.job_id == job_id
+            ]
             ends = np.cumsum([len(record.pose_index) for record in records])
             assert [record.first_drop for record in records] == [0, *ends[:-1]]
-            assert ends[-1] >= reported.drops  # a cancelled run has a few that nobody counted
-            poses = np.concatenate([record.pose_index for record in records])[:reported.drops]
+            assert (
+                ends[-1] >= reported.drops
+            )  # a cancelled run has a few that nobody counted
+            poses = np.concatenate([record.pose_index for record in records])[
+                : reported.drops
+            ]
             assert np.count_nonzero(poses < 0) == reported.unsettled
             assert counts(reported.poses) == {
-                pose.index: np.count_nonzero(poses == pose.index) for pose in reported.poses}
-            downs = np.concatenate([record.start_down for record in records]).reshape(-1, 3)
-            assert len(downs) == ends[-1] and np.linalg.norm(downs, axis=1) == pytest.approx(1.0)
+                pose.index: np.count_nonzero(poses == pose.index)
+                for pose in reported.poses
+            }
+            downs = np.concatenate([record.start_down for record in records]).reshape(
+                -1, 3
+            )
+            assert len(downs) == ends[-1] and np.linalg.norm(
+                downs, axis=1
+            ) == pytest.approx(1.0)
 
 
 class TestReaders:
@@ -205,17 +274,31 @@ class TestReaders:
         text = (run.bag / "metadata.yaml").read_text()
         about = yaml.safe_load(text)["rosbag2_bagfile_information"]
         assert set(about) == {
-            "version", "storage_identifier", "duration", "starting_time", "message_count",
-            "topics_with_message_count", "compression_format", "compression_mode",
-            "relative_file_paths", "files", "custom_data", "ros_distro"}
+            "version",
+            "storage_identifier",
+            "duration",
+            "starting_time",
+            "message_count",
+            "topics_with_message_count",
+            "compression_format",
+            "compression_mode",
+            "relative_file_paths",
+            "files",
+            "custom_data",
+            "ros_distro",
+        }
         assert about["message_count"] == len(raw(run.bag))
         assert about["relative_file_paths"] == [file.name for file in files_of(run.bag)]
         for topic in about["topics_with_message_count"]:
             name = topic["topic_metadata"]["name"]
-            assert topic["message_count"] == sum(each == name for each, _ in raw(run.bag))
+            assert topic["message_count"] == sum(
+                each == name for each, _ in raw(run.bag)
+            )
             (quality,) = topic["topic_metadata"]["offered_qos_profiles"]
             is_latched = name in map(on_topic, ("part_mesh", "pose_statistics"))
-            assert quality["durability"] == ("transient_local" if is_latched else "volatile")
+            assert quality["durability"] == (
+                "transient_local" if is_latched else "volatile"
+            )
         (file,) = files_of(run.bag)
         with file.open("rb") as stream:
             reader = make_reader(stream, validate_crcs=True)
@@ -226,7 +309,11 @@ class TestReaders:
     def test_the_command_bag_says_it_all_also_while_it_is_written(self, run):
         text, values = answer("bag", run.bag), answer_json("bag", run.bag)
         assert all(f"== {part_id} (" in text for part_id in FACTORS)
-        jobs = {job["job_id"]: job["state"] for part in values["parts"] for job in part["jobs"]}
+        jobs = {
+            job["job_id"]: job["state"]
+            for part in values["parts"]
+            for job in part["jobs"]
+        }
         states = {JobEvent.DONE: "done", JobEvent.CANCELLED: "cancelled"}
         assert jobs == {job_id: states[end] for job_id, end in run.ends.items()}
         assert values["files"][0]["state"] == "whole"

@@ -45,16 +45,19 @@ class Killed(NamedTuple):
 
 def ask(client, number):
     """Answers to estimates of parts that are new; requests carry them."""
-    return [client.good("estimate", part=flat(WEDGE, new_id())).statistics
-            for _ in range(number)]
+    return [
+        client.good("estimate", part=flat(WEDGE, new_id())).statistics
+        for _ in range(number)
+    ]
 
 
 @pytest.fixture(scope="module")
 def killed(place, tmp_path_factory):
     """A node with small files that was killed while it built a part."""
     folder = tmp_path_factory.mktemp("killed")
-    with cell_of(place[0], folder, "killed", environment=place[1], max_bag_bytes=FILE) as (
-            node, client):
+    with cell_of(
+        place[0], folder, "killed", environment=place[1], max_bag_bytes=FILE
+    ) as (node, client):
         answers = ask(client, 30)
         job_id = start(client, answers[0].part_id, 300)
         answers.append(finished(client, job_id).statistics)
@@ -74,15 +77,20 @@ class TestKilled:
     def test_everything_acknowledged_is_there(self, killed):
         answers = set(map(whole, recorded(killed.bag.parent, "answers")))
         assert set(map(whole, killed.answers)) <= answers
-        parts = {message.part_id for message in recorded(killed.bag.parent, "part_mesh")}
+        parts = {
+            message.part_id for message in recorded(killed.bag.parent, "part_mesh")
+        }
         assert {message.part_id for message in killed.answers} <= parts
 
-    def test_files_follow_each_other_and_each_finished_one_stands_by_itself(self, killed):
+    def test_files_follow_each_other_and_each_finished_one_stands_by_itself(
+        self, killed
+    ):
         files = files_of(killed.bag)
         assert len(files) > 3
         assert max(file.stat().st_size for file in files) <= FILE
         assert [file.state for file in killed.running.files] == (
-            ["whole"] * (len(files) - 1) + ["open"])
+            ["whole"] * (len(files) - 1) + ["open"]
+        )
         contents = analyse_bags(killed.bag).contents
         assert contents.files[-1].state in ("open", "cut")
         assert contents.messages["PoseStatistics"] >= 2 * len(killed.answers) - 2
@@ -105,10 +113,13 @@ DAMAGE = {
     "cut": lambda content: content[:-777],
     "zeros at its end": lambda content: content[:-500] + bytes(500),
     "noise behind it": lambda content: content + np.random.default_rng(3).bytes(900),
-    "flipped": lambda content: content[:-3000] + bytes((content[-3000] ^ 4,)) + content[-2999:],
+    "flipped": lambda content: (
+        content[:-3000] + bytes((content[-3000] ^ 4,)) + content[-2999:]
+    ),
     "nothing of the last file": lambda content: b"",
     "a footer that leads nowhere": lambda content: (
-        content + b"\x02" + (20).to_bytes(8, "little") + b"\xff" * 20 + b"\x89MCAP0\r\n"),
+        content + b"\x02" + (20).to_bytes(8, "little") + b"\xff" * 20 + b"\x89MCAP0\r\n"
+    ),
 }
 """An unfinished file as a power cut or a bad disk may leave it."""
 
@@ -151,40 +162,60 @@ class TestNextStart:
 
 def recorded_in(bag):
     """Answers in one bag."""
-    return [message_of(topic, data) for topic, data in raw(bag) if topic == on_topic("answers")]
+    return [
+        message_of(topic, data)
+        for topic, data in raw(bag)
+        if topic == on_topic("answers")
+    ]
 
 
 def test_the_oldest_files_go_once_all_bags_are_too_large(killed, place, tmp_path):
     """Old runs first, but none that a link leads to, then old files of this run."""
     archive = earlier_copy(killed.bag, tmp_path.with_name("archive"), 0)
     (tmp_path / archive.name).symlink_to(archive)
-    old = [file for number in range(1, 4)
-           for file in files_of(earlier_copy(killed.bag, tmp_path, number))]
+    old = [
+        file
+        for number in range(1, 4)
+        for file in files_of(earlier_copy(killed.bag, tmp_path, number))
+    ]
     bound = int(1.5 * size_of(killed.bag, "*.mcap"))
-    with cell_of(place[0], tmp_path, "bounded", environment=place[1], max_bag_bytes=FILE,
-                 max_log_bytes=bound) as (node, client):
+    with cell_of(
+        place[0],
+        tmp_path,
+        "bounded",
+        environment=place[1],
+        max_bag_bytes=FILE,
+        max_log_bytes=bound,
+    ) as (node, client):
         (first,) = ask(client, 1)
         until(lambda: size_of(tmp_path, "*.mcap") <= bound, "the bound")
         left = [file for file in old if file.exists()]
-        assert 0 < len(left) < len(old) and left == old[len(old) - len(left):]
+        assert 0 < len(left) < len(old) and left == old[len(old) - len(left) :]
         answers = []
         while any(file.exists() for file in old) or len(answers) < 50:
-            answers.append(client.good("estimate", part_id=first.part_id,
-                                       restitution=1e-4 * len(answers)).statistics)
+            answers.append(
+                client.good(
+                    "estimate", part_id=first.part_id, restitution=1e-4 * len(answers)
+                ).statistics
+            )
             assert len(answers) < 5000
         until(lambda: size_of(tmp_path, "*.mcap") <= bound, "the bound")
         node.stop()
     assert size_of(archive, "*.mcap") == size_of(killed.bag, "*.mcap")
     *_, bag = bags_of(tmp_path)
     assert_readable_by_others(bag)
-    assert set(map(whole, answers[-10:])) <= {whole(message) for message in recorded_in(bag)}
+    assert set(map(whole, answers[-10:])) <= {
+        whole(message) for message in recorded_in(bag)
+    }
 
 
 NOT_RECORDED = "NOT_RECORDED: "
 
 
 def unrecorded(statistics):
-    return [warning for warning in statistics.warnings if warning.startswith(NOT_RECORDED)]
+    return [
+        warning for warning in statistics.warnings if warning.startswith(NOT_RECORDED)
+    ]
 
 
 def assert_says_that_nothing_is_recorded(node, client, health):
@@ -192,7 +223,9 @@ def assert_says_that_nothing_is_recorded(node, client, health):
     (statistics,) = ask(client, 1)
     assert len(unrecorded(statistics)) == 1
     assert len(unrecorded(latched(client, statistics.part_id))) == 1
-    accepted = client.good("start_drop_simulation", part_id=statistics.part_id, drops=200)
+    accepted = client.good(
+        "start_drop_simulation", part_id=statistics.part_id, drops=200
+    )
     assert accepted.message.startswith(NOT_RECORDED)
     done = finished(client, accepted.job_id).statistics
     assert done.drops == 200 and len(unrecorded(done)) == 1
@@ -200,8 +233,13 @@ def assert_says_that_nothing_is_recorded(node, client, health):
     _, result = goals.send(part_id=statistics.part_id, drops=100).result()
     goals.close()
     assert result.success and unrecorded(result.statistics)
-    line, values = health.line("recording", lambda line, _: line.level == DiagnosticStatus.WARN)
-    assert line.message.startswith(NOT_RECORDED) and int(values["messages not recorded"]) > 0
+    line, values = health.line(
+        "recording", lambda line, _: line.level == DiagnosticStatus.WARN
+    )
+    assert (
+        line.message.startswith(NOT_RECORDED)
+        and int(values["messages not recorded"]) > 0
+    )
     node.says(NOT_RECORDED)
 
 
@@ -223,17 +261,26 @@ def test_a_full_disk_and_a_missing_folder_come_and_go(place, tmp_path):
         (file,) = files_of(bag)
         # A file that may not grow is a disk that is full; half a message still fits.
         room = file.stat().st_size + 100
-        resource.prlimit(node.process.pid, resource.RLIMIT_FSIZE, (room, resource.RLIM_INFINITY))
+        resource.prlimit(
+            node.process.pid, resource.RLIMIT_FSIZE, (room, resource.RLIM_INFINITY)
+        )
         assert_says_that_nothing_is_recorded(node, client, health)
-        resource.prlimit(node.process.pid, resource.RLIMIT_FSIZE,
-                         (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
+        resource.prlimit(
+            node.process.pid,
+            resource.RLIMIT_FSIZE,
+            (resource.RLIM_INFINITY, resource.RLIM_INFINITY),
+        )
         until(lambda: not unrecorded(ask(client, 1)[0]), "room")
         again = assert_records(client, folder, health)
         node.says("recording works again")
-        assert {whole(first), whole(again)} <= set(map(whole, recorded(folder, "answers")))
+        assert {whole(first), whole(again)} <= set(
+            map(whole, recorded(folder, "answers"))
+        )
         with standing(node.process.pid):  # nothing is made in it while it goes
             shutil.rmtree(folder)
-        until(lambda: not unrecorded(ask(client, 1)[0]) and bags_of(folder), "another bag")
+        until(
+            lambda: not unrecorded(ask(client, 1)[0]) and bags_of(folder), "another bag"
+        )
         last = assert_records(client, folder, health)
         (bag,) = bags_of(folder)
         shutil.copytree(bag, folder / "copy")
@@ -244,6 +291,10 @@ def test_a_full_disk_and_a_missing_folder_come_and_go(place, tmp_path):
     assert_readable_by_others(monday)
     assert whole(last) in {whole(message) for message in recorded_in(monday)}
     assert_readable_by_others(bag)
-    topics = [topic for topic, data in raw(bag) if message_of(topic, data).part_id == last.part_id]
+    topics = [
+        topic
+        for topic, data in raw(bag)
+        if message_of(topic, data).part_id == last.part_id
+    ]
     assert topics[:2] == [on_topic("part_mesh"), on_topic("answers")]
     assert whole(newest) in {whole(message) for message in recorded_in(bag)}

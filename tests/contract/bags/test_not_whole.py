@@ -43,12 +43,14 @@ def test_only_the_last_file_of_a_bag_is_cut(tmp_path):
     run, there, links = run_of_a_node(), tmp_path / "there", tmp_path / "links"
     write_mcap(there / "bag_9.mcap", run[:8])
     last = write_mcap(there / "bag_10.mcap", run[8:])
-    last.write_bytes(last.read_bytes()[:last.stat().st_size * 2 // 3])
+    last.write_bytes(last.read_bytes()[: last.stat().st_size * 2 // 3])
     links.mkdir()
     (links / "there").symlink_to(there)
     contents = analyse_bags(links).contents
     assert [(file.path.name, file.state) for file in contents.files] == [
-        ("bag_9.mcap", "whole"), ("bag_10.mcap", "cut")]
+        ("bag_9.mcap", "whole"),
+        ("bag_10.mcap", "cut"),
+    ]
     assert len(contents.bags) == 1 and contents.messages["PoseStatistics"] >= 4
 
 
@@ -56,7 +58,9 @@ def test_only_the_last_file_of_a_bag_is_cut(tmp_path):
 @pytest.mark.parametrize("pack", [bytes, zstandard.compress])
 def test_a_flipped_bit_costs_its_chunk_alone(tmp_path, compression, pack):
     run = [("pose_statistics", result(float(k))) for k in range(40)]
-    write_run(tmp_path, run, use_chunking=True, chunk_size=4000, compression=compression)
+    write_run(
+        tmp_path, run, use_chunking=True, chunk_size=4000, compression=compression
+    )
     file = only_file(tmp_path)
     content = bytearray(file.read_bytes())
     with file.open("rb") as stream:
@@ -88,16 +92,19 @@ class TestBrokenMessages:
         file = write_mcap(tmp_path / "short.mcap", [("pose_statistics", result(20.0))])
         content = file.read_bytes()
         place = content.index(b"combined\0")
-        file.write_bytes(content[:place - 4] + b"\xff\xff\xff\x7f" + content[place:])
+        file.write_bytes(content[: place - 4] + b"\xff\xff\xff\x7f" + content[place:])
         contents = analyse_bags(tmp_path).contents
         assert "1 message " in contents.notes[0]
         assert len(contents.parts[0].histories[0].time) == 4
 
-    @pytest.mark.parametrize(("topic", "message"), [
-        ("pose_counts", counts(1.0, (2 ** 64 - 1, 3))),
-        ("pose_counts", counts(1.0, (2, 3), unclassified=2 ** 64 - 1)),
-        ("pose_statistics", result(1.0, drops=2 ** 64 - 1)),
-    ])
+    @pytest.mark.parametrize(
+        ("topic", "message"),
+        [
+            ("pose_counts", counts(1.0, (2**64 - 1, 3))),
+            ("pose_counts", counts(1.0, (2, 3), unclassified=2**64 - 1)),
+            ("pose_statistics", result(1.0, drops=2**64 - 1)),
+        ],
+    )
     def test_numbers_that_cannot_be_are_left_out(self, tmp_path, topic, message):
         write_run(tmp_path, [(topic, message)], "damaged")
         analysis = analyse_bags(tmp_path)
@@ -110,8 +117,14 @@ class TestBrokenMessages:
     def test_arrays_that_do_not_fit_are_left_out(self, tmp_path):
         broken = counts(2.0, (5, 6))
         broken.index.append(3)
-        write_run(tmp_path, [("pose_statistics", result(1.0)), ("pose_counts", broken),
-                             ("pose_statistics", result(2.0, probability=()))])
+        write_run(
+            tmp_path,
+            [
+                ("pose_statistics", result(1.0)),
+                ("pose_counts", broken),
+                ("pose_statistics", result(2.0, probability=())),
+            ],
+        )
         contents = analyse_bags(tmp_path).contents
         assert contents.counts == () and len(contents.parts[0].histories[0].time) == 1
         for said in ("1 camera count left out", "1 result left out, without poses"):
@@ -133,17 +146,27 @@ def written(file, content):
 
 
 class TestRefusals:
-    @pytest.mark.parametrize(("make", "said"), [
-        (lambda folder: folder / "nowhere", "does not exist"),
-        (lambda folder: folder, "none under"),
-        (lambda folder: write_run(folder, []), "none in 1 file"),
-        (lambda folder: written(folder / "a.mcap", b"no bag" * 50), "not an MCAP file"),
-        (lambda folder: written(folder / "a.db3.zstd", b""), "ros2 bag convert"),
-        (lambda folder: written(folder / "a.db3", b"x" * 5000), "none in 1 file"),
-        (lambda folder: write_recorded(folder / "bag", mode=CompressionMode.MESSAGE),
-         "ros2 bag convert"),
-        (without_definitions, "ros2 bag convert"),
-    ])
+    @pytest.mark.parametrize(
+        ("make", "said"),
+        [
+            (lambda folder: folder / "nowhere", "does not exist"),
+            (lambda folder: folder, "none under"),
+            (lambda folder: write_run(folder, []), "none in 1 file"),
+            (
+                lambda folder: written(folder / "a.mcap", b"no bag" * 50),
+                "not an MCAP file",
+            ),
+            (lambda folder: written(folder / "a.db3.zstd", b""), "ros2 bag convert"),
+            (lambda folder: written(folder / "a.db3", b"x" * 5000), "none in 1 file"),
+            (
+                lambda folder: write_recorded(
+                    folder / "bag", mode=CompressionMode.MESSAGE
+                ),
+                "ros2 bag convert",
+            ),
+            (without_definitions, "ros2 bag convert"),
+        ],
+    )
     def test_what_holds_nothing_is_refused_in_one_line(self, tmp_path, make, said):
         line = refusal("bag", make(tmp_path))
         assert line.startswith("ros_pose_stats: expected ") and said in line

@@ -40,8 +40,13 @@ def plain(tmp_path_factory):
 def test_every_recorder_gives_the_same(recorder, tmp_path, plain):
     RECORDERS[recorder](tmp_path / "log")
     contents = analyse_bags(tmp_path / "log").contents
-    assert contents.messages == {"DropRecords": 1, "JobEvent": 5, "PartMesh": 1,
-                                 "PoseCounts": 2, "PoseStatistics": 5}
+    assert contents.messages == {
+        "DropRecords": 1,
+        "JobEvent": 5,
+        "PartMesh": 1,
+        "PoseCounts": 2,
+        "PoseStatistics": 5,
+    }
     (file,) = contents.files
     assert file.messages == 14 and contents.notes == ()
     assert file.state == ("open" if recorder == "never_closed" else "whole")
@@ -70,20 +75,28 @@ def test_results_are_a_history_led_by_most_drops(tmp_path):
 
 
 class TestSeveralBags:
-    def test_two_recordings_of_a_run_say_no_more_than_one_in_any_order(self, tmp_path, plain):
+    def test_two_recordings_of_a_run_say_no_more_than_one_in_any_order(
+        self, tmp_path, plain
+    ):
         paths = [write_run(tmp_path / "log"), write_recorded(tmp_path / "recorded")]
         assert said(*paths) == said(*paths[::-1]) == plain
         contents = analyse_bags(paths).contents
         assert contents.messages["PoseCounts"] == 4
         assert "2 camera counts in several bags, counted once" in contents.notes
-        assert analyse_bags([*paths, *paths[0].glob("*.mcap")]).contents.files == contents.files
+        assert (
+            analyse_bags([*paths, *paths[0].glob("*.mcap")]).contents.files
+            == contents.files
+        )
         half = write_recorded(tmp_path / "half", run_of_a_node()[:9])
         assert said(*paths, half) == plain
 
     def test_runs_add_up(self, tmp_path):
         write_run(tmp_path, [("pose_counts", counts(1.0, COUNTED))], "run_1")
-        write_run(tmp_path, [("pose_counts", counts(2.0, COUNTED)),
-                             ("pose_statistics", result(3.0))], "run_2")
+        write_run(
+            tmp_path,
+            [("pose_counts", counts(2.0, COUNTED)), ("pose_statistics", result(3.0))],
+            "run_2",
+        )
         contents = analyse_bags(str(tmp_path)).contents
         assert len(contents.bags) == 2
         assert contents.counts[0].count.tolist() == [2 * count for count in COUNTED]
@@ -95,8 +108,12 @@ class TestSeveralBags:
         write_recorded(tmp_path / "recorded", messages)
         assert analyse_bags(tmp_path).contents.counts[0].count.tolist() == [2]
 
-    def test_counts_without_a_stamp_are_matched_by_the_time_of_recording(self, tmp_path):
-        messages = [("pose_counts", counts(None, (1, 0)))] * 40  # a fifth of a second apart
+    def test_counts_without_a_stamp_are_matched_by_the_time_of_recording(
+        self, tmp_path
+    ):
+        messages = [
+            ("pose_counts", counts(None, (1, 0)))
+        ] * 40  # a fifth of a second apart
         write_run(tmp_path / "log", messages)
         write_recorded(tmp_path / "recorded", messages, later=0.15)
         contents = analyse_bags(tmp_path).contents
@@ -106,35 +123,57 @@ class TestSeveralBags:
         assert analyse_bags(tmp_path).contents.counts[0].count.tolist() == [80, 0]
 
     def test_a_job_ends_in_the_bag_of_the_next_start(self, tmp_path):
-        write_run(tmp_path, [("job_events", event(1.0, "QUEUED")),
-                             ("job_events", event(2.0, "RUNNING"))], "run_1")
+        write_run(
+            tmp_path,
+            [
+                ("job_events", event(1.0, "QUEUED")),
+                ("job_events", event(2.0, "RUNNING")),
+            ],
+            "run_1",
+        )
         (job,) = analyse_bags(tmp_path).contents.parts[0].jobs
         assert job.unfinished
-        write_run(tmp_path, [("job_events", event(9.0, "CANCELLED", drops_done=50))], "run_2")
+        write_run(
+            tmp_path, [("job_events", event(9.0, "CANCELLED", drops_done=50))], "run_2"
+        )
         (job,) = analyse_bags(tmp_path).contents.parts[0].jobs
         assert (job.state, job.drops_done, job.unfinished) == ("cancelled", 50, False)
 
     def test_a_name_with_two_digests_is_two_parts(self, tmp_path):
-        write_run(tmp_path, [("pose_statistics", result(1.0)),
-                             ("pose_statistics", result(2.0, part_digest="b" * 64)),
-                             ("job_events", event(3.0, "PART_FORGOTTEN", ""))])
+        write_run(
+            tmp_path,
+            [
+                ("pose_statistics", result(1.0)),
+                ("pose_statistics", result(2.0, part_digest="b" * 64)),
+                ("job_events", event(3.0, "PART_FORGOTTEN", "")),
+            ],
+        )
         parts = analyse_bags(tmp_path).contents.parts
         assert [part.part_digest[0] for part in parts] == ["3", "b"]
         assert [len(part.forgotten) for part in parts] == [1, 0]
 
     def test_a_part_is_forgotten_once_by_whichever_message_says_so(self, tmp_path):
         """Subscribers hear it as a last result, the node's own bag has an event as well."""
-        last = result(3.0, probability=(), warnings=["FORGOTTEN: a client had it forgotten."])
-        write_recorded(tmp_path / "bag", [("pose_statistics", result(1.0)),
-                                          ("pose_statistics", last)])
+        last = result(
+            3.0, probability=(), warnings=["FORGOTTEN: a client had it forgotten."]
+        )
+        write_recorded(
+            tmp_path / "bag",
+            [("pose_statistics", result(1.0)), ("pose_statistics", last)],
+        )
         for number in range(2):
             contents = analyse_bags(tmp_path).contents
             (part,) = contents.parts
             assert part.forgotten == (START + 3 * SECOND,) and not contents.notes
             assert part.histories[0].time.tolist() == [START + SECOND]
-            write_run(tmp_path, [
-                ("pose_statistics", last),
-                ("job_events", event(3.0, "PART_FORGOTTEN", ""))], f"run_{number}")
+            write_run(
+                tmp_path,
+                [
+                    ("pose_statistics", last),
+                    ("job_events", event(3.0, "PART_FORGOTTEN", "")),
+                ],
+                f"run_{number}",
+            )
 
 
 def test_progress_goes_by_the_bytes_that_are_read(tmp_path):

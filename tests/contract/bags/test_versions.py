@@ -36,58 +36,124 @@ POSES = [{"index": 1, "probability": 0.25}, {"index": 0, "probability": 0.75}]
 
 
 def test_fields_that_an_older_version_lacks_are_unknown(tmp_path):
-    write_plain(tmp_path / "old.mcap", [("PoseStatistics", OLD, {
-        **ABOUT, "method": "combined", "poses": POSES,
-        "header": {"stamp": {"sec": 3, "nanosec": 0}}})])
+    write_plain(
+        tmp_path / "old.mcap",
+        [
+            (
+                "PoseStatistics",
+                OLD,
+                {
+                    **ABOUT,
+                    "method": "combined",
+                    "poses": POSES,
+                    "header": {"stamp": {"sec": 3, "nanosec": 0}},
+                },
+            )
+        ],
+    )
     (part,) = analyse_bags(tmp_path).contents.parts
     (history,) = part.histories
     assert history.probability.tolist() == [[0.75, 0.25]]
     assert history.poses.group.tolist() == [0, 1] and history.final.tolist() == [True]
-    assert np.isnan(history.poses.height).all() and np.isnan(history.expected_error).all()
+    assert (
+        np.isnan(history.poses.height).all() and np.isnan(history.expected_error).all()
+    )
     assert math.isnan(part.radius)
 
 
 def test_older_versions_took_round_surfaces_as_the_file_has_them(tmp_path):
     """Their counts are compared with their results, and with none of today's."""
-    write_plain(tmp_path / "old.mcap", [
-        (name, re.sub("(uint32 round_sides|int32 from_pose|string feeder_speed)\n", "", definition(
-            f"{PACKAGE}/{name}")), {**ABOUT, **fields}) for name, fields in (
-            ("PoseStatistics", {"method": "combined", "poses": POSES}),
-            ("JobEvent", {"event": 2, "job_id": "job_1", "seed": 192, "drop_height": 0.4}),
-            ("PoseCounts", {"index": [0, 1], "count": [3, 1]}))])
+    write_plain(
+        tmp_path / "old.mcap",
+        [
+            (
+                name,
+                re.sub(
+                    "(uint32 round_sides|int32 from_pose|string feeder_speed)\n",
+                    "",
+                    definition(f"{PACKAGE}/{name}"),
+                ),
+                {**ABOUT, **fields},
+            )
+            for name, fields in (
+                ("PoseStatistics", {"method": "combined", "poses": POSES}),
+                (
+                    "JobEvent",
+                    {"event": 2, "job_id": "job_1", "seed": 192, "drop_height": 0.4},
+                ),
+                ("PoseCounts", {"index": [0, 1], "count": [3, 1]}),
+            )
+        ],
+    )
     (part,) = analyse_bags(tmp_path).parts
-    (history,), (job,), (compared,) = part.record.histories, part.record.jobs, part.counts
+    (history,), (job,), (compared,) = (
+        part.record.histories,
+        part.record.jobs,
+        part.counts,
+    )
     assert history.numbering == compared.counts.numbering == (0.005, 0)
     assert (job.state, job.cluster_tolerance, job.round_sides) == ("running", 0.005, 0)
     assert (compared.problem, compared.count.tolist()) == ("", [3, 1])
     write_run(tmp_path, [("pose_statistics", result(1.0, part_digest="d"))])
     (part,) = analyse_bags(tmp_path).contents.parts
-    assert {history.numbering for history in part.histories} == {(0.005, 0), (0.005, 192)}
+    assert {history.numbering for history in part.histories} == {
+        (0.005, 0),
+        (0.005, 192),
+    }
 
 
 def test_fields_that_a_newer_version_adds_are_passed_over(tmp_path):
     head, rest = STATISTICS.split(LINE, 1)
-    write_plain(tmp_path / "new.mcap", [(
-        "PoseStatistics", f"{head}float64 mood\n{LINE}{rest}",
-        {**ABOUT, "method": "auto", "mood": 1.0, "poses": POSES[1:]})])
+    write_plain(
+        tmp_path / "new.mcap",
+        [
+            (
+                "PoseStatistics",
+                f"{head}float64 mood\n{LINE}{rest}",
+                {**ABOUT, "method": "auto", "mood": 1.0, "poses": POSES[1:]},
+            )
+        ],
+    )
     (part,) = analyse_bags(tmp_path).contents.parts
     assert part.histories[0].method.tolist() == ["auto"]
 
 
 def test_each_numbering_has_a_history_of_its_own(tmp_path):
-    write_run(tmp_path, [
-        ("pose_statistics", result(1.0, cluster_tolerance=0.0, probability=(0.5, 0.5))),
-        *(("pose_statistics", result(2.0 + k)) for k in range(3)),
-        *(("pose_statistics", result(6.0 + k, (0.5, 0.3, 0.2), round_sides=0))
-          for k in range(2))])
+    write_run(
+        tmp_path,
+        [
+            (
+                "pose_statistics",
+                result(1.0, cluster_tolerance=0.0, probability=(0.5, 0.5)),
+            ),
+            *(("pose_statistics", result(2.0 + k)) for k in range(3)),
+            *(
+                ("pose_statistics", result(6.0 + k, (0.5, 0.3, 0.2), round_sides=0))
+                for k in range(2)
+            ),
+        ],
+    )
     histories = analyse_bags(tmp_path).contents.parts[0].histories
-    assert [history.numbering for history in histories] == [(0.005, 192), (0.005, 0), (0.0, 192)]
-    assert [history.probability.shape for history in histories] == [(3, 5), (2, 3), (1, 2)]
+    assert [history.numbering for history in histories] == [
+        (0.005, 192),
+        (0.005, 0),
+        (0.0, 192),
+    ]
+    assert [history.probability.shape for history in histories] == [
+        (3, 5),
+        (2, 3),
+        (1, 2),
+    ]
 
 
 def test_another_number_of_poses_under_the_same_numbering_is_left_out(tmp_path):
-    write_run(tmp_path, [("pose_statistics", result(1.0)),
-                         ("pose_statistics", result(2.0, PROBABILITY[:4]))])
+    write_run(
+        tmp_path,
+        [
+            ("pose_statistics", result(1.0)),
+            ("pose_statistics", result(2.0, PROBABILITY[:4])),
+        ],
+    )
     contents = analyse_bags(tmp_path).contents
     assert len(contents.parts[0].histories[0].time) == 1
     assert "1 result left out, numbering" in contents.notes[0]

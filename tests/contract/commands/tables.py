@@ -5,8 +5,11 @@ import re
 
 def table_head(text):
     """The names of the columns."""
-    (line,) = (line for line in text.splitlines()
-               if re.match(r"\s+poses?\s+(number\s+)?group\s", line))
+    (line,) = (
+        line
+        for line in text.splitlines()
+        if re.match(r"\s+poses?\s+(number\s+)?group\s", line)
+    )
     return cells(line)
 
 

@@ -20,18 +20,53 @@ from pyarrow import parquet
 
 from ros_pose_stats import estimate, load_part
 from tests.bodies import moved, random_polyhedron, shapes, write_stl
-from tests.running import ROOT, answer_json, call, children, complaints, is_gone, refusal
+from tests.running import (
+    ROOT,
+    answer_json,
+    call,
+    children,
+    complaints,
+    is_gone,
+    refusal,
+)
 
 TABLES = "catalogue.csv", "poses.csv"
-REFUSED = {"letter.stl": b"Dear colleague,", "empty.step": b"",
-           "flat.obj": b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
-           "none.stl": b"solid\nendsolid\n", "bare.step": b"ISO-10303-21;\nEND-ISO-10303-21;\n",
-           **dict.fromkeys(("a\rb.stl", "c\nd.stl", 'g"h,i;j\tk.stl', " l .stl", "ü\x85\u2028.stl",
-                            "\x1b[31mred.stl"), b"no part")}
+REFUSED = {
+    "letter.stl": b"Dear colleague,",
+    "empty.step": b"",
+    "flat.obj": b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
+    "none.stl": b"solid\nendsolid\n",
+    "bare.step": b"ISO-10303-21;\nEND-ISO-10303-21;\n",
+    **dict.fromkeys(
+        (
+            "a\rb.stl",
+            "c\nd.stl",
+            'g"h,i;j\tk.stl',
+            " l .stl",
+            "ü\x85\u2028.stl",
+            "\x1b[31mred.stl",
+        ),
+        b"no part",
+    ),
+}
 ROCKS = 50
 PARTS = len(REFUSED) + ROCKS + 5
-ASKED = ("catalogue", "parts", "=1+1.stl", "parts/box.stl", "--unit", "cm", "--restitution", 0.2,
-         "--drop-height", 0.4, "--density", 7850.0, "--workers", 1)
+ASKED = (
+    "catalogue",
+    "parts",
+    "=1+1.stl",
+    "parts/box.stl",
+    "--unit",
+    "cm",
+    "--restitution",
+    0.2,
+    "--drop-height",
+    0.4,
+    "--density",
+    7850.0,
+    "--workers",
+    1,
+)
 PATIENCE = 60.0
 
 
@@ -60,7 +95,10 @@ def home(tmp_path_factory):
 def set_parts(parts, late):
     """Put the parts there that are changed, removed and new, as they are early or late."""
     old, new = parts / "a_removed.stl", parts / "a_new.stl"
-    write_stl(parts / "a_changed.stl", shapes.box(*((3.0, 3.5, 4.0) if late else (1.0, 2.0, 3.0))))
+    write_stl(
+        parts / "a_changed.stl",
+        shapes.box(*((3.0, 3.5, 4.0) if late else (1.0, 2.0, 3.0))),
+    )
     write_stl(new if late else old, shapes.box(4.0, 3.0, 1.0))
     (old if late else new).unlink(missing_ok=True)
 
@@ -70,7 +108,9 @@ def tables(folder):
 
 
 def rows_of(folder, name="catalogue.csv"):
-    with (folder / name).open(newline="", encoding="utf-8", errors="surrogateescape") as lines:
+    with (folder / name).open(
+        newline="", encoding="utf-8", errors="surrogateescape"
+    ) as lines:
         return list(csv.DictReader(lines))
 
 
@@ -80,9 +120,23 @@ class Run:
     def __init__(self, *options, **more):
         self.terminal, stderr = pty.openpty()
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "ros_pose_stats", *map(str, ASKED), "-o", "stopped", *options],
-            stdout=subprocess.PIPE, stderr=stderr, text=True, start_new_session=True,
-            env=os.environ | {"PYTHONPATH": str(ROOT)}, preexec_fn=lambda: os.nice(5), **more)
+            [
+                sys.executable,
+                "-m",
+                "ros_pose_stats",
+                *map(str, ASKED),
+                "-o",
+                "stopped",
+                *options,
+            ],
+            stdout=subprocess.PIPE,
+            stderr=stderr,
+            text=True,
+            start_new_session=True,
+            env=os.environ | {"PYTHONPATH": str(ROOT)},
+            preexec_fn=lambda: os.nice(5),
+            **more,
+        )
         os.close(stderr)
 
     def wait_for(self, more):
@@ -126,8 +180,11 @@ def ended(home):
     set_parts(home / "parts", late=False)
     full = subprocess.run(
         [sys.executable, "-m", "ros_pose_stats", *map(str, ASKED), "-o", "stopped"],
-        capture_output=True, text=True, env=os.environ | {"PYTHONPATH": str(ROOT)},
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (30_000, 30_000)))
+        capture_output=True,
+        text=True,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (30_000, 30_000)),
+    )
     begun = Run()
     while not children(begun.process.pid):
         assert begun.process.poll() is None
@@ -152,7 +209,9 @@ def ended(home):
     page = (home / "stopped" / "index.html").read_text(encoding="utf-8")
     last = call(*ASKED, "-o", "stopped")
     assert (last.returncode, complaints(last.stderr)) == (0, [])
-    return Ended((full.returncode, full.stderr), killed, in_use, stopped, page, last.stdout)
+    return Ended(
+        (full.returncode, full.stderr), killed, in_use, stopped, page, last.stdout
+    )
 
 
 @pytest.fixture(scope="module")
@@ -173,7 +232,11 @@ class TestEnds:
     def test_a_full_disk_is_said_in_one_line(self, ended):
         status, error = ended.full
         (line,) = complaints(error)
-        assert status == 2 and "parts.sqlite3 (disk I/O error)" in line and "make room" in line
+        assert (
+            status == 2
+            and "parts.sqlite3 (disk I/O error)" in line
+            and "make room" in line
+        )
 
     def test_rows_that_cannot_be_read_are_refused_with_what_to_do(self, home, made):
         shutil.copytree(made[1], home / "damaged")
@@ -186,13 +249,23 @@ class TestEnds:
     def test_two_runs_at_once_are_refused(self, ended):
         assert "in use" in ended.in_use
 
-    def test_ctrl_c_says_how_to_go_on_and_the_page_that_it_is_not_whole(self, home, ended):
+    def test_ctrl_c_says_how_to_go_on_and_the_page_that_it_is_not_whole(
+        self, home, ended
+    ):
         text, status = ended.stopped
-        assert status == 130 and "the same command goes on from here" in text.splitlines()[-1]
+        assert (
+            status == 130
+            and "the same command goes on from here" in text.splitlines()[-1]
+        )
         assert "not the whole catalogue" in ended.page
-        assert "not the whole catalogue" not in (home / "stopped" / "index.html").read_text()
+        assert (
+            "not the whole catalogue"
+            not in (home / "stopped" / "index.html").read_text()
+        )
 
-    def test_the_tables_are_those_of_one_go_and_nothing_was_done_twice(self, home, ended, made):
+    def test_the_tables_are_those_of_one_go_and_nothing_was_done_twice(
+        self, home, ended, made
+    ):
         """Of files as they are in the end; what the runs before did was kept."""
         assert tables(home / "stopped") == tables(made[1])
         assert int(re.search(r", (\d+) of them done before", ended.last)[1]) > 0
@@ -211,45 +284,76 @@ class TestEnds:
 
 class TestRows:
     def test_each_file_has_one_in_the_order_of_names_whatever_links_to_it(self, made):
-        known = (*REFUSED, "box.stl", "a_changed.stl", "a_new.stl", "b\udcf6x, 1.stl",
-                 *(f"below/rock_{seed}.STL" for seed in range(ROCKS)))
+        known = (
+            *REFUSED,
+            "box.stl",
+            "a_changed.stl",
+            "a_new.stl",
+            "b\udcf6x, 1.stl",
+            *(f"below/rock_{seed}.STL" for seed in range(ROCKS)),
+        )
         names = ["./=1+1.stl", *sorted(f"parts/{name}" for name in known)]
         assert [row["file"] for row in made[0]["parts"]] == names
         assert [row["file"] for row in rows_of(made[1])] == names
 
     def test_what_is_no_part_is_refused_with_a_reason_in_one_line(self, made):
         values, _ = made
-        reasons = {row["file"]: row["refusal"] for row in values["parts"] if row["refusal"]}
+        reasons = {
+            row["file"]: row["refusal"] for row in values["parts"] if row["refusal"]
+        }
         assert len(reasons) == values["refused"] == len(REFUSED) + 1
-        for name, words in (("letter.stl", "triangles"), ("empty.step", "empty"),
-                            ("flat.obj", "thick"), ("bare.step", "STEP")):
+        for name, words in (
+            ("letter.stl", "triangles"),
+            ("empty.step", "empty"),
+            ("flat.obj", "thick"),
+            ("bare.step", "STEP"),
+        ):
             assert words in reasons[f"parts/{name}"]
         # Names in reasons stand as they are; the reasons themselves break no line.
-        assert not any("\n" in reason for name, reason in reasons.items() if "\n" not in name)
+        assert not any(
+            "\n" in reason for name, reason in reasons.items() if "\n" not in name
+        )
 
     def test_a_box_by_its_closed_forms(self, made):
         row = next(row for row in made[0]["parts"] if row["file"] == "parts/box.stl")
-        assert (row["stable_poses"], row["distinct_poses"], row["triangles"]) == (6, 3, 12)
-        assert [row[f"size_{axis}_m"] for axis in "xyz"] == pytest.approx([0.01, 0.02, 0.03])
-        best = [row[name] for name in ("footprint_length_m", "footprint_width_m", "top_m")]
+        assert (row["stable_poses"], row["distinct_poses"], row["triangles"]) == (
+            6,
+            3,
+            12,
+        )
+        assert [row[f"size_{axis}_m"] for axis in "xyz"] == pytest.approx(
+            [0.01, 0.02, 0.03]
+        )
+        best = [
+            row[name] for name in ("footprint_length_m", "footprint_width_m", "top_m")
+        ]
         assert best == pytest.approx([0.03, 0.02, 0.01])
         shares = {pose["group"]: pose["group_share"] for pose in row["poses"]}
         assert row["entropy_bits"] == pytest.approx(
-            -sum(share * math.log2(share) for share in shares.values()))
+            -sum(share * math.log2(share) for share in shares.values())
+        )
         for end, other in (("", ""), ("_low", "_high"), ("_high", "_low")):
             assert row[f"passes{end}"] == pytest.approx(1.0 / row[f"best_share{other}"])
         for pose in row["poses"]:
-            sides = [pose[name] for name in ("footprint_length_m", "footprint_width_m", "top_m")]
+            sides = [
+                pose[name]
+                for name in ("footprint_length_m", "footprint_width_m", "top_m")
+            ]
             assert sorted(sides) == pytest.approx([0.01, 0.02, 0.03])
             assert pose["height_m"] == pytest.approx(0.5 * pose["top_m"])
 
     def test_the_options_reach_the_estimate(self, home, made):
-        row = next(row for row in made[0]["parts"] if row["file"].endswith("rock_3.STL"))
+        row = next(
+            row for row in made[0]["parts"] if row["file"].endswith("rock_3.STL")
+        )
         part = load_part(home / row["file"], "cm", density=7850.0)
         expected = estimate(part, restitution=0.2, drop_height=0.4)
-        assert row["part_digest"] == part.digest and row["warnings"] == list(expected.warnings)
+        assert row["part_digest"] == part.digest and row["warnings"] == list(
+            expected.warnings
+        )
         assert {pose["pose"]: pose["probability"] for pose in row["poses"]} == {
-            pose.index: pose.probability for pose in expected.poses}
+            pose.index: pose.probability for pose in expected.poses
+        }
 
 
 def test_no_module_comes_from_where_the_command_is_started(home, made):
@@ -259,32 +363,47 @@ def test_no_module_comes_from_where_the_command_is_started(home, made):
 class TestTables:
     def test_they_hold_what_the_object_says(self, made):
         values, folder = made
-        assert values["tables"] == [str(Path("out", name).with_suffix(kind))
-                                    for name in TABLES for kind in (".csv", ".parquet")]
+        assert values["tables"] == [
+            str(Path("out", name).with_suffix(kind))
+            for name in TABLES
+            for kind in (".csv", ".parquet")
+        ]
         for row, kept in zip(rows_of(folder), values["parts"], strict=True):
             assert row["refusal"] == kept["refusal"]
-            assert row["best_share"] == ("" if kept["refusal"] else str(kept["best_share"]))
+            assert row["best_share"] == (
+                "" if kept["refusal"] else str(kept["best_share"])
+            )
         poses = rows_of(folder, "poses.csv")
         assert len(poses) == sum(len(row.get("poses", ())) for row in values["parts"])
         for name in ("parts/box.stl", "parts/below/rock_3.STL"):
-            assert sum(float(pose["probability"]) for pose in poses
-                       if pose["file"] == name) == pytest.approx(1.0)
+            assert sum(
+                float(pose["probability"]) for pose in poses if pose["file"] == name
+            ) == pytest.approx(1.0)
 
     @pytest.mark.parametrize("name", TABLES)
     def test_parquet_holds_the_same(self, made, name):
         rows = parquet.read_table((made[1] / name).with_suffix(".parquet")).to_pylist()
         for row, text in zip(rows, rows_of(made[1], name), strict=True):
-            assert {key: "" if value is None else str(value) for key, value in row.items()} == {
-                key: value.encode(errors="replace").decode() for key, value in text.items()}
+            assert {
+                key: "" if value is None else str(value) for key, value in row.items()
+            } == {
+                key: value.encode(errors="replace").decode()
+                for key, value in text.items()
+            }
 
     def test_lines_end_as_those_of_unix(self, made):
         text = (made[1] / "poses.csv").read_bytes()
         assert b"\r" not in text and text.endswith(b"\n")
 
 
-@pytest.mark.parametrize(("options", "words"), [
-    (("--unit", "mm"), "unit"), (("--restitution", 0.3), "restitution"),
-    (("--target-error", 0.1), "target_error")])
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--unit", "mm"), "unit"),
+        (("--restitution", 0.3), "restitution"),
+        (("--target-error", 0.1), "target_error"),
+    ],
+)
 def test_a_folder_of_another_request_is_refused_and_kept(made, options, words):
     before = tables(made[1])
     line = refusal(*ASKED, *options, "-o", "out")
@@ -310,11 +429,26 @@ def test_a_part_that_ends_its_process_is_refused_and_costs_no_other(tmp_path):
         "    if str(path).endswith('deadly.stl'):\n"
         "        os.abort()\n"
         "    return usual(path, *how, **more)\n"
-        "os.open = deadly\n")
+        "os.open = deadly\n"
+    )
     done = subprocess.run(
-        [sys.executable, "-m", "ros_pose_stats", "catalogue", tmp_path, "--unit", "mm",
-         "--workers", "1", "-o", tmp_path / "out"], capture_output=True, text=True,
-        env=os.environ | {"PYTHONPATH": f"{tmp_path}{os.pathsep}{ROOT}"})
+        [
+            sys.executable,
+            "-m",
+            "ros_pose_stats",
+            "catalogue",
+            tmp_path,
+            "--unit",
+            "mm",
+            "--workers",
+            "1",
+            "-o",
+            tmp_path / "out",
+        ],
+        capture_output=True,
+        text=True,
+        env=os.environ | {"PYTHONPATH": f"{tmp_path}{os.pathsep}{ROOT}"},
+    )
     assert done.returncode == 0 and ": 3 parts, 1 refused" in done.stdout
     assert "deadly.stl: the process that looked at it ended by SIGABRT" in done.stdout
 
@@ -327,20 +461,39 @@ def test_drops_keep_the_target_whatever_the_workers(tmp_path):
         write_stl(parts / f"rock_{seed}.stl", random_polyhedron(9, seed))
     write_stl(parts / "plate.stl", shapes.box(40.0, 30.0, 1.0))
     for workers in (1, 3):
-        values = answer_json("catalogue", parts, "--unit", "mm", "--target-error", 0.02,
-                             "--workers", workers, "-o", tmp_path / str(workers))
+        values = answer_json(
+            "catalogue",
+            parts,
+            "--unit",
+            "mm",
+            "--target-error",
+            0.02,
+            "--workers",
+            workers,
+            "-o",
+            tmp_path / str(workers),
+        )
         drops = {Path(row["file"]).stem: row["drops"] for row in values["parts"]}
         assert drops["rock_0"] > 0 and drops["rock_1"] > 0
         assert all(row["expected_error"] <= 0.02 for row in values["parts"])
     assert tables(tmp_path / "1") == tables(tmp_path / "3")
 
 
-@pytest.mark.parametrize(("options", "words"), [
-    (("--target-error", "1"), "target error"), (("--density", "0"), "density"),
-    (("--workers", "0"), "workers"), (("--workers", "1025"), "workers"),
-    (("--restitution", "1"), "restitution"), (("--round-sides", "3"), "sides")])
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--target-error", "1"), "target error"),
+        (("--density", "0"), "density"),
+        (("--workers", "0"), "workers"),
+        (("--workers", "1025"), "workers"),
+        (("--restitution", "1"), "restitution"),
+        (("--round-sides", "3"), "sides"),
+    ],
+)
 def test_values_out_of_range_are_refused(home, tmp_path, options, words):
-    assert words in refusal("catalogue", home / "parts", "-o", tmp_path / "out", *options)
+    assert words in refusal(
+        "catalogue", home / "parts", "-o", tmp_path / "out", *options
+    )
     assert not (tmp_path / "out").exists()
 
 
@@ -359,10 +512,16 @@ def test_files_of_one_name_and_another_size_are_named_however_turned(tmp_path):
     turn = (0.6, -0.8, 0.0), (0.8, 0.6, 0.0), (0.0, 0.0, 1.0)
     write_stl(tmp_path / "cube.STL", shapes.box(10.0, 10.0, 10.0))
     write_stl(tmp_path / "cube.stl", moved(shapes.box(10.0, 10.0, 10.0), turn))
-    done = call("catalogue", tmp_path, "--unit", "mm", "-o", tmp_path / "out", "--workers", 1)
-    assert re.search(r"unit of \S*/box.stl: it is 30 mm long, \S*/box.STL 3 mm", done.stdout)
+    done = call(
+        "catalogue", tmp_path, "--unit", "mm", "-o", tmp_path / "out", "--workers", 1
+    )
+    assert re.search(
+        r"unit of \S*/box.stl: it is 30 mm long, \S*/box.STL 3 mm", done.stdout
+    )
     page = (tmp_path / "out" / "index.html").read_text()
-    assert done.stdout.count("check the unit of") == page.count("Check the unit of") == 1
+    assert (
+        done.stdout.count("check the unit of") == page.count("Check the unit of") == 1
+    )
 
 
 def test_a_scheduler_that_is_none_leaves_the_folder_to_others(home, tmp_path):
@@ -375,5 +534,7 @@ def test_a_scheduler_that_is_none_leaves_the_folder_to_others(home, tmp_path):
 def test_no_parts_are_refused(tmp_path):
     (tmp_path / "notes.txt").touch()
     assert "none in" in refusal("catalogue", tmp_path, "-o", tmp_path / "out")
-    assert "no file" in refusal("catalogue", tmp_path / "\x1bgone", "-o", tmp_path / "out")
+    assert "no file" in refusal(
+        "catalogue", tmp_path / "\x1bgone", "-o", tmp_path / "out"
+    )
     assert [file.name for file in tmp_path.iterdir()] == ["notes.txt"]

@@ -35,20 +35,32 @@ def test_the_object_is_the_librarys(boxes):
 
 
 def test_the_table_begins_with_the_verdict_and_the_parts(boxes):
-    lines = answer("compare", *boxes, *ASKED, "--drops", 1250, "--wanted", "0,1").splitlines()
-    assert re.fullmatch(r"A feeds better: [\d.]+ % accepted, B [\d.]+ % \(\+[\d.]+ points, "
-                        r"[\d.]+ to [\d.]+\); large enough to expect on a real plate", lines[0])
-    assert lines[2:4] == ["A flat: 6 stable poses, radius 19.72 mm",
-                          "B high: 6 stable poses, radius 21.66 mm"]
-    assert any(line.startswith("1250 drops of each from the same starts, 0 unsettled, seed 5;")
-               for line in lines)
+    lines = answer(
+        "compare", *boxes, *ASKED, "--drops", 1250, "--wanted", "0,1"
+    ).splitlines()
+    assert re.fullmatch(
+        r"A feeds better: [\d.]+ % accepted, B [\d.]+ % \(\+[\d.]+ points, "
+        r"[\d.]+ to [\d.]+\); large enough to expect on a real plate",
+        lines[0],
+    )
+    assert lines[2:4] == [
+        "A flat: 6 stable poses, radius 19.72 mm",
+        "B high: 6 stable poses, radius 21.66 mm",
+    ]
+    assert any(
+        line.startswith("1250 drops of each from the same starts, 0 unsettled, seed 5;")
+        for line in lines
+    )
 
 
 def test_what_does_not_differ_is_said_first(boxes):
     asked = "compare", boxes[0], boxes[0], *ASKED, "--drops", 50
-    assert answer(*asked).startswith("50 drops of each show no difference of A and B: no")
+    assert answer(*asked).startswith(
+        "50 drops of each show no difference of A and B: no"
+    )
     assert answer(*asked, "--wanted", "0").startswith(
-        "50 drops of each show no difference in feeding: ")
+        "50 drops of each show no difference in feeding: "
+    )
 
 
 @pytest.mark.long
@@ -57,51 +69,75 @@ def test_the_unit_is_for_files_that_declare_none(tmp_path):
     for file, length in zip(files, (80.0, 8.0), strict=True):
         trimesh.creation.box((length, 0.5 * length, 0.4 * length)).export(file)
     text = answer("compare", *files, "--unit", "cm", "--drops", 250, "--seed", 5)
-    assert {line.rpartition(", ")[2] for line in text.splitlines()[2:4]} == {"radius 47.5 mm"}
+    assert {line.rpartition(", ")[2] for line in text.splitlines()[2:4]} == {
+        "radius 47.5 mm"
+    }
     assert "UNIT_OVERRIDDEN" not in text
 
 
 def test_wanted_poses_of_which_symmetry_has_more_are_pointed_out(boxes):
     asked = "compare", *boxes, *ASKED, "--drops", 300, "--wanted"
-    warnings = ["WANTED_ALIKE: pose 3 looks the same as pose 2 (symmetry)",
-                "WANTED_ALIKE: pose 1 looks the same as pose 0 (symmetry)"]
+    warnings = [
+        "WANTED_ALIKE: pose 3 looks the same as pose 2 (symmetry)",
+        "WANTED_ALIKE: pose 1 looks the same as pose 0 (symmetry)",
+    ]
     values = answer_json(*asked, "2")
-    assert [line.partition(" and is")[0] for variant in values["variants"]
-            for line in variant["warnings"]] == warnings
+    assert [
+        line.partition(" and is")[0]
+        for variant in values["variants"]
+        for line in variant["warnings"]
+    ] == warnings
     text = answer(*asked, "2")
     assert f"A: {warnings[0]}" in text and f"B: {warnings[1]}" in text
     assert "WANTED_ALIKE" not in answer(*asked, "0-1")
 
 
 def test_a_centre_of_mass_for_each(boxes):
-    first, second = answer_json("compare", boxes[0], boxes[0], *ASKED, *CENTERS, "--drops",
-                                300)["variants"]
+    first, second = answer_json(
+        "compare", boxes[0], boxes[0], *ASKED, *CENTERS, "--drops", 300
+    )["variants"]
     assert first["part_digest"] != second["part_digest"]
-    heights = {pose["down"][2] > 0.0: pose["height"] for pose in second["poses"]
-               if abs(pose["down"][2]) > 0.9}
+    heights = {
+        pose["down"][2] > 0.0: pose["height"]
+        for pose in second["poses"]
+        if abs(pose["down"][2]) > 0.9
+    }
     assert heights == {False: pytest.approx(0.004), True: pytest.approx(0.012)}
 
 
-@pytest.mark.parametrize(("files", "names"), [
-    (("old/box.stl", "new/box.stl", "cup.stl"), ("old/box.stl", "new/box.stl", "cup")),
-    (("old/box.stl", "old/cup.stl"), ("box", "cup")),
-    (("box.stl", "box.off"), ("box.stl", "box.off")),
-])
+@pytest.mark.parametrize(
+    ("files", "names"),
+    [
+        (
+            ("old/box.stl", "new/box.stl", "cup.stl"),
+            ("old/box.stl", "new/box.stl", "cup"),
+        ),
+        (("old/box.stl", "old/cup.stl"), ("box", "cup")),
+        (("box.stl", "box.off"), ("box.stl", "box.off")),
+    ],
+)
 def test_equal_names_are_told_apart_by_their_paths(tmp_path, monkeypatch, files, names):
     monkeypatch.chdir(tmp_path)
     for file in files:
         Path(file).parent.mkdir(parents=True, exist_ok=True)
         trimesh.creation.box((10.0, 20.0, 30.0)).export(file)
     lines = answer("compare", *files, *ASKED, "--drops", 50).splitlines()
-    assert [line.partition(": ")[0] for line in lines[len(files):2 * len(files)]] == [
-        f"{letter} {name}" for letter, name in zip("ABC", names, strict=False)]
+    assert [line.partition(": ")[0] for line in lines[len(files) : 2 * len(files)]] == [
+        f"{letter} {name}" for letter, name in zip("ABC", names, strict=False)
+    ]
 
 
-@pytest.mark.parametrize(("options", "words"), [
-    (("--com", 0, 0, 0, "--com", 0, 0, 0, "--com", 0, 0, 0), "--com once, or once for"),
-    (("--wanted", 9), "wanted poses out of 0 to 5"),
-    (("--com", 0, 0, "90mm"), "inside the part's convex hull"),
-    (("-o", "page.txt"), "ends in .html"),
-])
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (
+            ("--com", 0, 0, 0, "--com", 0, 0, 0, "--com", 0, 0, 0),
+            "--com once, or once for",
+        ),
+        (("--wanted", 9), "wanted poses out of 0 to 5"),
+        (("--com", 0, 0, "90mm"), "inside the part's convex hull"),
+        (("-o", "page.txt"), "ends in .html"),
+    ],
+)
 def test_refused_in_one_line(boxes, options, words):
     assert words in refusal("compare", *boxes, *ASKED, *options)

@@ -10,9 +10,12 @@ from tests.running import answer, refusal
 
 BASH = shutil.which("bash")
 TYPED = {
-    "commands": ("",), "a command begun": ("estim",), "options": ("estimate", "--"),
+    "commands": ("",),
+    "a command begun": ("estim",),
+    "options": ("estimate", "--"),
     "a choice": ("estimate", "part.stl", "--unit", "in"),
-    "a shell": ("completion", "z"), "a file": ("estimate", "cad/g"),
+    "a shell": ("completion", "z"),
+    "a file": ("estimate", "cad/g"),
     "options begun": ("simulate", "--dr"),
     "a file begun with a space": ("estimate", r"cad/big\ g"),
     "a page": ("report", "part.stl", "-o", "cad/g"),
@@ -32,21 +35,34 @@ def offered(tmp_path_factory):
     (folder / "cad" / "gear.stl").touch()
     (folder / "cad" / "big gear.stl").touch()
     (folder / "tab.bash").write_text(answer("completion", "bash"))
-    lines = ["source ./tab.bash", "program=$(complete -p ros_pose_stats)",
-             "program=${program#*-F }; program=${program%% *}"]
+    lines = [
+        "source ./tab.bash",
+        "program=$(complete -p ros_pose_stats)",
+        "program=${program#*-F }; program=${program%% *}",
+    ]
     for words in TYPED.values():
-        lines += [f"COMP_WORDS=(ros_pose_stats {' '.join(map(shlex.quote, words))})",
-                  f"COMP_CWORD={len(words)}; COMPREPLY=()",
-                  f"$program ros_pose_stats {shlex.quote(words[-1])} {shlex.quote(words[0])}",
-                  "printf '%s ' \"${COMPREPLY[@]}\"; echo"]
-    done = subprocess.run([BASH, "--norc", "-c", "\n".join(lines)], cwd=folder,
-                          capture_output=True, text=True)
+        lines += [
+            f"COMP_WORDS=(ros_pose_stats {' '.join(map(shlex.quote, words))})",
+            f"COMP_CWORD={len(words)}; COMPREPLY=()",
+            f"$program ros_pose_stats {shlex.quote(words[-1])} {shlex.quote(words[0])}",
+            "printf '%s ' \"${COMPREPLY[@]}\"; echo",
+        ]
+    done = subprocess.run(
+        [BASH, "--norc", "-c", "\n".join(lines)],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+    )
     assert done.returncode == 0, done.stderr
-    return dict(zip(TYPED, (line.split() for line in done.stdout.splitlines()), strict=True))
+    return dict(
+        zip(TYPED, (line.split() for line in done.stdout.splitlines()), strict=True)
+    )
 
 
 def test_commands(offered):
-    assert {"estimate", "simulate", "catalogue", "bag", "node"} <= set(offered["commands"])
+    assert {"estimate", "simulate", "catalogue", "bag", "node"} <= set(
+        offered["commands"]
+    )
     assert offered["a command begun"] == ["estimate"]
 
 

@@ -18,25 +18,42 @@ def cylinder(parts):
 class TestTable:
     def test_poses_that_symmetry_makes_alike_share_a_row(self, box):
         text = answer("estimate", *box, "--method", "split")
-        assert text.startswith("box: released 539 mm above a frictionless plate, restitution 0.5\n"
-                               "6 stable poses in 3 groups, 12 triangles, 20 x 30 x 40 mm\n")
+        assert text.startswith(
+            "box: released 539 mm above a frictionless plate, restitution 0.5\n"
+            "6 stable poses in 3 groups, 12 triangles, 20 x 30 x 40 mm\n"
+        )
         rows = table_rows(text)
         assert [(row["poses"], row["number"], row["group"]) for row in rows] == [
-            ("0, 1", "2", "0"), ("2, 3", "2", "1"), ("4, 5", "2", "2")]
+            ("0, 1", "2", "0"),
+            ("2, 3", "2", "1"),
+            ("4, 5", "2", "2"),
+        ]
         poses = answer_json("estimate", *box, "--method", "split")["poses"]
         by_group = {str(pose["group"]): pose for pose in poses}
         for row in rows:
             pose = by_group[row["group"]]
-            assert share(row) == pytest.approx(100.0 * pose["group_probability"], abs=0.0051)
+            assert share(row) == pytest.approx(
+                100.0 * pose["group_probability"], abs=0.0051
+            )
             bounds = [float(x) for x in row["90 % interval"].split(" - ")]
-            assert bounds == pytest.approx([200.0 * pose["probability_low"],
-                                            200.0 * pose["probability_high"]], abs=0.0051)
+            assert bounds == pytest.approx(
+                [200.0 * pose["probability_low"], 200.0 * pose["probability_high"]],
+                abs=0.0051,
+            )
         assert text.splitlines()[-1].startswith("computed in ")
 
     def test_each_pose_by_itself(self, box):
         text = answer("estimate", *box, "--method", "split", "--each")
-        assert table_head(text) == ["pose", "group", "probability", "90 % interval", "height",
-                                    "barrier", "topple", "down"]
+        assert table_head(text) == [
+            "pose",
+            "group",
+            "probability",
+            "90 % interval",
+            "height",
+            "barrier",
+            "topple",
+            "down",
+        ]
         rows = table_rows(text)
         assert [row["pose"] for row in rows] == list("012345")
         assert [row["group"] for row in rows] == list("001122")
@@ -45,18 +62,26 @@ class TestTable:
     def test_a_part_without_symmetry_has_a_row_a_pose_either_way(self, tmp_path):
         corners = np.array([(0.0, 0, 0), (31, 0, 0), (3, 27, 0), (5, 7, 22)])
         file = write_stl(tmp_path / "corner.stl", shapes.hull_mesh(corners))
-        text, each = (answer("estimate", file, "--unit", "mm", *more)
-                      for more in ((), ("--each",)))
+        text, each = (
+            answer("estimate", file, "--unit", "mm", *more)
+            for more in ((), ("--each",))
+        )
         assert table_head(text)[:3] == ["pose", "group", "probability"]
         assert text.splitlines()[:-1] == each.splitlines()[:-1]
 
     def test_long_rows_of_poses_are_written_by_their_ends(self, cylinder):
-        text = answer("estimate", *cylinder, "--cluster-tolerance", "0", "--round-sides", "0")
+        text = answer(
+            "estimate", *cylinder, "--cluster-tolerance", "0", "--round-sides", "0"
+        )
         assert sorted(row["poses"] for row in table_rows(text)) == ["0-63", "64, 65"]
 
     def test_what_rolls_is_marked_and_explained_once(self, box, cylinder):
         text = answer("estimate", *cylinder, "--each")
-        assert [row["topple"].endswith("*") for row in table_rows(text)] == [True, False, False]
+        assert [row["topple"].endswith("*") for row in table_rows(text)] == [
+            True,
+            False,
+            False,
+        ]
         assert text.count("the tilt to topple holds across its axis only") == 1
         assert "*" not in answer("estimate", *box)
 
@@ -67,16 +92,28 @@ class TestTable:
         rows = table_rows(text)
         assert len(rows) == count
         for method in METHODS:
-            assert sum(float(row[method]) for row in rows) == pytest.approx(100.0, abs=0.05)
+            assert sum(float(row[method]) for row in rows) == pytest.approx(
+                100.0, abs=0.05
+            )
 
-    @pytest.mark.parametrize(("name", "options", "code"), [
-        ("box", (), "UNIT_GUESSED"),
-        ("open", ("--unit", "mm"), "HOLES_CLOSED"),
-        ("box", ("--unit", "mm", "--drop-height", "0.03", "--method", "meae"), "LOW_DROP")])
+    @pytest.mark.parametrize(
+        ("name", "options", "code"),
+        [
+            ("box", (), "UNIT_GUESSED"),
+            ("open", ("--unit", "mm"), "HOLES_CLOSED"),
+            (
+                "box",
+                ("--unit", "mm", "--drop-height", "0.03", "--method", "meae"),
+                "LOW_DROP",
+            ),
+        ],
+    )
     def test_warnings_are_in_table_and_object(self, parts, name, options, code):
         asked = "estimate", parts / f"{name}.stl", *options
         assert f"\n{code}: " in answer(*asked)
-        assert code in [line.partition(":")[0] for line in answer_json(*asked)["warnings"]]
+        assert code in [
+            line.partition(":")[0] for line in answer_json(*asked)["warnings"]
+        ]
 
     def test_notes_stand_below_the_table_and_in_the_object(self, parts):
         asked = "estimate", parts / "cylinder.stl", "--unit", "mm"
@@ -90,22 +127,45 @@ class TestTable:
 class TestJson:
     def test_the_values_of_the_contract(self, box, cylinder):
         values = answer_json("estimate", *box, "--method", "split")
-        assert (values["part_id"], values["method"], values["drops"]) == ("box", "split", 0)
-        assert values["radius"] == pytest.approx(np.linalg.norm((10, 15, 20)) * 1e-3, rel=1e-6)
+        assert (values["part_id"], values["method"], values["drops"]) == (
+            "box",
+            "split",
+            0,
+        )
+        assert values["radius"] == pytest.approx(
+            np.linalg.norm((10, 15, 20)) * 1e-3, rel=1e-6
+        )
         assert values["drop_height"] == pytest.approx(20.0 * values["radius"])
         assert 0.0 < values["expected_error"] < 0.2 and values["plate_error"] == 0.05
         assert values["units"].keys() <= {*values, *values["poses"][0]}
-        assert not any(0.0 < abs(x) < 1e-12 or repr(x) == "-0.0"
-                       for pose in answer_json("estimate", *cylinder)["poses"]
-                       for name in ("down", "orientation", "position") for x in pose[name])
+        assert not any(
+            0.0 < abs(x) < 1e-12 or repr(x) == "-0.0"
+            for pose in answer_json("estimate", *cylinder)["poses"]
+            for name in ("down", "orientation", "position")
+            for x in pose[name]
+        )
 
-    @pytest.mark.parametrize(("words", "function", "options"), [
-        (("--method", "eae", "--restitution", 0.3, "--cluster-tolerance", 0.01), estimate,
-         {"method": "eae", "restitution": 0.3, "cluster_tolerance": 0.01}),
-        (("--method", "hybrid", "--drops", 120, "--seed", 9, "--workers", 2), hybrid,
-         {"drops": 120, "seed": 9}),
-        (("--target-error", 0.02, "--seed", 9), auto, {"target_error": 0.02, "seed": 9}),
-        ((), auto, {})])
+    @pytest.mark.parametrize(
+        ("words", "function", "options"),
+        [
+            (
+                ("--method", "eae", "--restitution", 0.3, "--cluster-tolerance", 0.01),
+                estimate,
+                {"method": "eae", "restitution": 0.3, "cluster_tolerance": 0.01},
+            ),
+            (
+                ("--method", "hybrid", "--drops", 120, "--seed", 9, "--workers", 2),
+                hybrid,
+                {"drops": 120, "seed": 9},
+            ),
+            (
+                ("--target-error", 0.02, "--seed", 9),
+                auto,
+                {"target_error": 0.02, "seed": 9},
+            ),
+            ((), auto, {}),
+        ],
+    )
     def test_it_is_the_librarys_answer(self, cylinder, words, function, options):
         values = answer_json("estimate", *cylinder, *words)
         expected = function(load_part(cylinder[0], unit="mm"), **options).as_dict()
@@ -113,7 +173,9 @@ class TestJson:
 
     def test_auto_says_why_where_a_target_was_asked_for(self, box):
         values = answer_json("estimate", *box, "--target-error", 0.02, "--seed", 9)
-        assert values["choice"] in answer("estimate", *box, "--target-error", 0.02, "--seed", 9)
+        assert values["choice"] in answer(
+            "estimate", *box, "--target-error", 0.02, "--seed", 9
+        )
         assert answer_json("estimate", *box)["choice"] not in answer("estimate", *box)
 
     def test_all_methods_are_a_list(self, box):
@@ -121,25 +183,40 @@ class TestJson:
         assert [each["method"] for each in values] == list(METHODS)
 
     def test_an_infinite_barrier_is_null(self, tmp_path):
-        ball = write_stl(tmp_path / "ball.stl",
-                         shapes.hull_mesh(shapes.sphere_points(500, seed=3)))
+        ball = write_stl(
+            tmp_path / "ball.stl", shapes.hull_mesh(shapes.sphere_points(500, seed=3))
+        )
         values = answer_json("estimate", ball, "--cluster-tolerance", "0.2")
         assert [pose["barrier"] for pose in values["poses"]] == [None]
 
 
 class TestOptions:
-    @pytest.mark.parametrize(("unit", "metres"), [("m", 1.0), ("cm", 1e-2), ("inch", 0.0254)])
+    @pytest.mark.parametrize(
+        ("unit", "metres"), [("m", 1.0), ("cm", 1e-2), ("inch", 0.0254)]
+    )
     def test_unit(self, parts, unit, metres):
         values = answer_json("estimate", parts / "box.stl", "--unit", unit)
-        assert values["radius"] == pytest.approx(np.linalg.norm((10, 15, 20)) * metres, rel=1e-6)
+        assert values["radius"] == pytest.approx(
+            np.linalg.norm((10, 15, 20)) * metres, rel=1e-6
+        )
 
-    @pytest.mark.parametrize("center", [
-        ("1mm", "-2.5mm", "-0.3cm"), ("1e-3", "-.0025", "-3 mm"), ("1mm, -2.5mm -0.003m",),
-        ("1 mm", "-2.5mm", "-3mm")])
+    @pytest.mark.parametrize(
+        "center",
+        [
+            ("1mm", "-2.5mm", "-0.3cm"),
+            ("1e-3", "-.0025", "-3 mm"),
+            ("1mm, -2.5mm -0.003m",),
+            ("1 mm", "-2.5mm", "-3mm"),
+        ],
+    )
     def test_centre_of_mass_takes_a_suffix_or_is_in_metres(self, box, center):
         values = answer_json("estimate", *box, "--com", *center)
-        assert values["radius"] == pytest.approx(np.linalg.norm((11, 17.5, 23)) * 1e-3, rel=1e-6)
-        assert min(pose["height"] for pose in values["poses"]) == pytest.approx(9e-3, rel=1e-6)
+        assert values["radius"] == pytest.approx(
+            np.linalg.norm((11, 17.5, 23)) * 1e-3, rel=1e-6
+        )
+        assert min(pose["height"] for pose in values["poses"]) == pytest.approx(
+            9e-3, rel=1e-6
+        )
 
     def test_the_unit_is_a_guess_where_nobody_names_it(self, box):
         guessed = answer_json("estimate", box[0], "--drop-height", "200mm")
@@ -148,10 +225,15 @@ class TestOptions:
         assert warning.startswith("UNIT_GUESSED") and "mm" in warning
         assert {**guessed, **given} == {**given, "seconds": given["seconds"]}
 
-    @pytest.mark.parametrize("words", [
-        ("estimate", "--drop-height", 20, "--seed", 1),
-        ("simulate", "--drops", 20, "--drop-height", 540),
-        ("flips", "--flips", 5, "--kick", 3)], ids=lambda words: words[0])
+    @pytest.mark.parametrize(
+        "words",
+        [
+            ("estimate", "--drop-height", 20, "--seed", 1),
+            ("simulate", "--drops", 20, "--drop-height", 540),
+            ("flips", "--flips", 5, "--kick", 3),
+        ],
+        ids=lambda words: words[0],
+    )
     def test_a_height_that_no_feeder_has_is_pointed_out(self, box, words):
         warnings = answer_json(words[0], *box, *words[1:])["warnings"]
         assert any(line.startswith("HEIGHT_SUSPECT") for line in warnings)
@@ -178,10 +260,18 @@ REFUSED = {
     "a length in no unit": (["box.stl", "--drop-height", "3 furlong"], "a length"),
     "drops that nothing asks for": (["box.stl", "--drops", "5000"], "--target-error"),
     "two coordinates": (["box.stl", "--com", "0", "0"], "3 arguments"),
-    "drops without a simulation": (["box.stl", "--method", "split", "--drops", "5"], "--drops"),
-    "seed without a simulation": (["box.stl", "--method", "all", "--seed", "5"], "--seed"),
-    "target of an estimator": (["box.stl", "--method", "split", "--target-error", "0.1"],
-                               "--target-error"),
+    "drops without a simulation": (
+        ["box.stl", "--method", "split", "--drops", "5"],
+        "--drops",
+    ),
+    "seed without a simulation": (
+        ["box.stl", "--method", "all", "--seed", "5"],
+        "--seed",
+    ),
+    "target of an estimator": (
+        ["box.stl", "--method", "split", "--target-error", "0.1"],
+        "--target-error",
+    ),
     "target error": (["box.stl", "--target-error", "2"], "target error"),
     "no drops": (["box.stl", "--method", "hybrid", "--drops", "0"], "drops"),
     "negative seed": (["box.stl", "--method", "hybrid", "--seed", "-1"], "seed"),

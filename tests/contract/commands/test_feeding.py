@@ -11,10 +11,16 @@ ASKED = "--plate", "300mm", 0.2, "--flips", 60, "--kicks", 0.02, 0.005
 
 
 def test_the_plan_is_the_librarys(box):
-    values = answer_json("feeding", *box, "--wanted", "0,1", "--clearance", 0.002, *ASKED)
+    values = answer_json(
+        "feeding", *box, "--wanted", "0,1", "--clearance", 0.002, *ASKED
+    )
     part = load_part(box[0], unit="mm")
-    flips = [simulate_flips(part, kick, 60, seed=values["seed"]) for kick in (0.005, 0.02)]
-    plan = plan_feeding(estimate(part), [0, 1], FeederCell(60.0, (0.3, 0.2), 0.002), flips)
+    flips = [
+        simulate_flips(part, kick, 60, seed=values["seed"]) for kick in (0.005, 0.02)
+    ]
+    plan = plan_feeding(
+        estimate(part), [0, 1], FeederCell(60.0, (0.3, 0.2), 0.002), flips
+    )
     assert {**values, **plan.as_dict(), "units": values["units"]} == values
     assert [option["kick_height"] for option in values["options"]] == [0.0, 0.005, 0.02]
     assert values["actions"][:2] == ["pick", "pick"] and values["plate_error"] > 0.0
@@ -23,23 +29,46 @@ def test_the_plan_is_the_librarys(box):
 def test_the_table_and_a_picture_mark_the_best_kick(box, tmp_path):
     from matplotlib.image import imread
 
-    lines = answer("feeding", *box, "--wanted", 0, *ASKED, 20, "--seed", 1, "--png",
-                   tmp_path / "kicks.png").splitlines()
-    assert re.match(r"box: [\d.]+ \([\d.]+ to [\d.]+\) picked a minute, kicked by ", lines[0])
-    assert any(line.startswith("HEIGHT_SUSPECT: a kick height of 20 m") for line in lines)
+    lines = answer(
+        "feeding",
+        *box,
+        "--wanted",
+        0,
+        *ASKED,
+        20,
+        "--seed",
+        1,
+        "--png",
+        tmp_path / "kicks.png",
+    ).splitlines()
+    assert re.match(
+        r"box: [\d.]+ \([\d.]+ to [\d.]+\) picked a minute, kicked by ", lines[0]
+    )
+    assert any(
+        line.startswith("HEIGHT_SUSPECT: a kick height of 20 m") for line in lines
+    )
     assert imread(tmp_path / "kicks.png").std() > 0.0
     assert sum(bool(re.search("  100 or more .*  best$", line)) for line in lines) == 1
-    assert any(line.startswith("WANTED_ALIKE: pose 1 looks the same as pose 0") for line in lines)
+    assert any(
+        line.startswith("WANTED_ALIKE: pose 1 looks the same as pose 0")
+        for line in lines
+    )
     answer("feeding", *box, "--wanted", 0, *ASKED[:-1], "--png", tmp_path / "one.png")
 
 
-@pytest.mark.parametrize(("options", "words"), [
-    (("--wanted", 9, *ASKED), "wanted poses out of 0 to 5"),
-    (("--wanted", 0, *ASKED, "--rate", 0), "a rate above 0"),
-    (("--wanted", 0, "--plate", 0, 0.2), "a plate with sides above 0 m"),
-    (("--wanted", 0, *ASKED, "--clearance", -1), "a clearance of 0 or more"),
-    (("--wanted", 0, *ASKED, "--png", "kicks.jpg"), ".png"),
-    (("--wanted", 0, *ASKED, "--kicks", "--png", "kicks.png"), "--kicks with heights"),
-])
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--wanted", 9, *ASKED), "wanted poses out of 0 to 5"),
+        (("--wanted", 0, *ASKED, "--rate", 0), "a rate above 0"),
+        (("--wanted", 0, "--plate", 0, 0.2), "a plate with sides above 0 m"),
+        (("--wanted", 0, *ASKED, "--clearance", -1), "a clearance of 0 or more"),
+        (("--wanted", 0, *ASKED, "--png", "kicks.jpg"), ".png"),
+        (
+            ("--wanted", 0, *ASKED, "--kicks", "--png", "kicks.png"),
+            "--kicks with heights",
+        ),
+    ],
+)
 def test_refused_in_one_line(box, options, words):
     assert words in refusal("feeding", *box, *options)

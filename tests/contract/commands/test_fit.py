@@ -22,18 +22,36 @@ def bag(tmp_path_factory):
     messages = []
     for second, (name, size) in enumerate(SIZES.items()):
         part = part_from_mesh(*shapes.box(*size))
-        about = {"part_id": name, "part_digest": part.digest, "cluster_tolerance": 0.0025}
+        about = {
+            "part_id": name,
+            "part_digest": part.digest,
+            "cluster_tolerance": 0.0025,
+        }
         drops = simulate(part, 300, 0.4, 9, 0.05)
-        shares = [pose.count for pose in sorted(drops.poses, key=lambda pose: pose.index)]
+        shares = [
+            pose.count for pose in sorted(drops.poses, key=lambda pose: pose.index)
+        ]
         messages += [
-            ("part_mesh", PartMesh(
-                part_id=name, vertices=array("d", part.vertices.ravel().tolist()),
-                triangles=array("I", part.triangles.ravel().tolist()))),
+            (
+                "part_mesh",
+                PartMesh(
+                    part_id=name,
+                    vertices=array("d", part.vertices.ravel().tolist()),
+                    triangles=array("I", part.triangles.ravel().tolist()),
+                ),
+            ),
             ("pose_counts", counts(2.0 * second, shares, plate="glass", **about)),
-            ("pose_counts", counts(2.0 * second + 1, [0, 0, 0, 0, 0, 999], plate="other",
-                                   **about))]
-    messages.append(("pose_counts", counts(9.0, (5, 5), part_id="lost", plate="glass",
-                                           part_digest="0" * 64)))
+            (
+                "pose_counts",
+                counts(2.0 * second + 1, [0, 0, 0, 0, 0, 999], plate="other", **about),
+            ),
+        ]
+    messages.append(
+        (
+            "pose_counts",
+            counts(9.0, (5, 5), part_id="lost", plate="glass", part_digest="0" * 64),
+        )
+    )
     return write_run(tmp_path_factory.mktemp("log"), messages)
 
 
@@ -55,10 +73,19 @@ def test_a_plate_that_nobody_counted_on_is_refused(bag, tmp_path):
     assert "got those of glass and other" in line and not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize(("text", "words"), [
-    ("other: 1\n", "--plates"),
-    (yaml.safe_dump({"plates": {f"p{k}": {} for k in range(256)}}), "256 plates, got 257")])
-def test_a_file_of_something_else_or_a_full_one_is_refused_and_kept(bag, tmp_path, text, words):
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("other: 1\n", "--plates"),
+        (
+            yaml.safe_dump({"plates": {f"p{k}": {} for k in range(256)}}),
+            "256 plates, got 257",
+        ),
+    ],
+)
+def test_a_file_of_something_else_or_a_full_one_is_refused_and_kept(
+    bag, tmp_path, text, words
+):
     file = tmp_path / "plates.yaml"
     file.write_text(text)
     assert words in refusal("fit", bag, "--plate", "glass", "--plates", file)

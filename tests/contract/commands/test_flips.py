@@ -20,7 +20,9 @@ def test_the_object_is_the_librarys(box):
 def test_kicks_are_set_beside_dropping_again(box):
     feeding = answer_json("flips", *box, *KICKED)["feeding"]
     again, kicked = feeding["dropped_again"], feeding["kicked"]
-    assert again["per_minute"]["value"] == pytest.approx(60.0 * again["accepted"]["value"])
+    assert again["per_minute"]["value"] == pytest.approx(
+        60.0 * again["accepted"]["value"]
+    )
     assert again["passes"]["value"] == pytest.approx(1.0 / again["accepted"]["value"])
     assert kicked["accepted"]["value"] == 1.0 and kicked["flips"]["value"] > 0.0
     for number in (*again.values(), *kicked.values()):
@@ -28,51 +30,95 @@ def test_kicks_are_set_beside_dropping_again(box):
     lines = answer("flips", *box, *KICKED).splitlines()
     assert lines[0] == "box: kicked by 50 mm on a frictionless plate, restitution 0.5"
     assert any(line.strip().startswith("kicked") for line in lines)
-    assert any(line.startswith("WANTED_ALIKE: pose 1 looks the same as pose 0") for line in lines)
+    assert any(
+        line.startswith("WANTED_ALIKE: pose 1 looks the same as pose 0")
+        for line in lines
+    )
 
 
 @pytest.mark.long
 def test_intervals_are_kept(box):
     """Nine in ten of 120 trials, but for three standard errors, and 0.01 for the first order."""
+
     def fed(flips, drops, seed):
-        found = answer_json("flips", *box, "--kick", 0.02, "--flips", flips, "--drops", drops,
-                            "--seed", seed, "--wanted", 0)["feeding"]
-        return [tuple(found[way]["per_minute"].values()) for way in ("kicked", "dropped_again")]
+        found = answer_json(
+            "flips",
+            *box,
+            "--kick",
+            0.02,
+            "--flips",
+            flips,
+            "--drops",
+            drops,
+            "--seed",
+            seed,
+            "--wanted",
+            0,
+        )["feeding"]
+        return [
+            tuple(found[way]["per_minute"].values())
+            for way in ("kicked", "dropped_again")
+        ]
 
     truth = [value for value, _, _ in fed(20_000, 60_000, 1)]
-    kept = [[low <= true <= high for true, (_, low, high) in zip(truth, fed(100, 300, seed),
-                                                                 strict=True)]
-            for seed in range(100, 220)]
-    assert np.mean(kept, axis=0) == pytest.approx(0.9, abs=3.0 * (0.09 / 120) ** 0.5 + 0.01)
+    kept = [
+        [
+            low <= true <= high
+            for true, (_, low, high) in zip(truth, fed(100, 300, seed), strict=True)
+        ]
+        for seed in range(100, 220)
+    ]
+    assert np.mean(kept, axis=0) == pytest.approx(
+        0.9, abs=3.0 * (0.09 / 120) ** 0.5 + 0.01
+    )
 
 
 def test_a_kick_that_frees_no_part_has_no_bound(box):
-    feeding = answer_json("flips", *box, *KICKED[2:], "--kick", 0.0)["feeding"]["kicked"]
+    feeding = answer_json("flips", *box, *KICKED[2:], "--kick", 0.0)["feeding"][
+        "kicked"
+    ]
     assert feeding["flips"] == {"value": None, "low": None, "high": None}
 
 
 def test_counted_flips_make_the_matrix_of_a_speed(box, tmp_path):
     """The library's, for each speed; and `feeding` plans with them."""
     file = tmp_path / "flips.csv"
-    file.write_text("speed,from,to,count\nslow,2,0,30\nslow,2,2,10\nfast,0,4,7\nslow,2,0,5\n")
+    file.write_text(
+        "speed,from,to,count\nslow,2,0,30\nslow,2,2,10\nfast,0,4,7\nslow,2,0,5\n"
+    )
     asked = *box, "--counts", file, "--flips", 50, "--seed", 1
     values = answer_json("flips", *asked)["speeds"]
     part, slow = load_part(box[0], unit="mm"), np.zeros((6, 6), np.int64)
     slow[2, [0, 2]] = 35, 10
-    kicks = [simulate_flips(part, kick, 50, seed=1)
-             for kick in values[0]["radius"] * np.geomspace(0.05, 5.0, 13)]
+    kicks = [
+        simulate_flips(part, kick, 50, seed=1)
+        for kick in values[0]["radius"] * np.geomspace(0.05, 5.0, 13)
+    ]
     expected = learn_flips(kicks, slow, "slow").as_dict()
     assert [each["feeder_speed"] for each in values] == ["slow", "fast"]
-    assert all(values[0][name] == expected[name]
-               for name in ("kick_height", "observed", "transition", "standard_error", "counts"))
+    assert all(
+        values[0][name] == expected[name]
+        for name in (
+            "kick_height",
+            "observed",
+            "transition",
+            "standard_error",
+            "counts",
+        )
+    )
     plan = answer_json("feeding", *asked, "--wanted", 0, "--plate", 0.3, 0.2)
     assert {each["feeder_speed"] for each in plan["options"]} == {"", "slow", "fast"}
     assert "45 flips counted at speed slow" in answer("flips", *asked)
 
 
-@pytest.mark.parametrize(("row", "words"), [
-    ("slow,2,6,1", "poses 0 to 5"), ("slow,2,0", "a row of speed, from, to, count"),
-    ("slow,2,0,-1", "'slow,2,0,-1' in line 1")])
+@pytest.mark.parametrize(
+    ("row", "words"),
+    [
+        ("slow,2,6,1", "poses 0 to 5"),
+        ("slow,2,0", "a row of speed, from, to, count"),
+        ("slow,2,0,-1", "'slow,2,0,-1' in line 1"),
+    ],
+)
 def test_counted_flips_that_are_none_are_refused(box, tmp_path, row, words):
     file = tmp_path / "flips.csv"
     file.write_text(row)

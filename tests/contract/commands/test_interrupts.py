@@ -9,7 +9,7 @@ import pytest
 from ros_pose_stats import cli
 from tests.running import strict_json
 
-ENDLESS = 10 ** 8
+ENDLESS = 10**8
 
 
 class Terminal(io.StringIO):
@@ -53,10 +53,13 @@ def test_drops_rate_time_left_and_error_are_shown_and_wiped_away(bar):
     assert text.splitlines()[-1].startswith("interrupted after ")
 
 
-@pytest.mark.parametrize(("command", "options"), [
-    ("simulate", ("--drops", ENDLESS)),
-    ("estimate", ("--target-error", 0.00001)),
-])
+@pytest.mark.parametrize(
+    ("command", "options"),
+    [
+        ("simulate", ("--drops", ENDLESS)),
+        ("estimate", ("--target-error", 0.00001)),
+    ],
+)
 def test_drops_so_far_are_reported(box, command, options):
     text, _ = interrupted("left, error", command, *box, *options, "--seed", 3, "--json")
     values = strict_json(text)
@@ -65,15 +68,20 @@ def test_drops_so_far_are_reported(box, command, options):
         assert sum(pose["count"] for pose in values["poses"]) == values["drops"]
 
 
-@pytest.mark.parametrize(("command", "options"), [
-    # At such a restitution a drop takes so long that no look at the drops ends the comparison.
-    ("compare", ("--drops", ENDLESS, "--restitution", 0.9995)),
-    ("sensitivity", ("--drops", ENDLESS, "--wanted", 2)),
-    ("flips", ("--kick", 0.05, "--flips", ENDLESS)),
-])
+@pytest.mark.parametrize(
+    ("command", "options"),
+    [
+        # At such a restitution a drop takes so long that no look at the drops ends the comparison.
+        ("compare", ("--drops", ENDLESS, "--restitution", 0.9995)),
+        ("sensitivity", ("--drops", ENDLESS, "--wanted", 2)),
+        ("flips", ("--kick", 0.05, "--flips", ENDLESS)),
+    ],
+)
 def test_other_commands_that_drop_say_that_they_were_interrupted(box, command, options):
     files = [box[0], *box] if command == "compare" else box
-    text, _ = interrupted("[", command, *files, *options, "--seed", 1, "--workers", 2, "--json")
+    text, _ = interrupted(
+        "[", command, *files, *options, "--seed", 1, "--workers", 2, "--json"
+    )
     assert strict_json(text)["interrupted"] is True
 
 

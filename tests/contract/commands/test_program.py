@@ -22,30 +22,48 @@ def test_the_console_script_refuses_in_one_line(parts):
     script = shutil.which("ros_pose_stats", path=Path(sys.executable).parent)
     if script is None:
         pytest.skip("the package is not installed beside this interpreter")
-    done = subprocess.run([script, "estimate", parts / "missing.stl"], capture_output=True,
-                          text=True)
+    done = subprocess.run(
+        [script, "estimate", parts / "missing.stl"], capture_output=True, text=True
+    )
     assert (done.returncode, done.stdout) == (2, "")
     (line,) = complaints(done.stderr)
     assert "missing.stl" in line and "No such file" in line
 
 
-@pytest.mark.parametrize("words", [[], ["--help"], ["estimate", "--help"], ["fit", "-h"]])
+@pytest.mark.parametrize(
+    "words", [[], ["--help"], ["estimate", "--help"], ["fit", "-h"]]
+)
 def test_help(words):
-    assert answer(*words).startswith(f"usage: ros_pose_stats {words[0] if words[1:] else ''}")
+    assert answer(*words).startswith(
+        f"usage: ros_pose_stats {words[0] if words[1:] else ''}"
+    )
 
 
-@pytest.mark.parametrize(("words", "meant"), [
-    (["estimat", PART], "estimate"), (["estimate", PART, "--drop-heigt", "1"], "--drop-height"),
-    (["estimate", PART, "--method", "splt"], "split"), (["--vrsion"], "--version")])
+@pytest.mark.parametrize(
+    ("words", "meant"),
+    [
+        (["estimat", PART], "estimate"),
+        (["estimate", PART, "--drop-heigt", "1"], "--drop-height"),
+        (["estimate", PART, "--method", "splt"], "split"),
+        (["--vrsion"], "--version"),
+    ],
+)
 def test_a_misspelt_word_is_answered_with_the_one_that_was_meant(words, meant):
     line = refusal(*words)
     assert f"did you mean {meant}?" in line and "choose from" not in line
 
 
-@pytest.mark.parametrize("words", [["frobnicate"], ["--colour"], ["estimate"],
-                                   ["estimate", PART, "--colour"],
-                                   ["estimate", PART, "--ros-args", "-p", "a:=1"],
-                                   ["node", "-p", "restitution:=0.3"]])
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["frobnicate"],
+        ["--colour"],
+        ["estimate"],
+        ["estimate", PART, "--colour"],
+        ["estimate", PART, "--ros-args", "-p", "a:=1"],
+        ["node", "-p", "restitution:=0.3"],
+    ],
+)
 def test_what_is_no_command_is_refused_with_what_to_do(words):
     line = refusal(*words)
     assert "--help" in line or "--ros-args" in line
@@ -82,27 +100,53 @@ for words in (["bag", {str(write_recorded(parts / "bag"))!r}, "--json"], ["estim
         os._exit(status)
     assert os.wait()[1] == 0
 """
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT)
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT
+    )
     assert (done.returncode, complaints(done.stderr)) == (0, [])
-    told = [line.split() for line in done.stdout.splitlines() if line.startswith("loaded: ")]
+    told = [
+        line.split() for line in done.stdout.splitlines() if line.startswith("loaded: ")
+    ]
     return {command: set(modules) for _, command, *modules in told}
 
 
-@pytest.mark.parametrize(("command", "needed", "others"), [
-    ("help", "ros_pose_stats.cli", "numpy numba scipy trimesh rclpy mcap"),
-    ("bag", "mcap", "numba matplotlib rclpy"),
-    ("estimate", "numba", "trimesh networkx scipy.stats matplotlib mcap rclpy dask distributed "
-                          "manifold3d")])
+@pytest.mark.parametrize(
+    ("command", "needed", "others"),
+    [
+        ("help", "ros_pose_stats.cli", "numpy numba scipy trimesh rclpy mcap"),
+        ("bag", "mcap", "numba matplotlib rclpy"),
+        (
+            "estimate",
+            "numba",
+            "trimesh networkx scipy.stats matplotlib mcap rclpy dask distributed "
+            "manifold3d",
+        ),
+    ],
+)
 def test_a_command_needs_no_ros_and_loads_nothing_that_it_does_not_use(
-        loaded, command, needed, others):
+    loaded, command, needed, others
+):
     assert needed in loaded[command] and "ros_pose_stats_msgs" not in loaded[command]
     assert not set(others.split()) & loaded[command]
 
 
 def test_a_reader_that_leaves_early_is_no_failure_to_report(parts):
     running = subprocess.Popen(
-        [sys.executable, "-m", "ros_pose_stats", "estimate", parts / "box.stl", "--method", "all",
-         "--json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT)
+        [
+            sys.executable,
+            "-m",
+            "ros_pose_stats",
+            "estimate",
+            parts / "box.stl",
+            "--method",
+            "all",
+            "--json",
+        ],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=ROOT,
+    )
     running.stdout.close()
     with running.stderr:
         assert complaints(running.stderr.read()) == []
@@ -121,66 +165,133 @@ def test_a_part_of_any_name_is_printed_and_drawn(box, tmp_path, name):
     """Not UTF-8, an escape sequence, and what a picture would take for a formula."""
     part, page = shutil.copy(box[0], tmp_path / f"{name}.stl"), tmp_path / "a.png"
     page.symlink_to(page)
-    head, *_ = answer("feeding", part, *box[1:], "--wanted", 0, "--rate", 60, "--plate", 0.3, 0.2,
-                      "--kicks", 0.005, 0.01, "--flips", 9, "--png", page).splitlines()
+    head, *_ = answer(
+        "feeding",
+        part,
+        *box[1:],
+        "--wanted",
+        0,
+        "--rate",
+        60,
+        "--plate",
+        0.3,
+        0.2,
+        "--kicks",
+        0.005,
+        0.01,
+        "--flips",
+        9,
+        "--png",
+        page,
+    ).splitlines()
     assert head.isprintable() and page.stat().st_size > 0
     answer("compare", part, *box, "--drops", 200, "-o", tmp_path / "a.html")
 
 
 def test_a_terminal_that_knows_few_letters_is_no_failure(box, tmp_path):
     part = shutil.copy(box[0], tmp_path / "Gehäuse.stl")
-    with contextlib.redirect_stdout(io.TextIOWrapper(io.BytesIO(), encoding="ascii")) as out:
+    with contextlib.redirect_stdout(
+        io.TextIOWrapper(io.BytesIO(), encoding="ascii")
+    ) as out:
         assert main(["estimate", str(part), "--unit", "mm"]) == 0
     assert rb"Geh\xe4use" in out.buffer.getvalue() and b"###" in out.buffer.getvalue()
 
 
-@pytest.mark.parametrize("closed", [contextlib.redirect_stdout, contextlib.redirect_stderr])
+@pytest.mark.parametrize(
+    "closed", [contextlib.redirect_stdout, contextlib.redirect_stderr]
+)
 def test_a_closed_output_is_no_failure(box, closed):
     with closed(None):
         assert main([str(word) for word in ("estimate", *box)]) == 0
 
 
-@pytest.mark.parametrize(("words", "said"), [
-    (["sensitivity", "--wanted", 0, "--checks", -1], "a number of checks from 0"),
-    (["feeding", "--wanted", 0, "--rate", 60, "--plate", 0.3, 0.2, "--kicks", "--counts", "x.csv"],
-     "beside --counts"), (["catalogue", "-o", ""], "name of a folder"),
-    (["flips", "--kick", 0.001, "--drops", -5], "1 to"),
-    (["animate", "--drop-height", 1e100, "-o", "a.gif"], "samples of a drop"),
-    (["animate", "-o", "pipe.gif"], "no file")])
-def test_what_would_be_ignored_or_never_end_is_refused(box, monkeypatch, tmp_path, words, said):
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["sensitivity", "--wanted", 0, "--checks", -1], "a number of checks from 0"),
+        (
+            [
+                "feeding",
+                "--wanted",
+                0,
+                "--rate",
+                60,
+                "--plate",
+                0.3,
+                0.2,
+                "--kicks",
+                "--counts",
+                "x.csv",
+            ],
+            "beside --counts",
+        ),
+        (["catalogue", "-o", ""], "name of a folder"),
+        (["flips", "--kick", 0.001, "--drops", -5], "1 to"),
+        (["animate", "--drop-height", 1e100, "-o", "a.gif"], "samples of a drop"),
+        (["animate", "-o", "pipe.gif"], "no file"),
+    ],
+)
+def test_what_would_be_ignored_or_never_end_is_refused(
+    box, monkeypatch, tmp_path, words, said
+):
     monkeypatch.chdir(tmp_path)
     os.mkfifo("pipe.gif")
     assert said in refusal(words[0], *box, *words[1:])
 
 
-@pytest.mark.parametrize("words", [["estimate", f"{300 * 'a'}.stl"], ["bag", 300 * "a"]])
+@pytest.mark.parametrize(
+    "words", [["estimate", f"{300 * 'a'}.stl"], ["bag", 300 * "a"]]
+)
 def test_a_name_that_no_file_can_have_is_refused(words):
     assert "File name too long" in refusal(*words)
 
 
 class TestNumbers:
-    @pytest.mark.parametrize(("text", "number"), [
-        ("100", 100), ("1e2", 100), ("1.5E+2", 150), ("120.0", 120), (2 ** 64 - 1, 2 ** 64 - 1)])
+    @pytest.mark.parametrize(
+        ("text", "number"),
+        [
+            ("100", 100),
+            ("1e2", 100),
+            ("1.5E+2", 150),
+            ("120.0", 120),
+            (2**64 - 1, 2**64 - 1),
+        ],
+    )
     def test_a_count_may_be_in_scientific_notation_and_is_kept_to_its_last_digit(
-            self, box, text, number):
+        self, box, text, number
+    ):
         values = answer_json("simulate", *box, "--drops", "1.2e1", "--seed", text)
         assert (values["drops"], values["seed"]) == (12, number)
 
-    @pytest.mark.parametrize("text", ["1.5", "nan", "-inf", "many", "", "0x10", "1,000", "1e5e5"])
+    @pytest.mark.parametrize(
+        "text", ["1.5", "nan", "-inf", "many", "", "0x10", "1,000", "1e5e5"]
+    )
     def test_others_are_refused_with_what_was_expected_and_what_came(self, text):
         expected = "--drops: expected a whole number, for instance 100000 or 1e5"
-        assert f"{expected}, got '{text}'" in refusal("simulate", PART, f"--drops={text}")
+        assert f"{expected}, got '{text}'" in refusal(
+            "simulate", PART, f"--drops={text}"
+        )
 
     @pytest.mark.parametrize("text", ["1e30", "1e999999999", "9" * 5000])
     def test_what_no_memory_would_hold_is_refused_in_a_short_line(self, text):
         line = refusal("simulate", PART, "--drops", text)
         assert "at most 30 digits" in line and len(line) < 250
 
-    @pytest.mark.parametrize(("option", "command"), [
-        ("--seed", "animate"), ("--workers", "estimate"), ("--flips", "flips"),
-        ("--checks", "sensitivity"), ("--drop", "animate"), ("--drops", "report")])
+    @pytest.mark.parametrize(
+        ("option", "command"),
+        [
+            ("--seed", "animate"),
+            ("--workers", "estimate"),
+            ("--flips", "flips"),
+            ("--checks", "sensitivity"),
+            ("--drop", "animate"),
+            ("--drops", "report"),
+        ],
+    )
     def test_every_count_is_read_alike(self, command, option):
-        assert f"{option}: expected a whole number" in refusal(command, PART, option, "1.5")
+        assert f"{option}: expected a whole number" in refusal(
+            command, PART, option, "1.5"
+        )
 
     def test_a_negative_number_is_no_option(self, box):
         poses = answer_json("estimate", *box, "--com", "-1e-3", "-2.5e-4", "0")["poses"]
@@ -188,14 +299,25 @@ class TestNumbers:
 
 
 class TestWanted:
-    @pytest.mark.parametrize("words", [("0", "1", "3"), ("0,1,3",), ("0,1", "3"), ("0, 1, 3",),
-                                       ("0-1", "3"), ("0-1,3",), ("0\N{EN DASH}1", "3-3")])
+    @pytest.mark.parametrize(
+        "words",
+        [
+            ("0", "1", "3"),
+            ("0,1,3",),
+            ("0,1", "3"),
+            ("0, 1, 3",),
+            ("0-1", "3"),
+            ("0-1,3",),
+            ("0\N{EN DASH}1", "3-3"),
+        ],
+    )
     def test_commas_spaces_and_ranges(self, box, words):
         asked = answer_json("sensitivity", *box, "--checks", 0, "--wanted", *words)
         assert asked["wanted"] == [0, 1, 3]
 
-    @pytest.mark.parametrize("text", ["x", "0;1", "0,,1", "", "0,1.5", "nan", "0-", "0-1-2",
-                                      "0--1"])
+    @pytest.mark.parametrize(
+        "text", ["x", "0;1", "0,,1", "", "0,1.5", "nan", "0-", "0-1-2", "0--1"]
+    )
     def test_rubbish_is_refused_with_what_was_expected_and_what_came(self, text):
         line = refusal("report", PART, "-o", "p.html", "--wanted", "0", text)
         expected = "indices of poses, for instance 0,1 or 0 1 or 0-3"
@@ -204,7 +326,8 @@ class TestWanted:
     @pytest.mark.parametrize("text", ["3-0", "0-999999999999"])
     def test_a_range_falls_or_fills_the_memory(self, text):
         assert "a range rises and has at most 100000 poses" in refusal(
-            "sensitivity", PART, "--wanted", text)
+            "sensitivity", PART, "--wanted", text
+        )
 
 
 def test_version_is_that_of_the_package():

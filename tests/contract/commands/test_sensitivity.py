@@ -13,8 +13,18 @@ ASKED = "--wanted", "2,3", "--drops", 2000, "--seed", 5
 def suggested(box, tmp_path_factory):
     """The object with a suggestion, and the folder of its files."""
     folder = tmp_path_factory.mktemp("suggested")
-    values = answer_json("sensitivity", *box, *ASKED, "--suggest", "--within", "1mm", "--stl",
-                         folder / "hull.stl", "--png", folder / "changes.png")
+    values = answer_json(
+        "sensitivity",
+        *box,
+        *ASKED,
+        "--suggest",
+        "--within",
+        "1mm",
+        "--stl",
+        folder / "hull.stl",
+        "--png",
+        folder / "changes.png",
+    )
     return values, folder
 
 
@@ -27,17 +37,23 @@ def test_effects_are_the_librarys(box, suggested):
     values, _ = suggested
     expected = sensitivity(load_part(box[0], unit="mm"), [2, 3], seed=5)
     assert [effect["slope"] for effect in values["effects"]] == [
-        effect.slope for effect in expected.effects]
+        effect.slope for effect in expected.effects
+    ]
     assert {(effect["unit"], effect["slope_unit"]) for effect in values["effects"]} == {
-        ("m", "1/m"), ("1", "1")}
+        ("m", "1/m"),
+        ("1", "1"),
+    }
     assert values["wanted"] == [2, 3] and values["share"] == expected.share
 
 
 def test_a_suggestion_gains_within_its_bound(suggested):
     suggestion = suggested[0]["suggestion"]
     assert suggestion["within"] == 1e-3 and "step" not in suggestion["units"]
-    assert all(abs(change["step"]) > 1e-6 for step in suggestion["steps"]
-               for change in step["changes"])
+    assert all(
+        abs(change["step"]) > 1e-6
+        for step in suggestion["steps"]
+        for change in step["changes"]
+    )
     assert suggestion["estimate"]["gain"] > 0.0
     assert "convex hull" in suggestion["judged"]
 
@@ -48,8 +64,9 @@ def test_the_changed_hull_and_the_picture_are_written(suggested):
     _, folder = suggested
     part = load_part(folder / "hull.stl", unit="mm")
     # In single precision, and the bound is kept to 1e-5.
-    np.testing.assert_allclose(part.surface_vertices.max(axis=0),
-                               -part.surface_vertices.min(axis=0), atol=1e-8)
+    np.testing.assert_allclose(
+        part.surface_vertices.max(axis=0), -part.surface_vertices.min(axis=0), atol=1e-8
+    )
     size = np.ptp(part.surface_vertices, axis=0)
     assert np.abs(size - (0.02, 0.03, 0.04)).max() <= 2e-3 * (1.0 + 1e-5)
     assert imread(folder / "changes.png").std() > 0.0
@@ -58,14 +75,20 @@ def test_the_changed_hull_and_the_picture_are_written(suggested):
 
 class TestTable:
     def test_it_says_first_what_gains_most_and_lists_what_is_beyond_its_error(
-            self, table, suggested):
+        self, table, suggested
+    ):
         first, *lines = table.splitlines()
         assert first.startswith("gains most by estimate: ") and " by drops (" in first
-        clear = [one for one in suggested[0]["effects"]
-                 if one["change"] > one["error"] * abs(one["step"])]
+        clear = [
+            one
+            for one in suggested[0]["effects"]
+            if one["change"] > one["error"] * abs(one["step"])
+        ]
         assert sum("  points per " in line for line in lines) == len(clear) < 9
 
-    def test_the_suggestion_is_in_words_with_the_gain_of_each_step(self, table, suggested):
+    def test_the_suggestion_is_in_words_with_the_gain_of_each_step(
+        self, table, suggested
+    ):
         assert "suggestion within 1 mm: " in table and "the outline moves by" in table
         suggestion = suggested[0]["suggestion"]
         gains = [one["estimated"] for one in suggestion["steps"]]
@@ -74,21 +97,32 @@ class TestTable:
 
     def test_nothing_to_gain_is_said(self, box):
         text = answer("sensitivity", *box, "--wanted", "0-5", "--drops", 50)
-        assert text.startswith("nothing to gain: no step of 1.35 mm or 5 % raises the share by")
+        assert text.startswith(
+            "nothing to gain: no step of 1.35 mm or 5 % raises the share by"
+        )
 
     def test_a_single_wanted_pose_is_warned_about_as_an_estimate_does(self, box):
         asked = "sensitivity", box[0], "--wanted", 2, "--checks", 0
         text, warnings = answer(*asked), answer_json(*asked)["warnings"]
         assert "\nbox: wanted pose 2: " in text and "\nreleased 539 mm above a " in text
-        assert [line.partition(":")[0] for line in warnings] == ["UNIT_GUESSED", "WANTED_ALIKE"]
+        assert [line.partition(":")[0] for line in warnings] == [
+            "UNIT_GUESSED",
+            "WANTED_ALIKE",
+        ]
         assert "\n".join(warnings) in text
 
 
-@pytest.mark.parametrize(("options", "words"), [
-    (("--wanted", 0, "--suggest"), "--within with --suggest"),
-    (("--wanted", 0, "--within", "1mm"), "--suggest with --within"),
-    (("--wanted", 0, "--suggest", "--within", "1mm", "--stl", "hull.obj"), "ends in .stl"),
-    (("--wanted", 0, "--png", "none/"), "ends in .png"),
-])
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--wanted", 0, "--suggest"), "--within with --suggest"),
+        (("--wanted", 0, "--within", "1mm"), "--suggest with --within"),
+        (
+            ("--wanted", 0, "--suggest", "--within", "1mm", "--stl", "hull.obj"),
+            "ends in .stl",
+        ),
+        (("--wanted", 0, "--png", "none/"), "ends in .png"),
+    ],
+)
 def test_refused_in_one_line(box, options, words):
     assert words in refusal("sensitivity", *box, *options)

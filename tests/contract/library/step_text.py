@@ -30,13 +30,16 @@ class StepText:
 
     def axes(self, *xyz, x=(1.0, 0.0, 0.0), z=(0.0, 0.0, 1.0)):
         place = self.triple("CARTESIAN_POINT", xyz)
-        return self.add(f"AXIS2_PLACEMENT_3D('',{place},{self.triple('DIRECTION', z)},"
-                        f"{self.triple('DIRECTION', x)})")
+        return self.add(
+            f"AXIS2_PLACEMENT_3D('',{place},{self.triple('DIRECTION', z)},"
+            f"{self.triple('DIRECTION', x)})"
+        )
 
     def circle(self, x, y, z, radius):
         """Edge of a full circle, counter-clockwise from above, and its only vertex."""
         vertex = self.add(
-            f"VERTEX_POINT('',{self.triple('CARTESIAN_POINT', (x + radius, y, z))})")
+            f"VERTEX_POINT('',{self.triple('CARTESIAN_POINT', (x + radius, y, z))})"
+        )
         curve = self.add(f"CIRCLE('',{self.axes(x, y, z)},{radius:.15E})")
         return self.add(f"EDGE_CURVE('',{vertex},{vertex},{curve},.T.)"), vertex
 
@@ -47,13 +50,17 @@ class StepText:
         return self.add(f"EDGE_CURVE('',{start},{end},{line},.T.)")
 
     def bound(self, edges, kind):
-        around = ",".join(self.add(f"ORIENTED_EDGE('',*,*,{edge},{logical(forward)})")
-                          for edge, forward in edges)
+        around = ",".join(
+            self.add(f"ORIENTED_EDGE('',*,*,{edge},{logical(forward)})")
+            for edge, forward in edges
+        )
         loop = self.add(f"EDGE_LOOP('',({around}))")
         return self.add(f"{kind}('',{loop},.T.)")
 
     def face(self, bounds, surface, along=True):
-        return self.add(f"ADVANCED_FACE('',({','.join(bounds)}),{surface},{logical(along)})")
+        return self.add(
+            f"ADVANCED_FACE('',({','.join(bounds)}),{surface},{logical(along)})"
+        )
 
     def solid(self, disc):
         x0, y0, z0 = disc.center
@@ -66,8 +73,12 @@ class StepText:
             around = [(low, True), (seam, True), (high, False), (seam, False)]
             if not rim:
                 around = [(edge, not forward) for edge, forward in reversed(around)]
-            surface = self.add(f"CYLINDRICAL_SURFACE('',{self.axes(x, y, z0)},{radius:.15E})")
-            faces.append(self.face([self.bound(around, "FACE_OUTER_BOUND")], surface, rim))
+            surface = self.add(
+                f"CYLINDRICAL_SURFACE('',{self.axes(x, y, z0)},{radius:.15E})"
+            )
+            faces.append(
+                self.face([self.bound(around, "FACE_OUTER_BOUND")], surface, rim)
+            )
             kind = "FACE_OUTER_BOUND" if rim else "FACE_BOUND"
             below.append(self.bound([(low, not rim)], kind))
             above.append(self.bound([(high, rim)], kind))
@@ -81,12 +92,16 @@ class StepText:
         length = self.length_unit(unit)
         angle = self.add("(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.))")
         solid = self.add("(NAMED_UNIT(*)SI_UNIT($,.STERADIAN.)SOLID_ANGLE_UNIT())")
-        slack = self.add(f"UNCERTAINTY_MEASURE_WITH_UNIT(LENGTH_MEASURE(1.E-7),{length},"
-                         "'distance_accuracy_value','')")
-        return self.add("(GEOMETRIC_REPRESENTATION_CONTEXT(3)"
-                        f"GLOBAL_UNCERTAINTY_ASSIGNED_CONTEXT(({slack}))"
-                        f"GLOBAL_UNIT_ASSIGNED_CONTEXT(({length},{angle},{solid}))"
-                        "REPRESENTATION_CONTEXT('',''))")
+        slack = self.add(
+            f"UNCERTAINTY_MEASURE_WITH_UNIT(LENGTH_MEASURE(1.E-7),{length},"
+            "'distance_accuracy_value','')"
+        )
+        return self.add(
+            "(GEOMETRIC_REPRESENTATION_CONTEXT(3)"
+            f"GLOBAL_UNCERTAINTY_ASSIGNED_CONTEXT(({slack}))"
+            f"GLOBAL_UNIT_ASSIGNED_CONTEXT(({length},{angle},{solid}))"
+            "REPRESENTATION_CONTEXT('',''))"
+        )
 
     def length_unit(self, unit):
         prefix = {"m": "$", "mm": ".MILLI.", "cm": ".CENTI.", "inch": ".MILLI."}[unit]
@@ -95,25 +110,40 @@ class StepText:
             return metric
         measure = self.add(f"LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(25.4),{metric})")
         exponents = self.add("DIMENSIONAL_EXPONENTS(1.,0.,0.,0.,0.,0.,0.)")
-        return self.add(f"(CONVERSION_BASED_UNIT('INCH',{measure})LENGTH_UNIT()"
-                        f"NAMED_UNIT({exponents}))")
+        return self.add(
+            f"(CONVERSION_BASED_UNIT('INCH',{measure})LENGTH_UNIT()"
+            f"NAMED_UNIT({exponents}))"
+        )
 
     def product(self, name, representation):
         context = self.add("APPLICATION_CONTEXT('automotive design')")
         kind = self.add(f"PRODUCT_CONTEXT('',{context},'mechanical')")
         product = self.add(f"PRODUCT('{name}','{name}','',({kind}))")
         formation = self.add(f"PRODUCT_DEFINITION_FORMATION('','',{product})")
-        stage = self.add(f"PRODUCT_DEFINITION_CONTEXT('part definition',{context},'design')")
+        stage = self.add(
+            f"PRODUCT_DEFINITION_CONTEXT('part definition',{context},'design')"
+        )
         definition = self.add(f"PRODUCT_DEFINITION('design','',{formation},{stage})")
         shape = self.add(f"PRODUCT_DEFINITION_SHAPE('','',{definition})")
         self.add(f"SHAPE_DEFINITION_REPRESENTATION({shape},{representation})")
         return definition
 
     def text(self):
-        return "\n".join(["ISO-10303-21;", "HEADER;", "FILE_DESCRIPTION((''),'2;1');",
-                          "FILE_NAME('','2026-11-23T00:00:00',(''),(''),'','','');",
-                          "FILE_SCHEMA(('AUTOMOTIVE_DESIGN'));", "ENDSEC;", "DATA;",
-                          *self.lines, "ENDSEC;", "END-ISO-10303-21;", ""])
+        return "\n".join(
+            [
+                "ISO-10303-21;",
+                "HEADER;",
+                "FILE_DESCRIPTION((''),'2;1');",
+                "FILE_NAME('','2026-11-23T00:00:00',(''),(''),'','','');",
+                "FILE_SCHEMA(('AUTOMOTIVE_DESIGN'));",
+                "ENDSEC;",
+                "DATA;",
+                *self.lines,
+                "ENDSEC;",
+                "END-ISO-10303-21;",
+                "",
+            ]
+        )
 
 
 def logical(value):
@@ -124,7 +154,9 @@ def step_part(*discs, unit="mm"):
     """A part of one or several solids."""
     step = StepText()
     items = ",".join([step.axes(0.0, 0.0, 0.0), *(step.solid(disc) for disc in discs)])
-    shape = step.add(f"ADVANCED_BREP_SHAPE_REPRESENTATION('',({items}),{step.context(unit)})")
+    shape = step.add(
+        f"ADVANCED_BREP_SHAPE_REPRESENTATION('',({items}),{step.context(unit)})"
+    )
     step.product("part", shape)
     return step.text()
 
@@ -133,19 +165,23 @@ def step_assembly(disc, places):
     """An assembly of the same disc at several places, given as (origin, x axis, z axis)."""
     step = StepText()
     context, here = step.context("mm"), step.axes(0.0, 0.0, 0.0)
-    shape = step.add(f"ADVANCED_BREP_SHAPE_REPRESENTATION('',({here},{step.solid(disc)}),"
-                     f"{context})")
+    shape = step.add(
+        f"ADVANCED_BREP_SHAPE_REPRESENTATION('',({here},{step.solid(disc)}),{context})"
+    )
     part = step.product("disc", shape)
     targets = [step.axes(*origin, x=x, z=z) for origin, x, z in places]
     whole = step.add(f"SHAPE_REPRESENTATION('',({','.join(targets)}),{context})")
     assembly = step.product("assembly", whole)
     for number, target in enumerate(targets):
-        use = step.add(f"NEXT_ASSEMBLY_USAGE_OCCURRENCE('{number}','','',{assembly},{part},$)")
+        use = step.add(
+            f"NEXT_ASSEMBLY_USAGE_OCCURRENCE('{number}','','',{assembly},{part},$)"
+        )
         placed = step.add(f"PRODUCT_DEFINITION_SHAPE('','',{use})")
         move = step.add(f"ITEM_DEFINED_TRANSFORMATION('','',{here},{target})")
         relation = step.add(
             f"(REPRESENTATION_RELATIONSHIP('','',{shape},{whole})"
             f"REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION({move})"
-            "SHAPE_REPRESENTATION_RELATIONSHIP())")
+            "SHAPE_REPRESENTATION_RELATIONSHIP())"
+        )
         step.add(f"CONTEXT_DEPENDENT_SHAPE_REPRESENTATION({relation},{placed})")
     return step.text()

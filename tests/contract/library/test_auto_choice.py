@@ -33,39 +33,72 @@ def warned(found, code):
 
 class TestHybrid:
     def test_its_drops_are_those_of_the_simulation(self, part):
-        found, same = (method(part, 200, 0.3, 7, workers=1) for method in (hybrid, simulate))
+        found, same = (
+            method(part, 200, 0.3, 7, workers=1) for method in (hybrid, simulate)
+        )
         assert (found.method, found.choice) == ("hybrid", "")
         assert by_index(found, "count").tolist() == by_index(same, "count").tolist()
-        for name in ("drops", "unsettled", "seed", "drop_height", "part_digest", "restitution"):
+        for name in (
+            "drops",
+            "unsettled",
+            "seed",
+            "drop_height",
+            "part_digest",
+            "restitution",
+        ):
             assert getattr(found, name) == getattr(same, name)
         assert by_index(found).sum() == pytest.approx(1.0)
-        assert [pose.probability for pose in found.poses] == sorted(by_index(found), reverse=True)
+        assert [pose.probability for pose in found.poses] == sorted(
+            by_index(found), reverse=True
+        )
 
     def test_it_lies_between_estimate_and_counts_and_is_surer_than_either(self, part):
         found, counted = (method(part, 100, seed=3) for method in (hybrid, simulate))
         guess = estimate(part, "split")
         assert found.expected_error < min(counted.expected_error, guess.expected_error)
-        assert rms(by_index(found) - by_index(counted)) < rms(by_index(guess) - by_index(counted))
-        widths = [np.mean(by_index(one, "probability_high") - by_index(one, "probability_low"))
-                  for one in (found, counted)]
+        assert rms(by_index(found) - by_index(counted)) < rms(
+            by_index(guess) - by_index(counted)
+        )
+        widths = [
+            np.mean(
+                by_index(one, "probability_high") - by_index(one, "probability_low")
+            )
+            for one in (found, counted)
+        ]
         assert widths[0] < widths[1]
-        bounds = [hybrid(part, drops, seed=3).largest_error for drops in (10, 300, 3000)]
+        bounds = [
+            hybrid(part, drops, seed=3).largest_error for drops in (10, 300, 3000)
+        ]
         assert bounds == sorted(bounds, reverse=True)
 
     @pytest.mark.parametrize("workers", [1, 3])
-    def test_a_target_ends_it_at_the_same_drop_whatever_the_workers(self, part, workers):
+    def test_a_target_ends_it_at_the_same_drop_whatever_the_workers(
+        self, part, workers
+    ):
         found = hybrid(part, 10_000, seed=1, target_error=0.02, workers=workers)
         assert 10 < found.drops < simulate(part, seed=1, target_error=0.02).drops
-        assert by_index(found).tolist() == by_index(hybrid(part, found.drops, seed=1)).tolist()
+        assert (
+            by_index(found).tolist()
+            == by_index(hybrid(part, found.drops, seed=1)).tolist()
+        )
         assert not warned(found, "TARGET_MISSED")
-        assert hybrid(part, seed=1, target_error=0.2).drops == 10  # the first look is early
+        assert (
+            hybrid(part, seed=1, target_error=0.2).drops == 10
+        )  # the first look is early
         for target in (0.001, 1e-200):  # the square of the latter is 0
-            assert warned(hybrid(part, 50, seed=1, target_error=target), "TARGET_MISSED")
+            assert warned(
+                hybrid(part, 50, seed=1, target_error=target), "TARGET_MISSED"
+            )
 
     def test_progress_is_of_the_hybrid_and_a_stop_is_heeded(self, part):
         heard = []
-        found = hybrid(part, 1_000_000, seed=1, on_progress=heard.append,
-                       should_stop=lambda: len(heard) > 2)
+        found = hybrid(
+            part,
+            1_000_000,
+            seed=1,
+            on_progress=heard.append,
+            should_stop=lambda: len(heard) > 2,
+        )
         assert 0 < found.drops < 1_000_000
         assert heard[-1].statistics().method == "hybrid"
         assert heard[-1].expected_error == pytest.approx(found.expected_error)
@@ -75,49 +108,83 @@ class TestHybrid:
         box = part_from_mesh(*shapes.box(0.02, 0.03, 0.04))
         found = hybrid(box, 300, seed=2)
         for group in {pose.group for pose in found.poses}:
-            assert np.ptp([pose.probability for pose in found.poses
-                           if pose.group == group]) < 1e-12
-        assert found.expected_error < simulate(box, 300, seed=2).expected_error / math.sqrt(2.0)
+            assert (
+                np.ptp(
+                    [pose.probability for pose in found.poses if pose.group == group]
+                )
+                < 1e-12
+            )
+        assert found.expected_error < simulate(
+            box, 300, seed=2
+        ).expected_error / math.sqrt(2.0)
         cube = hybrid(part_from_mesh(*shapes.box(0.02, 0.02, 0.02)), 30, seed=1)
         for name in ("probability", "probability_low", "probability_high"):
             assert by_index(cube, name) == pytest.approx(1.0 / 6.0, abs=1e-9)
 
     def test_drops_that_contradict_the_estimate_win(self, part, rod_in_a_cube):
-        found, counted = (method(rod_in_a_cube, 2000, seed=1) for method in (hybrid, simulate))
+        found, counted = (
+            method(rod_in_a_cube, 2000, seed=1) for method in (hybrid, simulate)
+        )
         assert found.method == "simulation"
-        for name in ("probability", "probability_low", "probability_high", "standard_error"):
+        for name in (
+            "probability",
+            "probability_low",
+            "probability_high",
+            "standard_error",
+        ):
             assert by_index(found, name).tolist() == by_index(counted, name).tolist()
         assert (found.expected_error, found.largest_error) == (
-            counted.expected_error, counted.largest_error)
+            counted.expected_error,
+            counted.largest_error,
+        )
         (line,) = warned(found, "CONFLICT")
-        worst = np.abs(by_index(counted) - by_index(estimate(rod_in_a_cube, "split"))).argmax()
-        assert f"in pose {worst} most: counted {100.0 * by_index(counted)[worst]:.2f} %" in line
+        worst = np.abs(
+            by_index(counted) - by_index(estimate(rod_in_a_cube, "split"))
+        ).argmax()
+        assert (
+            f"in pose {worst} most: counted {100.0 * by_index(counted)[worst]:.2f} %"
+            in line
+        )
         assert not warned(hybrid(part, 1000, seed=3), "CONFLICT")
 
 
 class TestAuto:
     @pytest.mark.parametrize("restitution", [0.2, 0.8])
     def test_without_a_target_an_estimate_is_checked_by_the_same_drops_anywhere(
-            self, part, restitution):
-        found, same = (auto(part, restitution=restitution, workers=workers) for workers in (1, 3))
+        self, part, restitution
+    ):
+        found, same = (
+            auto(part, restitution=restitution, workers=workers) for workers in (1, 3)
+        )
         assert (found.method, found.drops, found.seed) == ("hybrid", 200, part.seed)
-        for other in (same, estimate(part, restitution=restitution),
-                      hybrid(part, 200, restitution, part.seed)):
+        for other in (
+            same,
+            estimate(part, restitution=restitution),
+            hybrid(part, 200, restitution, part.seed),
+        ):
             assert by_index(other).tolist() == by_index(found).tolist()
-            assert by_index(other, "count").tolist() == by_index(found, "count").tolist()
+            assert (
+                by_index(other, "count").tolist() == by_index(found, "count").tolist()
+            )
         assert found.choice == same.choice and "so 200 drops check it" in found.choice
         assert auto(part, drops=60, seed=4).drops == 60
 
     def test_a_part_that_takes_long_to_calm_down_is_dropped_less_often(self):
         turn = np.arange(384) * math.pi / 192.0
         rim = 0.01 * np.column_stack((np.cos(turn), 0.9 * np.sin(turn)))
-        oval = part_from_mesh(*shapes.hull_mesh(np.vstack([
-            np.insert(rim, 2, level, axis=1) for level in (0.0, 0.05)])))
+        oval = part_from_mesh(
+            *shapes.hull_mesh(
+                np.vstack([np.insert(rim, 2, level, axis=1) for level in (0.0, 0.05)])
+            )
+        )
         found, same = (auto(oval, workers=workers) for workers in (1, 3))
         assert 50 <= found.drops == same.drops < 200
         assert by_index(found, "count").tolist() == by_index(same, "count").tolist()
         solid = auto(part_from_mesh(*shapes.tetrahedron()))  # symmetry alone
-        assert (solid.method, solid.drops) == ("split", 0) and "Symmetry" in solid.choice
+        assert (solid.method, solid.drops) == (
+            "split",
+            0,
+        ) and "Symmetry" in solid.choice
 
     def test_drops_that_end_as_they_begin_check_it_too(self):
         """Released as it touches the plate, a thin part is decided without an event."""
@@ -130,8 +197,10 @@ class TestAuto:
     def test_where_drops_hardly_end_the_estimate_stands_alone(self, part, scene):
         found = auto(part, **scene)
         assert found.drops == 0 and "hardly end" in found.choice
-        assert by_index(found).tolist() == by_index(
-            estimate(part, "split", **scene)).tolist()
+        assert (
+            by_index(found).tolist()
+            == by_index(estimate(part, "split", **scene)).tolist()
+        )
 
     def test_an_estimate_that_is_sure_enough_answers_alone(self, part):
         found = auto(part, 0.2)
@@ -148,17 +217,24 @@ class TestAuto:
         assert found.method == "hybrid" and found.expected_error < 0.015
         assert found.warnings == estimate(part).warnings
         assert f"so {found.drops} drops were added." in found.choice
-        assert by_index(found).tolist() == by_index(hybrid(part, found.drops, seed=1)).tolist()
+        assert (
+            by_index(found).tolist()
+            == by_index(hybrid(part, found.drops, seed=1)).tolist()
+        )
 
     def test_an_estimate_worth_next_to_nothing_is_left_out(self, part):
         found = auto(part, 0.001, drops=300, seed=1)
         assert (found.method, found.drops) == ("simulation", 300)
         assert "worth too few drops" in found.choice
-        assert by_index(found).tolist() == by_index(simulate(part, 300, seed=1)).tolist()
+        assert (
+            by_index(found).tolist() == by_index(simulate(part, 300, seed=1)).tolist()
+        )
 
     def test_a_conflict_is_told_and_the_target_kept_by_the_drops(self, rod_in_a_cube):
         found = auto(rod_in_a_cube, 0.006, seed=1)
-        assert found.method == "simulation" and "drops contradict it; so " in found.choice
+        assert (
+            found.method == "simulation" and "drops contradict it; so " in found.choice
+        )
         assert warned(found, "CONFLICT") and not warned(found, "TARGET_MISSED")
         assert found.expected_error < 0.006
 
@@ -166,12 +242,24 @@ class TestAuto:
         found = auto(part, 0.001, drops=60, seed=1)
         assert found.drops == 60 and warned(found, "TARGET_MISSED")
         assert warned(auto(part, 0.0005, seed=1, max_seconds=1e-6), "TIME_LIMIT")
-        assert not warned(auto(part, 0.0005, seed=1, should_stop=lambda: True), "TIME_LIMIT")
+        assert not warned(
+            auto(part, 0.0005, seed=1, should_stop=lambda: True), "TIME_LIMIT"
+        )
 
 
-@pytest.mark.parametrize("options", [
-    {"target_error": 1.0}, {"target_error": "small"}, {"drops": 0}, {"seed": -1}, {"workers": 0},
-    {"restitution": 1.0}, {"drop_height": -1.0}, {"cluster_tolerance": 1.0}])
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"target_error": 1.0},
+        {"target_error": "small"},
+        {"drops": 0},
+        {"seed": -1},
+        {"workers": 0},
+        {"restitution": 1.0},
+        {"drop_height": -1.0},
+        {"cluster_tolerance": 1.0},
+    ],
+)
 @pytest.mark.parametrize("method", [hybrid, auto])
 def test_refusals(part, method, options):
     refusal_of(method, part, **options)

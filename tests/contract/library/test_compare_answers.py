@@ -29,7 +29,9 @@ def pair():
 @pytest.fixture(scope="module")
 def dice():
     """Whose difference takes many drops."""
-    return [part_from_mesh(*shapes.box(0.016, 0.016, height)) for height in (0.016, 0.0155)]
+    return [
+        part_from_mesh(*shapes.box(0.016, 0.016, height)) for height in (0.016, 0.0155)
+    ]
 
 
 def timeless(found):
@@ -39,7 +41,9 @@ def timeless(found):
 
 
 def test_the_same_request_has_the_same_answer_whatever_the_workers(pair):
-    one, other = (compare(pair, drops=600, seed=9, workers=workers) for workers in (1, 3))
+    one, other = (
+        compare(pair, drops=600, seed=9, workers=workers) for workers in (1, 3)
+    )
     assert timeless(one) == timeless(other)
 
 
@@ -47,7 +51,9 @@ def test_the_first_variant_is_dropped_as_by_itself_and_all_from_its_height(pair)
     larger = part_from_mesh(*moved(clamp_hull(), scale=1.5e-3))
     found = compare([*pair, larger], drops=500, seed=4)
     alone = simulate(pair[0], found.drops, seed=4)
-    assert [pose.count for pose in found.found[0].poses] == [pose.count for pose in alone.poses]
+    assert [pose.count for pose in found.found[0].poses] == [
+        pose.count for pose in alone.poses
+    ]
     assert found.found[0].expected_error == alone.expected_error
     assert {variant.drop_height for variant in found.found} == {alone.drop_height}
 
@@ -62,9 +68,15 @@ def test_a_part_against_itself_differs_in_nothing(pair):
 
 def test_drops_in_common_know_a_small_difference_better_than_two_runs():
     part = part_from_mesh(*random_polyhedron(9, 11))
-    (beside,) = compare([part, shift_center(part, (1e-4, 0.0, 0.0))], drops=2000, seed=6,
-                        restitution=0.1).variants
-    share = max((pose.share for pose in beside.poses), key=lambda share: share.first.value)
+    (beside,) = compare(
+        [part, shift_center(part, (1e-4, 0.0, 0.0))],
+        drops=2000,
+        seed=6,
+        restitution=0.1,
+    ).variants
+    share = max(
+        (pose.share for pose in beside.poses), key=lambda share: share.first.value
+    )
     p = share.first.value
     apart = math.sqrt(2.0 * p * (1.0 - p) / 2000)
     assert share.difference.standard_error < 0.7 * apart
@@ -85,31 +97,43 @@ def test_a_wanted_pose_without_a_partner_is_never_accepted(pair):
 
 @pytest.mark.parametrize("factor", [0.001, 1.0 / 25.4, 0.1, 10.0, 60.0])
 def test_another_scale_is_refused(factor):
-    with pytest.raises(PoseStatsError, match=r"9 times apart, got A .*; export them in one"):
+    with pytest.raises(
+        PoseStatsError, match=r"9 times apart, got A .*; export them in one"
+    ):
         compare([clamp(), clamp(), clamp(factor, factor, factor)], drops=10, seed=1)
 
 
 @pytest.mark.parametrize("factor", [1.0 / 8.0, 8.0])
 def test_a_large_change_is_no_other_scale(factor):
-    assert compare([clamp(), clamp(factor, factor, factor)], drops=10, seed=1).drops == 10
+    assert (
+        compare([clamp(), clamp(factor, factor, factor)], drops=10, seed=1).drops == 10
+    )
 
 
 def test_a_low_release_is_said_of_those_that_it_touches():
-    flat, high = (part_from_mesh(*shapes.box(0.008, 0.01, height)) for height in (0.006, 0.02))
+    flat, high = (
+        part_from_mesh(*shapes.box(0.008, 0.01, height)) for height in (0.006, 0.02)
+    )
     found = compare([flat, high], drops=100, seed=4, drop_height=0.006)
     for part, variant in zip((flat, high), found.found, strict=True):
         alone = simulate(part, 100, seed=4, drop_height=0.006)
         assert [line for line in variant.warnings if "TOUCHING" in line] == [
-            line for line in alone.warnings if "TOUCHING" in line]
+            line for line in alone.warnings if "TOUCHING" in line
+        ]
     assert any("RELEASED_TOUCHING" in line for line in found.found[1].warnings)
 
 
 class TestStops:
     def test_what_was_done_is_told(self, dice):
         calls = []
-        found = compare(dice, drops=4000, seed=1, workers=1,
-                        on_progress=lambda done, most: calls.append((done, most)),
-                        should_stop=lambda: bool(calls) and calls[-1][0] > 3200)
+        found = compare(
+            dice,
+            drops=4000,
+            seed=1,
+            workers=1,
+            on_progress=lambda done, most: calls.append((done, most)),
+            should_stop=lambda: bool(calls) and calls[-1][0] > 3200,
+        )
         assert 0 < found.drops < 4000 and calls[-1][1] == 16_000
         assert [done for done, _ in calls] == sorted(done for done, _ in calls)
 
@@ -119,11 +143,17 @@ class TestStops:
         json.dumps([found.as_dict(), found.variants[0].as_dict()], allow_nan=False)
 
 
-@pytest.mark.parametrize(("count", "options", "words"), [
-    (1, {}, "2 to 26 variants"), (2, {"wanted": [99]}, "wanted poses out of 0 to"),
-    (2, {"plate_error": -0.1}, "a plate error from 0 to 1"),
-    (2, {"plate_error": math.nan}, "a plate error from 0 to 1"),
-    (2, {"drops": 0}, "drops"), (2, {"restitution": 1.0}, "restitution")])
+@pytest.mark.parametrize(
+    ("count", "options", "words"),
+    [
+        (1, {}, "2 to 26 variants"),
+        (2, {"wanted": [99]}, "wanted poses out of 0 to"),
+        (2, {"plate_error": -0.1}, "a plate error from 0 to 1"),
+        (2, {"plate_error": math.nan}, "a plate error from 0 to 1"),
+        (2, {"drops": 0}, "drops"),
+        (2, {"restitution": 1.0}, "restitution"),
+    ],
+)
 def test_refusals(pair, count, options, words):
     with pytest.raises(PoseStatsError, match=words):
         compare(pair[:count], **options)
@@ -132,5 +162,7 @@ def test_refusals(pair, count, options, words):
 def test_poses_keep_the_indices_of_their_parts(pair):
     (beside,) = compare(pair, drops=20, seed=1).variants
     for part, side in zip(pair, ("first", "second"), strict=True):
-        indices = [index for pose in beside.poses for index in getattr(pose.poses, side)]
+        indices = [
+            index for pose in beside.poses for index in getattr(pose.poses, side)
+        ]
         assert sorted(indices) == [pose.index for pose in resting_poses(part).poses]

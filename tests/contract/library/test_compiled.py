@@ -34,8 +34,13 @@ sys.exit(len(refused))
 
 def started(*arguments, **environment):
     """A command in a process of its own."""
-    done = subprocess.run([sys.executable, "-m", "ros_pose_stats", *map(str, arguments)], cwd=ROOT,
-                          capture_output=True, text=True, env=os.environ | environment)
+    done = subprocess.run(
+        [sys.executable, "-m", "ros_pose_stats", *map(str, arguments)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        env=os.environ | environment,
+    )
     assert done.returncode == 0, done.stderr
     return done
 
@@ -65,11 +70,13 @@ def test_after_compile_no_command_compiles(clamp, store, tmp_path):
 
     before = kept()
     for name, *options in (
-            ["estimate", "--method", "all"], ["estimate", "--target-error", "0.02"],
-            ["simulate", "--drops", "100"],
-            ["flips", "--kick", "0.03", "--flips", "100", "--drops", "100"],
-            ["report", "--output", tmp_path / "page.html"],
-            ["animate", "--output", tmp_path / "drop.gif"]):
+        ["estimate", "--method", "all"],
+        ["estimate", "--target-error", "0.02"],
+        ["simulate", "--drops", "100"],
+        ["flips", "--kick", "0.03", "--flips", "100", "--drops", "100"],
+        ["report", "--output", tmp_path / "page.html"],
+        ["animate", "--output", tmp_path / "drop.gif"],
+    ):
         done = started(name, clamp, "--unit", "mm", *options, **cache)
         assert "compiling" not in done.stdout + done.stderr
     assert kept() == before
@@ -94,12 +101,16 @@ def test_where_nothing_can_be_kept_a_command_answers_all_the_same(clamp, tmp_pat
     way = str(tmp_path / "file" / "cache")
     asked = "estimate", clamp, "--unit", "mm", "--method", "csae", "--json"
     with_cache = started(*asked).stdout
-    without = started(*asked, NUMBA_CACHE_DIR=way, XDG_CACHE_HOME=way, HOME=way,
-                      TMPDIR=str(tmp_path)).stdout
+    without = started(
+        *asked, NUMBA_CACHE_DIR=way, XDG_CACHE_HOME=way, HOME=way, TMPDIR=str(tmp_path)
+    ).stdout
     assert without.partition('"seconds"')[0] == with_cache.partition('"seconds"')[0]
 
 
 def test_threads_may_make_the_first_call_together():
     """Without a lock one process in ten refused one of its threads."""
     for _ in range(20):
-        assert subprocess.run([sys.executable, "-c", FIRST_CALLS], cwd=ROOT).returncode == 0
+        assert (
+            subprocess.run([sys.executable, "-c", FIRST_CALLS], cwd=ROOT).returncode
+            == 0
+        )

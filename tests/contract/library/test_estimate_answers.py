@@ -27,7 +27,10 @@ class TestMethods:
         assert tuple(found.method for found in answers) == METHODS
         for found in answers:
             alone = estimate(polyhedron, found.method, restitution=0.3)
-            assert field(found, "probability").tolist() == field(alone, "probability").tolist()
+            assert (
+                field(found, "probability").tolist()
+                == field(alone, "probability").tolist()
+            )
             assert found.expected_error == alone.expected_error > 0.0
             assert (found.drops, found.plate_error, found.choice) == (0, 0.05, "")
             assert found.part_digest == polyhedron.digest
@@ -40,7 +43,8 @@ class TestMethods:
     def test_they_show_themselves_as_a_table(self, polyhedron, monkeypatch):
         found = estimate(polyhedron, "split")
         assert [int(index) for index in re.findall(r"(?m)^ +(\d+) ", str(found))] == [
-            pose.index for pose in found.poses]
+            pose.index for pose in found.poses
+        ]
         assert found._repr_html_() == f"<pre>{found}</pre>"
         assert found.by_index == {pose.index: pose for pose in found.poses}
         monkeypatch.setitem(sys.modules, "pandas", None)
@@ -54,7 +58,9 @@ class TestMethods:
             assert (found.method == "split") == (found.drop_height == height)
 
     def test_one_that_is_none_is_answered_with_all_of_them(self, polyhedron):
-        assert ", ".join((*METHODS, "auto")) in refusal_of(estimate, polyhedron, "guess")
+        assert ", ".join((*METHODS, "auto")) in refusal_of(
+            estimate, polyhedron, "guess"
+        )
 
 
 class TestErrors:
@@ -64,10 +70,18 @@ class TestErrors:
         found = estimate(polyhedron, method, cluster_tolerance=0.0)
         p, errors = field(found, "probability"), field(found, "standard_error")
         low, high = field(found, "probability_low"), field(found, "probability_high")
-        assert math.sqrt(np.mean(errors ** 2)) == pytest.approx(found.expected_error, rel=1e-12)
-        assert (low >= 0.0).all() and (low <= p).all() and (p <= high).all() and high.max() <= 1.0
-        reach = np.concatenate((((high - p) / errors)[high < 1.0],
-                                ((p - low) / errors)[low > 0.0]))
+        assert math.sqrt(np.mean(errors**2)) == pytest.approx(
+            found.expected_error, rel=1e-12
+        )
+        assert (
+            (low >= 0.0).all()
+            and (low <= p).all()
+            and (p <= high).all()
+            and high.max() <= 1.0
+        )
+        reach = np.concatenate(
+            (((high - p) / errors)[high < 1.0], ((p - low) / errors)[low > 0.0])
+        )
         assert reach == pytest.approx(reach[0], rel=1e-9) and 1.0 < reach[0] < 1.7
         widest = reach[0] * errors.max()
         assert widest <= found.largest_error * 1.001 <= 3.0 * widest
@@ -80,7 +94,9 @@ class TestErrors:
             probability = {}
             for pose in found.poses:
                 probability.setdefault(pose.group, []).append(pose.probability)
-            assert all(len(set(alike)) == 1 for alike in probability.values()), found.method
+            assert all(len(set(alike)) == 1 for alike in probability.values()), (
+                found.method
+            )
 
     def test_poses_that_symmetry_makes_alike_share_an_error(self):
         found = estimate(part_from_mesh(*shapes.box(1.0, 2.0, 3.0)))
@@ -93,8 +109,9 @@ class TestErrors:
         radius = estimate(polyhedron).radius
 
         def error(restitution, radii=20.0):
-            return estimate(polyhedron, "qse", restitution=restitution,
-                            drop_height=radii * radius).expected_error
+            return estimate(
+                polyhedron, "qse", restitution=restitution, drop_height=radii * radius
+            ).expected_error
 
         assert error(0.35 + 1e-6) == pytest.approx(error(0.35), rel=1e-4)
         high = [error(0.5, radii) for radii in (100.0, 200.0, 500.0, 1e4)]
@@ -107,7 +124,9 @@ class TestErrors:
         bar = part_from_mesh(*shapes.box(1.0, 1.0, 2.0))
         certain, other = (estimate(bar, method) for method in ("pqse", "split"))
         end = min(pose.probability for pose in other.poses if abs(pose.down[2]) > 0.5)
-        assert all(pose.probability < 1e-9 for pose in certain.poses if abs(pose.down[2]) > 0.5)
+        assert all(
+            pose.probability < 1e-9 for pose in certain.poses if abs(pose.down[2]) > 0.5
+        )
         assert 0.2 * end < certain.expected_error < end
 
 
@@ -118,14 +137,25 @@ class TestDoubts:
 
         assert doubted(restitution=0.999)
         assert doubted(drop_height=300.0 * estimate(polyhedron).radius)
-        assert not doubted(restitution=0.98) and not doubted(drop_height=0.1) and not doubted()
+        assert (
+            not doubted(restitution=0.98)
+            and not doubted(drop_height=0.1)
+            and not doubted()
+        )
 
     def test_a_round_part_with_its_weight_beside_the_axis(self):
         """It rolls for long; the error grows with the way, and a tenth of a hair is none."""
         disc = part_from_mesh(*shapes.cylinder(192, 40e-3, 10e-3))
-        found = [estimate(shift_center(disc, (beside, 0.0, 0.0)), "split")
-                 for beside in (0.0, 1e-6, 1e-3, 4e-3)]
-        assert ["OUTSIDE_FIT" in codes(one) for one in found] == [False, False, True, True]
+        found = [
+            estimate(shift_center(disc, (beside, 0.0, 0.0)), "split")
+            for beside in (0.0, 1e-6, 1e-3, 4e-3)
+        ]
+        assert ["OUTSIDE_FIT" in codes(one) for one in found] == [
+            False,
+            False,
+            True,
+            True,
+        ]
         errors = [one.expected_error for one in found]
         assert errors[1] == pytest.approx(errors[0], rel=0.6)
         assert errors[1] < errors[2] < errors[3]

@@ -14,10 +14,16 @@ from scipy.spatial import cKDTree
 from ros_pose_stats import PoseStatsError, load_part
 from tests.running import refusal, refusal_of
 
-KINDS = {"binary STL": ("a.stl", {}), "STL in capitals": ("a.STL", {}),
-         "ASCII STL": ("a.stl", {"file_type": "stl_ascii"}), "OBJ": ("a.obj", {}),
-         "PLY": ("a.ply", {}), "ASCII PLY": ("a.ply", {"encoding": "ascii"}),
-         "OFF": ("a.off", {}), "3MF": ("a.3mf", {})}
+KINDS = {
+    "binary STL": ("a.stl", {}),
+    "STL in capitals": ("a.STL", {}),
+    "ASCII STL": ("a.stl", {"file_type": "stl_ascii"}),
+    "OBJ": ("a.obj", {}),
+    "PLY": ("a.ply", {}),
+    "ASCII PLY": ("a.ply", {"encoding": "ascii"}),
+    "OFF": ("a.off", {}),
+    "3MF": ("a.3mf", {}),
+}
 refused = partial(refusal_of, load_part)
 every_kind = pytest.mark.parametrize("kind", KINDS)
 
@@ -44,8 +50,9 @@ def test_every_format_gives_the_mesh_back(tmp_path, block, kind):
     assert (part.part_id, part.warnings) == ("a", ())
 
 
-@pytest.mark.parametrize("suffix", [
-    "obj", pytest.param("3mf", marks=pytest.mark.long), "stl", "ply"])
+@pytest.mark.parametrize(
+    "suffix", ["obj", pytest.param("3mf", marks=pytest.mark.long), "stl", "ply"]
+)
 def test_the_objects_of_a_scene_are_put_in_place(tmp_path, block, suffix):
     scene, path = trimesh.Scene(), tmp_path / f"two.{suffix}"
     scene.add_geometry(block, node_name="one", geom_name="block")
@@ -71,16 +78,30 @@ def model_of(folder, objects, built):
     """A 3MF file of a tetrahedron, other objects (number: components), and one that is built."""
     inside = "".join(
         f'<object id="{number}"><components>{components}</components></object>'
-        for number, components in objects.items())
-    mesh = ('<vertices>' + "".join(f'<vertex x="{x}" y="{y}" z="{z}"/>' for x, y, z in (
-        (0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1))) + '</vertices><triangles>' + "".join(
-            f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in (
-                (0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3))) + '</triangles>')
+        for number, components in objects.items()
+    )
+    mesh = (
+        "<vertices>"
+        + "".join(
+            f'<vertex x="{x}" y="{y}" z="{z}"/>'
+            for x, y, z in ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1))
+        )
+        + "</vertices><triangles>"
+        + "".join(
+            f'<triangle v1="{a}" v2="{b}" v3="{c}"/>'
+            for a, b, c in ((0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3))
+        )
+        + "</triangles>"
+    )
     path = folder / "model.3mf"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("3D/3dmodel.model", (
-            f'<model unit="meter"><resources><object id="1"><mesh>{mesh}</mesh></object>{inside}'
-            f'</resources><build><item objectid="{built}"/></build></model>'))
+        archive.writestr(
+            "3D/3dmodel.model",
+            (
+                f'<model unit="meter"><resources><object id="1"><mesh>{mesh}</mesh></object>{inside}'
+                f'</resources><build><item objectid="{built}"/></build></model>'
+            ),
+        )
     return path
 
 
@@ -90,39 +111,55 @@ def placed(number, x=0):
 
 def test_components_in_components_are_all_in_their_places(tmp_path):
     """Each object is twice the one before, so far apart that all lie in a row."""
-    doubles = {k + 2: placed(k + 1) + placed(k + 1, 2**(k + 1)) for k in range(10)}
+    doubles = {k + 2: placed(k + 1) + placed(k + 1, 2 ** (k + 1)) for k in range(10)}
     part = load_part(model_of(tmp_path, doubles, 11))
     assert len(part.triangles) == 4 * 2**10
     corners = part.vertices[part.triangles].reshape(-1, 12, 3)[:, :, 0].min(axis=1)
     assert sorted(corners) == [2.0 * k for k in range(2**10)]
 
 
-@pytest.mark.parametrize(("objects", "said"), [
-    ({k + 2: placed(k + 1) * 1000 for k in range(5)}, "at most 100000 placed objects"),
-    pytest.param({k + 2: placed(k + 1) for k in range(3000)}, "at most 100 objects in each other",
-                 marks=pytest.mark.long),
-    pytest.param({2: placed(3)}, "none with id '3'", marks=pytest.mark.long)])
+@pytest.mark.parametrize(
+    ("objects", "said"),
+    [
+        (
+            {k + 2: placed(k + 1) * 1000 for k in range(5)},
+            "at most 100000 placed objects",
+        ),
+        pytest.param(
+            {k + 2: placed(k + 1) for k in range(3000)},
+            "at most 100 objects in each other",
+            marks=pytest.mark.long,
+        ),
+        pytest.param({2: placed(3)}, "none with id '3'", marks=pytest.mark.long),
+    ],
+)
 def test_a_small_file_that_stands_for_far_too_much_is_refused(tmp_path, objects, said):
     assert said in refused(model_of(tmp_path, objects, max(objects)))
 
 
-def test_an_ascii_stl_of_several_solids_is_one_part_and_none_of_them_may_be_cut(tmp_path, block):
+def test_an_ascii_stl_of_several_solids_is_one_part_and_none_of_them_may_be_cut(
+    tmp_path, block
+):
     other, path = block.copy(), tmp_path / "two.stl"
     other.apply_translation((100, 0, 0))
     first, second = (mesh.export(file_type="stl_ascii") for mesh in (block, other))
     path.write_text(first + "\n" + second)
     assert len(load_part(path, "mm").triangles) == 24
-    path.write_text(first + "\n" + second[:len(second) // 2])
-    with pytest.raises(PoseStatsError, match=r"expected 1[89] faces as .* announces, got 12"):
+    path.write_text(first + "\n" + second[: len(second) // 2])
+    with pytest.raises(
+        PoseStatsError, match=r"expected 1[89] faces as .* announces, got 12"
+    ):
         load_part(path)
 
 
 def test_obj_materials_and_polygons_neither_split_nor_reorder(tmp_path):
     path = tmp_path / "cube.obj"
-    path.write_text("mtllib x.mtl\no cube\n" + "".join(
-        f"v {x} {y} {z}\n" for x in (0, 1) for y in (0, 1) for z in (0, 1))
+    path.write_text(
+        "mtllib x.mtl\no cube\n"
+        + "".join(f"v {x} {y} {z}\n" for x in (0, 1) for y in (0, 1) for z in (0, 1))
         + "usemtl red\nf 1 2 4 3\nf 5 7 8 6\ng side\nusemtl blue\nf 1 5 6 2\nf 3 4 8 7\n"
-        + "f 1 3 7 5\nf 2 6 8 4\n")
+        + "f 1 3 7 5\nf 2 6 8 4\n"
+    )
     part = load_part(path)
     assert (part.vertices.shape, part.triangles.shape) == ((8, 3), (12, 3))
     assert part.center_of_mass == pytest.approx([0.5, 0.5, 0.5])
@@ -134,29 +171,36 @@ def test_obj_faces_that_count_back_do_so_from_their_own_line(tmp_path, block):
     there.apply_translation((100.0, 0.0, 0.0))
     for mesh in (block, there):
         back += [f"v {x} {y} {z}" for x, y, z in mesh.vertices]
-        back += ["f " + " ".join(f"{corner - 8}/1" for corner in face) for face in mesh.faces]
+        back += [
+            "f " + " ".join(f"{corner - 8}/1" for corner in face) for face in mesh.faces
+        ]
     path.write_text("vt 0 0\n" + "\n".join(back))
     part = load_part(path, "mm")
     assert np.ptp(part.surface_vertices, axis=0) == pytest.approx([0.11, 0.02, 0.03])
     assert part.warnings == ()
 
 
-@pytest.mark.parametrize(("name", "content", "message"), [
-    ("a.stl", b"", "which is empty"),
-    ("a.igs", b"x", "expected a mesh file (.stl, .obj"),
-    ("a", b"x", "expected a mesh file (.stl, .obj"),
-    ("a.stl", b"not a mesh at all", "expected triangles in"),
-    ("a.stl", b"\x00" * 83, "of the length that its header announces"),
-    ("a.stl", b"\x00" * 80 + b"\x10\x00\x00\x00" + b"\x01" * 90, "of 174 bytes"),
-    ("a.stl", b"\x00" * 84, "expected triangles in"),
-    ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\n", "expected triangles in"),
-    ("a.obj", b"hello", "a.obj"),
-    ("a.obj", b"v 1 2\nv 1 2 3\nv 0 0 0\nf 1 2 3\n", "readable OBJ file"),
-    ("a.obj", b"v 1 2 3\nf -1 -2 -3\n", "readable OBJ file"),
-    ("a.off", b"OFF\n3 1 0\n0 0 0\n1 0 0\n", "readable OFF file"),
-    ("a.ply", b"hello", "readable PLY file"),
-    pytest.param("a.3mf", b"PK\x03\x04broken", "readable 3MF file", marks=pytest.mark.long),
-])
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("a.stl", b"", "which is empty"),
+        ("a.igs", b"x", "expected a mesh file (.stl, .obj"),
+        ("a", b"x", "expected a mesh file (.stl, .obj"),
+        ("a.stl", b"not a mesh at all", "expected triangles in"),
+        ("a.stl", b"\x00" * 83, "of the length that its header announces"),
+        ("a.stl", b"\x00" * 80 + b"\x10\x00\x00\x00" + b"\x01" * 90, "of 174 bytes"),
+        ("a.stl", b"\x00" * 84, "expected triangles in"),
+        ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\n", "expected triangles in"),
+        ("a.obj", b"hello", "a.obj"),
+        ("a.obj", b"v 1 2\nv 1 2 3\nv 0 0 0\nf 1 2 3\n", "readable OBJ file"),
+        ("a.obj", b"v 1 2 3\nf -1 -2 -3\n", "readable OBJ file"),
+        ("a.off", b"OFF\n3 1 0\n0 0 0\n1 0 0\n", "readable OFF file"),
+        ("a.ply", b"hello", "readable PLY file"),
+        pytest.param(
+            "a.3mf", b"PK\x03\x04broken", "readable 3MF file", marks=pytest.mark.long
+        ),
+    ],
+)
 def test_what_is_no_mesh_is_refused_in_one_line(tmp_path, name, content, message):
     (tmp_path / name).write_bytes(content)
     assert message in refused(tmp_path / name)
@@ -168,7 +212,7 @@ def test_a_file_cut_off_is_refused(tmp_path, block, kind):
     path = written(block, tmp_path, kind)
     data = path.read_bytes()
     for share in (0.5,) if kind == "3MF" else (0.1, 0.5, 0.9):  # one process a 3MF file
-        cut = data[:int(share * len(data))]
+        cut = data[: int(share * len(data))]
         if kind == "OBJ":  # nothing in one says how long it is: cut inside a face line
             cut = cut.rpartition(b"\n")[0] + b"\nf 1 2"
         path.write_bytes(cut)
@@ -184,9 +228,14 @@ def test_no_file_at_all_is_refused(tmp_path):
     assert "the path of a mesh file" in refused(np.zeros(3))
 
 
-@pytest.mark.parametrize(("make", "kind"), [
-    (os.mkfifo, "a pipe"), (lambda path: path.symlink_to(os.devnull), "a device"),
-    (lambda path: socket.socket(socket.AF_UNIX).bind(str(path)), "a socket")])
+@pytest.mark.parametrize(
+    ("make", "kind"),
+    [
+        (os.mkfifo, "a pipe"),
+        (lambda path: path.symlink_to(os.devnull), "a device"),
+        (lambda path: socket.socket(socket.AF_UNIX).bind(str(path)), "a socket"),
+    ],
+)
 def test_what_may_never_end_is_refused(tmp_path, monkeypatch, make, kind):
     """Reading a pipe waits for whoever writes to it."""
     monkeypatch.chdir(tmp_path)  # the name of a socket has to be short

@@ -18,8 +18,10 @@ from ros_pose_stats import PoseStatsError, load_part
 from tests.contract.library.step_text import Disc, step_assembly, step_part
 from tests.running import ROOT, about, answer_json, children, is_gone, refusal_of
 
-pytestmark = pytest.mark.skipif(importlib.util.find_spec("cascadio") is None,
-                                reason="the extra `step` is not installed")
+pytestmark = pytest.mark.skipif(
+    importlib.util.find_spec("cascadio") is None,
+    reason="the extra `step` is not installed",
+)
 WHOLE = step_part(Disc(5.0, 2.0))
 
 
@@ -29,20 +31,28 @@ def written(path, text):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(("name", "unit", "metres"), [("a.STEP", "cm", 1e-2), ("a.Stp", "m", 1.0)])
+@pytest.mark.parametrize(
+    ("name", "unit", "metres"), [("a.STEP", "cm", 1e-2), ("a.Stp", "m", 1.0)]
+)
 def test_the_unit_is_that_of_the_file(tmp_path, name, unit, metres):
     path = written(tmp_path / name, step_part(Disc(0.4, 0.2), unit=unit))
     part = load_part(path)
     assert np.ptp(part.vertices, axis=0) == pytest.approx(
-        np.multiply([0.8, 0.8, 0.2], metres), rel=1e-6)
+        np.multiply([0.8, 0.8, 0.2], metres), rel=1e-6
+    )
     assert part.part_id == "a"
 
 
-def test_a_file_without_a_unit_is_in_millimetres_and_a_command_prints_json_alone(tmp_path, capfd):
-    silent = WHOLE.replace("GLOBAL_UNIT_ASSIGNED_CONTEXT", "GLOBAL_UNIT_FORGOTTEN_CONTEXT")
+def test_a_file_without_a_unit_is_in_millimetres_and_a_command_prints_json_alone(
+    tmp_path, capfd
+):
+    silent = WHOLE.replace(
+        "GLOBAL_UNIT_ASSIGNED_CONTEXT", "GLOBAL_UNIT_FORGOTTEN_CONTEXT"
+    )
     path = written(tmp_path / "disc.step", silent)
     assert answer_json("estimate", path, "--method", "meae")["radius"] == pytest.approx(
-        1e-3 * np.hypot(5.0, 1.0), rel=1e-6)
+        1e-3 * np.hypot(5.0, 1.0), rel=1e-6
+    )
     assert capfd.readouterr() == ("", "")
 
 
@@ -55,9 +65,13 @@ def test_a_unit_that_is_given_wins(tmp_path):
 @pytest.mark.long
 def test_every_circle_has_96_sides_whatever_its_radius(tmp_path):
     holes = [(20.0, 0.0, 12.0), (-20.0, 0.0, 0.02)]
-    part = load_part(written(tmp_path / "plate.step", step_part(Disc(40.0, 2.0, holes))))
+    part = load_part(
+        written(tmp_path / "plate.step", step_part(Disc(40.0, 2.0, holes)))
+    )
     assert part.warnings == ()
-    assert part.rounding == pytest.approx(40e-3 * 2.0**-24, rel=1e-6)  # coordinates are float32
+    assert part.rounding == pytest.approx(
+        40e-3 * 2.0**-24, rel=1e-6
+    )  # coordinates are float32
     corners = part.surface_vertices * 1e3
     for center, radius in ((0.0, 40.0), (20.0, 12.0), (-20.0, 0.02)):
         around = corners[np.abs(corners[:, 2]) < 1e-6] - (center, 0.0, 0.0)
@@ -69,19 +83,35 @@ def test_every_circle_has_96_sides_whatever_its_radius(tmp_path):
     share = 96 / (2.0 * np.pi) * np.sin(2.0 * np.pi / 96)
     areas = np.array((40.0**2, -(12.0**2), -(0.02**2)))
     surface = trimesh.Trimesh(part.surface_vertices, part.surface_triangles)
-    assert surface.volume * 1e9 == pytest.approx(2.0 * np.pi * areas.sum() * share, rel=1e-5)
+    assert surface.volume * 1e9 == pytest.approx(
+        2.0 * np.pi * areas.sum() * share, rel=1e-5
+    )
     assert part.center_of_mass[0] * 1e3 == pytest.approx(
-        areas @ (0.0, 20.0, -20.0) / areas.sum(), rel=1e-4)
+        areas @ (0.0, 20.0, -20.0) / areas.sum(), rel=1e-4
+    )
 
 
 def test_several_solids_and_every_instance_of_an_assembly_are_in_their_places(tmp_path):
-    two = load_part(written(tmp_path / "two.stp", step_part(
-        Disc(0.5, 0.2), Disc(0.5, 0.4, center=(3.0, 0.0, 0.0)), unit="inch")))
+    two = load_part(
+        written(
+            tmp_path / "two.stp",
+            step_part(
+                Disc(0.5, 0.2), Disc(0.5, 0.4, center=(3.0, 0.0, 0.0)), unit="inch"
+            ),
+        )
+    )
     assert (two.part_id, two.warnings) == ("two", ())
     assert two.center_of_mass / 0.0254 == pytest.approx([2.0, 0.0, (0.1 + 2 * 0.2) / 3])
     upright, lying = ((1, 0, 0), (0, 0, 1)), ((0, 1, 0), (1, 0, 0))
-    part = load_part(written(tmp_path / "assembly.step", step_assembly(Disc(5.0, 2.0), [
-        ((0, 0, 0), *upright), ((20, 0, 0), *lying), ((0, 40, 0), *upright)])))
+    part = load_part(
+        written(
+            tmp_path / "assembly.step",
+            step_assembly(
+                Disc(5.0, 2.0),
+                [((0, 0, 0), *upright), ((20, 0, 0), *lying), ((0, 40, 0), *upright)],
+            ),
+        )
+    )
     assert part.vertices.max(axis=0) * 1e3 == pytest.approx([22.0, 45.0, 5.0])
     assert part.vertices.min(axis=0) * 1e3 == pytest.approx([-5.0, -5.0, -5.0])
     assert part.center_of_mass * 1e3 == pytest.approx([7.0, 40.0 / 3, 2.0 / 3])
@@ -94,7 +124,10 @@ def assert_refused(path, data):
 
 @pytest.mark.long
 def test_what_is_no_step_file_is_refused_in_one_line(tmp_path, capfd):
-    for data in (WHOLE.encode()[:len(WHOLE) // 2], np.random.default_rng(3).bytes(100_000)):
+    for data in (
+        WHOLE.encode()[: len(WHOLE) // 2],
+        np.random.default_rng(3).bytes(100_000),
+    ):
         assert_refused(tmp_path / "damaged.step", data)
     assert capfd.readouterr() == ("", "")
 
@@ -103,13 +136,23 @@ def test_what_is_no_step_file_is_refused_in_one_line(tmp_path, capfd):
 def test_whatever_is_lost_it_ends_nothing_but_its_file(tmp_path, capfd):
     path, lines = tmp_path / "damaged.step", WHOLE.splitlines()
     empty = "ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\nENDSEC;\nEND-ISO-10303-21;\n"
-    for text in ("hello", "\0" * 500, empty, *(WHOLE[:int(share * len(WHOLE))]
-                                              for share in (0.0, 0.001, 0.1, 0.9, 0.99))):
+    for text in (
+        "hello",
+        "\0" * 500,
+        empty,
+        *(WHOLE[: int(share * len(WHOLE))] for share in (0.0, 0.001, 0.1, 0.9, 0.99)),
+    ):
         assert_refused(path, text.encode())
     for lost in range(8, len(lines) - 2, 4):
         with contextlib.suppress(PoseStatsError):
-            assert len(load_part(written(
-                path, "\n".join(lines[:lost] + lines[lost + 1:]))).triangles) > 0
+            assert (
+                len(
+                    load_part(
+                        written(path, "\n".join(lines[:lost] + lines[lost + 1 :]))
+                    ).triangles
+                )
+                > 0
+            )
     assert capfd.readouterr() == ("", "")
 
 
@@ -117,8 +160,12 @@ def test_whatever_is_lost_it_ends_nothing_but_its_file(tmp_path, capfd):
 def test_a_tessellation_ends_with_whoever_started_it(tmp_path):
     """By `kill -9`, and in the middle of its work, where it is stopped before; we are sooner."""
     path = written(tmp_path / "a.step", WHOLE)
-    with subprocess.Popen([sys.executable, "-m", "ros_pose_stats", "estimate", path], cwd=ROOT,
-                          stdout=subprocess.DEVNULL, preexec_fn=lambda: os.nice(5)) as starter:
+    with subprocess.Popen(
+        [sys.executable, "-m", "ros_pose_stats", "estimate", path],
+        cwd=ROOT,
+        stdout=subprocess.DEVNULL,
+        preexec_fn=lambda: os.nice(5),
+    ) as starter:
         while not (started := children(starter.pid)):
             assert starter.poll() is None
         (child,) = started

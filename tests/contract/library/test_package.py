@@ -22,11 +22,36 @@ from tests.running import refusal_of
 
 BOX = shapes.box(0.02, 0.03, 0.04)
 RADIUS = math.sqrt(0.01**2 + 0.015**2 + 0.02**2)
-DOOR = {"DropEvent", "DropProgress", "DropScene", "FlipStatistics", "Part", "PoseStatistics",
-        "PoseStatsError", "StablePose", "Trajectory", "__version__", "analyse_bags", "auto",
-        "classify_orientations", "compare", "estimate", "estimate_all", "hybrid", "load_part",
-        "outline_at", "part_from_mesh", "record_drop", "resting_poses", "sensitivity",
-        "shift_center", "simulate", "simulate_flips", "splitting_graph", "suggest"}
+DOOR = {
+    "DropEvent",
+    "DropProgress",
+    "DropScene",
+    "FlipStatistics",
+    "Part",
+    "PoseStatistics",
+    "PoseStatsError",
+    "StablePose",
+    "Trajectory",
+    "__version__",
+    "analyse_bags",
+    "auto",
+    "classify_orientations",
+    "compare",
+    "estimate",
+    "estimate_all",
+    "hybrid",
+    "load_part",
+    "outline_at",
+    "part_from_mesh",
+    "record_drop",
+    "resting_poses",
+    "sensitivity",
+    "shift_center",
+    "simulate",
+    "simulate_flips",
+    "splitting_graph",
+    "suggest",
+}
 
 
 @pytest.fixture(scope="module")
@@ -38,31 +63,49 @@ class TestNames:
     def test_every_name_of_the_contract_is_there(self):
         assert set(ros_pose_stats.__all__) >= DOOR
         assert all(hasattr(ros_pose_stats, name) for name in ros_pose_stats.__all__)
-        assert all(getattr(ros_pose_stats, name).__doc__ for name in DOOR - {"__version__"})
+        assert all(
+            getattr(ros_pose_stats, name).__doc__ for name in DOOR - {"__version__"}
+        )
 
     def test_an_unknown_name_is_an_attribute_error(self):
-        with pytest.raises(AttributeError, match="no attribute 'estimator_of_everything'"):
+        with pytest.raises(
+            AttributeError, match="no attribute 'estimator_of_everything'"
+        ):
             ros_pose_stats.estimator_of_everything  # noqa: B018
 
 
 def test_the_examples_of_the_contract(tmp_path):
     file = write_stl(tmp_path / "clamp.stl", shapes.box(20.0, 30.0, 40.0))
     part = load_part(file, unit="mm")
-    found = estimate(part, method="combined", restitution=0.3, drop_height=0.5,
-                     cluster_tolerance=0.01)
+    found = estimate(
+        part,
+        method="combined",
+        restitution=0.3,
+        drop_height=0.5,
+        cluster_tolerance=0.01,
+    )
     assert 0.0 < found.poses[0].probability < 1.0
     assert isinstance(found.poses[0].down, np.ndarray)
-    counted = simulate(part, drops=100, restitution=0.5, seed=7, workers=2, cluster_tolerance=0.01)
+    counted = simulate(
+        part, drops=100, restitution=0.5, seed=7, workers=2, cluster_tolerance=0.01
+    )
     assert counted.poses[0].count >= counted.poses[-1].count
-    given = part_from_mesh(*BOX, center_of_mass=(0.001, 0.0, 0.0), mass=0.2,
-                           inertia=np.diag((2e-5, 2e-5, 2e-5)))
+    given = part_from_mesh(
+        *BOX,
+        center_of_mass=(0.001, 0.0, 0.0),
+        mass=0.2,
+        inertia=np.diag((2e-5, 2e-5, 2e-5)),
+    )
     assert (given.center_of_mass.tolist(), given.mass) == ([0.001, 0.0, 0.0], 0.2)
 
 
 def test_defaults_are_those_of_the_contract(part):
     for found in (estimate(part), simulate(part, 20, seed=1)):
         assert (found.restitution, found.cluster_tolerance, found.round_sides) == (
-            0.5, 0.0025, 192)
+            0.5,
+            0.0025,
+            192,
+        )
         assert found.drop_height == pytest.approx(20.0 * RADIUS)
         assert (found.plate_error, found.unsettled, found.warnings) == (0.05, 0, ())
         assert found.version == ros_pose_stats.__version__
@@ -72,10 +115,13 @@ def test_defaults_are_those_of_the_contract(part):
 class TestScene:
     @pytest.mark.parametrize("method", ["area", "csae", "adre", "pqse", "combined"])
     def test_methods_ignore_what_they_are_blind_to(self, part, method):
-        plain, other = estimate(part, method), estimate(part, method, restitution=0.9,
-                                                        drop_height=3.0)
+        plain, other = (
+            estimate(part, method),
+            estimate(part, method, restitution=0.9, drop_height=3.0),
+        )
         assert [pose.probability for pose in other.poses] == [
-            pose.probability for pose in plain.poses]
+            pose.probability for pose in plain.poses
+        ]
         assert math.isnan(other.drop_height)
 
     @pytest.mark.parametrize("radii", [1e-6, 1.0, 4.99, 5.0, 20.0])
@@ -86,32 +132,54 @@ class TestScene:
             assert found.as_dict()["warnings"] == list(found.warnings)
 
     def test_the_one_that_knows_it_expects_a_larger_error_of_a_low_drop(self, part):
-        low, high = (estimate(part, "split", drop_height=radii * RADIUS) for radii in (0.5, 20.0))
+        low, high = (
+            estimate(part, "split", drop_height=radii * RADIUS) for radii in (0.5, 20.0)
+        )
         assert low.expected_error > high.expected_error
         assert low.largest_error > high.largest_error > high.expected_error
 
 
 class TestRefusals:
     def test_the_error_says_what_was_expected_what_came_and_what_to_do(self, part):
-        with pytest.raises(PoseStatsError, match=r"^expected .*, got .*; .+$") as refusal:
+        with pytest.raises(
+            PoseStatsError, match=r"^expected .*, got .*; .+$"
+        ) as refusal:
             estimate(part, restitution=1.0)
         error = refusal.value
         assert isinstance(error, ValueError)
         again = pickle.loads(pickle.dumps(error))
         assert (type(again), str(again)) == (type(error), str(error))
 
-    @pytest.mark.parametrize("options", [
-        {"restitution": "hard"}, {"restitution": None}, {"restitution": True},
-        {"restitution": -0.01}, {"restitution": 1.0}, {"restitution": math.nan},
-        {"drop_height": [1.0]}, {"drop_height": math.inf}, {"drop_height": 0.0},
-        {"cluster_tolerance": "0.1"}, {"cluster_tolerance": -1e-9}, {"cluster_tolerance": 1.0},
-        {"round_sides": 2}, {"method": None}, {"method": "MEAE"}, {"method": "simulation"},
-        {"method": ""}], ids=str)
+    @pytest.mark.parametrize(
+        "options",
+        [
+            {"restitution": "hard"},
+            {"restitution": None},
+            {"restitution": True},
+            {"restitution": -0.01},
+            {"restitution": 1.0},
+            {"restitution": math.nan},
+            {"drop_height": [1.0]},
+            {"drop_height": math.inf},
+            {"drop_height": 0.0},
+            {"cluster_tolerance": "0.1"},
+            {"cluster_tolerance": -1e-9},
+            {"cluster_tolerance": 1.0},
+            {"round_sides": 2},
+            {"method": None},
+            {"method": "MEAE"},
+            {"method": "simulation"},
+            {"method": ""},
+        ],
+        ids=str,
+    )
     def test_options_that_are_none(self, part, options):
         refusal_of(estimate, part, **options)
 
     @pytest.mark.parametrize("function", [estimate, resting_poses, simulate])
-    @pytest.mark.parametrize("thing", [None, "clamp.stl", BOX], ids=["none", "name", "surface"])
+    @pytest.mark.parametrize(
+        "thing", [None, "clamp.stl", BOX], ids=["none", "name", "surface"]
+    )
     def test_what_is_no_part(self, function, thing):
         assert "expected a Part" in refusal_of(function, thing)
 
@@ -120,12 +188,16 @@ class TestRefusals:
         assert "cluster tolerance" in refusal_of(resting_poses, part, tolerance)
 
 
-@pytest.mark.parametrize("copied", [copy.deepcopy, lambda part: pickle.loads(pickle.dumps(part))],
-                         ids=["deepcopy", "pickle"])
+@pytest.mark.parametrize(
+    "copied",
+    [copy.deepcopy, lambda part: pickle.loads(pickle.dumps(part))],
+    ids=["deepcopy", "pickle"],
+)
 def test_a_copy_of_a_part_is_as_read_only_and_answers_alike(part, copied):
     other = copied(part)
     assert other.digest == part.digest
     with pytest.raises(ValueError, match="read-only"):
         other.vertices[0] = 0.0
     assert [pose.probability for pose in estimate(other, METHODS[0]).poses] == [
-        pose.probability for pose in estimate(part, METHODS[0]).poses]
+        pose.probability for pose in estimate(part, METHODS[0]).poses
+    ]

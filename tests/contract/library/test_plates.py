@@ -23,17 +23,34 @@ def folder(tmp_path_factory):
 
 def table_of(folder, names, parts, restitution, height, **options):
     """A table of what is counted on a plate as the estimate has it."""
-    rows = [f"{name}.stl,{pose.index},{round(parts * pose.probability)}" for name in names
-            for pose in estimate(load_part(folder / f"{name}.stl", unit="mm"), "split",
-                                 restitution=restitution, drop_height=height, **options).poses]
+    rows = [
+        f"{name}.stl,{pose.index},{round(parts * pose.probability)}"
+        for name in names
+        for pose in estimate(
+            load_part(folder / f"{name}.stl", unit="mm"),
+            "split",
+            restitution=restitution,
+            drop_height=height,
+            **options,
+        ).poses
+    ]
     file = folder / f"{'-'.join(names)}-{restitution}.csv"
     file.write_text("\n".join(rows))
     return file
 
 
 def fit(table, *options):
-    return answer_json("fit", table, "--unit", "mm", "--plate", "glass", "--plates",
-                       table.with_suffix(".yaml"), *options)
+    return answer_json(
+        "fit",
+        table,
+        "--unit",
+        "mm",
+        "--plate",
+        "glass",
+        "--plates",
+        table.with_suffix(".yaml"),
+        *options,
+    )
 
 
 @pytest.fixture(scope="module")
@@ -58,8 +75,17 @@ def test_the_scene_of_a_plate_is_found(fitted):
 def test_the_order_of_counts_says_nothing_and_a_unit_is_guessed(folder, fitted):
     table = folder / "turned.csv"
     table.write_text("\n".join((folder / "a-c-0.2.csv").read_text().splitlines()[::-1]))
-    found = json.loads(call("fit", table, "--plate", "glass", "--plates", folder / "turned.yaml",
-                            "--json").stdout)
+    found = json.loads(
+        call(
+            "fit",
+            table,
+            "--plate",
+            "glass",
+            "--plates",
+            folder / "turned.yaml",
+            "--json",
+        ).stdout
+    )
     assert [note.split(":")[1] for note in found["notes"]] == [" UNIT_GUESSED"] * 2
     others = dict.fromkeys(("date", "file", "seconds", "notes"))
     assert found | others == fitted[0] | others
@@ -72,17 +98,25 @@ def test_the_file_stays_where_it_is_with_what_else_it_holds(fitted):
     assert plates["steel"] == {"restitution": 0.2, "note": "by hand"}
     for name in ("restitution", "drop_height", "plate_error", "counted", "version"):
         assert plates["glass"][name] == found[name]
-    assert not [file for file in link.parent.iterdir() if file.suffix not in (".stl", ".csv",
-                                                                             ".yaml")]
+    assert not [
+        file
+        for file in link.parent.iterdir()
+        if file.suffix not in (".stl", ".csv", ".yaml")
+    ]
 
 
 def test_a_plate_unlike_the_model_is_said_to_be_so(folder, fitted):
     """A fifth of each part is moved from the most frequent pose to the rarest."""
     moved = folder / "moved.csv"
-    rows = [line.split(",") for line in (folder / "a-c-0.2.csv").read_text().splitlines()]
+    rows = [
+        line.split(",") for line in (folder / "a-c-0.2.csv").read_text().splitlines()
+    ]
     for name in "ac":
         own = [row for row in rows if row[0] == f"{name}.stl"]
-        most, least = max(own, key=lambda row: int(row[2])), min(own, key=lambda row: int(row[2]))
+        most, least = (
+            max(own, key=lambda row: int(row[2])),
+            min(own, key=lambda row: int(row[2])),
+        )
         most[2], least[2] = str(int(most[2]) - 120), str(int(least[2]) + 120)
     moved.write_text("\n".join(map(",".join, rows)))
     found = fit(moved)
@@ -99,33 +133,56 @@ def test_few_counts_say_little_of_the_plate(folder):
     once = folder / "once.csv"
     once.write_text(f"{many.read_text()}\nb.stl,{poses[-1].index},1")
     assert fit(once)["plate_error"] < 0.06
-    once.write_text(f"b.stl,{poses[-1].index},500")  # a single part, unlike in every scene
+    once.write_text(
+        f"b.stl,{poses[-1].index},500"
+    )  # a single part, unlike in every scene
     assert fit(once)["plate_error"] > 0.2
 
 
-@pytest.mark.parametrize("text", [
-    "part,pose,count\na.stl,0,40\nb.stl,2,6\na.stl,0,3\n", "a.stl;0;43\n\nb.stl;2;6",
-    '\ufeff"a.stl", 0 , 43\n b.stl,2,6\n', "part\tpose\tcount\r\na.stl\t0\t43\r\nb.stl\t2\t6",
-    "a.stl,0,000000000000043\nb.stl,2,6",
-], ids=["head and twice", "semicolons", "byte order mark", "tabs", "leading zeros"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "part,pose,count\na.stl,0,40\nb.stl,2,6\na.stl,0,3\n",
+        "a.stl;0;43\n\nb.stl;2;6",
+        '\ufeff"a.stl", 0 , 43\n b.stl,2,6\n',
+        "part\tpose\tcount\r\na.stl\t0\t43\r\nb.stl\t2\t6",
+        "a.stl,0,000000000000043\nb.stl,2,6",
+    ],
+    ids=["head and twice", "semicolons", "byte order mark", "tabs", "leading zeros"],
+)
 def test_tables_as_people_write_them(folder, text):
     """Of parts that lie beside the table; rows of the same pose add."""
     table = folder / "written.csv"
     table.write_text(text, encoding="utf-8")
-    line = refusal("fit", table, "--unit", "mm", "--plate", "glass", "--plates", folder / "no")
+    line = refusal(
+        "fit", table, "--unit", "mm", "--plate", "glass", "--plates", folder / "no"
+    )
     assert "got 49; count 1 more" in line
 
 
-@pytest.mark.parametrize(("text", "words"), [
-    ("a.stl,0,117\na.stl,1\n", "'a.stl,1' in line 2"), ("a.stl,0,117\na.stl,zero,4", "in line 2"),
-    ("a.stl,0,-3\n", "a.stl,0,-3"), ("a.stl,0,1.5", "whole numbers"), (",0,117", "whole numbers"),
-    ("a.stl,0,99999999999999999999", "whole numbers"), ("a.stl,0,117,9", "whole numbers"),
-    ("", "none in"), ("part,pose,count", "none in"), ('"a.stl,0,1', "expected a CSV file"),
-    ("\x00\udcff", "expected a CSV file"), ("a.stl,6,500", "poses 0 to 5")])
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("a.stl,0,117\na.stl,1\n", "'a.stl,1' in line 2"),
+        ("a.stl,0,117\na.stl,zero,4", "in line 2"),
+        ("a.stl,0,-3\n", "a.stl,0,-3"),
+        ("a.stl,0,1.5", "whole numbers"),
+        (",0,117", "whole numbers"),
+        ("a.stl,0,99999999999999999999", "whole numbers"),
+        ("a.stl,0,117,9", "whole numbers"),
+        ("", "none in"),
+        ("part,pose,count", "none in"),
+        ('"a.stl,0,1', "expected a CSV file"),
+        ("\x00\udcff", "expected a CSV file"),
+        ("a.stl,6,500", "poses 0 to 5"),
+    ],
+)
 def test_tables_that_are_none(folder, text, words):
     table = folder / "bad.csv"
     table.write_text(text, encoding="utf-8", errors="surrogateescape")
-    line = refusal("fit", table, "--unit", "mm", "--plate", "glass", "--plates", folder / "no")
+    line = refusal(
+        "fit", table, "--unit", "mm", "--plate", "glass", "--plates", folder / "no"
+    )
     assert words in line
 
 

@@ -10,7 +10,9 @@ from tests.bodies import random_polyhedron, shapes
 
 
 def warnings_of(part, tolerance=0.0, round_sides=0):
-    answer = estimate(part, "csae", cluster_tolerance=tolerance, round_sides=round_sides)
+    answer = estimate(
+        part, "csae", cluster_tolerance=tolerance, round_sides=round_sides
+    )
     return dict(line.split(": ", 1) for line in (*answer.warnings, *answer.notes))
 
 
@@ -25,15 +27,20 @@ def cylinder(sides):
     return part_from_mesh(*shapes.cylinder(sides, 0.01, 0.02))
 
 
-@pytest.mark.parametrize(("lean", "warned"), [(0.9, False), (0.99, True), (1.001, False)])
+@pytest.mark.parametrize(
+    ("lean", "warned"), [(0.9, False), (0.99, True), (1.001, False)]
+)
 def test_a_face_about_to_be_lost_is_marginal(lean, warned):
     """The foot of the centre of mass is 0.5 (1 - lean) widths inside, 0.75 high."""
     told = warnings_of(leaning(lean))
     assert ("MARGINAL_POSE" in told) == warned
     if warned:
         tilt = np.degrees(np.arctan(0.5 * (1.0 - lean) / 0.75))
-        poses = [pose.index for pose in resting_poses(leaning(lean), 0.0).poses
-                 if pose.margin < 0.0175]
+        poses = [
+            pose.index
+            for pose in resting_poses(leaning(lean), 0.0).poses
+            if pose.margin < 0.0175
+        ]
         assert f"poses {', '.join(map(str, poses))} topple" in told["MARGINAL_POSE"]
         assert f"{tilt:.2g} degrees" in told["MARGINAL_POSE"]
 
@@ -47,7 +54,9 @@ def test_the_roof_of_a_flat_ridge_is_shallow():
     assert warnings_of(part_from_mesh(*shapes.box(0.01, 0.01, 0.01))) == {}
 
 
-@pytest.mark.parametrize(("side", "warned"), [(1.0, False), (1.0005, True), (1.2, False)])
+@pytest.mark.parametrize(
+    ("side", "warned"), [(1.0, False), (1.0005, True), (1.2, False)]
+)
 def test_saddles_nearly_as_high_as_each_other_are_a_near_tie(side, warned):
     part = part_from_mesh(*shapes.box(0.01, 0.02, 0.02 * side))
     assert ("NEAR_TIE" in warnings_of(part)) == warned
@@ -60,18 +69,40 @@ def test_facets_as_the_file_has_them(sides, tolerance):
     assert f"facets that turn by {360.0 / sides:.2g} degrees" in told["COARSE_CURVE"]
 
 
-@pytest.mark.parametrize(("body", "turn"), [
-    (exports.ellipse(48), "6.6"), (exports.ellipse(192), "1.7"), (cut_ball(2), "10"),
-    (cut_ball(4), "2.7"), (exports.cylinder(48, 1.0), ""), (exports.gear(24), ""),
-    (exports.screw(48), ""), (exports.filleted_box(64), ""), (random_polyhedron(220, 5), "")])
+@pytest.mark.parametrize(
+    ("body", "turn"),
+    [
+        (exports.ellipse(48), "6.6"),
+        (exports.ellipse(192), "1.7"),
+        (cut_ball(2), "10"),
+        (cut_ball(4), "2.7"),
+        (exports.cylinder(48, 1.0), ""),
+        (exports.gear(24), ""),
+        (exports.screw(48), ""),
+        (exports.filleted_box(64), ""),
+        (random_polyhedron(220, 5), ""),
+    ],
+)
 def test_curves_that_are_no_circles_depend_on_the_file(body, turn):
     told = warnings_of(part_from_mesh(*body), 0.0025, 192).get("COARSE_CURVE", "")
-    assert not told if not turn else (
-        f"facets that turn by {turn} degrees" in told and "by up to 10 points" in told)
+    assert (
+        not told
+        if not turn
+        else (
+            f"facets that turn by {turn} degrees" in told
+            and "by up to 10 points" in told
+        )
+    )
 
 
-@pytest.mark.parametrize(("sides", "codes"), [
-    (24, ["ROUNDED", "CLUSTERED"]), (600, ["ROUNDED", "CLUSTERED"]), (192, ["CLUSTERED"])])
+@pytest.mark.parametrize(
+    ("sides", "codes"),
+    [
+        (24, ["ROUNDED", "CLUSTERED"]),
+        (600, ["ROUNDED", "CLUSTERED"]),
+        (192, ["CLUSTERED"]),
+    ],
+)
 def test_circles_are_given_the_sides_of_the_contract(sides, codes):
     told = warnings_of(cylinder(sides), 0.0025, 192)
     assert list(told) == codes

@@ -31,8 +31,13 @@ def digest_by_hand(part):
 
 
 def test_the_digest_is_that_of_the_contract_and_changes_with_what_it_covers():
-    given = ({}, {"mass": 2.0}, {"center_of_mass": (0.0, 0.0, 1e-9)}, {"unit": "mm"},
-             {"mass": 1.0, "inertia": np.diag((1e2, 1.1e2, 1.2e2))})
+    given = (
+        {},
+        {"mass": 2.0},
+        {"center_of_mass": (0.0, 0.0, 1e-9)},
+        {"unit": "mm"},
+        {"mass": 1.0, "inertia": np.diag((1e2, 1.1e2, 1.2e2))},
+    )
     parts = [part_from_mesh(VERTICES, TRIANGLES, **properties) for properties in given]
     assert [part.digest for part in parts] == [digest_by_hand(part) for part in parts]
     assert len({part.digest for part in parts}) == len(parts)
@@ -45,15 +50,26 @@ def test_the_digest_is_of_the_mesh_as_received():
     part = part_from_mesh(doubled, apart)
     assert (len(part.vertices), len(part.surface_vertices)) == (16, 8)
     assert np.array_equal(part.triangles, apart)
-    assert part.digest == digest_by_hand(part) != part_from_mesh(VERTICES, TRIANGLES).digest
+    assert (
+        part.digest
+        == digest_by_hand(part)
+        != part_from_mesh(VERTICES, TRIANGLES).digest
+    )
 
 
 def test_a_part_without_a_name_is_called_by_its_digest():
     assert part_from_mesh(VERTICES, TRIANGLES, part_id="crate").part_id == "crate"
     part = part_from_mesh(VERTICES, TRIANGLES)
     assert isinstance(part, Part)
-    for one in (part, shift_center(part, (0.0, 0.0, 1e-3)), replace(part, mass=3.0, part_id="")):
-        assert one.digest == digest_by_hand(one) and one.part_id == f"mesh_{one.digest[:12]}"
+    for one in (
+        part,
+        shift_center(part, (0.0, 0.0, 1e-3)),
+        replace(part, mass=3.0, part_id=""),
+    ):
+        assert (
+            one.digest == digest_by_hand(one)
+            and one.part_id == f"mesh_{one.digest[:12]}"
+        )
 
 
 def test_arrays_are_its_own_and_cannot_be_written_to():
@@ -62,13 +78,25 @@ def test_arrays_are_its_own_and_cannot_be_written_to():
     vertices[:], triangles[:] = 0.0, 0
     assert np.array_equal(part.vertices, VERTICES)
     assert np.array_equal(part.triangles, TRIANGLES)
-    for name in ("vertices", "triangles", "surface_vertices", "surface_triangles",
-                 "center_of_mass", "inertia"):
+    for name in (
+        "vertices",
+        "triangles",
+        "surface_vertices",
+        "surface_triangles",
+        "center_of_mass",
+        "inertia",
+    ):
         with pytest.raises(ValueError, match="read-only"):
             getattr(part, name)[0] = 0
     pose = resting_poses(part).poses[0]
-    for array in (pose.down, pose.orientation, pose.position, pose.roll_axis, pose.outline[0],
-                  pose.support_polygon[0]):
+    for array in (
+        pose.down,
+        pose.orientation,
+        pose.position,
+        pose.roll_axis,
+        pose.outline[0],
+        pose.support_polygon[0],
+    ):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 1.0
 
@@ -78,12 +106,15 @@ def test_results_say_how_high_and_how_bouncy_in_one_sentence():
     dropped = simulate(part, 10, seed=1, workers=1, restitution=0.3)
     high = f"{2e4 * dropped.radius:.3g}"
     assert dropped.scene == (
-        f"released {high} mm above a frictionless plate, restitution 0.3")
+        f"released {high} mm above a frictionless plate, restitution 0.3"
+    )
     assert dropped.as_dict()["scene"] == dropped.scene
     assert estimate(part, "split", drop_height=0.25).scene == (
-        "released 250 mm above a frictionless plate, restitution 0.5")
+        "released 250 mm above a frictionless plate, restitution 0.5"
+    )
     assert estimate(part, "csae").scene == (
-        "released at any height above a frictionless plate, at any restitution")
+        "released at any height above a frictionless plate, at any restitution"
+    )
 
 
 def test_poses_of_equal_probability_come_by_their_index():

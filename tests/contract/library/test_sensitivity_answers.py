@@ -12,28 +12,38 @@ CUBE = part_from_mesh(*shapes.box(20e-3, 20e-3, 20e-3))
 @pytest.fixture(scope="module")
 def heavy():
     """A box that lies heavier on one end, and the poses on its two x faces."""
-    part = part_from_mesh(*shapes.box(20e-3, 22e-3, 24e-3), center_of_mass=(0.0, 0.0, 3e-3))
-    return part, [pose.index for pose in resting_poses(part).poses if abs(pose.down[0]) > 0.99]
+    part = part_from_mesh(
+        *shapes.box(20e-3, 22e-3, 24e-3), center_of_mass=(0.0, 0.0, 3e-3)
+    )
+    return part, [
+        pose.index for pose in resting_poses(part).poses if abs(pose.down[0]) > 0.99
+    ]
 
 
 def plain(found):
     """Slopes and counted changes."""
-    return [(effect.number, effect.slope, effect.check and effect.check.value)
-            for effect in found.effects]
+    return [
+        (effect.number, effect.slope, effect.check and effect.check.value)
+        for effect in found.effects
+    ]
 
 
 def test_the_same_request_has_the_same_answer_whatever_the_workers(heavy):
     part, wanted = heavy
-    one, two = (sensitivity(part, wanted, drops=500, seed=3, workers=workers)
-                for workers in (1, 2))
+    one, two = (
+        sensitivity(part, wanted, drops=500, seed=3, workers=workers)
+        for workers in (1, 2)
+    )
     assert plain(one) == plain(two)
     assert 0 < sum(effect.check is not None for effect in one.effects) <= 5
 
 
 def test_each_check_has_drops_of_its_own(heavy):
     part, wanted = heavy
-    alone, among = (sensitivity(part, wanted, checks=checks, drops=100, seed=3).checked
-                    for checks in (1, 3))
+    alone, among = (
+        sensitivity(part, wanted, checks=checks, drops=100, seed=3).checked
+        for checks in (1, 3)
+    )
     assert among[0][1] == alone[0][1]
     assert all(check.trials == 100 for _, check in among)
 
@@ -50,8 +60,13 @@ def test_as_many_changes_are_checked_as_asked_for(heavy):
 def test_a_stop_leaves_the_estimates(heavy):
     part, wanted = heavy
     shown = []
-    found = sensitivity(part, wanted, seed=1, on_progress=shown.append,
-                        should_stop=lambda: bool(shown) and shown[-1] > 0.0)
+    found = sensitivity(
+        part,
+        wanted,
+        seed=1,
+        on_progress=shown.append,
+        should_stop=lambda: bool(shown) and shown[-1] > 0.0,
+    )
     assert all(0.0 <= share <= 1.0 for share in shown) and shown == sorted(shown)
     assert found.wanted == tuple(wanted)
 
@@ -61,12 +76,16 @@ def test_nothing_is_suggested_where_nothing_can_be_gained():
     assert found.steps == () and found.gain.value == 0.0
 
 
-@pytest.mark.parametrize(("options", "words"), [
-    ({"wanted": [9]}, "wanted poses out of 0 to 5"), ({"wanted": []}, "at least one"),
-    ({"wanted": [0], "step": 0.0}, "a step above 0"),
-    ({"wanted": [0], "step": 1.0}, "half the part's radius"),
-    ({"wanted": [0], "drops": 0}, "1 to 1000000000 drops"),
-])
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"wanted": [9]}, "wanted poses out of 0 to 5"),
+        ({"wanted": []}, "at least one"),
+        ({"wanted": [0], "step": 0.0}, "a step above 0"),
+        ({"wanted": [0], "step": 1.0}, "half the part's radius"),
+        ({"wanted": [0], "drops": 0}, "1 to 1000000000 drops"),
+    ],
+)
 def test_refusals(options, words):
     assert words in refusal_of(sensitivity, CUBE, **options)
 

@@ -22,7 +22,9 @@ def unlucky():
     """A run of 200 drops, five of which start balanced on an edge of a cube and stay there."""
     starts = np.random.default_rng(1).standard_normal((200, 3))
     starts[::40] = (1.0, 1.0, 0.0)
-    return simulate(part_from_mesh(*shapes.box(2.0, 2.0, 2.0)), restitution=0.0, starts=starts)
+    return simulate(
+        part_from_mesh(*shapes.box(2.0, 2.0, 2.0)), restitution=0.0, starts=starts
+    )
 
 
 @pytest.mark.parametrize("drops", [0, 1, 10, 1000])
@@ -35,7 +37,9 @@ def test_probabilities_and_errors_by_the_formulas_of_the_contract(part, unlucky,
     q = (count + 0.5) / (settled + 0.5 * len(count))
     errors = np.sqrt(q * (1.0 - q) / settled)
     assert by_index(found, "standard_error") == pytest.approx(errors, rel=1e-12)
-    assert found.expected_error == pytest.approx(math.sqrt((errors**2).mean()), rel=1e-12)
+    assert found.expected_error == pytest.approx(
+        math.sqrt((errors**2).mean()), rel=1e-12
+    )
     a, b = count + 0.5, settled - count + 0.5
     low = np.where(count == 0, 0.0, beta.ppf(0.05, a, b))
     high = np.where(count == settled, 1.0, beta.ppf(0.95, a, b))
@@ -48,26 +52,37 @@ def test_all_poses_the_most_probable_first(part):
     found = simulate(part, 50, RESTITUTION, 2)
     known = [(-pose.probability, pose.index) for pose in found.poses]
     assert known == sorted(known)
-    assert {pose.index for pose in found.poses} == set(range(len(resting_poses(part).poses)))
+    assert {pose.index for pose in found.poses} == set(
+        range(len(resting_poses(part).poses))
+    )
     assert 0 in by_index(found, "count")
-    assert (found.method, found.seed, found.restitution) == ("simulation", 2, RESTITUTION)
+    assert (found.method, found.seed, found.restitution) == (
+        "simulation",
+        2,
+        RESTITUTION,
+    )
     assert found.part_digest == part.digest and found.plate_error == 0.05
     assert found.drop_height == pytest.approx(20.0 * found.radius)
 
 
 def test_unsettled_drops_are_never_hidden(unlucky):
     assert (unlucky.drops, unlucky.unsettled) == (200, 5)
-    text, = (text for text in unlucky.warnings if text.startswith("UNSETTLED: "))
+    (text,) = (text for text in unlucky.warnings if text.startswith("UNSETTLED: "))
     assert "5 of 200" in text
 
 
-@pytest.mark.parametrize("surface", [shapes.cylinder(32, 1.0, 1.0), shapes.box(1.0, 0.001, 0.002)],
-                         ids=["cylinder", "needle"])
+@pytest.mark.parametrize(
+    "surface",
+    [shapes.cylinder(32, 1.0, 1.0), shapes.box(1.0, 0.001, 0.002)],
+    ids=["cylinder", "needle"],
+)
 def test_counts_of_gathered_faces_add(surface):
     """The very same drops, each in the pose that its face is a member of."""
     part = part_from_mesh(*surface)
-    by_face, gathered = (simulate(part, 300, 0.1, 1, cluster_tolerance=tolerance, round_sides=0)
-                         for tolerance in (0.0, 0.005))
+    by_face, gathered = (
+        simulate(part, 300, 0.1, 1, cluster_tolerance=tolerance, round_sides=0)
+        for tolerance in (0.0, 0.005)
+    )
     assert len(gathered.poses) < len(by_face.poses)
     count = by_index(by_face, "count")
     for pose in gathered.poses:
@@ -86,4 +101,5 @@ def test_like_poses_are_told_as_a_group():
         assert {pose.group_size for pose in poses} == {len(poses)}
         for pose in poses:
             assert pose.group_probability == pytest.approx(
-                sum(one.count for one in poses) / 300, abs=1e-12)
+                sum(one.count for one in poses) / 300, abs=1e-12
+            )

@@ -10,23 +10,41 @@ from ros_pose_stats import load_part, record_drop, resting_poses
 from tests.bodies import clamp_hull, shapes, write_stl
 from tests.running import answer
 
-BODIES = {"box": shapes.box(40.0, 30.0, 20.0), "clamp": clamp_hull(),
-          "cylinder": shapes.cylinder(64, 10.0, 30.0)}
+BODIES = {
+    "box": shapes.box(40.0, 30.0, 20.0),
+    "clamp": clamp_hull(),
+    "cylinder": shapes.cylinder(64, 10.0, 30.0),
+}
 
 
-@pytest.fixture(scope="module", params=[("box", 0.5), ("clamp", 0.0), ("cylinder", 0.0)], ids=str)
+@pytest.fixture(
+    scope="module", params=[("box", 0.5), ("clamp", 0.0), ("cylinder", 0.0)], ids=str
+)
 def film(request, tmp_path_factory):
     """Part, recorded drop, seconds, places (n, 3), turns and energies (n,) of the frames."""
     name, restitution = request.param
     folder = tmp_path_factory.mktemp("film")
     stl = write_stl(folder / f"{name}.stl", BODIES[name])
-    answer("animate", stl, "--unit", "mm", "--drop", 3, "--seed", 7, "--restitution", restitution,
-           "-o", folder / "drop.mcap")
+    answer(
+        "animate",
+        stl,
+        "--unit",
+        "mm",
+        "--drop",
+        3,
+        "--seed",
+        7,
+        "--restitution",
+        restitution,
+        "-o",
+        folder / "drop.mcap",
+    )
     types = get_typestore(Stores.ROS2_JAZZY)
     seconds, places, turns, energies = [], [], [], []
     with (folder / "drop.mcap").open("rb") as stream:
         for schema, channel, message in make_reader(stream).iter_messages(
-                topics=["/tf", "/drop/energy"]):
+            topics=["/tf", "/drop/energy"]
+        ):
             read = types.deserialize_cdr(message.data, schema.name)
             if channel.topic == "/drop/energy":
                 energies.append(read.data)
@@ -36,8 +54,14 @@ def film(request, tmp_path_factory):
             places.append([getattr(moved.translation, axis) for axis in "xyz"])
             turns.append([getattr(moved.rotation, axis) for axis in "xyzw"])
     part = load_part(stl, unit="mm")
-    return (part, record_drop(part, 3, restitution, 7), np.array(seconds), np.array(places),
-            Rotation.from_quat(turns), np.array(energies))
+    return (
+        part,
+        record_drop(part, 3, restitution, 7),
+        np.array(seconds),
+        np.array(places),
+        Rotation.from_quat(turns),
+        np.array(energies),
+    )
 
 
 def corners(film, frame):
@@ -50,7 +74,9 @@ def test_it_ends_at_rest_in_the_pose_that_the_simulation_counts(film):
     part, drop, _, places, turns, _ = film
     pose = resting_poses(part).poses[drop.pose]
     down = turns[-1].inv().apply((0.0, 0.0, -1.0))
-    assert pose.rolls or np.linalg.norm(down - pose.down) < 0.05  # any facet of a rim will do
+    assert (
+        pose.rolls or np.linalg.norm(down - pose.down) < 0.05
+    )  # any facet of a rim will do
     height = (turns[-1].apply(part.center_of_mass) + places[-1])[2]
     assert height == pytest.approx(pose.height, rel=5e-3)
     assert corners(film, -1)[:, 2].min() == pytest.approx(0.0, abs=2e-3 * drop.radius)

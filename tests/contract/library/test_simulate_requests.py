@@ -18,15 +18,18 @@ def part():
     return part_from_mesh(*random_polyhedron(9, 3))
 
 
-@pytest.mark.parametrize(("name", "values"), [
-    ("drops", [0, -1, 1.5, 10.0, True, "10", 10**9 + 1, NAN]),
-    ("restitution", [1, 1.0, -0.1, NAN, INF, None, True, "hard", 1j]),
-    ("seed", [-1, 2**64, 1.0, True, "1"]),
-    ("workers", [0, -1, 1.0, True, 100_000]),
-    ("target_error", [1, -0.1, NAN, INF, True, "small", None]),
-    ("drop_height", [0, 0.0, -1, NAN, INF, True, "high", 10**400]),
-    ("cluster_tolerance", [1, -0.1, NAN, True, None]),
-])
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("drops", [0, -1, 1.5, 10.0, True, "10", 10**9 + 1, NAN]),
+        ("restitution", [1, 1.0, -0.1, NAN, INF, None, True, "hard", 1j]),
+        ("seed", [-1, 2**64, 1.0, True, "1"]),
+        ("workers", [0, -1, 1.0, True, 100_000]),
+        ("target_error", [1, -0.1, NAN, INF, True, "small", None]),
+        ("drop_height", [0, 0.0, -1, NAN, INF, True, "high", 10**400]),
+        ("cluster_tolerance", [1, -0.1, NAN, True, None]),
+    ],
+)
 def test_bad_values_are_refused(part, name, values):
     for value in values:
         refusal_of(simulate, part, **{"drops": 5, name: value})
@@ -34,14 +37,26 @@ def test_bad_values_are_refused(part, name, values):
 
 @pytest.mark.parametrize("value", [0, 2**64 - 1, np.int64(5), np.uint64(2**63)])
 def test_any_whole_seed_serves(part, value):
-    found = simulate(part, np.int32(20), np.float32(0.5), value, drop_height=Fraction(1, 4))
+    found = simulate(
+        part, np.int32(20), np.float32(0.5), value, drop_height=Fraction(1, 4)
+    )
     assert found.seed == int(value)
     assert found.scene == "released 250 mm above a frictionless plate, restitution 0.5"
 
 
-@pytest.mark.parametrize("options", [
-    {"interval": 1e-13}, {"interval": 1e-320}, {"interval": 1j}, {"start": [[1], [2, 3]]},
-    {"start": np.eye(3)}, {"drop": 2**300}, {"drop": -1}, {"drop_height": 1e100}])
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"interval": 1e-13},
+        {"interval": 1e-320},
+        {"interval": 1j},
+        {"start": [[1], [2, 3]]},
+        {"start": np.eye(3)},
+        {"drop": 2**300},
+        {"drop": -1},
+        {"drop_height": 1e100},
+    ],
+)
 def test_no_such_drop_is_recorded(part, options):
     refusal_of(record_drop, part, **options)
 
@@ -68,7 +83,9 @@ def test_a_fresh_seed_can_be_used_again(part):
 
 def test_given_starts_are_what_is_dropped(part):
     """In order; as many as there are, or the first few of them; of any length."""
-    starts = np.array([record_drop(part, drop, seed=5, interval=1e6).down for drop in range(100)])
+    starts = np.array(
+        [record_drop(part, drop, seed=5, interval=1e6).down for drop in range(100)]
+    )
     usual = counts(simulate(part, 100, 0.4, 5))
     assert counts(simulate(part, restitution=0.4, starts=starts.tolist())) == usual
     assert counts(simulate(part, restitution=0.4, starts=starts, workers=3)) == usual
@@ -86,10 +103,26 @@ def test_starts_point_down(part):
     assert counts(simulate(part, starts=[pose.down] * 5, drop_height=0.001))[0] == 5
 
 
-@pytest.mark.parametrize("starts", [
-    [1.0, 2.0, 3.0], np.zeros((0, 3)), np.ones((2, 2)), 5.0, {}, "abc", [[0.0, 0.0, 0.0]],
-    [[0.0, 0.0, 1.0], [NAN, 0.0, 1.0]], [[INF, 0.0, 0.0]], [[None, 1, 2]], [["a", "b", "c"]],
-    [[1, 2, 3], [1, 2]], np.array([[1j, 0.0, 0.0]]), [["0", "0", "1"]], [[True, False, False]]])
+@pytest.mark.parametrize(
+    "starts",
+    [
+        [1.0, 2.0, 3.0],
+        np.zeros((0, 3)),
+        np.ones((2, 2)),
+        5.0,
+        {},
+        "abc",
+        [[0.0, 0.0, 0.0]],
+        [[0.0, 0.0, 1.0], [NAN, 0.0, 1.0]],
+        [[INF, 0.0, 0.0]],
+        [[None, 1, 2]],
+        [["a", "b", "c"]],
+        [[1, 2, 3], [1, 2]],
+        np.array([[1j, 0.0, 0.0]]),
+        [["0", "0", "1"]],
+        [[True, False, False]],
+    ],
+)
 def test_bad_starts_are_refused(part, starts):
     refusal_of(simulate, part, starts=starts)
 

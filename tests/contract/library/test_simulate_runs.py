@@ -40,30 +40,42 @@ def checkpoints(drops):
 
 @pytest.mark.parametrize("restitution", [0.2, 0.9])
 def test_workers_do_not_matter(part, restitution):
-    first, *others = (simulate(part, 1500, restitution, 7, workers=workers)
-                      for workers in (1, 2, 5))
+    first, *others = (
+        simulate(part, 1500, restitution, 7, workers=workers) for workers in (1, 2, 5)
+    )
     assert all(same(first, other) for other in others)
 
 
 @pytest.mark.parametrize("target", [0.02, 0.01])
 def test_a_target_ends_a_run_at_a_checkpoint(part, target):
     """Where the bound is kept, whatever the workers; the one before did not keep it."""
-    found, *others = (simulate(part, LONG, 0.4, 8, target_error=target, workers=workers)
-                      for workers in (1, 2, 5))
+    found, *others = (
+        simulate(part, LONG, 0.4, 8, target_error=target, workers=workers)
+        for workers in (1, 2, 5)
+    )
     assert all(same(found, other) for other in others)
     looked = checkpoints(LONG)
     assert found.drops in looked and found.expected_error <= target
     assert not any("TARGET_MISSED" in text for text in found.warnings)
     assert same(simulate(part, found.drops, 0.4, 8), found)
-    before = simulate(part, looked[looked.index(found.drops) - 1], 0.4, 8, target_error=target)
+    before = simulate(
+        part, looked[looked.index(found.drops) - 1], 0.4, 8, target_error=target
+    )
     assert any("TARGET_MISSED" in text for text in before.warnings)
 
 
 @pytest.mark.parametrize("workers", [1, 3])
 def test_a_stop_leaves_the_first_drops_of_the_run(part, workers):
     done = [0]
-    found = simulate(part, LONG, 0.6, 9, workers=workers, should_stop=lambda: done[-1] >= 500,
-                     on_progress=lambda progress: done.append(progress.drops))
+    found = simulate(
+        part,
+        LONG,
+        0.6,
+        9,
+        workers=workers,
+        should_stop=lambda: done[-1] >= 500,
+        on_progress=lambda progress: done.append(progress.drops),
+    )
     assert 500 <= found.drops < LONG
     assert same(found, simulate(part, found.drops, 0.6, 9))
 
@@ -73,7 +85,9 @@ def test_a_stop_at_once_is_quick_for_slow_drops_too(part):
     found = simulate(part, LONG, 0.6, 9, workers=2, should_stop=lambda: True)
     assert found.drops < 5000 and (found.drops > 0 or np.isnan(found.expected_error))
     needle = part_from_mesh(*shapes.box(1.0, 0.001, 0.002))
-    assert simulate(needle, 1000, 0.99, 1, workers=2, should_stop=lambda: True).drops < 16
+    assert (
+        simulate(needle, 1000, 0.99, 1, workers=2, should_stop=lambda: True).drops < 16
+    )
 
 
 def test_progress_comes_in_the_callers_thread(part):
@@ -101,9 +115,13 @@ def test_every_drop_is_handed_over_once_and_in_order(part):
     found = simulate(part, 2000, 0.6, 3, workers=3, on_drops=chunks.append)
     ends = np.cumsum([len(chunk.downs) for chunk in chunks])
     assert [chunk.first for chunk in chunks] == [0, *ends[:-1]] and ends[-1] == 2000
-    number = np.bincount(np.concatenate([chunk.outcomes.pose for chunk in chunks]),
-                         minlength=len(found.poses))
-    assert [pose.count for pose in found.poses] == [number[pose.index] for pose in found.poses]
+    number = np.bincount(
+        np.concatenate([chunk.outcomes.pose for chunk in chunks]),
+        minlength=len(found.poses),
+    )
+    assert [pose.count for pose in found.poses] == [
+        number[pose.index] for pose in found.poses
+    ]
 
 
 class ListenerError(Exception):

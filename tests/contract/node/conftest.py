@@ -9,7 +9,8 @@ import pytest
 
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 os.environ["FASTRTPS_DEFAULT_PROFILES_FILE"] = str(
-    Path(__file__).with_name("quick_discovery.xml"))
+    Path(__file__).with_name("quick_discovery.xml")
+)
 os.environ["ROS_PYTHON_CHECK_FIELDS"] = "1"  # before any message is imported
 with warnings.catch_warnings():
     warnings.simplefilter("ignore", DeprecationWarning)  # of a parser that it imports
@@ -60,9 +61,17 @@ def tuned_cell(domain, tmp_path_factory):
     from .harness.cell import cell_of
 
     home = tmp_path_factory.mktemp("home")
-    cache = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")  # of the kernels
-    with cell_of(domain, "~/bags", "tuned", mesh_topics="[/tuned/cad]", folder=home,
-                 environment={"HOME": str(home), "XDG_CACHE_HOME": cache}) as (node, client):
+    cache = os.environ.get("XDG_CACHE_HOME") or str(
+        Path.home() / ".cache"
+    )  # of the kernels
+    with cell_of(
+        domain,
+        "~/bags",
+        "tuned",
+        mesh_topics="[/tuned/cad]",
+        folder=home,
+        environment={"HOME": str(home), "XDG_CACHE_HOME": cache},
+    ) as (node, client):
         node.log_directory = home / "bags"
         yield node, client
 
@@ -78,8 +87,12 @@ def tuned(tuned_cell):
     cancel_all(client)
     for statistics in client.good("get_statistics").statistics:
         client.call("forget_part", part_id=statistics.part_id)
-    assert client.set(**{name: value for name, value in DEFAULTS.items()
-                         if name not in FIXED}) == {}
+    assert (
+        client.set(
+            **{name: value for name, value in DEFAULTS.items() if name not in FIXED}
+        )
+        == {}
+    )
     node.assert_sound()
 
 
@@ -102,11 +115,16 @@ def other_domain(domain):
 def node_of(other_domain, tmp_path):
     """Starts nodes of the test's own, and ends them."""
     with ExitStack() as stack:
+
         def start(*arguments, log_directory=None, **values):
             from .harness.node import NodeProcess
 
-            node = NodeProcess(log_directory or tmp_path / "bags", *arguments,
-                               environment={"ROS_DOMAIN_ID": str(other_domain)}, **values)
+            node = NodeProcess(
+                log_directory or tmp_path / "bags",
+                *arguments,
+                environment={"ROS_DOMAIN_ID": str(other_domain)},
+                **values,
+            )
             return stack.enter_context(node)
 
         yield start
@@ -116,6 +134,7 @@ def node_of(other_domain, tmp_path):
 def client_of(other_domain):
     """Makes clients of the test's own, and closes them."""
     with ExitStack() as stack:
+
         def make(prefix="/pose_stats"):
             from .harness.client import Client
 

@@ -23,22 +23,50 @@ PUBLICATIONS = {
     "/pose_stats/markers": "visualization_msgs/msg/MarkerArray",
     "/diagnostics": "diagnostic_msgs/msg/DiagnosticArray",
 }
-ACTION = {"/pose_stats/simulate_drops": f"{PACKAGE}/action/SimulateDrops",
-          "/pose_stats/simulate_flips": f"{PACKAGE}/action/SimulateFlips"}
-
-DEFAULTS = {
-    "mesh_topics": [], "mesh_unit": 1.0, "plate_frame": "plate", "plate": "", "plates": "",
-    "default_method": "auto", "restitution": 0.5, "drop_height": -1.0, "refine_drops": 0,
-    "drops": 10_000, "target_error": 0.0, "workers": 0, "keep_cores": 1, "max_queued_jobs": 16,
-    "max_drops": 10_000_000, "max_job_seconds": 600.0, "max_parts": 256,
-    "max_mesh_bytes": 67_108_864, "max_part_bytes": 2**30, "cluster_tolerance": 0.0025,
-    "round_sides": 192, "flip_height": 0.0,
-    "log_directory": "", "max_bag_bytes": 536_870_912, "max_log_bytes": 2**33,
-    "log_drops": False, "restore": True, "state_file": "",
+ACTION = {
+    "/pose_stats/simulate_drops": f"{PACKAGE}/action/SimulateDrops",
+    "/pose_stats/simulate_flips": f"{PACKAGE}/action/SimulateFlips",
 }
 
-FIXED = {"mesh_topics", "log_directory", "max_bag_bytes", "max_log_bytes",
-         "restore", "state_file"}
+DEFAULTS = {
+    "mesh_topics": [],
+    "mesh_unit": 1.0,
+    "plate_frame": "plate",
+    "plate": "",
+    "plates": "",
+    "default_method": "auto",
+    "restitution": 0.5,
+    "drop_height": -1.0,
+    "refine_drops": 0,
+    "drops": 10_000,
+    "target_error": 0.0,
+    "workers": 0,
+    "keep_cores": 1,
+    "max_queued_jobs": 16,
+    "max_drops": 10_000_000,
+    "max_job_seconds": 600.0,
+    "max_parts": 256,
+    "max_mesh_bytes": 67_108_864,
+    "max_part_bytes": 2**30,
+    "cluster_tolerance": 0.0025,
+    "round_sides": 192,
+    "flip_height": 0.0,
+    "log_directory": "",
+    "max_bag_bytes": 536_870_912,
+    "max_log_bytes": 2**33,
+    "log_drops": False,
+    "restore": True,
+    "state_file": "",
+}
+
+FIXED = {
+    "mesh_topics",
+    "log_directory",
+    "max_bag_bytes",
+    "max_log_bytes",
+    "restore",
+    "state_file",
+}
 """What can be set at the start only."""
 
 FIELDS = {

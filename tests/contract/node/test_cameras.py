@@ -30,9 +30,13 @@ def model(tuned):
 
 def counts_of(node, part_id, number=1):
     """The recorded counts of a part, once there are so many."""
+
     def there():
-        found = [one for one in recorded(node.log_directory, "pose_counts")
-                 if one.part_id == part_id]
+        found = [
+            one
+            for one in recorded(node.log_directory, "pose_counts")
+            if one.part_id == part_id
+        ]
         return found if len(found) >= number else None
 
     return until(there, f"{number} counts in the bag")
@@ -47,13 +51,17 @@ def test_counts_that_cannot_be_compared_are_recorded_and_told(node, tuned, model
         "another part_digest": {"part_digest": "cd" * 32},
         "it counts more than 1000000 parts": {"count": [10**6, 1]},
         "more than 1000000 parts": {
-            "index": [2**32 - 1, 0], "count": 2 * [2**64 - 1], "unclassified": 2**64 - 1},
+            "index": [2**32 - 1, 0],
+            "count": 2 * [2**64 - 1],
+            "unclassified": 2**64 - 1,
+        },
         "it has the drop_height nan; a negative one": {"drop_height": math.nan},
         f"{model.part_id}' has no pose 99": {"index": [0, 99]},
         f"{model.part_id}' has no pose 77": {"from_pose": 77, "feeder_speed": "slow"},
         "a from_pose and 0 characters of feeder_speed": {"from_pose": 1},
-        f"cluster_tolerance 0.0025 and round_sides 0, the results have cluster_tolerance {known}":
-            {"round_sides": 0},
+        f"cluster_tolerance 0.0025 and round_sides 0, the results have cluster_tolerance {known}": {
+            "round_sides": 0
+        },
         f"cluster_tolerance unknown and round_sides 192, the results have cluster_tolerance "
         f"{known}; copy both from PoseStatistics": {"cluster_tolerance": math.nan},
     }
@@ -63,8 +71,11 @@ def test_counts_that_cannot_be_compared_are_recorded_and_told(node, tuned, model
         node.says("~/pose_counts: recorded, but ")
         node.says(said)
     counts_of(node, model.part_id, len(bad) - 1)
-    camera.publish(b"\0\1\0\0" + b"\xee" * 40, counted(model, [], index=2**18 * [7]),
-                   counted(model, [7], part_digest="", plate=""))
+    camera.publish(
+        b"\0\1\0\0" + b"\xee" * 40,
+        counted(model, [], index=2**18 * [7]),
+        counted(model, [7], part_digest="", plate=""),
+    )
     node.says("~/pose_counts: count refused: expected a serialised PoseCounts")
     learnt(tuned, model.part_id, 7)
     found = raw_of(node.log_directory, on_topic("pose_counts"))
@@ -78,9 +89,14 @@ def test_each_part_seen_is_counted_in_its_pose(node, tuned, model):
     unknown = Pose(orientation=Quaternion(x=math.nan, y=0.0, z=0.0, w=0.0))
     yaws = np.linspace(-3.0, 3.0, 7).tolist()
     message = picture(
-        model.part_id, *(lying(poses[first], yaw, math.radians(4.0)) for yaw in yaws),
-        lying(poses[last], 1.0), lying(poses[last], 2.0), unknown, frame="table",
-        confidence=[0.9] * 7 + [0.8, 0.3, 1.0])
+        model.part_id,
+        *(lying(poses[first], yaw, math.radians(4.0)) for yaw in yaws),
+        lying(poses[last], 1.0),
+        lying(poses[last], 2.0),
+        unknown,
+        frame="table",
+        confidence=[0.9] * 7 + [0.8, 0.3, 1.0],
+    )
     seeing(tuned).publish(message)
     (counts,) = counts_of(node, model.part_id)
     assert dict(zip(counts.index, counts.count, strict=True)) == {first: 7, last: 1}
@@ -92,12 +108,17 @@ def test_each_part_seen_is_counted_in_its_pose(node, tuned, model):
 
 
 def test_a_best_effort_camera_is_heard_and_a_reliable_one_once(node, tuned, model):
-    eager = tuned.node.create_publisher(ObservedParts, f"{tuned.prefix}/observed_parts",
-                                        qos_profile_sensor_data)
+    eager = tuned.node.create_publisher(
+        ObservedParts, f"{tuned.prefix}/observed_parts", qos_profile_sensor_data
+    )
     message, polls = picture(model.part_id, lying(model.poses[0])), itertools.count()
     # Sent again, for the node may not know the camera yet; the same message counts once.
-    until(lambda: (next(polls) % 100 or eager.publish(message))
-          and latched(tuned, model.part_id).observed == 1)
+    until(
+        lambda: (
+            (next(polls) % 100 or eager.publish(message))
+            and latched(tuned, model.part_id).observed == 1
+        )
+    )
     reliable = [picture(model.part_id, lying(model.poses[0])) for _ in range(5)]
     seeing(tuned).publish(*reliable)
     learnt(tuned, model.part_id, 6)
@@ -108,8 +129,9 @@ def test_a_best_effort_camera_is_heard_and_a_reliable_one_once(node, tuned, mode
 def test_the_height_that_the_node_was_told_and_the_flip_go_along(node, tuned, model):
     assert tuned.set(drop_height=0.25) == {}
     until(lambda: tuned.good("get_statistics").statistics[0].drop_height == 0.25)
-    seeing(tuned).publish(picture(model.part_id, lying(model.poses[0]), from_pose=2,
-                                  feeder_speed="slow"))
+    seeing(tuned).publish(
+        picture(model.part_id, lying(model.poses[0]), from_pose=2, feeder_speed="slow")
+    )
     (flips,) = counts_of(node, model.part_id)
     assert (flips.drop_height, flips.from_pose, flips.feeder_speed) == (0.25, 2, "slow")
 
@@ -123,7 +145,9 @@ def test_what_cannot_be_counted_is_refused_and_the_next_one_served(node, tuned, 
         "at most 1048576 bytes": b"\0\1\0\0" + bytes(2**20),
         "'nobody'; publish its mesh": picture("nobody", pose),
         "a confidence for each": picture(model.part_id, pose, pose, confidence=[1.0]),
-        "confidences from 0 to 1, got 87": picture(model.part_id, pose, confidence=[87.0]),
+        "confidences from 0 to 1, got 87": picture(
+            model.part_id, pose, confidence=[87.0]
+        ),
         "length 2 in row 1": picture(model.part_id, pose, long),
         "frame 'table'": picture(model.part_id, pose, frame="camera_optical_frame"),
     }
@@ -132,7 +156,9 @@ def test_what_cannot_be_counted_is_refused_and_the_next_one_served(node, tuned, 
     for said, message in seen.items():
         camera.publish(message)
         node.says(said)
-    health.eventually("parts", lambda _, values: int(values["refused"]) == before + len(seen))
+    health.eventually(
+        "parts", lambda _, values: int(values["refused"]) == before + len(seen)
+    )
     camera.publish(picture(model.part_id), picture(model.part_id, pose))
     assert list(counts_of(node, model.part_id)[0].count) == [1]
 
@@ -166,7 +192,10 @@ def test_what_comes_faster_than_it_can_be_recorded_is_told_as_lost(node, tuned, 
         counter.publish(counted(model, [0]))
         eyes.publish(picture(model.part_id, pose))
         floods = health.latest("parts")[1]["floods"]
-        return "messages on ~/observed_parts" in floods and "of counts on ~/pose_counts" in floods
+        return (
+            "messages on ~/observed_parts" in floods
+            and "of counts on ~/pose_counts" in floods
+        )
 
     until(both_flood, "floods of both")
 
@@ -192,7 +221,9 @@ def test_counts_sharpen_what_is_latched(tuned, model):
     fed = tuned.good("feeding", part_id=model.part_id, wanted=[one], rate=60.0)
     assert fed.message == "From 310 parts seen (observed)."
     asked = tuned.good("estimate", part_id=model.part_id).statistics
-    assert asked.observed == 0 and probabilities(asked.poses) == probabilities(model.poses)
+    assert asked.observed == 0 and probabilities(asked.poses) == probabilities(
+        model.poses
+    )
 
 
 def test_a_message_counts_once_however_often_it_comes(node, tuned, model):
@@ -210,9 +241,15 @@ def test_a_message_counts_once_however_often_it_comes(node, tuned, model):
     learnt(tuned, model.part_id, 201)
 
 
-def test_counts_that_the_state_does_not_have_are_said_to_be_unrecorded(node, tuned, model):
+def test_counts_that_the_state_does_not_have_are_said_to_be_unrecorded(
+    node, tuned, model
+):
     """While another program holds the file, as a backup may; the bag has them all the same."""
-    (file,), camera, health = node.log_directory.glob("*.sqlite3"), counting(tuned), Health(tuned)
+    (file,), camera, health = (
+        node.log_directory.glob("*.sqlite3"),
+        counting(tuned),
+        Health(tuned),
+    )
 
     def told(line):
         return line.startswith("NOT_RECORDED: ") and str(file) in line
@@ -243,7 +280,9 @@ def test_counts_stay_in_another_scene_and_begin_anew_on_another_plate(tuned, mod
     assert tuned.set(restitution=0.2) == {}
     until(lambda: latched(tuned, model.part_id).restitution == 0.2)
     assert learnt(tuned, model.part_id, 100).method == "observed"
-    tuned.good("estimate", part=flat(WEDGE, model.part_id, restitution=0.4))  # its own from now on
+    tuned.good(
+        "estimate", part=flat(WEDGE, model.part_id, restitution=0.4)
+    )  # its own from now on
     assert learnt(tuned, model.part_id, 100).restitution == 0.4
     counting(tuned).publish(counted(model, [1, 0]))
     learnt(tuned, model.part_id, 101)
@@ -254,10 +293,20 @@ def test_counts_stay_in_another_scene_and_begin_anew_on_another_plate(tuned, mod
 def test_counts_go_on_where_the_plate_brings_its_round_sides(tuned, tmp_path):
     """The file is fitted anew elsewhere, and the plate is set again."""
     file = tmp_path / "plates.yaml"
-    glass = {"restitution": 0.4, "restitution_low": 0.3, "restitution_high": 0.5,
-             "drop_height": 0.2, "drop_height_low": 0.1, "drop_height_high": 0.3,
-             "plate_error": 0.03, "p_value": 0.5, "parts": ["drum"], "counted": 900,
-             "date": "2026-11-23T12:00:00+00:00", "version": "1"}
+    glass = {
+        "restitution": 0.4,
+        "restitution_low": 0.3,
+        "restitution_high": 0.5,
+        "drop_height": 0.2,
+        "drop_height_low": 0.1,
+        "drop_height_high": 0.3,
+        "plate_error": 0.03,
+        "p_value": 0.5,
+        "parts": ["drum"],
+        "counted": 900,
+        "date": "2026-11-23T12:00:00+00:00",
+        "version": "1",
+    }
     fitted = {"round_sides": 96, "round_sides_low": 48, "round_sides_high": 96}
     file.write_text(yaml.safe_dump({"plates": {"glass": glass}}))
     for values in ({"plates": str(file)}, {"plate": "glass"}):
@@ -267,7 +316,9 @@ def test_counts_go_on_where_the_plate_brings_its_round_sides(tuned, tmp_path):
     before = learnt(tuned, drum.part_id, 50)
     file.write_text(yaml.safe_dump({"plates": {"glass": {**glass, **fitted}}}))
     assert tuned.set(plate="glass") == {}
-    after = until(lambda: (told := latched(tuned, drum.part_id)).round_sides == 96 and told)
+    after = until(
+        lambda: (told := latched(tuned, drum.part_id)).round_sides == 96 and told
+    )
     assert (before.round_sides, after.observed, after.method) == (192, 50, "observed")
     assert counts(after.poses) == counts(before.poses)
 
@@ -282,9 +333,15 @@ def test_a_cell_that_changes_is_told_and_one_that_does_not_is_not(tuned, model):
 
     drop(2000, [0.5, 0.3, 0.2])
     learnt(tuned, model.part_id, 2000)
-    line, _ = health.eventually("counts", lambda _, values: values["parts counted"] == "2000")
-    assert line.level == DiagnosticStatus.OK and line.message.startswith("2000 parts counted of 1")
+    line, _ = health.eventually(
+        "counts", lambda _, values: values["parts counted"] == "2000"
+    )
+    assert line.level == DiagnosticStatus.OK and line.message.startswith(
+        "2000 parts counted of 1"
+    )
     drop(RECENT, [0.3, 0.5, 0.2])
-    line, _ = health.eventually("counts", lambda line, _: line.level == DiagnosticStatus.WARN)
+    line, _ = health.eventually(
+        "counts", lambda line, _: line.level == DiagnosticStatus.WARN
+    )
     assert f"changed '{model.part_id}'" in line.message
     assert f"the last {RECENT} parts" in line.message

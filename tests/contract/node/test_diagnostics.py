@@ -32,16 +32,24 @@ def test_five_lines_once_a_second_and_an_idle_node_hardly_computes(cell, shared_
     subscription = cell.subscribe(DiagnosticArray, "/diagnostics", take)
     until(lambda: len(heard) >= 3)
     cell.node.destroy_subscription(subscription)
-    stamps = [message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
-              for message, _ in heard]
+    stamps = [
+        message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
+        for message, _ in heard
+    ]
     for message, _ in heard:
         assert {line.hardware_id for line in message.status} == {platform.node()}
         assert [line.name for line in message.status] == [
-            f"pose_stats: {about}" for about in ("parts", "counts", "jobs", "flips", "recording")]
+            f"pose_stats: {about}"
+            for about in ("parts", "counts", "jobs", "flips", "recording")
+        ]
     assert began < stamps[-1] < time.time() and stamps == sorted(stamps)
     assert heard[-1][1] - heard[0][1] < 0.6 * (len(heard) - 1)
     line, values = health.latest("jobs")
-    assert (line.message, values["queued"], values["refinements queued"]) == ("idle", "0", "0")
+    assert (line.message, values["queued"], values["refinements queued"]) == (
+        "idle",
+        "0",
+        "0",
+    )
     assert health.latest("flips")[0].message == "idle"
     line, values = health.latest("recording")
     assert (line.level, line.message) == (DiagnosticStatus.OK, "recording")
@@ -51,18 +59,32 @@ def test_five_lines_once_a_second_and_an_idle_node_hardly_computes(cell, shared_
 
 
 def test_queue_running_job_and_flips(cell):
-    goals, health, part_id = Goals(cell, "simulate_flips"), Health(cell), known_part(cell)
+    goals, health, part_id = (
+        Goals(cell, "simulate_flips"),
+        Health(cell),
+        known_part(cell),
+    )
     jobs = [start(cell, part_id, LONG, seed=seed) for seed in (1, 2, 3)]
-    sent = [goals.send(part_id=part_id, kick_height=0.012, drops=500_000, seed=seed)
-            for seed in (1, 2)]
+    sent = [
+        goals.send(part_id=part_id, kick_height=0.012, drops=500_000, seed=seed)
+        for seed in (1, 2)
+    ]
     running_with_results(cell, jobs[0])
     line, values = health.eventually(
-        "jobs", lambda _, values: (values["running"], values["queued"]) == (jobs[0], "2"))
+        "jobs",
+        lambda _, values: (values["running"], values["queued"]) == (jobs[0], "2"),
+    )
     assert values["queue bound"] == "16" and int(values["threads"]) > 0
     assert line.message.startswith(f"{jobs[0]}: ") and f"'{part_id}'" in line.message
     assert line.level == DiagnosticStatus.OK
-    line, values = health.eventually("flips", lambda _, values: values["goals queued"] == "1")
-    assert values["running"] and values["answers queued"] == "0" and f"'{part_id}'" in line.message
+    line, values = health.eventually(
+        "flips", lambda _, values: values["goals queued"] == "1"
+    )
+    assert (
+        values["running"]
+        and values["answers queued"] == "0"
+        and f"'{part_id}'" in line.message
+    )
     for goal in reversed(sent):
         goal.cancel()
         goal.result()
@@ -73,11 +95,19 @@ def test_what_is_refused_or_comes_in_floods_is_a_warning(tuned, node):
     publisher, health, part_id = MeshPublisher(tuned).matched(), Health(tuned), new_id()
     before = int(health.line("parts")[1]["refused"])
     publisher.publish(flat((0.0 * WEDGE[0], WEDGE[1]), "crushed"))
-    for number in range(35, 141, 35):  # two publishers of one name, not too fast for the node
-        publisher.publish(*[flat(((1.0 + k % 2) * WEDGE[0], WEDGE[1]), part_id)
-                            for k in range(number, number + 35)])
+    for number in range(
+        35, 141, 35
+    ):  # two publishers of one name, not too fast for the node
+        publisher.publish(
+            *[
+                flat(((1.0 + k % 2) * WEDGE[0], WEDGE[1]), part_id)
+                for k in range(number, number + 35)
+            ]
+        )
         until(lambda n=number: latched(tuned, part_id).revision >= n)
-    line, values = health.eventually("parts", lambda _, values: part_id in values["floods"])
+    line, values = health.eventually(
+        "parts", lambda _, values: part_id in values["floods"]
+    )
     assert line.level == DiagnosticStatus.WARN and "crushed" in line.message
     assert int(values["refused"]) == before + 1  # though two subscriptions had it
     flood = f"a flood: more than 60 of meshes of part '{part_id}'"

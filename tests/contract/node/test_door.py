@@ -21,18 +21,25 @@ def assert_line(message):
     assert message.isprintable() and 0 < len(message) < 700, ascii(message)
 
 
-@pytest.mark.parametrize("name", NAMES, ids=["long", "colour", "lines", "turned", "mark"])
+@pytest.mark.parametrize(
+    "name", NAMES, ids=["long", "colour", "lines", "turned", "mark"]
+)
 def test_a_refusal_shows_what_came_in_a_line_of_bounded_length(cell, name):
     part_id = known_part(cell)
     for service, fields in (
-            ("estimate", {"part_id": name}), ("estimate", {"part": flat(WEDGE, name)}),
-            ("estimate", {"part_id": part_id, "method": name}),
-            ("estimate", {"part_id": name, "part": PartMesh(part_id=part_id)}),
-            ("estimate", {"part_id": name, "part": flat(WEDGE, part_id)}),
-            ("start_drop_simulation", {"part_id": name}), ("forget_part", {"part_id": name}),
-            ("get_statistics", {"part_id": name}), ("get_drop_simulation", {"job_id": name}),
-            ("cancel_drop_simulation", {"job_id": name}), ("feeding", {"part_id": name}),
-            ("fit_plate", {"plate": name})):
+        ("estimate", {"part_id": name}),
+        ("estimate", {"part": flat(WEDGE, name)}),
+        ("estimate", {"part_id": part_id, "method": name}),
+        ("estimate", {"part_id": name, "part": PartMesh(part_id=part_id)}),
+        ("estimate", {"part_id": name, "part": flat(WEDGE, part_id)}),
+        ("start_drop_simulation", {"part_id": name}),
+        ("forget_part", {"part_id": name}),
+        ("get_statistics", {"part_id": name}),
+        ("get_drop_simulation", {"job_id": name}),
+        ("cancel_drop_simulation", {"job_id": name}),
+        ("feeding", {"part_id": name}),
+        ("fit_plate", {"plate": name}),
+    ):
         assert_line(cell.refused(service, **fields))
 
 
@@ -45,15 +52,21 @@ def test_a_signalling_nan_is_refused_without_a_warning_in_the_log(cell, field):
     elif field == "com":
         part.inertia = Inertia(com=Vector3(x=SIGNALLING))
     else:
-        part.inertia = Inertia(m=1.0, com=Vector3(x=0.02, y=0.014, z=0.007), ixx=SIGNALLING)
+        part.inertia = Inertia(
+            m=1.0, com=Vector3(x=0.02, y=0.014, z=0.007), ixx=SIGNALLING
+        )
     MeshPublisher(cell).matched().publish(part)
     assert_line(cell.refused("estimate", part=part))
 
 
 def test_the_largest_numbers_of_a_request(cell):
     part_id = known_part(cell)
-    assert "max_drops" in cell.refused("start_drop_simulation", part_id=part_id, drops=MOST)
-    assert cell.good("start_drop_simulation", part_id=part_id, drops=3, seed=MOST).job_id
+    assert "max_drops" in cell.refused(
+        "start_drop_simulation", part_id=part_id, drops=MOST
+    )
+    assert cell.good(
+        "start_drop_simulation", part_id=part_id, drops=3, seed=MOST
+    ).job_id
     goals = Goals(cell)
     assert "max_drops" in goals.send(part_id=part_id, drops=MOST).result()[1].message
     goals.close()
@@ -62,4 +75,6 @@ def test_the_largest_numbers_of_a_request(cell):
 def test_a_nested_mesh_in_a_request_has_a_bound_on_its_vertices_too(cell):
     corner = mesh(WEDGE).vertices[0]
     many = Mesh(vertices=[corner] * 30_001, triangles=mesh(WEDGE).triangles)
-    assert "at most 30000 vertices" in cell.refused("estimate", part=PartMesh(mesh=many))
+    assert "at most 30000 vertices" in cell.refused(
+        "estimate", part=PartMesh(mesh=many)
+    )

@@ -19,7 +19,9 @@ from .harness.cell import cell_of
 from .harness.node import Running, parameters
 
 EXECUTABLES = {script.name: script for script in entry_points(group="console_scripts")}
-NO_VISION = pytest.mark.skipif(find_spec("vision_msgs") is not None, reason="it is installed")
+NO_VISION = pytest.mark.skipif(
+    find_spec("vision_msgs") is not None, reason="it is installed"
+)
 
 
 @pytest.fixture(scope="module")
@@ -33,11 +35,20 @@ def part(tmp_path_factory):
 def test_the_node_learns_the_plate_while_the_planner_looks(domain, tmp_path, part):
     """Both are there before the node: the planner's mesh is latched."""
     given = "--ros-args", "-r", "__ns:=/shown", *parameters(file=part, unit="mm")
-    with Running(Path(sys.executable).with_name("example_planner"), *given,
-                 *parameters(wanted=[0, 2])) as planner, \
-            Running(sys.executable, ROOT / ".ci/demo_camera.py", *given,
-                    *parameters(batch=20, period=0.05)) as camera, \
-            cell_of(domain, tmp_path, "shown") as (node, client):
+    with (
+        Running(
+            Path(sys.executable).with_name("example_planner"),
+            *given,
+            *parameters(wanted=[0, 2]),
+        ) as planner,
+        Running(
+            sys.executable,
+            ROOT / ".ci/demo_camera.py",
+            *given,
+            *parameters(batch=20, period=0.05),
+        ) as camera,
+        cell_of(domain, tmp_path, "shown") as (node, client),
+    ):
         planner.says("bracket: pick [0, 2]")
         with client.late_joiner() as joiner:
             learned = joiner.wait("bracket", lambda result: result.observed >= 400)
@@ -46,38 +57,62 @@ def test_the_node_learns_the_plate_while_the_planner_looks(domain, tmp_path, par
         assert camera.end(signal.SIGINT) == (0, [])
         status, looks = planner.end(signal.SIGTERM)
         assert status == 0 and all(
-            re.search(r"example_planner\]: pick \d+, (kick|empty the plate), drop \d+$", line)
-            for line in (look, *looks))
+            re.search(
+                r"example_planner\]: pick \d+, (kick|empty the plate), drop \d+$", line
+            )
+            for line in (look, *looks)
+        )
         node.assert_sound()
 
 
 def test_the_camera_hands_on_what_was_detected():
     """Messages that look like those of vision_msgs, which is no part of what is installed here."""
-    def detection(*results):
-        return SimpleNamespace(results=[SimpleNamespace(
-            hypothesis=SimpleNamespace(class_id=name, score=score),
-            pose=SimpleNamespace(pose=Pose(position=Point(x=score)))) for name, score in results])
 
-    message = SimpleNamespace(header=Header(frame_id="plate"), detections=[
-        detection(("nut", 0.2), ("bolt", 0.7)), detection(), detection(("bolt", 0.9)),
-        detection(("nut", 0.6))])
+    def detection(*results):
+        return SimpleNamespace(
+            results=[
+                SimpleNamespace(
+                    hypothesis=SimpleNamespace(class_id=name, score=score),
+                    pose=SimpleNamespace(pose=Pose(position=Point(x=score))),
+                )
+                for name, score in results
+            ]
+        )
+
+    message = SimpleNamespace(
+        header=Header(frame_id="plate"),
+        detections=[
+            detection(("nut", 0.2), ("bolt", 0.7)),
+            detection(),
+            detection(("bolt", 0.9)),
+            detection(("nut", 0.6)),
+        ],
+    )
     module = sys.modules[EXECUTABLES["example_camera"].load().__module__]
     seen = {one.part_id: one for one in module.observed_parts(message)}
-    assert {name: [pose.position.x for pose in one.poses] for name, one in seen.items()} == {
-        "bolt": [0.7, 0.9], "nut": [0.6]}
+    assert {
+        name: [pose.position.x for pose in one.poses] for name, one in seen.items()
+    } == {"bolt": [0.7, 0.9], "nut": [0.6]}
     for one in seen.values():
         assert list(one.confidence) == [pose.position.x for pose in one.poses]
         assert one.header.frame_id == "plate"
 
 
-@pytest.mark.parametrize(("name", "values", "said"), [
-    ("planner", {}, "file:="),
-    ("planner", {"file": "missing.stl", "wanted": "[0]"}, "missing.stl"),
-    ("planner", {"file": "{part}", "wanted": 0}, "INTEGER_ARRAY"),
-    ("planner", {"file": "[["}, "parse"),
-    pytest.param("camera", {}, "expected the package vision_msgs, got none", marks=NO_VISION),
-])
-def test_bad_arguments_are_told_in_one_line(domain, part, monkeypatch, capsys, name, values, said):
+@pytest.mark.parametrize(
+    ("name", "values", "said"),
+    [
+        ("planner", {}, "file:="),
+        ("planner", {"file": "missing.stl", "wanted": "[0]"}, "missing.stl"),
+        ("planner", {"file": "{part}", "wanted": 0}, "INTEGER_ARRAY"),
+        ("planner", {"file": "[["}, "parse"),
+        pytest.param(
+            "camera", {}, "expected the package vision_msgs, got none", marks=NO_VISION
+        ),
+    ],
+)
+def test_bad_arguments_are_told_in_one_line(
+    domain, part, monkeypatch, capsys, name, values, said
+):
     values = {key: str(value).format(part=part) for key, value in values.items()}
     monkeypatch.setattr(sys, "argv", [name, "--ros-args", *parameters(**values)])
     try:

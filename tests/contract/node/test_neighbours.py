@@ -21,7 +21,16 @@ from .harness.camera import counted, lying, picture
 from .harness.cell import Health, MeshPublisher, latched
 from .harness.client import Client, ask_until_answered, until, wait_for
 from .harness.jobs import finished, known_part, start
-from .harness.parts import WEDGE, counts, flat, library_part, mesh, nested, new_id, probabilities
+from .harness.parts import (
+    WEDGE,
+    counts,
+    flat,
+    library_part,
+    mesh,
+    nested,
+    new_id,
+    probabilities,
+)
 from .harness.slow import memory, standing
 
 PUBLISHED, ASKED, AT_ONCE = 120, 30, 30
@@ -30,11 +39,28 @@ MOST_GROWTH = 200 * MEGABYTE
 LONGEST_LINE = 2500
 """Characters of a refusal; it may name eight known parts."""
 
-TOPICS = {PartMesh: "/tuned/pose_stats/part_mesh", Mesh: "/tuned/cad",
-          PoseCounts: "/tuned/pose_stats/pose_counts",
-          ObservedParts: "/tuned/pose_stats/observed_parts"}
-NAMES = ["", "part", "../evil", "/tmp/evil", "~/evil", "evil.mcap", "..", "a\nb", "\x1b[31mevil",
-         "x" * 300, "käse", "$(touch evil)", "'; --", "%s%n"]
+TOPICS = {
+    PartMesh: "/tuned/pose_stats/part_mesh",
+    Mesh: "/tuned/cad",
+    PoseCounts: "/tuned/pose_stats/pose_counts",
+    ObservedParts: "/tuned/pose_stats/observed_parts",
+}
+NAMES = [
+    "",
+    "part",
+    "../evil",
+    "/tmp/evil",
+    "~/evil",
+    "evil.mcap",
+    "..",
+    "a\nb",
+    "\x1b[31mevil",
+    "x" * 300,
+    "käse",
+    "$(touch evil)",
+    "'; --",
+    "%s%n",
+]
 NUMBERS = [math.nan, math.inf, -math.inf, -1.0, 0.0, 0.5, 1.0, 1e-310, 1e300]
 COUNTS = [0, 1, 7, 2**31 - 1]
 
@@ -51,7 +77,8 @@ def assert_serves(client):
     part = library_part(WEDGE, part_id)
     answer = client.good("estimate", part=flat(WEDGE, part_id)).statistics
     assert probabilities(answer.poses) == pytest.approx(
-        probabilities(estimate(part).poses))
+        probabilities(estimate(part).poses)
+    )
     dropped = finished(client, start(client, part_id, 300, seed=5)).statistics
     assert counts(dropped.poses) == counts(simulate(part, 300, seed=5).poses)
     MeshPublisher(client, "/tuned/cad", Mesh).matched().publish(mesh(WEDGE))
@@ -69,7 +96,7 @@ def changed(random, data):
         case 2:
             data[place:place] = random.randbytes(random.randrange(1, 20))
         case 3:
-            data[place & ~3:(place & ~3) + 4] = random.choice((b"\xff" * 4, bytes(4)))
+            data[place & ~3 : (place & ~3) + 4] = random.choice((b"\xff" * 4, bytes(4)))
         case 4:
             data[1] ^= 1  # the other order of bytes
     return bytes(data)
@@ -79,58 +106,95 @@ def sound_messages(client, kind):
     """Serialised messages of a kind that the node would take."""
     told = client.good("estimate", part=flat(WEDGE, "part")).statistics
     messages = {
-        PartMesh: [flat(WEDGE, "part", restitution=0.3), nested(WEDGE, "nested"), flat(WEDGE)],
-        Mesh: [mesh(WEDGE)], PoseCounts: [counted(told, [3, 4, 5])],
-        ObservedParts: [picture("part", *map(lying, told.poses), confidence=[1.0] * len(
-            told.poses))]}[kind]
+        PartMesh: [
+            flat(WEDGE, "part", restitution=0.3),
+            nested(WEDGE, "nested"),
+            flat(WEDGE),
+        ],
+        Mesh: [mesh(WEDGE)],
+        PoseCounts: [counted(told, [3, 4, 5])],
+        ObservedParts: [
+            picture("part", *map(lying, told.poses), confidence=[1.0] * len(told.poses))
+        ],
+    }[kind]
     return [bytes(serialize_message(message)) for message in messages]
 
 
 def test_published_bytes_with_something_wrong(node, client):
     random, health = Random(1), Health(client)
-    before, size = int(health.line("parts")[1]["refused"]), memory(node.process.pid, "VmHWM")
+    before, size = (
+        int(health.line("parts")[1]["refused"]),
+        memory(node.process.pid, "VmHWM"),
+    )
     known = MeshPublisher(client).matched()
     for kind, topic in TOPICS.items():
         publisher = MeshPublisher(client, topic, kind).matched()
         sound = sound_messages(client, kind)
-        for _ in range(PUBLISHED // AT_ONCE):  # not so many at a time that most are overrun
-            publisher.publish(*(changed(random, random.choice(sound)) for _ in range(AT_ONCE)))
+        for _ in range(
+            PUBLISHED // AT_ONCE
+        ):  # not so many at a time that most are overrun
+            publisher.publish(
+                *(changed(random, random.choice(sound)) for _ in range(AT_ONCE))
+            )
             part_id = new_id()
             known.publish(flat(WEDGE, part_id))
             latched(client, part_id)
-    health.eventually("parts", lambda _, values: values["meshes waiting"] == "0" and int(
-        values["refused"]) > before + len(TOPICS) * PUBLISHED // 5)
+    health.eventually(
+        "parts",
+        lambda _, values: (
+            values["meshes waiting"] == "0"
+            and int(values["refused"]) > before + len(TOPICS) * PUBLISHED // 5
+        ),
+    )
     assert memory(node.process.pid, "VmHWM") - size < MOST_GROWTH
     assert_serves(client)
 
 
 def claim(text, *numbers, order="<", zeros=MEGABYTE):
     """The start of a message, with room behind it."""
-    return (b"\0\1\0\0" if order == "<" else bytes(4)) + struct.pack(order + text,
-                                                                     *numbers) + bytes(zeros)
+    return (
+        (b"\0\1\0\0" if order == "<" else bytes(4))
+        + struct.pack(order + text, *numbers)
+        + bytes(zeros)
+    )
 
 
 def test_claims_of_gigabytes_cost_no_memory(node, client):
     """Nor does a mesh of which the deserialiser would make 25 times as much."""
     many = 2**32 - 1
     claims = {
-        Mesh: [claim("I", many), claim("II", 0, many), claim("I", 7 * 2**18, zeros=9 * MEGABYTE),
-               claim("I", many, order=">", zeros=MEGABYTE // 4),
-               claim("II", 0, 32 * MEGABYTE // 24, order=">", zeros=32 * MEGABYTE)],
-        PartMesh: [claim("IIIBxxxIBxxxI", 0, 0, 1, 0, 1, 0, many), claim("III", 0, 0, many)],
+        Mesh: [
+            claim("I", many),
+            claim("II", 0, many),
+            claim("I", 7 * 2**18, zeros=9 * MEGABYTE),
+            claim("I", many, order=">", zeros=MEGABYTE // 4),
+            claim("II", 0, 32 * MEGABYTE // 24, order=">", zeros=32 * MEGABYTE),
+        ],
+        PartMesh: [
+            claim("IIIBxxxIBxxxI", 0, 0, 1, 0, 1, 0, many),
+            claim("III", 0, 0, many),
+        ],
         PoseCounts: [claim("III", 0, 0, many, zeros=MEGABYTE // 2)],
-        ObservedParts: [claim("IIIII", 0, 0, 0, 0, many, zeros=MEGABYTE // 2),
-                        claim("IIIII", 0, 0, 0, 0, many, order=">", zeros=MEGABYTE // 4)]}
+        ObservedParts: [
+            claim("IIIII", 0, 0, 0, 0, many, zeros=MEGABYTE // 2),
+            claim("IIIII", 0, 0, 0, 0, many, order=">", zeros=MEGABYTE // 4),
+        ],
+    }
     health = Health(client)
-    before, size = int(health.line("parts")[1]["refused"]), memory(node.process.pid, "VmHWM")
+    before, size = (
+        int(health.line("parts")[1]["refused"]),
+        memory(node.process.pid, "VmHWM"),
+    )
     for kind, messages in claims.items():
         MeshPublisher(client, TOPICS[kind], kind).matched().publish(*messages)
     sent = len({(kind, len(message)) for kind in claims for message in claims[kind]})
-    health.eventually("parts", lambda _, values: int(values["refused"]) >= before + sent)
+    health.eventually(
+        "parts", lambda _, values: int(values["refused"]) >= before + sent
+    )
     assert memory(node.process.pid, "VmHWM") - size < MOST_GROWTH
 
 
-@pytest.mark.parametrize("stamp", [(2**31 - 1, 2**32 - 1), (-2**31, 0)])
+@pytest.mark.parametrize("stamp", [(2**31 - 1, 2**32 - 1), (-(2**31), 0)])
 def test_a_mesh_may_have_a_stamp_that_no_clock_shows(client, stamp):
     message = flat(WEDGE, new_id())
     message.header.stamp.sec, message.header.stamp.nanosec = stamp
@@ -149,8 +213,12 @@ def asked(kind, random):
         elif type_ in ("uint64", "uint32"):
             fields[name] = random.choice(COUNTS)
         elif type_.endswith("PartMesh") and random.random() < 0.5:
-            fields[name] = flat(WEDGE, random.choice(NAMES), unit=random.choice(NUMBERS),
-                                restitution=random.choice(NUMBERS))
+            fields[name] = flat(
+                WEDGE,
+                random.choice(NAMES),
+                unit=random.choice(NUMBERS),
+                restitution=random.choice(NUMBERS),
+            )
         elif type_ == "sequence<double>":
             fields[name] = [random.choice(NUMBERS)] * random.randrange(3)
     return fields
@@ -162,9 +230,19 @@ def assert_line(answer):
     assert "internal failure" not in answer.message
 
 
-@pytest.mark.parametrize("name", ["estimate", "start_drop_simulation", "forget_part", "feeding",
-                                  "get_drop_simulation", "cancel_drop_simulation", "fit_plate",
-                                  "get_statistics"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "estimate",
+        "start_drop_simulation",
+        "forget_part",
+        "feeding",
+        "get_drop_simulation",
+        "cancel_drop_simulation",
+        "fit_plate",
+        "get_statistics",
+    ],
+)
 def test_odd_requests(client, name):
     random, kind = Random(1), client.service(name).srv_type.Request
     answers = [wait_for(client.send(name, **asked(kind, random))) for _ in range(ASKED)]
@@ -175,13 +253,16 @@ def test_odd_requests(client, name):
 
 def test_no_name_leads_out_of_the_log_directory(node, client):
     """By parts, jobs, methods, plates and frames, whichever way they come in."""
-    publishers = [MeshPublisher(client, TOPICS[kind], kind).matched()
-                  for kind in (PartMesh, PoseCounts)]
+    publishers = [
+        MeshPublisher(client, TOPICS[kind], kind).matched()
+        for kind in (PartMesh, PoseCounts)
+    ]
     for name in NAMES:
         part = flat(WEDGE, name)
         part.header.frame_id = name
-        for message, publisher in zip((part, PoseCounts(part_id=name, plate=name)), publishers,
-                                      strict=True):
+        for message, publisher in zip(
+            (part, PoseCounts(part_id=name, plate=name)), publishers, strict=True
+        ):
             publisher.publish(message)
         answer = client.call("start_drop_simulation", part=part, drops=5)
         client.call("estimate", part_id=name, method=name)
@@ -194,10 +275,18 @@ def test_no_name_leads_out_of_the_log_directory(node, client):
     publishers[0].publish(flat(WEDGE, last))
     latched(client, last)
     home = node.log_directory.parent
-    evil = [path for path in itertools.chain(home.rglob("*"), Path.cwd().glob("*"),
-                                             Path("/tmp").glob("evil*"))
-            if "evil" in path.name]
-    assert evil == [] and {path.name for path in home.iterdir()} <= {"bags", ".ros", ".config"}
+    evil = [
+        path
+        for path in itertools.chain(
+            home.rglob("*"), Path.cwd().glob("*"), Path("/tmp").glob("evil*")
+        )
+        if "evil" in path.name
+    ]
+    assert evil == [] and {path.name for path in home.iterdir()} <= {
+        "bags",
+        ".ros",
+        ".config",
+    }
 
 
 def test_clients_are_answered_in_turn(domain, cell, shared_node):
@@ -207,13 +296,22 @@ def test_clients_are_answered_in_turn(domain, cell, shared_node):
     participant floods holds up what reaches the node.
     """
     part_id = known_part(cell)
-    with Client(domain, participant=1) as greedy, Client(domain, participant=2) as other:
+    with (
+        Client(domain, participant=1) as greedy,
+        Client(domain, participant=2) as other,
+    ):
         greedy.good("estimate", part_id=part_id)
         other.good("estimate", part_id=part_id)
         with standing(shared_node.process.pid):
-            asked = [client.send("estimate", part_id=part_id, method="split",
-                                 restitution=0.3 + 1e-4 * number)
-                     for number, client in enumerate([*[greedy] * 600, other])]
+            asked = [
+                client.send(
+                    "estimate",
+                    part_id=part_id,
+                    method="split",
+                    restitution=0.3 + 1e-4 * number,
+                )
+                for number, client in enumerate([*[greedy] * 600, other])
+            ]
         answers = [wait_for(one) for one in asked]
     assert all(one.success for one in answers)
     made = [Time.from_msg(one.statistics.header.stamp).nanoseconds for one in answers]
@@ -224,13 +322,16 @@ def test_two_nodes_have_parts_and_jobs_of_their_own(cell, tuned):
     part_id = new_id()
     for scale, client in ((1.0, cell), (2.0, tuned)):
         client.good("estimate", part=flat((scale * WEDGE[0], WEDGE[1]), part_id))
-    first, second = (client.good("get_statistics", part_id=part_id).statistics[0]
-                     for client in (cell, tuned))
+    first, second = (
+        client.good("get_statistics", part_id=part_id).statistics[0]
+        for client in (cell, tuned)
+    )
     assert first.part_digest != second.part_digest
     jobs = [start(client, part_id, 500, seed=1) for client in (cell, tuned)]
     assert len(set(jobs)) == 2
-    for client, job_id, other, told in zip((cell, tuned), jobs, reversed(jobs), (first, second),
-                                           strict=True):
+    for client, job_id, other, told in zip(
+        (cell, tuned), jobs, reversed(jobs), (first, second), strict=True
+    ):
         assert finished(client, job_id).drops_done == 500
         assert other not in client.call("list_drop_simulations").job_id
         with client.late_joiner() as joiner:
@@ -238,11 +339,17 @@ def test_two_nodes_have_parts_and_jobs_of_their_own(cell, tuned):
 
 
 def test_a_service_of_rclpy_s_own_may_have_clients_that_cannot_hear(cell):
-    hearing, deaf = (cell.node.create_client(
-        GetTypeDescription, f"{cell.prefix}/get_type_description",
-        qos_profile=QoSProfile(depth=10, durability=durability))
-        for durability in (DurabilityPolicy.VOLATILE, DurabilityPolicy.TRANSIENT_LOCAL))
-    unknown = GetTypeDescription.Request(type_name="a/msg/B", type_hash="RIHS01_" + 64 * "0")
+    hearing, deaf = (
+        cell.node.create_client(
+            GetTypeDescription,
+            f"{cell.prefix}/get_type_description",
+            qos_profile=QoSProfile(depth=10, durability=durability),
+        )
+        for durability in (DurabilityPolicy.VOLATILE, DurabilityPolicy.TRANSIENT_LOCAL)
+    )
+    unknown = GetTypeDescription.Request(
+        type_name="a/msg/B", type_hash="RIHS01_" + 64 * "0"
+    )
     for _ in range(10):
         asked = deaf.call_async(unknown)
         assert not ask_until_answered(hearing, unknown).successful
@@ -256,8 +363,10 @@ def test_clients_that_cannot_hear_are_named_and_the_others_served(cell, shared_n
     """Their quality of service shuts out all answers; the numbers of their requests cross."""
     part_id = known_part(cell)
     deaf = cell.node.create_client(
-        srv.EstimatePoses, f"{cell.prefix}/estimate",
-        qos_profile=QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+        srv.EstimatePoses,
+        f"{cell.prefix}/estimate",
+        qos_profile=QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL),
+    )
     asked = []
     for number in range(60):
         if number % 3 == 0:

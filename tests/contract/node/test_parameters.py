@@ -13,10 +13,20 @@ from .harness.client import RUNNING, until
 from .harness.jobs import LONG, cancelled, finished, get, known_part, reached, start
 from .harness.parts import WEDGE, flat, new_id
 
-GLASS = {"restitution": 0.3, "restitution_low": 0.2, "restitution_high": 0.4,
-         "drop_height": 0.15, "drop_height_low": 0.1, "drop_height_high": 0.2,
-         "plate_error": 0.021, "p_value": 0.5, "parts": ["box"], "counted": 300,
-         "date": "2026-11-23T10:00:00+00:00", "version": "2.0"}
+GLASS = {
+    "restitution": 0.3,
+    "restitution_low": 0.2,
+    "restitution_high": 0.4,
+    "drop_height": 0.15,
+    "drop_height_low": 0.1,
+    "drop_height_high": 0.2,
+    "plate_error": 0.021,
+    "p_value": 0.5,
+    "parts": ["box"],
+    "counted": 300,
+    "date": "2026-11-23T10:00:00+00:00",
+    "version": "2.0",
+}
 
 
 def value_of(client, name):
@@ -35,8 +45,14 @@ def assert_refused(client, name, value, *said):
 
 
 class TestRefusals:
-    @pytest.mark.parametrize("name", [name for name, value in DEFAULTS.items()
-                                      if type(value) in (int, float) and name not in FIXED])
+    @pytest.mark.parametrize(
+        "name",
+        [
+            name
+            for name, value in DEFAULTS.items()
+            if type(value) in (int, float) and name not in FIXED
+        ],
+    )
     def test_both_bounds_are_allowed_and_what_is_beyond_is_not(self, tuned, name):
         (described,) = tuned.call("describe_parameters", names=[name]).descriptors
         [bounds] = [*described.floating_point_range, *described.integer_range]
@@ -50,27 +66,42 @@ class TestRefusals:
         for value in ends:
             assert tuned.set(**{name: value}) == {}
 
-    @pytest.mark.parametrize(("name", "value", "said"), [
-        ("restitution", 1.0, "below 1"), ("drop_height", 0.0, "0.0"), ("mesh_unit", 0.0, "0"),
-        ("restitution", "high", "double"), ("drops", 1.5, "integer"),
-        ("log_drops", "yes", "bool"), ("plate", 7, "string"),
-        ("default_method", "guess", "auto"), ("default_method", "hybrid", "auto"),
-        ("plate", "x" * 501, "500 printable"), ("plate_frame", "red\x1b[2J", "500 printable"),
-    ])
+    @pytest.mark.parametrize(
+        ("name", "value", "said"),
+        [
+            ("restitution", 1.0, "below 1"),
+            ("drop_height", 0.0, "0.0"),
+            ("mesh_unit", 0.0, "0"),
+            ("restitution", "high", "double"),
+            ("drops", 1.5, "integer"),
+            ("log_drops", "yes", "bool"),
+            ("plate", 7, "string"),
+            ("default_method", "guess", "auto"),
+            ("default_method", "hybrid", "auto"),
+            ("plate", "x" * 501, "500 printable"),
+            ("plate_frame", "red\x1b[2J", "500 printable"),
+        ],
+    )
     def test_wrong_types_and_words(self, tuned, name, value, said):
         assert_refused(tuned, name, value, said)
 
     @pytest.mark.parametrize("name", sorted(FIXED))
     def test_what_holds_for_the_run_cannot_be_changed(self, tuned, name):
-        value = {"mesh_topics": ["/other"], "log_directory": "/tmp", "restore": False,
-                 "state_file": "/tmp/state"}.get(name, 10**6)
+        value = {
+            "mesh_topics": ["/other"],
+            "log_directory": "/tmp",
+            "restore": False,
+            "state_file": "/tmp/state",
+        }.get(name, 10**6)
         assert_refused(tuned, name, value, "at the start")
 
     def test_several_at_once_are_judged_one_by_one(self, tuned):
-        messages = [Parameter("restitution", value=0.1).to_parameter_msg(),
-                    Parameter("drops", value=-1).to_parameter_msg(),
-                    Parameter("plate", Parameter.Type.NOT_SET).to_parameter_msg(),
-                    Parameter("no_such", value=1).to_parameter_msg()]
+        messages = [
+            Parameter("restitution", value=0.1).to_parameter_msg(),
+            Parameter("drops", value=-1).to_parameter_msg(),
+            Parameter("plate", Parameter.Type.NOT_SET).to_parameter_msg(),
+            Parameter("no_such", value=1).to_parameter_msg(),
+        ]
         results = tuned.call("set_parameters", parameters=messages).results
         assert [result.successful for result in results] == [True, False, False, False]
 
@@ -86,13 +117,17 @@ class TestScene:
                 assert new.revision > before[part_id].revision
         assert tuned.good("estimate", part_id=parts[0]).statistics.restitution == 0.0
 
-    def test_a_simulation_of_the_old_scene_makes_room_and_comes_back_with_it(self, tuned):
+    def test_a_simulation_of_the_old_scene_makes_room_and_comes_back_with_it(
+        self, tuned
+    ):
         part_id = known_part(tuned)
         finished(tuned, start(tuned, part_id, 5000))
         with tuned.late_joiner() as joiner:
             assert joiner.wait(part_id).drops == 5000
             tuned.set(restitution=0.25)
-            told = joiner.wait(part_id, lambda told: told.restitution == 0.25 and told.drops)
+            told = joiner.wait(
+                part_id, lambda told: told.restitution == 0.25 and told.drops
+            )
             assert not told.job_id
             tuned.set(restitution=0.5)
             told = joiner.wait(part_id, lambda again: again.revision > told.revision)
@@ -117,10 +152,16 @@ class TestScene:
         tuned.set(plate="brass")
         job_id = start(tuned, known_part(tuned), LONG, seed=1)
         reached(tuned, job_id, RUNNING)
-        tuned.set(restitution=0.25, plate="oak", max_job_seconds=1.0, cluster_tolerance=0.0)
+        tuned.set(
+            restitution=0.25, plate="oak", max_job_seconds=1.0, cluster_tolerance=0.0
+        )
         until(lambda: get(tuned, job_id).drops_done > 500)
         told = cancelled(tuned, job_id).statistics
-        assert (told.restitution, told.cluster_tolerance, told.plate) == (0.5, 0.0025, "brass")
+        assert (told.restitution, told.cluster_tolerance, told.plate) == (
+            0.5,
+            0.0025,
+            "brass",
+        )
 
 
 class TestPlates:
@@ -142,27 +183,49 @@ class TestPlates:
         for values in ({"plates": file}, {"plate": "glass"}):
             assert tuned.set(restitution=0.7, drop_height=2.0, **values) == {}
         told = until(lambda: (one := latched(tuned, part_id)).plate == "glass" and one)
-        assert (told.restitution, told.plate_error, told.round_sides) == (0.3, 0.021, 96)
-        told = tuned.good("estimate", part_id=part_id, method="split", drop_height=1.0).statistics
+        assert (told.restitution, told.plate_error, told.round_sides) == (
+            0.3,
+            0.021,
+            96,
+        )
+        told = tuned.good(
+            "estimate", part_id=part_id, method="split", drop_height=1.0
+        ).statistics
         assert (told.restitution, told.drop_height) == (0.3, 1.0)
         assert tuned.set(plate="felt") == {}
-        assert until(lambda: (one := latched(tuned, part_id)).plate == "felt"
-                     and one).round_sides == 192
+        assert (
+            until(
+                lambda: (one := latched(tuned, part_id)).plate == "felt" and one
+            ).round_sides
+            == 192
+        )
         assert_refused(tuned, "plate", "oak", "'oak'", "~/fit_plate", "glass")
 
-    def test_a_file_that_is_still_to_be_written_or_has_no_plate_named(self, tuned, plates,
-                                                                      tmp_path):
+    def test_a_file_that_is_still_to_be_written_or_has_no_plate_named(
+        self, tuned, plates, tmp_path
+    ):
         assert tuned.set(plates=str(tmp_path / "none.yaml")) == {}
         assert tuned.set(plates=plates(glass=GLASS)) == {}
         told = tuned.good("estimate", part_id=known_part(tuned)).statistics
         assert (told.restitution, told.plate_error) == (0.5, 0.05)
 
-    @pytest.mark.parametrize(("text", "said"), [
-        ("plates: {glass", "YAML"), ("[1, 2]", "top"), ("plates: {oak: 1}", "oak"),
-        ("plates: {glass: {restitution: 1.5}}", "glass"),
-        (yaml.safe_dump({"plates": {"glass": {**GLASS, "drop_height": -7.0}}}), "above 0 m"),
-        (yaml.safe_dump({"plates": {"glass": {**GLASS, "round_sides": 96.5}}}), "96.5"),
-    ])
+    @pytest.mark.parametrize(
+        ("text", "said"),
+        [
+            ("plates: {glass", "YAML"),
+            ("[1, 2]", "top"),
+            ("plates: {oak: 1}", "oak"),
+            ("plates: {glass: {restitution: 1.5}}", "glass"),
+            (
+                yaml.safe_dump({"plates": {"glass": {**GLASS, "drop_height": -7.0}}}),
+                "above 0 m",
+            ),
+            (
+                yaml.safe_dump({"plates": {"glass": {**GLASS, "round_sides": 96.5}}}),
+                "96.5",
+            ),
+        ],
+    )
     def test_what_is_no_file_of_plates(self, tuned, tmp_path, text, said):
         (tmp_path / "plates.yaml").write_text(text)
         assert_refused(tuned, "plates", str(tmp_path / "plates.yaml"), said)
@@ -173,11 +236,14 @@ class TestBoundsOfWork:
         part_id = known_part(tuned)
         tuned.set(drops=123, max_drops=1000, max_queued_jobs=0)
         assert finished(tuned, start(tuned, part_id, 0)).drops_total == 123
-        assert "1000" in tuned.refused("start_drop_simulation", part_id=part_id, drops=1001)
+        assert "1000" in tuned.refused(
+            "start_drop_simulation", part_id=part_id, drops=1001
+        )
         tuned.set(max_drops=LONG)
         job_id = start(tuned, part_id, LONG)
-        assert "max_queued_jobs" in tuned.refused("start_drop_simulation", part_id=part_id,
-                                                  drops=10)
+        assert "max_queued_jobs" in tuned.refused(
+            "start_drop_simulation", part_id=part_id, drops=10
+        )
         cancelled(tuned, job_id)
         tuned.set(max_job_seconds=0.5)
         ended = finished(tuned, start(tuned, part_id, LONG))

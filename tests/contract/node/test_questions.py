@@ -25,12 +25,18 @@ ASKED = {"wanted": WANTED, "rate": RATE, "cycle_time": CYCLE}
 
 
 def interval(answer, name):
-    return getattr(answer, name + "_low"), getattr(answer, name), getattr(answer, name + "_high")
+    return (
+        getattr(answer, name + "_low"),
+        getattr(answer, name),
+        getattr(answer, name + "_high"),
+    )
 
 
 def by_index(statistics):
     """Probabilities in the order of the poses' numbers."""
-    return np.array([share for _, share in sorted(probabilities(statistics.poses).items())])
+    return np.array(
+        [share for _, share in sorted(probabilities(statistics.poses).items())]
+    )
 
 
 class TestDropping:
@@ -39,14 +45,19 @@ class TestDropping:
         part_id = known_part(cell)
         answer = cell.good("feeding", part_id=part_id, **ASKED)
         share = by_index(latched(cell, part_id))[WANTED].sum()
-        for name, value in (("accepted", share), ("passes", 1.0 / share),
-                            ("accepted_per_minute", RATE * share)):
+        for name, value in (
+            ("accepted", share),
+            ("passes", 1.0 / share),
+            ("accepted_per_minute", RATE * share),
+        ):
             low, told, high = interval(answer, name)
             assert told == pytest.approx(value, rel=1e-9) and low < told < high
         assert answer.accepted_low > 0.0 and answer.accepted_high < 1.0
         assert interval(answer, "flips") == (0.0, 0.0, 0.0)
         drops = latched(cell, part_id).drops
-        assert answer.message == f"From {drops} drops (hybrid)." and not answer.transition
+        assert (
+            answer.message == f"From {drops} drops (hybrid)." and not answer.transition
+        )
 
     def test_the_estimate_is_the_node_s(self, tuned):
         assert tuned.set(default_method="area") == {}
@@ -68,18 +79,29 @@ class TestFlips:
         moves = np.reshape(answer.transition, (POSES, POSES))
         np.testing.assert_allclose(moves.sum(axis=1), 1.0)
         wrong = np.setdiff1d(np.arange(POSES), WANTED)
-        needed = np.linalg.solve(np.eye(len(wrong)) - moves[np.ix_(wrong, wrong)],
-                                 np.ones(len(wrong)))
+        needed = np.linalg.solve(
+            np.eye(len(wrong)) - moves[np.ix_(wrong, wrong)], np.ones(len(wrong))
+        )
         flips = shares[wrong] @ needed
         low, told, high = interval(answer, "flips")
         assert told == pytest.approx(flips, rel=1e-9) and 0.0 < low < told < high
         low, told, high = interval(answer, "accepted_per_minute")
         assert told == pytest.approx(60.0 / (60.0 / RATE + CYCLE * flips), rel=1e-9)
         assert low < told < high
-        assert interval(answer, "accepted") == interval(answer, "passes") == (1.0, 1.0, 1.0)
+        assert (
+            interval(answer, "accepted")
+            == interval(answer, "passes")
+            == (1.0, 1.0, 1.0)
+        )
         assert " drops (hybrid) and " in answer.message
-        again = cell.good("feeding", part_id=part_id, kick_height=KICK, wanted=[1], rate=10.0,
-                          cycle_time=1.0)
+        again = cell.good(
+            "feeding",
+            part_id=part_id,
+            kick_height=KICK,
+            wanted=[1],
+            rate=10.0,
+            cycle_time=1.0,
+        )
         assert again.transition == answer.transition and again.flips != answer.flips
 
     def test_those_of_a_goal_serve_if_they_are_enough(self, cell):
@@ -87,7 +109,9 @@ class TestFlips:
         asked = {"part_id": part_id, "kick_height": 3 * KICK, **ASKED}
         goals.send(part_id=part_id, kick_height=3 * KICK, drops=1, seed=5).result()
         few = cell.good("feeding", **asked)
-        _, many = goals.send(part_id=part_id, kick_height=3 * KICK, drops=3000, seed=5).result()
+        _, many = goals.send(
+            part_id=part_id, kick_height=3 * KICK, drops=3000, seed=5
+        ).result()
         answer = cell.good("feeding", **asked)
         goals.close()
         assert answer.transition == many.transition != few.transition
@@ -99,7 +123,10 @@ class TestFlips:
         job_id = start(cell, part_id, LONG)
         goal = goals.send(part_id=part_id, kick_height=KICK, drops=LONG // 10)
         goal.first_feedback()
-        assert cell.good("feeding", part_id=part_id, kick_height=4 * KICK, **ASKED).flips > 0.0
+        assert (
+            cell.good("feeding", part_id=part_id, kick_height=4 * KICK, **ASKED).flips
+            > 0.0
+        )
         assert not goal.ended and reached(cell, job_id, RUNNING).drops_done > 0
         goal.cancel()
         goal.result()
@@ -111,8 +138,10 @@ class TestFlips:
         part_id = known_part(tuned)
         for name in ("get_statistics", "feeding"):
             tuned.service(name)  # whose first answer may take a while
-        late = [tuned.send("feeding", part_id=part_id, kick_height=KICK, **ASKED)
-                for _ in range(3)]
+        late = [
+            tuned.send("feeding", part_id=part_id, kick_height=KICK, **ASKED)
+            for _ in range(3)
+        ]
         tuned.good("get_statistics", part_id=part_id)
         assert not any(one.done() for one in late)
         answers = [wait_for(one) for one in late]
@@ -123,7 +152,9 @@ class TestFlips:
         assert tuned.set(flip_height=KICK, drops=300) == {}
         asked = {"part_id": known_part(tuned), **ASKED}
         own = tuned.good("feeding", kick_height=-1.0, **asked)
-        assert own == tuned.good("feeding", kick_height=KICK, **asked) and own.flips > 0.0
+        assert (
+            own == tuned.good("feeding", kick_height=KICK, **asked) and own.flips > 0.0
+        )
         assert tuned.good("feeding", **asked).flips == 0.0
         tuned.set(flip_height=0.0)
         assert tuned.good("feeding", kick_height=-1.0, **asked).flips == 0.0
@@ -133,20 +164,32 @@ class TestFlips:
         part_id = known_part(tuned)
         tuned.service("feeding")
         with standing(node.process.pid):  # all are there at once
-            sent = [tuned.send("feeding", part_id=part_id, kick_height=n * KICK, **ASKED)
-                    for n in range(1, 7)]
+            sent = [
+                tuned.send("feeding", part_id=part_id, kick_height=n * KICK, **ASKED)
+                for n in range(1, 7)
+            ]
         first, *others = [wait_for(one) for one in sent]
         assert first.success and any("max_queued_jobs" in one.message for one in others)
-        tuned.set(max_queued_jobs=0)  # a question that was accepted needs no further place
-        tuned.good("feeding", part_id=part_id, plate_length=0.3, plate_width=0.2,
-                   kick_heights=[0.5 * KICK, 0.4 * KICK, 0.3 * KICK], **ASKED)
+        tuned.set(
+            max_queued_jobs=0
+        )  # a question that was accepted needs no further place
+        tuned.good(
+            "feeding",
+            part_id=part_id,
+            plate_length=0.3,
+            plate_width=0.2,
+            kick_heights=[0.5 * KICK, 0.4 * KICK, 0.3 * KICK],
+            **ASKED,
+        )
 
 
 def flip(cell, part_id, *kicks):
     """Flip a part as often as a question does, by goals, which have all the time they need."""
     goals = Goals(cell, "simulate_flips")
     for kick in kicks:
-        goals.send(part_id=part_id, kick_height=kick, drops=10_000 // POSES, seed=1).result()
+        goals.send(
+            part_id=part_id, kick_height=kick, drops=10_000 // POSES, seed=1
+        ).result()
     goals.close()
 
 
@@ -154,27 +197,69 @@ class TestPlan:
     def test_service_and_command_plan_alike(self, cell, tmp_path):
         """Equal numbers to the last bit: shares, kicks and their seed are the same."""
         file = tmp_path / "wedge.obj"
-        file.write_text("".join([f"v {x!r} {y!r} {z!r}\n" for x, y, z in WEDGE[0].tolist()]
-                                + [f"f {a + 1} {b + 1} {c + 1}\n" for a, b, c in WEDGE[1]]))
+        file.write_text(
+            "".join(
+                [f"v {x!r} {y!r} {z!r}\n" for x, y, z in WEDGE[0].tolist()]
+                + [f"f {a + 1} {b + 1} {c + 1}\n" for a, b, c in WEDGE[1]]
+            )
+        )
         part_id = new_id()
         shown = cell.good("estimate", part=flat(WEDGE, part_id)).statistics
         flip(cell, part_id, 0.03, 0.011)
-        answer = cell.good("feeding", part_id=part_id, plate_length=0.3, plate_width=0.2,
-                           clearance=0.002, kick_heights=[0.03, 0.011], **ASKED)
-        told = answer_json("feeding", file, "--unit", "m", "--plate", 0.3, 0.2, "--clearance",
-                           0.002, "--kicks", 0.011, 0.03, "--rate", RATE, "--cycle-time", CYCLE,
-                           "--wanted", "0,2", "--seed", 1)
+        answer = cell.good(
+            "feeding",
+            part_id=part_id,
+            plate_length=0.3,
+            plate_width=0.2,
+            clearance=0.002,
+            kick_heights=[0.03, 0.011],
+            **ASKED,
+        )
+        told = answer_json(
+            "feeding",
+            file,
+            "--unit",
+            "m",
+            "--plate",
+            0.3,
+            0.2,
+            "--clearance",
+            0.002,
+            "--kicks",
+            0.011,
+            0.03,
+            "--rate",
+            RATE,
+            "--cycle-time",
+            CYCLE,
+            "--wanted",
+            "0,2",
+            "--seed",
+            1,
+        )
         assert told["part_digest"] == shown.part_digest
-        names = [{answer.PICK: "pick", answer.FLIP: "flip", answer.LEAVE: "leave"}[action]
-                 for action in answer.action]
+        names = [
+            {answer.PICK: "pick", answer.FLIP: "flip", answer.LEAVE: "leave"}[action]
+            for action in answer.action
+        ]
         assert names == told["actions"] and "flip" in names
-        assert (answer.kick_height, answer.parts_on_plate, answer.kicks, answer.pickable) == tuple(
-            told[name] for name in ("kick_height", "parts", "kicks", "pickable"))
+        assert (
+            answer.kick_height,
+            answer.parts_on_plate,
+            answer.kicks,
+            answer.pickable,
+        ) == tuple(told[name] for name in ("kick_height", "parts", "kicks", "pickable"))
         low, value, high = interval(answer, "parts_per_minute")
         assert told["per_minute"] == {"value": value, "low": low, "high": high}
         assert answer.kick_height > 0.0 and answer.flips > 0.0 and low < value < high
-        assert "a kick height of 0 m" in cell.refused("feeding", part_id=part_id, plate_length=0.3,
-                                                      plate_width=0.2, kick_heights=[-1], **ASKED)
+        assert "a kick height of 0 m" in cell.refused(
+            "feeding",
+            part_id=part_id,
+            plate_length=0.3,
+            plate_width=0.2,
+            kick_heights=[-1],
+            **ASKED,
+        )
 
     def test_a_part_of_many_triangles_is_planned_too(self, cell):
         """In a process of its own."""
@@ -182,43 +267,67 @@ class TestPlan:
         for _ in range(5):
             surface = trimesh.remesh.subdivide(*surface)
         cell.good("estimate", part=flat(surface, part_id))
-        answer = cell.good("feeding", part_id=part_id, plate_length=0.3, plate_width=0.2,
-                           kick_heights=[0.011], **ASKED)
+        answer = cell.good(
+            "feeding",
+            part_id=part_id,
+            plate_length=0.3,
+            plate_width=0.2,
+            kick_heights=[0.011],
+            **ASKED,
+        )
         low, value, high = interval(answer, "parts_per_minute")
         assert answer.parts_on_plate > 1 and low < value < high
 
     def test_flips_that_were_counted_take_the_place_of_the_model_s(self, cell):
         part_id = known_part(cell)
         shown = latched(cell, part_id)
-        asked = {"part_id": part_id, "kick_height": 0.011, "feeder_speed": "slow", **ASKED}
+        asked = {
+            "part_id": part_id,
+            "kick_height": 0.011,
+            "feeder_speed": "slow",
+            **ASKED,
+        }
         assert "got 'slow'; there is none" in cell.refused("feeding", **asked)
         before = shown.poses[0].index
         flip(cell, part_id, 0.011)
-        counting(cell).publish(*(counted(shown, [1, 2], from_pose=before, feeder_speed=speed)
-                                 for speed in ("", "slow")))
+        counting(cell).publish(
+            *(
+                counted(shown, [1, 2], from_pose=before, feeder_speed=speed)
+                for speed in ("", "slow")
+            )
+        )
         told = until(lambda: (one := cell.call("feeding", **asked)).success and one)
         counts = np.zeros((POSES, POSES), np.int64)
         counts[before, [shown.poses[0].index, shown.poses[1].index]] = 1, 2
         model = simulate_flips(library_part(WEDGE), 0.011, 10_000 // POSES, seed=1)
         expected = learn_flips([model], counts)
-        np.testing.assert_allclose(told.transition, expected.transition.ravel(), rtol=1e-12)
+        np.testing.assert_allclose(
+            told.transition, expected.transition.ravel(), rtol=1e-12
+        )
         assert "'fast'; there is 'slow'" in cell.refused(
-            "feeding", **{**asked, "feeder_speed": "fast"})
+            "feeding", **{**asked, "feeder_speed": "fast"}
+        )
 
 
 @pytest.mark.parametrize("kick", [0.0, KICK])
-@pytest.mark.parametrize(("asked", "said"), [
-    ({"part_id": "nobody"}, "'nobody'"),
-    ({"wanted": [POSES]}, f"got {POSES}"),
-    ({"wanted": []}, "got none"),
-    ({"rate": 0.0}, "a rate above 0"),
-    ({"rate": math.nan}, "a rate above 0"),
-    ({"cycle_time": -1.0}, "a cycle time of 0 s or more"),
-    ({"kick_height": math.nan}, "a kick_height in metres"),
-    ({"kick_height": math.inf}, "a kick_height in metres"),
-    ({"plate_width": -1.0}, "a plate with sides above 0 m"),
-    ({"plate_width": 0.2, "plate_length": 0.3, "look_time": -1.0}, "a camera_time of 0 or more"),
-])
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        ({"part_id": "nobody"}, "'nobody'"),
+        ({"wanted": [POSES]}, f"got {POSES}"),
+        ({"wanted": []}, "got none"),
+        ({"rate": 0.0}, "a rate above 0"),
+        ({"rate": math.nan}, "a rate above 0"),
+        ({"cycle_time": -1.0}, "a cycle time of 0 s or more"),
+        ({"kick_height": math.nan}, "a kick_height in metres"),
+        ({"kick_height": math.inf}, "a kick_height in metres"),
+        ({"plate_width": -1.0}, "a plate with sides above 0 m"),
+        (
+            {"plate_width": 0.2, "plate_length": 0.3, "look_time": -1.0},
+            "a camera_time of 0 or more",
+        ),
+    ],
+)
 def test_what_is_no_question_is_refused_in_one_line(cell, asked, said, kick):
     fields = {"part_id": known_part(cell), "kick_height": kick, **ASKED, **asked}
     assert said in cell.refused("feeding", **fields)
@@ -227,9 +336,19 @@ def test_what_is_no_question_is_refused_in_one_line(cell, asked, said, kick):
 def test_where_every_pose_is_wanted_there_is_nothing_to_do(cell):
     part_id = new_id()
     told = cell.good("estimate", part=flat(WEDGE, part_id)).statistics
-    answer = cell.good("feeding", part_id=part_id, kick_height=KICK, rate=30.0, cycle_time=1.0,
-                       wanted=list(range(len(told.poses))))
-    assert (answer.accepted, answer.flips, answer.accepted_per_minute) == (1.0, 0.0, 30.0)
+    answer = cell.good(
+        "feeding",
+        part_id=part_id,
+        kick_height=KICK,
+        rate=30.0,
+        cycle_time=1.0,
+        wanted=list(range(len(told.poses))),
+    )
+    assert (answer.accepted, answer.flips, answer.accepted_per_minute) == (
+        1.0,
+        0.0,
+        30.0,
+    )
 
 
 OUTER, INNER, HIGH, SIDES = 0.02, 0.008, 0.01, 64
@@ -249,18 +368,25 @@ def washer(cell):
 def areas(outline):
     """Of each closed loop; holes are negative."""
     points = np.array(outline.points).reshape(-1, 2)
-    return [0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) for x, y in
-            (loop.T for loop in np.split(points, np.cumsum(outline.corners)[:-1]))]
+    return [
+        0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
+        for x, y in (
+            loop.T for loop in np.split(points, np.cumsum(outline.corners)[:-1])
+        )
+    ]
 
 
 def test_a_hole_where_it_is_seen_and_a_gap_where_it_is_cut(cell, washer):
     answer = cell.good("get_statistics", part_id=washer, heights=[-1.0, OUTER])
     [result] = answer.statistics
-    asked = [(pose.pose_id, height) for pose in result.poses for height in (-1.0, OUTER)]
+    asked = [
+        (pose.pose_id, height) for pose in result.poses for height in (-1.0, OUTER)
+    ]
     assert [(one.pose_id, one.height) for one in answer.outlines] == asked
     flat_ones = on_edge = 0
-    for pose, seen, cut in zip(result.poses, answer.outlines[::2], answer.outlines[1::2],
-                               strict=True):
+    for pose, seen, cut in zip(
+        result.poses, answer.outlines[::2], answer.outlines[1::2], strict=True
+    ):
         if math.isclose(pose.top, HIGH, rel_tol=1e-6):
             flat_ones += 1
             boundary, hole = areas(seen)
@@ -272,15 +398,22 @@ def test_a_hole_where_it_is_seen_and_a_gap_where_it_is_cut(cell, washer):
             [boundary] = areas(seen)
             assert boundary == pytest.approx(2.0 * OUTER * HIGH, rel=0.01)
             assert len(cut.corners) == 2  # on both sides of the bore
-            assert sum(areas(cut)) == pytest.approx(2.0 * (OUTER - INNER) * HIGH, rel=0.01)
+            assert sum(areas(cut)) == pytest.approx(
+                2.0 * (OUTER - INNER) * HIGH, rel=0.01
+            )
     assert flat_ones == 2 and on_edge == 1
     assert not cell.good("get_statistics", part_id=washer).outlines
 
 
 def test_what_cannot_be_asked_is_refused(cell, washer):
     assert "one part's outlines" in cell.refused("get_statistics", heights=[0.001])
-    assert "heights above the plate" in cell.refused("get_statistics", part_id=washer,
-                                                     heights=[math.nan])
-    for part_id in (washer, known_part(cell)):  # many triangles, or a box at many heights
-        assert "ask for fewer heights" in cell.refused("get_statistics", part_id=part_id,
-                                                       heights=[0.001] * 6000)
+    assert "heights above the plate" in cell.refused(
+        "get_statistics", part_id=washer, heights=[math.nan]
+    )
+    for part_id in (
+        washer,
+        known_part(cell),
+    ):  # many triangles, or a box at many heights
+        assert "ask for fewer heights" in cell.refused(
+            "get_statistics", part_id=part_id, heights=[0.001] * 6000
+        )

@@ -33,34 +33,64 @@ from .harness.slow import builder_at_work, ellipsoid, standing
 @pytest.fixture
 def refused(domain, tmp_path):
     """The line of a start that must be refused, in this process."""
-    return lambda *given: refusal("node", "--ros-args", "-p", f"log_directory:={tmp_path}",
-                                  *[word for one in given for word in ("-p", one)])
+    return lambda *given: refusal(
+        "node",
+        "--ros-args",
+        "-p",
+        f"log_directory:={tmp_path}",
+        *[word for one in given for word in ("-p", one)],
+    )
 
 
-@pytest.mark.parametrize(("given", "said"), [
-    ("restitution:=2.5", ("restitution", "2.5", "below 1")),
-    ("restitution:=.nan", ("restitution", "nan")),
-    ("restitution:=high", ("restitution", "'high'", "double")),
-    ("max_parts:=2.5", ("max_parts", "2.5", "integer")),
-    ("log_directory:=7", ("log_directory", "7", "string")),
-    ("log_directory:=~nobody_of_this_name/bags", ("log_directory", "nobody")),
-    ("default_method:=guess", ("default_method", "'guess'", "combined")),
-    ("plates:=/dev/null", ("plates", "/dev/null")),
-    (f"mesh_topics:=['part=/{300 * 'x'}']", ("Invalid topic name", "length")),
-    ("nonsense", ("nonsense",)),
-])
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ("restitution:=2.5", ("restitution", "2.5", "below 1")),
+        ("restitution:=.nan", ("restitution", "nan")),
+        ("restitution:=high", ("restitution", "'high'", "double")),
+        ("max_parts:=2.5", ("max_parts", "2.5", "integer")),
+        ("log_directory:=7", ("log_directory", "7", "string")),
+        ("log_directory:=~nobody_of_this_name/bags", ("log_directory", "nobody")),
+        ("default_method:=guess", ("default_method", "'guess'", "combined")),
+        ("plates:=/dev/null", ("plates", "/dev/null")),
+        (f"mesh_topics:=['part=/{300 * 'x'}']", ("Invalid topic name", "length")),
+        ("nonsense", ("nonsense",)),
+    ],
+)
 def test_a_bad_parameter_is_refused_in_a_line_that_says_why(refused, given, said):
-    line = refused(given, "plate:=glass") if given.startswith("plates") else refused(given)
+    line = (
+        refused(given, "plate:=glass") if given.startswith("plates") else refused(given)
+    )
     assert all(word in line for word in said), line
 
 
-@pytest.mark.parametrize(("entries", "said"), [
-    ("[/a/clamp, /b/clamp]", "different part_id each"), ("['x=/a', 'x=/b']", "'x'"),
-    ("[/a/x, 'x=/b']", "'x'"), ("[1, 2]", "string_array"),
-    *[(f"['{entry}']", "mesh_topics as") for entry in (
-        "/", "~", "part=", "=", "/a/", "//a", "a b", "/1a", "part=/ü", "part=~x", "a-b")],
-    ("['" + "x" * 201 + "=/a']", "printable"), ("['/" + "x" * 501 + "']", "mesh_topics"),
-])
+@pytest.mark.parametrize(
+    ("entries", "said"),
+    [
+        ("[/a/clamp, /b/clamp]", "different part_id each"),
+        ("['x=/a', 'x=/b']", "'x'"),
+        ("[/a/x, 'x=/b']", "'x'"),
+        ("[1, 2]", "string_array"),
+        *[
+            (f"['{entry}']", "mesh_topics as")
+            for entry in (
+                "/",
+                "~",
+                "part=",
+                "=",
+                "/a/",
+                "//a",
+                "a b",
+                "/1a",
+                "part=/ü",
+                "part=~x",
+                "a-b",
+            )
+        ],
+        ("['" + "x" * 201 + "=/a']", "printable"),
+        ("['/" + "x" * 501 + "']", "mesh_topics"),
+    ],
+)
 def test_mesh_topics_must_be_topics_with_a_name_each(refused, entries, said):
     line = refused(f"mesh_topics:={entries}")
     assert "mesh_topics" in line or "part_id" in line
@@ -69,12 +99,18 @@ def test_mesh_topics_must_be_topics_with_a_name_each(refused, entries, said):
 
 def test_arguments_that_are_no_ros_arguments(refused):
     assert "--fast" in refusal("node", "--fast")
-    assert "rcl can read, got ['a:=1']; for instance" in refusal("node", "--ros-args", "a:=1")
+    assert "rcl can read, got ['a:=1']; for instance" in refusal(
+        "node", "--ros-args", "a:=1"
+    )
 
 
-@pytest.mark.parametrize(("missing", "advice"), [
-    ("rclpy", "source /opt/ros/jazzy/setup.bash"),
-    ("ros_pose_stats_msgs", "colcon build --base-paths . msg_defs")])
+@pytest.mark.parametrize(
+    ("missing", "advice"),
+    [
+        ("rclpy", "source /opt/ros/jazzy/setup.bash"),
+        ("ros_pose_stats_msgs", "colcon build --base-paths . msg_defs"),
+    ],
+)
 def test_without_ros_or_its_messages(refused, monkeypatch, missing, advice):
     monkeypatch.setitem(sys.modules, missing, None)
     line = refused()
@@ -88,18 +124,29 @@ def odd(domain, tmp_path_factory):
     run = bags / "pose_stats_20260202T024000_000000_42"
     run.mkdir()
     os.mkfifo(run / f"{run.name}_1.mcap")
-    with cell_of(domain, bags, "odd", use_sim_time=True,
-                 restitution=0, max_job_seconds=5, drop_height=1, cluster_tolerance=0, workers=1,
-                 mesh_topics="[/cad/clamp, 'a=b=/cad/clamp', '~/mine', 'other=nut']") as (
-            _, client):
+    with cell_of(
+        domain,
+        bags,
+        "odd",
+        use_sim_time=True,
+        restitution=0,
+        max_job_seconds=5,
+        drop_height=1,
+        cluster_tolerance=0,
+        workers=1,
+        mesh_topics="[/cad/clamp, 'a=b=/cad/clamp', '~/mine', 'other=nut']",
+    ) as (_, client):
         yield client
 
 
 def test_whole_numbers_lists_and_private_topics_are_taken(odd):
     values = odd.call("get_parameters", names=["restitution", "drop_height"]).values
     assert [parameter_value_to_python(value) for value in values] == [0.0, 1.0]
-    for topic, names in (("/cad/clamp", ("clamp", "a=b")), (f"{odd.prefix}/mine", ("mine",)),
-                         ("/odd/nut", ("other",))):
+    for topic, names in (
+        ("/cad/clamp", ("clamp", "a=b")),
+        (f"{odd.prefix}/mine", ("mine",)),
+        ("/odd/nut", ("other",)),
+    ):
         MeshPublisher(odd, topic, Mesh).matched().publish(mesh(WEDGE))
         for name in names:
             assert latched(odd, name).cluster_tolerance == 0.0
@@ -118,7 +165,9 @@ def test_stamps_are_those_of_the_clock_that_stands_until_somebody_publishes_it(o
 
     def stamp(part_id):
         clock.publish(Clock(clock=Time(sec=1234)))
-        return odd.good("estimate", part=flat(WEDGE, part_id)).statistics.header.stamp.sec
+        return odd.good(
+            "estimate", part=flat(WEDGE, part_id)
+        ).statistics.header.stamp.sec
 
     until(lambda: stamp(new_id()) == 1234, "the node's clock")
 
@@ -128,13 +177,22 @@ def test_what_rclpy_itself_cannot_take_ends_nothing(node_of, client_of):
     node, client = node_of(use_sim_time=True).ready(), client_of()
     part_id, action = known_part(client), SimulateDrops.Impl.SendGoalService
     deaf = client.node.create_client(
-        action, f"{client.prefix}/simulate_drops/_action/send_goal",
-        qos_profile=QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+        action,
+        f"{client.prefix}/simulate_drops/_action/send_goal",
+        qos_profile=QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL),
+    )
     goal = action.Request(goal=SimulateDrops.Goal(part_id=part_id, drops=10))
-    until(lambda: deaf.call_async(goal) and client.call("list_drop_simulations").jobs, "a job")
+    until(
+        lambda: deaf.call_async(goal) and client.call("list_drop_simulations").jobs,
+        "a job",
+    )
     clock = client.node.create_publisher(Clock, "/clock", 1)
     negative, goes_on = Clock(clock=Time(sec=-5)), "the node goes on: ValueError: "
-    until(lambda: clock.publish(negative) or f"{goes_on}Seconds value must not" in node.log)
+    until(
+        lambda: (
+            clock.publish(negative) or f"{goes_on}Seconds value must not" in node.log
+        )
+    )
     client.send("set_parameters", parameters=[Parameter(value=ParameterValue(type=77))])
     node.says(f"{goes_on}77 is not a valid")
     assert client.good("estimate", part_id=part_id).statistics.header.stamp.sec == 0
@@ -149,11 +207,15 @@ def test_a_file_of_plates_is_a_small_file(refused, tmp_path):
     assert "a pipe" in refused(f"plates:={file}", "plate:=glass")
     assert "a device" in refused("plates:=/dev/zero", "plate:=glass")
     file.unlink()
-    lines = [f"{name}: &{name} [{', '.join(9 * ['*' + before])}]"
-             for before, name in itertools.pairwise("abcdefghi")]
-    for text, said in (("\n".join(["a: &a [x]", *lines]), "values"),
-                       ("plates:\n" + "".join(f"  p{k}: x\n" for k in range(300)), "256 plates"),
-                       ("#" * 300_000, "262144 bytes")):
+    lines = [
+        f"{name}: &{name} [{', '.join(9 * ['*' + before])}]"
+        for before, name in itertools.pairwise("abcdefghi")
+    ]
+    for text, said in (
+        ("\n".join(["a: &a [x]", *lines]), "values"),
+        ("plates:\n" + "".join(f"  p{k}: x\n" for k in range(300)), "256 plates"),
+        ("#" * 300_000, "262144 bytes"),
+    ):
         file.write_text(text)
         assert said in refused(f"plates:={file}", "plate:=glass")
 
@@ -168,8 +230,9 @@ def catches(process, number):
     return bool(caught >> (number - 1) & 1)
 
 
-@pytest.mark.parametrize("number", [
-    signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.long)])
+@pytest.mark.parametrize(
+    "number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.long)]
+)
 def test_before_it_is_ready(node_of, number):
     node = node_of()
     until(lambda: catches(node.process, signal.SIGTERM), "the handlers")
@@ -194,10 +257,16 @@ sys.exit(main())
 """
 
 
-@pytest.mark.parametrize(("stuck", "status"), [
-    ("PartStore.forget = never_ends", 0),
-    ("Node.destroy_node = locks_the_interpreter", -signal.SIGALRM)])
-def test_what_never_ends_keeps_nothing_from_ending(node_of, client_of, tmp_path, stuck, status):
+@pytest.mark.parametrize(
+    ("stuck", "status"),
+    [
+        ("PartStore.forget = never_ends", 0),
+        ("Node.destroy_node = locks_the_interpreter", -signal.SIGALRM),
+    ],
+)
+def test_what_never_ends_keeps_nothing_from_ending(
+    node_of, client_of, tmp_path, stuck, status
+):
     """What was acknowledged is in the state, and the bag is whole."""
     node = node_of(program=["-c", STUCK.format(stuck)]).ready()
     client = client_of()
@@ -211,13 +280,22 @@ def test_what_never_ends_keeps_nothing_from_ending(node_of, client_of, tmp_path,
     assert node.ended() == status
     with sqlite3.connect(tmp_path / "bags" / "pose_stats.sqlite3") as state:
         assert state.execute("SELECT part_id FROM parts").fetchall() == [("kept",)]
-        assert state.execute("SELECT job_id, state FROM jobs").fetchall() == [(job_id, CANCELLED)]
+        assert state.execute("SELECT job_id, state FROM jobs").fetchall() == [
+            (job_id, CANCELLED)
+        ]
     assert_readable_by_others(*bags_of(tmp_path / "bags"))
 
 
-@pytest.mark.parametrize(("make", "said"), [
-    (lambda file: None, "newer"), (lambda file: os.mkfifo(file.with_name("pipe")), "pipe")])
-def test_a_state_file_that_is_not_to_be_touched_is_refused(refused, tmp_path, make, said):
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda file: None, "newer"),
+        (lambda file: os.mkfifo(file.with_name("pipe")), "pipe"),
+    ],
+)
+def test_a_state_file_that_is_not_to_be_touched_is_refused(
+    refused, tmp_path, make, said
+):
     with sqlite3.connect(tmp_path / "newer") as link:
         link.execute("CREATE TABLE parts (part_id)")
         link.execute("PRAGMA user_version=99")
@@ -232,23 +310,37 @@ def ended(domain, tmp_path_factory):
     folder, told = tmp_path_factory.mktemp("bags"), {}
     with cell_of(domain, folder, "ended", refine_drops=LONG) as (node, client):
         part_id = known_part(client)
-        until(lambda: RUNNING in client.call("list_drop_simulations").state, "a refinement")
+        until(
+            lambda: RUNNING in client.call("list_drop_simulations").state,
+            "a refinement",
+        )
         told["running"] = start(client, part_id, LONG, seed=5)
         told["queued"] = start(client, part_id, LONG, seed=6)
         running_with_results(client, told["running"])
         goals = Goals(client)
         goal = goals.send(part_id=part_id, drops=LONG, seed=7)
         model = client.good("get_statistics", part_id=part_id).statistics[0]
-        open_ended = bytes(serialize_message(PoseCounts(part_id="abc"))).replace(b"abc\0", b"abcd")
-        counting(client).publish(open_ended, *(
-            counted(model, [number]) for number in range(300))).acknowledged()
+        open_ended = bytes(serialize_message(PoseCounts(part_id="abc"))).replace(
+            b"abc\0", b"abcd"
+        )
+        counting(client).publish(
+            open_ended, *(counted(model, [number]) for number in range(300))
+        ).acknowledged()
         client.service("feeding")
         slow = client.send("estimate", part=flat(ellipsoid(120_000), "long"))
         with standing(builder_at_work(node.process.pid)) as builder:
-            told["many"] = [client.send("estimate", part_id=part_id, restitution=0.3 + 1e-4 * k)
-                            for k in range(200)]
-            feeding = client.send("feeding", part_id=part_id, wanted=[0], rate=40.0,
-                                  cycle_time=0.5, kick_height=0.012)
+            told["many"] = [
+                client.send("estimate", part_id=part_id, restitution=0.3 + 1e-4 * k)
+                for k in range(200)
+            ]
+            feeding = client.send(
+                "feeding",
+                part_id=part_id,
+                wanted=[0],
+                rate=40.0,
+                cycle_time=0.5,
+                kick_height=0.012,
+            )
         node.stop(signal.SIGTERM)
         told["waited"] = [wait_for(one) for one in (slow, feeding)]
         told["many"] = [wait_for(one) for one in told["many"]]
@@ -266,8 +358,11 @@ def test_jobs_are_cancelled_once_and_what_was_done_is_kept(ended):
     for events in found.values():
         assert [event.event for event in events] == [JobEvent.CANCELLED]
         assert events[0].message == "the node ended"
-    last = [one for one in recorded(folder, "answers")
-            if one.job_id == told["running"] and one.final][-1]
+    last = [
+        one
+        for one in recorded(folder, "answers")
+        if one.job_id == told["running"] and one.final
+    ][-1]
     assert last.drops == found[told["running"]][0].drops_done > 0
 
 
@@ -276,7 +371,9 @@ def test_whoever_waits_is_told(ended):
     assert not told["goal"].success and "the node ended" in told["goal"].message
     slow, _ = told["waited"]
     assert not slow.success and slow.message == ENDING
-    refused = {one.message for one in (*told["waited"], *told["many"]) if not one.success}
+    refused = {
+        one.message for one in (*told["waited"], *told["many"]) if not one.success
+    }
     assert refused == {ENDING}
 
 

@@ -8,9 +8,19 @@ import subprocess
 import time
 
 NAMES = ("chromium", "chromium-browser", "google-chrome")
-OPTIONS = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
-           "--disable-background-networking", "--disable-component-update", "--disable-sync",
-           "--disable-dev-shm-usage", "--hide-scrollbars", "--remote-debugging-pipe")
+OPTIONS = (
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--disable-dev-shm-usage",
+    "--hide-scrollbars",
+    "--remote-debugging-pipe",
+)
 PATIENCE = 120.0
 
 
@@ -42,15 +52,21 @@ class Browser:
 
         self._process = subprocess.Popen(
             [browser_file(), *OPTIONS, f"--user-data-dir={profile}", "about:blank"],
-            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-            preexec_fn=place, close_fds=False)
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            preexec_fn=place,
+            close_fds=False,
+        )
         os.close(to_child)
         os.close(from_child)
         self._rest, self._number, self._session = b"", 0, None
         self.requests, self.complaints, self._loaded = [], [], False
         targets = self.ask("Target.getTargets")["targetInfos"]
         page = next(one["targetId"] for one in targets if one["type"] == "page")
-        self._session = self.ask("Target.attachToTarget", targetId=page, flatten=True)["sessionId"]
+        self._session = self.ask("Target.attachToTarget", targetId=page, flatten=True)[
+            "sessionId"
+        ]
         for domain in ("Page", "Runtime", "Network", "Log"):
             self.ask(f"{domain}.enable")
 
@@ -76,33 +92,56 @@ class Browser:
 
     def open(self, address, width=1280, height=900, phone=False):
         """Load a page and wait until it is there and drawn."""
-        self.ask("Emulation.setDeviceMetricsOverride", width=width, height=height,
-                 deviceScaleFactor=2 if phone else 1, mobile=phone)
+        self.ask(
+            "Emulation.setDeviceMetricsOverride",
+            width=width,
+            height=height,
+            deviceScaleFactor=2 if phone else 1,
+            mobile=phone,
+        )
         self._loaded = False
         self.ask("Page.navigate", url=address)
         while not self._loaded:
             self._next()
-        self.evaluate("new Promise(f => requestAnimationFrame(() => requestAnimationFrame(f)))")
+        self.evaluate(
+            "new Promise(f => requestAnimationFrame(() => requestAnimationFrame(f)))"
+        )
 
     def evaluate(self, expression):
         """Value of an expression in the page; promises are waited for."""
-        found = self.ask("Runtime.evaluate", expression=expression, awaitPromise=True,
-                         returnByValue=True)
+        found = self.ask(
+            "Runtime.evaluate",
+            expression=expression,
+            awaitPromise=True,
+            returnByValue=True,
+        )
         assert "exceptionDetails" not in found, found["exceptionDetails"]
         return found["result"].get("value")
 
     def drag(self, begin, end, steps=4):
         """Press the mouse, move it and let go."""
+
         def mouse(kind, x, y):
-            self.ask("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=1,
-                     clickCount=1)
+            self.ask(
+                "Input.dispatchMouseEvent",
+                type=kind,
+                x=x,
+                y=y,
+                button="left",
+                buttons=1,
+                clickCount=1,
+            )
 
         mouse("mousePressed", *begin)
         for k in range(1, steps + 1):
-            mouse("mouseMoved", *(a + (b - a) * k / steps
-                                  for a, b in zip(begin, end, strict=True)))
+            mouse(
+                "mouseMoved",
+                *(a + (b - a) * k / steps for a, b in zip(begin, end, strict=True)),
+            )
         mouse("mouseReleased", *end)
-        self.evaluate("new Promise(f => requestAnimationFrame(() => requestAnimationFrame(f)))")
+        self.evaluate(
+            "new Promise(f => requestAnimationFrame(() => requestAnimationFrame(f)))"
+        )
 
     def _next(self):
         """Next message; events are noted on the way."""
@@ -126,7 +165,13 @@ class Browser:
                 self.requests.append(given["request"]["url"])
         elif event == "Runtime.exceptionThrown":
             self.complaints.append(given["exceptionDetails"]["text"])
-        elif event == "Runtime.consoleAPICalled" and given["type"] in ("error", "warning"):
+        elif event == "Runtime.consoleAPICalled" and given["type"] in (
+            "error",
+            "warning",
+        ):
             self.complaints.append(str(given["args"]))
-        elif event == "Log.entryAdded" and given["entry"]["level"] in ("error", "warning"):
+        elif event == "Log.entryAdded" and given["entry"]["level"] in (
+            "error",
+            "warning",
+        ):
             self.complaints.append(given["entry"]["text"])

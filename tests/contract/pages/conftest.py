@@ -31,7 +31,9 @@ def parts(tmp_path_factory):
     surface = clamp.vertices, clamp.faces
     write_stl(folder / "long.stl", (surface[0] * (1.0, 1.0, 1.4), surface[1]))
     write_stl(folder / "turned.stl", moved(surface, rotation(3)))
-    write_stl(folder / "<i>stone & 'co'.stl", moved(random_polyhedron(8, 2), scale=10.0))
+    write_stl(
+        folder / "<i>stone & 'co'.stl", moved(random_polyhedron(8, 2), scale=10.0)
+    )
     return folder
 
 
@@ -39,8 +41,22 @@ def parts(tmp_path_factory):
 def report(parts):
     """All that a report can hold, of the box: its page, and its file."""
     file = parts / "box.html"
-    answer("report", parts / "box.stl", *DROPPED, "--wanted", "0,1", "--rate", 60, "--kick", 0.02,
-           "--changes", "-o", file, "--png", parts / "box.png")
+    answer(
+        "report",
+        parts / "box.stl",
+        *DROPPED,
+        "--wanted",
+        "0,1",
+        "--rate",
+        60,
+        "--kick",
+        0.02,
+        "--changes",
+        "-o",
+        file,
+        "--png",
+        parts / "box.png",
+    )
     return Page(file), file
 
 
@@ -71,15 +87,26 @@ def rock(parts):
 def comparison(parts):
     """Of the clamp, three variants of it and a stone; the page, its file and the object."""
     file = parts / "variants.html"
-    asked = ("compare", *(parts / f"{name}.stl" for name in (
-        "clamp", "long", "turned", "<i>stone & 'co'")), *DROPPED, "--wanted", "0,1")
+    asked = (
+        "compare",
+        *(
+            parts / f"{name}.stl"
+            for name in ("clamp", "long", "turned", "<i>stone & 'co'")
+        ),
+        *DROPPED,
+        "--wanted",
+        "0,1",
+    )
     answer(*asked, "-o", file)
     return Page(file), file, answer_json(*asked)
 
 
 SHAPES = {
-    "a_cube": (10.0, 10.0, 10.0), "b_bar": (12.0, 14.0, 60.0), "c_plate": (40.0, 30.0, 3.0),
-    "d_block": (20.0, 22.0, 25.0), "e_<i>odd</i> & 'name'": (9.0, 10.0, 11.0),
+    "a_cube": (10.0, 10.0, 10.0),
+    "b_bar": (12.0, 14.0, 60.0),
+    "c_plate": (40.0, 30.0, 3.0),
+    "d_block": (20.0, 22.0, 25.0),
+    "e_<i>odd</i> & 'name'": (9.0, 10.0, 11.0),
     "g_tiny": (0.10, 0.11, 0.12),
 }
 
@@ -87,18 +114,33 @@ SHAPES = {
 @pytest.fixture(scope="session")
 def catalogue(tmp_path_factory):
     """Makes the catalogue of a few parts and so many files that are none: folder and object."""
+
     def make(others):
         folder = tmp_path_factory.mktemp("catalogue")
         (folder / "parts").mkdir()
         for name, size in SHAPES.items():
-            write_stl(folder / "parts" / f"{name.replace(chr(47), '_')}.stl", shapes.box(*size))
-        trimesh.creation.box((15.0, 16.0, 17.0)).export(folder / "parts" / "h_declared.3mf")
+            write_stl(
+                folder / "parts" / f"{name.replace(chr(47), '_')}.stl",
+                shapes.box(*size),
+            )
+        trimesh.creation.box((15.0, 16.0, 17.0)).export(
+            folder / "parts" / "h_declared.3mf"
+        )
         (folder / "parts" / "f_letter.stl").write_text("Dear colleague,")
         for k in range(others):
             (folder / "parts" / f"x_{k}.stl").write_text("Dear colleague,")
         return folder / "out", answer_json(
-            "catalogue", folder / "parts", "--unit", "mm", "--restitution", 0.4, "--workers", 1,
-            "-o", folder / "out")
+            "catalogue",
+            folder / "parts",
+            "--unit",
+            "mm",
+            "--restitution",
+            0.4,
+            "--workers",
+            1,
+            "-o",
+            folder / "out",
+        )
 
     return make
 

@@ -21,7 +21,9 @@ class Picture(NamedTuple):
     @property
     def pixels(self):
         """Of a picture of pixels (h, w, 3)."""
-        return np.asarray(Image.open(io.BytesIO(self.content)).convert("RGB")).astype(int)
+        return np.asarray(Image.open(io.BytesIO(self.content)).convert("RGB")).astype(
+            int
+        )
 
     @property
     def words(self):
@@ -46,7 +48,9 @@ class Page(HTMLParser):
         self.addresses += [given[name] for name in ("src", "href") if name in given]
         if tag == "img" and given["src"].startswith("data:"):
             content = base64.b64decode(given["src"].partition(";base64,")[2])
-            self.pictures.append(Picture(given.get("alt", "").replace("\xa0", " "), content))
+            self.pictures.append(
+                Picture(given.get("alt", "").replace("\xa0", " "), content)
+            )
         if tag not in VOID:
             self._open.append(tag)
 
@@ -64,6 +68,8 @@ class Page(HTMLParser):
     def needs_nothing(self):
         """Whether it asks for nothing beside itself."""
         bare = re.sub(r"base64,[^\"]*", "", self.source)
-        return (all(address.startswith(("data:", "#")) for address in self.addresses)
-                and not re.search(r"https?://(?!www\.w3\.org)", bare)
-                and "default-src 'none'" in self.source)
+        return (
+            all(address.startswith(("data:", "#")) for address in self.addresses)
+            and not re.search(r"https?://(?!www\.w3\.org)", bare)
+            and "default-src 'none'" in self.source
+        )

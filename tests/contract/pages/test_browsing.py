@@ -18,7 +18,9 @@ SHOWN = """(() => {
 })()"""
 """Share of the view that shows the blue part."""
 
-STATE = "(e => [e.azimuth, e.elevation, e.pose])(document.getElementById('view').dataset)"
+STATE = (
+    "(e => [e.azimuth, e.elevation, e.pose])(document.getElementById('view').dataset)"
+)
 
 CUT = """[...document.querySelectorAll('h1,h2,h3,p,dd,dt,button,pre,figcaption')].filter(e =>
   e.getBoundingClientRect().right > innerWidth + 1).map(e => e.textContent)"""
@@ -46,46 +48,66 @@ def file(request):
 
 
 @pytest.mark.parametrize(("fragment", "renderer"), [("", "webgl"), ("#2d", "2d")])
-def test_the_view_turns_and_shows_the_pose_that_is_asked_for(clamp, browser, fragment, renderer):
+def test_the_view_turns_and_shows_the_pose_that_is_asked_for(
+    clamp, browser, fragment, renderer
+):
     browser.open("about:blank")
     browser.open(clamp[1].as_uri() + fragment)
-    assert browser.evaluate("document.getElementById('view').dataset.renderer") in (renderer, "2d")
+    assert browser.evaluate("document.getElementById('view').dataset.renderer") in (
+        renderer,
+        "2d",
+    )
     assert browser.evaluate(SHOWN) > 0.03
     before = browser.evaluate(STATE)
-    browser.evaluate("document.getElementById('view').scrollIntoView({block: 'center'})")
-    x, y = browser.evaluate("(r => [r.x + r.width / 2, r.y + r.height / 2])"
-                            "(document.getElementById('view').getBoundingClientRect())")
+    browser.evaluate(
+        "document.getElementById('view').scrollIntoView({block: 'center'})"
+    )
+    x, y = browser.evaluate(
+        "(r => [r.x + r.width / 2, r.y + r.height / 2])"
+        "(document.getElementById('view').getBoundingClientRect())"
+    )
     browser.drag((x, y), (x + 120, y + 40))
     after = browser.evaluate(STATE)
     assert float(after[0]) != float(before[0]) and float(after[1]) != float(before[1])
     assert browser.evaluate(SHOWN) > 0.03
     browser.evaluate("document.querySelectorAll('#poses-of-view button')[2].click()")
-    browser.evaluate("new Promise(f => requestAnimationFrame(() => requestAnimationFrame(f)))")
+    browser.evaluate(
+        "new Promise(f => requestAnimationFrame(() => requestAnimationFrame(f)))"
+    )
     assert browser.evaluate(STATE)[2] != before[2]
     assert browser.evaluate(SHOWN) > 0.03
 
 
 @pytest.mark.parametrize(("width", "phone"), [(1280, False), (390, True)])
-def test_a_page_asks_for_nothing_and_is_no_wider_than_the_window(file, browser, width, phone):
+def test_a_page_asks_for_nothing_and_is_no_wider_than_the_window(
+    file, browser, width, phone
+):
     browser.open("about:blank")
     browser.requests.clear()
     browser.complaints.clear()
     browser.open(file.as_uri(), width, 844, phone)
     assert browser.requests == [file.as_uri()]
-    assert [line for line in browser.complaints if not any(w in line for w in HARMLESS)] == []
+    assert [
+        line for line in browser.complaints if not any(w in line for w in HARMLESS)
+    ] == []
     assert browser.evaluate("document.documentElement.scrollWidth") <= width
     assert browser.evaluate(CUT) == []
     assert browser.evaluate(
-        "[...document.images].every(e => e.complete && e.naturalWidth > 0)")
+        "[...document.images].every(e => e.complete && e.naturalWidth > 0)"
+    )
 
 
-def test_no_text_of_a_drawing_is_cut_off_or_covers_another(report, clamp, rock, browser):
+def test_no_text_of_a_drawing_is_cut_off_or_covers_another(
+    report, clamp, rock, browser
+):
     for _, file in (report, clamp, rock):
         browser.open("about:blank")
         browser.open(file.as_uri())
         drawings = browser.evaluate(TEXTS)
         assert len(drawings) >= 4
-        assert [drawing for drawing in drawings if drawing[1] < 5 or drawing[2] + drawing[3]] == []
+        assert [
+            drawing for drawing in drawings if drawing[1] < 5 or drawing[2] + drawing[3]
+        ] == []
 
 
 def test_no_figure_is_squeezed_or_covered_in_print(clamp, browser):
@@ -95,7 +117,8 @@ def test_no_figure_is_squeezed_or_covered_in_print(clamp, browser):
     try:
         boxes = browser.evaluate(
             "[...document.querySelectorAll('.pair img')].map(e => e.getBoundingClientRect())"
-            ".map(r => [r.left, r.right, r.width])")
+            ".map(r => [r.left, r.right, r.width])"
+        )
         assert len(boxes) == 4
         for left, right in zip(boxes[::2], boxes[1::2], strict=True):
             assert left[1] <= right[0]

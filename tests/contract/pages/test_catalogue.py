@@ -7,28 +7,39 @@ import pytest
 
 from .reading import Page
 
-NAMES = "[...document.querySelectorAll('#parts > tbody > tr:not(.more) .part button')]" \
-        ".map(e => e.textContent.slice(0, 1)).join('')"
-OPEN_ALL = "document.querySelectorAll('#parts > tbody .part button').forEach(e => e.click())"
+NAMES = (
+    "[...document.querySelectorAll('#parts > tbody > tr:not(.more) .part button')]"
+    ".map(e => e.textContent.slice(0, 1)).join('')"
+)
+OPEN_ALL = (
+    "document.querySelectorAll('#parts > tbody .part button').forEach(e => e.click())"
+)
 KNOWN = "abcdegh"
 
 
 def typed(field, value):
     """Fill in a field as typing does."""
-    return (f"(e => {{ e.value = {json.dumps(value)}; e.dispatchEvent(new Event('input', "
-            f"{{bubbles: true}})); }})(document.getElementById('{field}'))")
+    return (
+        f"(e => {{ e.value = {json.dumps(value)}; e.dispatchEvent(new Event('input', "
+        f"{{bubbles: true}})); }})(document.getElementById('{field}'))"
+    )
 
 
 def head(name):
-    return (f"[...document.querySelectorAll('thead button')].find(e => e.textContent === "
-            f"'{name}').click()")
+    return (
+        f"[...document.querySelectorAll('thead button')].find(e => e.textContent === "
+        f"'{name}').click()"
+    )
 
 
 def order(values, name, falling=False):
     """First letters of the parts by a value, those refused last."""
     rows = {row["file"].rpartition("/")[2][0]: row for row in values["parts"]}
     assert len({rows[letter][name] for letter in KNOWN}) >= len(KNOWN) - 1
-    return "".join(sorted(KNOWN, key=lambda letter: rows[letter][name], reverse=falling)) + "f"
+    return (
+        "".join(sorted(KNOWN, key=lambda letter: rows[letter][name], reverse=falling))
+        + "f"
+    )
 
 
 def opened(browser, made, *size):
@@ -41,36 +52,52 @@ def opened(browser, made, *size):
 
 class TestWhatIsWritten:
     def test_the_answer_comes_first(self, small):
-        lead = re.search(r'<p class="lead">(.*?)</p>',
-                         (small[0] / "index.html").read_text(encoding="utf-8"), re.DOTALL)[1]
-        assert re.search(r"\d of 7 parts lie one way in at least 90&nbsp;% of drops", lead)
+        lead = re.search(
+            r'<p class="lead">(.*?)</p>',
+            (small[0] / "index.html").read_text(encoding="utf-8"),
+            re.DOTALL,
+        )[1]
+        assert re.search(
+            r"\d of 7 parts lie one way in at least 90&nbsp;% of drops", lead
+        )
         assert "Warnings about 1 part: UNIT_SUSPECT\xa01.</span> 1 refused." in lead
 
     def test_a_small_page_is_one_file(self, small):
         page = Page(small[0] / "index.html")
         assert page.source.count("data:image/png;base64,") == len(KNOWN)
-        assert not [name for name in page.addresses if not name.startswith(("data:", "#"))]
+        assert not [
+            name for name in page.addresses if not name.startswith(("data:", "#"))
+        ]
         assert "<i>odd" not in page.source and len(page.source) < 100_000
 
     def test_a_large_one_stays_small_and_names_what_it_takes(self, large):
         page = Page(large[0] / "index.html")
-        beside = [name for name in page.addresses if not name.startswith(("data:", "#"))]
+        beside = [
+            name for name in page.addresses if not name.startswith(("data:", "#"))
+        ]
         assert beside and all((large[0] / name).is_file() for name in beside)
         assert "data:image/png" not in page.source and len(page.source) < 60_000
 
 
 @pytest.mark.parametrize("kind", ["small", "large"])
-def test_it_asks_for_its_own_files_only_and_shows_their_pictures(request, browser, kind):
+def test_it_asks_for_its_own_files_only_and_shows_their_pictures(
+    request, browser, kind
+):
     opened(browser, made := request.getfixturevalue(kind))
     assert browser.evaluate(NAMES)[:7] == order(made[1], "best_share", True)[:7]
     assert all(address.startswith("file:///") for address in browser.requests)
     assert browser.complaints == []
-    browser.evaluate("document.querySelectorAll('#parts img').forEach(e => "
-                     "{ e.loading = 'eager'; })")
+    browser.evaluate(
+        "document.querySelectorAll('#parts img').forEach(e => { e.loading = 'eager'; })"
+    )
     assert browser.evaluate(
         "Promise.all([...document.querySelectorAll('#parts img')].map(e => e.decode()"
-        ".then(() => e.naturalWidth > 100)))") == [True] * len(KNOWN)
-    assert browser.evaluate("document.querySelectorAll('#parts i:not(.bar i)').length") == 0
+        ".then(() => e.naturalWidth > 100)))"
+    ) == [True] * len(KNOWN)
+    assert (
+        browser.evaluate("document.querySelectorAll('#parts i:not(.bar i)').length")
+        == 0
+    )
 
 
 def test_it_sorts_both_ways_and_what_is_not_known_comes_last(small, browser):
@@ -80,40 +107,60 @@ def test_it_sorts_both_ways_and_what_is_not_known_comes_last(small, browser):
         for _ in range(2):
             browser.evaluate(head(column))
             both.append(browser.evaluate(NAMES))
-        assert sorted(both) == sorted(order(small[1], name, falling) for falling in (True, False))
+        assert sorted(both) == sorted(
+            order(small[1], name, falling) for falling in (True, False)
+        )
     browser.evaluate(head("Part"))
     assert browser.evaluate(NAMES) == "abcdefgh"
     browser.evaluate(head("Part"))
     assert browser.evaluate(NAMES) == "hgfedcba"
-    assert browser.evaluate("document.querySelector('th[aria-sort]').getAttribute("
-                            "'aria-sort')") == "descending"
+    assert (
+        browser.evaluate(
+            "document.querySelector('th[aria-sort]').getAttribute('aria-sort')"
+        )
+        == "descending"
+    )
 
 
 def test_it_sorts_at_a_phones_width_too(small, browser):
     opened(browser, small, 390, 844, True)
-    browser.evaluate("(e => { e.value = 'top'; e.dispatchEvent(new Event('change')); })"
-                     "(document.getElementById('sort'))")
+    browser.evaluate(
+        "(e => { e.value = 'top'; e.dispatchEvent(new Event('change')); })"
+        "(document.getElementById('sort'))"
+    )
     assert browser.evaluate(NAMES) == order(small[1], "top_m")
 
 
-@pytest.mark.parametrize(("fields", "left"), [
-    ({"words": "BAR"}, "b"), ({"words": "odd name"}, "e"), ({"words": "expected"}, "f"),
-    ({"words": "nothing"}, ""), ({"share": "99.95"}, "a"), ({"passes": "1.001"}, "a"),
-    ({"fit-top": "9.5"}, "ceg"), ({"kind": "refused"}, "f"), ({"kind": "answered"}, KNOWN),
-    ({"kind": "warned"}, "g"),
-    # A box that a part is to fit into, given either way round.
-    ({"fit-length": "14", "fit-width": "60"}, "abeg"),
-])
+@pytest.mark.parametrize(
+    ("fields", "left"),
+    [
+        ({"words": "BAR"}, "b"),
+        ({"words": "odd name"}, "e"),
+        ({"words": "expected"}, "f"),
+        ({"words": "nothing"}, ""),
+        ({"share": "99.95"}, "a"),
+        ({"passes": "1.001"}, "a"),
+        ({"fit-top": "9.5"}, "ceg"),
+        ({"kind": "refused"}, "f"),
+        ({"kind": "answered"}, KNOWN),
+        ({"kind": "warned"}, "g"),
+        # A box that a part is to fit into, given either way round.
+        ({"fit-length": "14", "fit-width": "60"}, "abeg"),
+    ],
+)
 def test_it_filters(small, browser, fields, left):
     opened(browser, small)
     for field, value in fields.items():
         browser.evaluate(typed(field, value))
     assert "".join(sorted(browser.evaluate(NAMES))) == left
     assert browser.evaluate("document.getElementById('count').textContent").startswith(
-        f"{len(left)} of 8 parts")
-    browser.evaluate("new Promise(done => { document.querySelector('form').addEventListener("
-                     "'reset', () => setTimeout(done, 0)); "
-                     "document.querySelector('button[type=reset]').click(); })")
+        f"{len(left)} of 8 parts"
+    )
+    browser.evaluate(
+        "new Promise(done => { document.querySelector('form').addEventListener("
+        "'reset', () => setTimeout(done, 0)); "
+        "document.querySelector('button[type=reset]').click(); })"
+    )
     assert len(browser.evaluate(NAMES)) == 8
 
 
@@ -121,20 +168,30 @@ def test_a_part_tells_its_poses_and_the_command_of_its_report(small, browser):
     opened(browser, small)
     browser.evaluate(head("Part"))
     browser.evaluate(OPEN_ALL)
-    poses = browser.evaluate("[...document.querySelectorAll('.more')].map(more => "
-                             "[...more.querySelectorAll('table > tbody > tr')].map(e => "
-                             "e.cells[3].textContent + ', ' + e.cells[4].textContent))")
+    poses = browser.evaluate(
+        "[...document.querySelectorAll('.more')].map(more => "
+        "[...more.querySelectorAll('table > tbody > tr')].map(e => "
+        "e.cells[3].textContent + ', ' + e.cells[4].textContent))"
+    )
     assert [text.replace("\xa0", " ") for text in poses[3]] == [
-        "25 × 22 mm, 20 mm", "25 × 20 mm, 22 mm", "22 × 20 mm, 25 mm"]
-    commands = browser.evaluate("[...document.querySelectorAll('.more code')]"
-                                ".map(e => e.textContent)")
+        "25 × 22 mm, 20 mm",
+        "25 × 20 mm, 22 mm",
+        "22 × 20 mm, 25 mm",
+    ]
+    commands = browser.evaluate(
+        "[...document.querySelectorAll('.more code')].map(e => e.textContent)"
+    )
     (block,) = (command for command in commands if "d_block" in command)
-    assert re.fullmatch(r"ros_pose_stats report /\S+/parts/d_block\.stl --unit mm "
-                        r"--restitution 0\.4 -o /\S+/out/reports/d_block_\w{8}\.html", block)
+    assert re.fullmatch(
+        r"ros_pose_stats report /\S+/parts/d_block\.stl --unit mm "
+        r"--restitution 0\.4 -o /\S+/out/reports/d_block_\w{8}\.html",
+        block,
+    )
     assert any("'\"'\"'name'\"'\"'" in command for command in commands)
     # A file that declares its unit keeps it.
-    assert {"--unit mm" in command: "h_declared" in command for command in commands} == {
-        True: False, False: True}
+    assert {
+        "--unit mm" in command: "h_declared" in command for command in commands
+    } == {True: False, False: True}
     browser.evaluate(OPEN_ALL)
     assert browser.evaluate("document.querySelectorAll('.more').length") == 0
 
@@ -143,26 +200,37 @@ def test_warnings_stand_out(small, browser):
     opened(browser, small)
     shown = "[...document.querySelectorAll('.notes .warned')].map(e => e.textContent)"
     assert browser.evaluate(shown) == ["UNIT_SUSPECT"]
-    colours = browser.evaluate("['.notes .warned', 'td.notes'].map(name => getComputedStyle("
-                               "document.querySelector(name)).color)")
+    colours = browser.evaluate(
+        "['.notes .warned', 'td.notes'].map(name => getComputedStyle("
+        "document.querySelector(name)).color)"
+    )
     assert colours[0] != colours[1]
     browser.evaluate(OPEN_ALL)
-    assert browser.evaluate("document.querySelector('.more p.warning').textContent"
-                            ).startswith("UNIT_SUSPECT: ")
+    assert browser.evaluate(
+        "document.querySelector('.more p.warning').textContent"
+    ).startswith("UNIT_SUSPECT: ")
 
 
 @pytest.mark.parametrize(("width", "phone"), [(1280, False), (390, True)])
-def test_all_of_it_is_within_the_window_and_numbers_keep_their_units(small, browser, width, phone):
+def test_all_of_it_is_within_the_window_and_numbers_keep_their_units(
+    small, browser, width, phone
+):
     opened(browser, small, width, 844, phone)
-    cells = browser.evaluate("[...document.querySelectorAll('#parts > tbody > tr > td:not("
-                             ".part):not(.refused)')].map(e => e.textContent)")
+    cells = browser.evaluate(
+        "[...document.querySelectorAll('#parts > tbody > tr > td:not("
+        ".part):not(.refused)')].map(e => e.textContent)"
+    )
     assert not [text for text in cells if re.search(r"\d (mm|%|points|bit)", text)]
     browser.evaluate(OPEN_ALL)
     assert browser.evaluate("document.documentElement.scrollWidth") == width
-    assert browser.evaluate(
-        "[...document.querySelectorAll('h1,h3,p,label,button,#parts > tbody > tr > td,.more td')]"
-        ".filter(e => e.getBoundingClientRect().right > innerWidth + 1)"
-        ".map(e => e.textContent)") == []
+    assert (
+        browser.evaluate(
+            "[...document.querySelectorAll('h1,h3,p,label,button,#parts > tbody > tr > td,.more td')]"
+            ".filter(e => e.getBoundingClientRect().right > innerWidth + 1)"
+            ".map(e => e.textContent)"
+        )
+        == []
+    )
 
 
 def test_many_parts_are_shown_some_at_a_time(large, browser):

@@ -19,22 +19,39 @@ def test_turned_and_foreign_variants_are_pointed_out(comparison):
     assert "D has no such pose" in text and "A has no such pose" in text
 
 
-def test_names_cannot_write_html_and_the_command_that_gives_it_again_is_there(comparison):
+def test_names_cannot_write_html_and_the_command_that_gives_it_again_is_there(
+    comparison,
+):
     page, _, _ = comparison
     assert "<i>stone" not in page.source and "<i>stone & 'co'" in page.text
-    assert "ros_pose_stats compare " in page.text and "--drops 300 --seed 1" in page.text
+    assert (
+        "ros_pose_stats compare " in page.text and "--drops 300 --seed 1" in page.text
+    )
 
 
-def test_every_pose_has_its_picture_and_a_turned_part_looks_as_the_first_one(comparison):
+def test_every_pose_has_its_picture_and_a_turned_part_looks_as_the_first_one(
+    comparison,
+):
     """Pairs side by side: the clamp as it is, and as it lies turned in its file."""
     page, _, values = comparison
-    counts = [sum(min(len(pose[side]), 1) for pose in beside["poses"][:12]
-                  for side in ("first", "second")) for beside in values["comparisons"]]
+    counts = [
+        sum(
+            min(len(pose[side]), 1)
+            for pose in beside["poses"][:12]
+            for side in ("first", "second")
+        )
+        for beside in values["comparisons"]
+    ]
     pictures = [picture.pixels for picture in page.pictures]
     assert len(pictures) == sum(counts)
-    assert all((picture < 250).any() and picture[0, 0].min() == 255 for picture in pictures)
+    assert all(
+        (picture < 250).any() and picture[0, 0].min() == 255 for picture in pictures
+    )
     begin = counts[0]
-    for left, right in zip(pictures[begin:begin + 6:2], pictures[begin + 1:begin + 7:2],
-                           strict=True):
+    for left, right in zip(
+        pictures[begin : begin + 6 : 2],
+        pictures[begin + 1 : begin + 7 : 2],
+        strict=True,
+    ):
         # An edge may fall on the next pixel.
         assert np.mean(np.abs(left - right).max(axis=2) > 40) < 0.02

@@ -48,18 +48,25 @@ def test_like_poses_have_a_picture_and_their_total(report, kinds):
     for (first, second), pose in kinds:
         total = percent(pose["group_probability"])
         assert f"The part in poses {first}, {second}, {total} of the drops" in shown
-        for number in (f"each of 2, about {percent(pose['group_probability'] / 2)}",
-                       f"{1e3 * pose['height']:.4g} mm", f"{1e3 * pose['barrier']:.4g} mm",
-                       f"{math.degrees(pose['margin']):.3g}°", "every 180° of yaw"):
+        for number in (
+            f"each of 2, about {percent(pose['group_probability'] / 2)}",
+            f"{1e3 * pose['height']:.4g} mm",
+            f"{1e3 * pose['barrier']:.4g} mm",
+            f"{math.degrees(pose['margin']):.3g}°",
+            "every 180° of yaw",
+        ):
             assert number in page.text
 
 
 def test_each_pose_is_listed_on_demand_with_its_count(report, counted):
     (hidden,) = re.findall(r"<details>(.*?)</details>", report[0].source, re.DOTALL)
-    rows = [re.findall(r"<td>(.*?)</td>", row, re.DOTALL)
-            for row in re.findall(r"<tr>(.*?)</tr>", hidden, re.DOTALL)[1:]]
+    rows = [
+        re.findall(r"<td>(.*?)</td>", row, re.DOTALL)
+        for row in re.findall(r"<tr>(.*?)</tr>", hidden, re.DOTALL)[1:]
+    ]
     assert [(int(row[0]), int(row[1]), int(row[4])) for row in rows] == [
-        (pose["index"], pose["group"], pose["count"]) for pose in counted["poses"]]
+        (pose["index"], pose["group"], pose["count"]) for pose in counted["poses"]
+    ]
 
 
 def test_every_method_tells_every_total(report, kinds):
@@ -73,7 +80,8 @@ def test_every_method_tells_every_total(report, kinds):
 
 
 def test_the_splitting_graph_has_the_levels_of_the_edges_and_the_shares_of_the_table(
-        report, counted):
+    report, counted
+):
     """A box goes from face to face over its edges: half the diagonals of the sides between."""
     (picture,) = report[0].named("Splitting graph")
     words = picture.words
@@ -97,7 +105,9 @@ def test_changes_are_in_a_table_and_on_the_part(report):
     page, _ = report
     assert "Which change of the part feeds better" in page.text
     assert "What a step gains" in page.text
-    assert page.named("The part from two sides, coloured where to add and where to take away")
+    assert page.named(
+        "The part from two sides, coloured where to add and where to take away"
+    )
 
 
 def test_all_can_be_had_again(report, counted):
@@ -114,11 +124,26 @@ def test_a_part_without_symmetry_has_a_picture_a_pose(clamp):
 
 
 def test_warnings_come_in_plain_words(parts, tmp_path):
-    answer("report", parts / "cylinder.stl", "--unit", "mm", "--drops", 50, "--wanted", 1,
-           "--drop-height", 0.03, "-o", tmp_path / "a.html")
+    answer(
+        "report",
+        parts / "cylinder.stl",
+        "--unit",
+        "mm",
+        "--drops",
+        50,
+        "--wanted",
+        1,
+        "--drop-height",
+        0.03,
+        "-o",
+        tmp_path / "a.html",
+    )
     text = Page(tmp_path / "a.html").text
-    for words in ("A wanted pose has others that look the same", "tilt to topple across its axis",
-                  "at any yaw"):
+    for words in (
+        "A wanted pose has others that look the same",
+        "tilt to topple across its axis",
+        "at any yaw",
+    ):
         assert words in text
     assert text.count("* The part rolls in this pose") == 1
     assert text.count("The part is released low") == 1  # though nine methods say so
@@ -126,19 +151,39 @@ def test_warnings_come_in_plain_words(parts, tmp_path):
 
 def test_large_lengths_have_no_exponent_and_stay_with_their_units(tmp_path):
     write_stl(tmp_path / "hall.stl", shapes.box(22.0, 18.0, 14.0))
-    answer("report", tmp_path / "hall.stl", "--unit", "m", "--drops", 50, "-o",
-           tmp_path / "a.html")
+    answer(
+        "report",
+        tmp_path / "hall.stl",
+        "--unit",
+        "m",
+        "--drops",
+        50,
+        "-o",
+        tmp_path / "a.html",
+    )
     page = Page(tmp_path / "a.html")
     assert "22000 × 18000 × 14000\xa0mm" in unescape(page.source)
     assert not re.search(r"\de[+-]\d", page.text)
     assert not re.findall(r"<(?:p|dd)\b[^>]*>[^<]*\d (?:mm\b|%)", unescape(page.source))
 
 
-def test_names_of_parts_cannot_write_html_and_are_cut_to_the_width_of_the_figure(parts, tmp_path):
+def test_names_of_parts_cannot_write_html_and_are_cut_to_the_width_of_the_figure(
+    parts, tmp_path
+):
     name = "<b>&'" + 40 * "W$_"
     (tmp_path / f"{name}.stl").write_bytes((parts / "clamp.stl").read_bytes())
-    answer("report", tmp_path / f"{name}.stl", "--unit", "mm", "--drops", 20, "-o",
-           tmp_path / "a.html", "--png", tmp_path / "a.png")
+    answer(
+        "report",
+        tmp_path / f"{name}.stl",
+        "--unit",
+        "mm",
+        "--drops",
+        20,
+        "-o",
+        tmp_path / "a.html",
+        "--png",
+        tmp_path / "a.png",
+    )
     page = Page(tmp_path / "a.html")
     assert "<b>&" not in page.source and f"{name}: how it comes to rest" in page.text
     pixels = Picture("key figure", (tmp_path / "a.png").read_bytes()).pixels
@@ -154,8 +199,16 @@ def test_the_page_of_a_fine_part_stays_small(parts, tmp_path):
         surface = subdivided(surface)
     assert len(surface[1]) > 50_000
     write_stl(tmp_path / "fine.stl", surface)
-    answer("report", tmp_path / "fine.stl", "--unit", "mm", "--drops", 50, "-o",
-           tmp_path / "a.html")
+    answer(
+        "report",
+        tmp_path / "fine.stl",
+        "--unit",
+        "mm",
+        "--drops",
+        50,
+        "-o",
+        tmp_path / "a.html",
+    )
     assert (tmp_path / "a.html").stat().st_size < 3e6
 
 

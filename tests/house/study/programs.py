@@ -74,10 +74,14 @@ class Bodies(NamedTuple):
         """The bodies, a unit being a metre."""
         vertices = _spans(self.arrays["vertices"])
         triangles = _spans(self.arrays["triangles"])
-        for first, second, center in zip(vertices, triangles, self.arrays["center_of_mass"],
-                                         strict=True):
-            yield part_from_mesh(self.arrays["vertex"][first], self.arrays["triangle"][second],
-                                 center_of_mass=center)
+        for first, second, center in zip(
+            vertices, triangles, self.arrays["center_of_mass"], strict=True
+        ):
+            yield part_from_mesh(
+                self.arrays["vertex"][first],
+                self.arrays["triangle"][second],
+                center_of_mass=center,
+            )
 
 
 def _spans(lengths):
@@ -100,8 +104,11 @@ def reference():
 def write(file, bodies, **changes):
     """A dataset with other arrays; those that are None are left out."""
     arrays = {**bodies.arrays, **changes}
-    np.savez(file, schema=np.array(json.dumps(bodies.schema)),
-             **{name: array for name, array in arrays.items() if array is not None})
+    np.savez(
+        file,
+        schema=np.array(json.dumps(bodies.schema)),
+        **{name: array for name, array in arrays.items() if array is not None},
+    )
     return file
 
 
@@ -113,30 +120,55 @@ def drawn(file, bodies, probability, seed, drops=1000, overdispersed=1.0):
     random = np.random.default_rng(seed)
     blocks = np.diff([0, *range(100, drops, 100), drops])
     restitutions = bodies.spec["restitutions"]
-    schema = {**bodies.schema, "spec": {**bodies.spec, "drops": drops},
-              "block_ends": np.cumsum(blocks).tolist()}
+    schema = {
+        **bodies.schema,
+        "spec": {**bodies.spec, "drops": drops},
+        "block_ends": np.cumsum(blocks).tolist(),
+    }
     counts = []
     for span in _spans(bodies.arrays["poses"]):
-        some = np.empty((span.stop - span.start, len(restitutions), len(blocks)), np.uint32)
+        some = np.empty(
+            (span.stop - span.start, len(restitutions), len(blocks)), np.uint32
+        )
         for r in range(len(restitutions)):
             for k, size in enumerate(blocks):
                 p = probability[span]
                 if overdispersed > 1.0:  # Dirichlet-multinomial
-                    p = random.dirichlet((size - overdispersed) / (overdispersed - 1.0) * p)
+                    p = random.dirichlet(
+                        (size - overdispersed) / (overdispersed - 1.0) * p
+                    )
                 some[:, r, k] = random.multinomial(size, p / p.sum())
         counts.append(some)
-    settled = np.broadcast_to(blocks, (bodies.spec["bodies"], len(restitutions), len(blocks)))
-    return write(file, Bodies(schema, bodies.arrays), count=np.concatenate(counts),
-                 settled=settled.astype(np.uint32))
+    settled = np.broadcast_to(
+        blocks, (bodies.spec["bodies"], len(restitutions), len(blocks))
+    )
+    return write(
+        file,
+        Bodies(schema, bodies.arrays),
+        count=np.concatenate(counts),
+        settled=settled.astype(np.uint32),
+    )
 
 
 def first(bodies, number):
     """The first bodies of a dataset alone."""
     arrays = dict(bodies.arrays)
-    for field, lengths in (("vertex", "vertices"), ("triangle", "triangles"), ("down", "poses"),
-                           ("height", "poses"), ("count", "poses")):
-        arrays[field] = arrays[field][:int(arrays[lengths][:number].sum())]
-    for name in ("vertices", "triangles", "poses", "redraws", "center_of_mass", "settled"):
+    for field, lengths in (
+        ("vertex", "vertices"),
+        ("triangle", "triangles"),
+        ("down", "poses"),
+        ("height", "poses"),
+        ("count", "poses"),
+    ):
+        arrays[field] = arrays[field][: int(arrays[lengths][:number].sum())]
+    for name in (
+        "vertices",
+        "triangles",
+        "poses",
+        "redraws",
+        "center_of_mass",
+        "settled",
+    ):
         arrays[name] = arrays[name][:number]
     return Bodies({**bodies.schema, "spec": {**bodies.spec, "bodies": number}}, arrays)
 

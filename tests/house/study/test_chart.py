@@ -7,12 +7,25 @@ from tests.running import strict_json
 
 from .programs import assert_written, first, reference, refused, study_json, write
 
-TITLES = ["area", "CSAE", "ADRE", "QSE", "PQSE", "NQSE", "EAE", "MEAE", "combined", "split"]
+TITLES = [
+    "area",
+    "CSAE",
+    "ADRE",
+    "QSE",
+    "PQSE",
+    "NQSE",
+    "EAE",
+    "MEAE",
+    "combined",
+    "split",
+]
 
 
 @pytest.fixture(scope="module")
 def file(tmp_path_factory):
-    return write(tmp_path_factory.mktemp("dataset") / "some.npz", first(reference(), 30))
+    return write(
+        tmp_path_factory.mktemp("dataset") / "some.npz", first(reference(), 30)
+    )
 
 
 @pytest.fixture(scope="module")
@@ -33,8 +46,11 @@ class TestChart:
     def test_every_method_is_on_it_at_every_size(self, sizes):
         assert len(sizes) == 3
         for entry in sizes:
-            names = {point["name"] for point in entry["points"]
-                     if point["kind"] in ("paper", "estimator")}
+            names = {
+                point["name"]
+                for point in entry["points"]
+                if point["kind"] in ("paper", "estimator")
+            }
             assert names == set(TITLES)
             kinds = {point["kind"] for point in entry["points"]}
             assert kinds == {"paper", "estimator", "hybrid", "simulation", "outside"}
@@ -45,10 +61,17 @@ class TestChart:
     def test_nobody_on_the_front_is_beaten_and_everybody_else_is(self, sizes):
         """Points whose error is lost in the noise are not drawn."""
         for entry in sizes:
-            shown = {k: point for k, point in enumerate(entry["points"]) if point["error"] > 0.0}
+            shown = {
+                k: point
+                for k, point in enumerate(entry["points"])
+                if point["error"] > 0.0
+            }
             for k, point in shown.items():
-                beaten = any(other["seconds"] < point["seconds"]
-                             and other["error"] < point["error"] for other in shown.values())
+                beaten = any(
+                    other["seconds"] < point["seconds"]
+                    and other["error"] < point["error"]
+                    for other in shown.values()
+                )
                 assert (k in entry["pareto_front"]) != beaten
             assert set(entry["pareto_front"]) <= set(shown)
 
@@ -61,9 +84,14 @@ class TestChart:
 
     def test_errors_of_drops_fall_with_the_root_of_their_number(self, sizes):
         for entry in sizes:
-            errors = [point["error"] for point in entry["points"]
-                      if point["kind"] == "simulation"]
-            assert errors == pytest.approx([errors[0] / 10.0 ** (0.5 * k) for k in range(3)])
+            errors = [
+                point["error"]
+                for point in entry["points"]
+                if point["kind"] == "simulation"
+            ]
+            assert errors == pytest.approx(
+                [errors[0] / 10.0 ** (0.5 * k) for k in range(3)]
+            )
 
     def test_trimesh_errs_as_the_quasi_static_estimator_on_polyhedra(self, sizes):
         for entry in sizes[:2]:
@@ -75,7 +103,9 @@ class TestChart:
 
 
 @pytest.mark.parametrize("kind", ["chart", "prisms", "stability", "plates", "figures"])
-def test_a_place_that_cannot_be_written_is_refused_before_anything_is_measured(kind, tmp_path):
+def test_a_place_that_cannot_be_written_is_refused_before_anything_is_measured(
+    kind, tmp_path
+):
     (tmp_path / "file").write_text("")
     line = refused(kind, "-o", tmp_path / "file" / "deep" / "name")
     assert "name another one" in line

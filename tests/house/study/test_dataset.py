@@ -29,7 +29,10 @@ def whole(tmp_path_factory):
     folder = tmp_path_factory.mktemp("whole")
     for name, options in (("small", SMALL), ("long", LONG)):
         dataset(*options, "-o", folder / name, "--workers", 1)
-    return {SMALL: (folder / "small").read_bytes(), LONG: (folder / "long").read_bytes()}
+    return {
+        SMALL: (folder / "small").read_bytes(),
+        LONG: (folder / "long").read_bytes(),
+    }
 
 
 @pytest.fixture
@@ -41,8 +44,12 @@ def started(file, *options):
     """A run in a process of its own, which gives way to whoever watches it."""
     return subprocess.Popen(
         [sys.executable, "-m", "study", "dataset", *map(str, options), "-o", str(file)],
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT,
-        preexec_fn=lambda: os.nice(5))
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=ROOT,
+        preexec_fn=lambda: os.nice(5),
+    )
 
 
 def pieces(file):
@@ -59,6 +66,7 @@ def wait_for_a_piece(file, running=None):
 
 def interrupted(file, options=LONG):
     """A run in this process that is ended by Ctrl-C once it has made a piece."""
+
     def interrupt():
         wait_for_a_piece(file)
         os.kill(os.getpid(), signal.SIGINT)
@@ -91,15 +99,23 @@ class TestTheFile:
         monkeypatch.chdir(tmp_path)
         stated = strict_json(dataset(*SMALL, "--shift", 1, "--json"))
         (file,) = tmp_path.iterdir()
-        assert file.name == "polyhedra_70_shift_1_inertia_drops_4_restitution_0.2_seed_3.npz"
+        assert (
+            file.name
+            == "polyhedra_70_shift_1_inertia_drops_4_restitution_0.2_seed_3.npz"
+        )
         results = read(file)
         assert {name: stated[name] for name in results.spec} == results.spec
-        assert (stated["poses"], stated["drops_in_all"]) == (len(results.arrays["down"]), 280)
+        assert (stated["poses"], stated["drops_in_all"]) == (
+            len(results.arrays["down"]),
+            280,
+        )
         assert stated["unsettled"] == 280 - results.arrays["settled"].sum()
         assert stated["redraws"] == results.arrays["redraws"].sum() > 0
         assert stated["bytes"] == file.stat().st_size
         text = dataset(*SMALL, "-o", file, "--shift", 1)
-        assert f"70 random polyhedra with {stated['poses']} stable poses, shift 1" in text
+        assert (
+            f"70 random polyhedra with {stated['poses']} stable poses, shift 1" in text
+        )
 
 
 class TestCutOff:
@@ -107,15 +123,20 @@ class TestCutOff:
         done = interrupted(file)
         assert (done.returncode, done.stdout) == (130, "")
         assert complaints(done.stderr)[-1] == (
-            "ros_pose_stats: interrupted; the same command goes on from here")
+            "ros_pose_stats: interrupted; the same command goes on from here"
+        )
         kept = {entry: entry.read_bytes() for entry in pieces(file)}
         assert kept and not file.exists()
         other = refused("dataset", *LONG[:-1], 6, "-o", file)
-        assert "seed 5" in other  # pieces of another dataset are neither mixed in nor lost
+        assert (
+            "seed 5" in other
+        )  # pieces of another dataset are neither mixed in nor lost
         assert {entry: entry.read_bytes() for entry in pieces(file)} == kept
         first, content = next(iter(kept.items()))
         middle = len(content) // 2  # a damaged piece is made again
-        first.write_bytes(content[:middle] + bytes((content[middle] ^ 1,)) + content[middle + 1:])
+        first.write_bytes(
+            content[:middle] + bytes((content[middle] ^ 1,)) + content[middle + 1 :]
+        )
         first.with_name("bodies_9999999_9999999.npz.half").write_bytes(b"PK")
         dataset(*LONG, "-o", file)
         assert file.read_bytes() == whole[LONG]
@@ -157,13 +178,22 @@ class TestCutOff:
 
 
 class TestRefusals:
-    @pytest.mark.parametrize(("options", "said"), [
-        (("--bodies", "0"), "bodies"), (("--drops", "many"), "drops"),
-        (("--restitution", "1"), "restitution"), (("--restitution", "nan"), "restitution"),
-        (("--restitution", "0.5", "0.5"), "different restitutions"), (("--shift", "-1"), "shift"),
-        (("--shift-moment", "third"), "shift-moment"), (("--seed", "-1"), "seed"),
-        (("--workers", "0"), "workers"), (("--workers", "2", "--scheduler", "x:1"), "workers"),
-        (("--scheduler", "nowhere"), "scheduler")])
+    @pytest.mark.parametrize(
+        ("options", "said"),
+        [
+            (("--bodies", "0"), "bodies"),
+            (("--drops", "many"), "drops"),
+            (("--restitution", "1"), "restitution"),
+            (("--restitution", "nan"), "restitution"),
+            (("--restitution", "0.5", "0.5"), "different restitutions"),
+            (("--shift", "-1"), "shift"),
+            (("--shift-moment", "third"), "shift-moment"),
+            (("--seed", "-1"), "seed"),
+            (("--workers", "0"), "workers"),
+            (("--workers", "2", "--scheduler", "x:1"), "workers"),
+            (("--scheduler", "nowhere"), "scheduler"),
+        ],
+    )
     def test_one_line_and_nothing_left_behind(self, file, options, said):
         assert said in refused("dataset", "-o", file, *options)
         assert list(file.parent.iterdir()) == []
@@ -176,14 +206,21 @@ class TestRefusals:
 
 
 @pytest.mark.long
-def test_a_cluster_that_loses_a_worker_makes_the_same_bytes(whole, file, tmp_path_factory):
-    distributed = pytest.importorskip("distributed", reason="the extra `cluster` is not there")
+def test_a_cluster_that_loses_a_worker_makes_the_same_bytes(
+    whole, file, tmp_path_factory
+):
+    distributed = pytest.importorskip(
+        "distributed", reason="the extra `cluster` is not there"
+    )
     with contextlib.ExitStack() as cluster:
-        _, address = cluster.enter_context(scheduler(tmp_path_factory.mktemp("cluster")))
+        _, address = cluster.enter_context(
+            scheduler(tmp_path_factory.mktemp("cluster"))
+        )
         for _ in range(2):
             cluster.enter_context(worker(address))
         client = cluster.enter_context(
-            distributed.Client(address, set_as_default=False, timeout=PATIENCE))
+            distributed.Client(address, set_as_default=False, timeout=PATIENCE)
+        )
         client.wait_for_workers(2, timeout=PATIENCE)
         pids = client.run(os.getpid)
         running = cluster.enter_context(started(file, *LONG, "--scheduler", address))

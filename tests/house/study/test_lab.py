@@ -16,28 +16,39 @@ MEASURED = ROOT / "docs" / "measured"
 
 
 def judged(text):
-    """Each target of a printed table: its value, its limit, which side it must be on, the verdict.
-    """
+    """Each target of a printed table: its value, its limit, which side it must be on, the verdict."""
     for value, side, limit, verdict in re.findall(
-            r"(\d[\d .]*), (limit|at least) ([\d.]+): (PASS|short of target)", text):
-        yield float(value.replace(" ", "")), float(limit), side == "at least", verdict == "PASS"
+        r"(\d[\d .]*), (limit|at least) ([\d.]+): (PASS|short of target)", text
+    ):
+        yield (
+            float(value.replace(" ", "")),
+            float(limit),
+            side == "at least",
+            verdict == "PASS",
+        )
 
 
 def test_the_pages_are_those_of_the_stored_numbers(tmp_path):
     shutil.copytree(MEASURED / "numbers", tmp_path / "measured" / "numbers")
     write_page(tmp_path)
     for name in ("benchmarks.md", "speed.md"):
-        assert (tmp_path / "measured" / name).read_text() == (MEASURED / name).read_text(), name
+        assert (tmp_path / "measured" / name).read_text() == (
+            MEASURED / name
+        ).read_text(), name
     for name in ("cost_against_vertices", "drops_against_vertices"):
         assert (tmp_path / "figures" / f"{name}.png").stat().st_size > 10_000
-    misses = re.search(r"(\d+) of (\d+) targets are met", (MEASURED / "benchmarks.md").read_text())
+    misses = re.search(
+        r"(\d+) of (\d+) targets are met", (MEASURED / "benchmarks.md").read_text()
+    )
     results = [met for *_, met in judged((MEASURED / "benchmarks.md").read_text())]
     assert len(results) == int(misses[2]) and sum(results) == int(misses[1])
 
 
 def test_the_page_on_design_is_that_of_the_stored_numbers():
-    assert lab("training.design", "--stored").strip() == (
-        MEASURED / "design.md").read_text().strip()
+    assert (
+        lab("training.design", "--stored").strip()
+        == (MEASURED / "design.md").read_text().strip()
+    )
 
 
 @pytest.mark.long
@@ -77,7 +88,11 @@ class TestTraining:
     def test_a_part_of_one_s_own_is_judged(self, tmp_path):
         answer("shapes", tmp_path)
         text = lab("training.split", "parts", tmp_path / "prism.stl")
-        rows = [line.split("|")[2:6] for line in text.splitlines() if "| prism.stl |" in line]
+        rows = [
+            line.split("|")[2:6]
+            for line in text.splitlines()
+            if "| prism.stl |" in line
+        ]
         assert [height.strip() for _, height, *_ in rows] == ["20", "2"]
         for _, _, split, combined in rows:
             assert 0.0 <= float(split) < float(combined) < 10.0

@@ -9,8 +9,15 @@ from tests.bodies import METHODS
 
 from .programs import assert_written, study, study_json
 
-KNOWN_RMS = {"csae": 0.147, "qse": 0.147, "adre": 0.081, "nqse": 0.099, "eae": 0.043,
-             "meae": 0.105, "combined": 0.103}
+KNOWN_RMS = {
+    "csae": 0.147,
+    "qse": 0.147,
+    "adre": 0.081,
+    "nqse": 0.099,
+    "eae": 0.043,
+    "meae": 0.105,
+    "combined": 0.103,
+}
 """Distance of estimators from Budden's dice, by another implementation, to three digits."""
 KNOWN_DROPPED_RMS = {0.2: 0.072, 0.5: 0.051, 0.8: 0.037}
 """That of its drops, 2 000 of each die, by restitution."""
@@ -20,8 +27,9 @@ DROPS = 500
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
     drawing = tmp_path_factory.mktemp("prisms") / "prisms.svg"
-    results = study_json("prisms", "--drops", 50, "--dice-drops", DROPS, "--seed", 3,
-                         "-o", drawing)
+    results = study_json(
+        "prisms", "--drops", 50, "--dice-drops", DROPS, "--seed", 3, "-o", drawing
+    )
     assert_written(drawing, "measured dice", "MEAE", "combined", "PQSE")
     return results
 
@@ -30,15 +38,19 @@ def test_solid_angles_and_areas_in_closed_form(results):
     """Every face is stable, so that the quasi-static estimate is the solid angle."""
     ratios = np.array(results["ratios"])
     half, above = 0.5, 0.5 * ratios
-    square = 4.0 * np.arctan(half ** 2 / (above * np.sqrt(above ** 2 + 2.0 * half ** 2)))
+    square = 4.0 * np.arctan(half**2 / (above * np.sqrt(above**2 + 2.0 * half**2)))
     sides = 1.0 - 2.0 * square / (4.0 * np.pi)
     for name in ("csae", "qse"):
         assert results["estimated"][name] == pytest.approx(sides, abs=1e-12)
-    assert results["estimated"]["area"] == pytest.approx(4.0 * ratios / (4.0 * ratios + 2.0))
+    assert results["estimated"]["area"] == pytest.approx(
+        4.0 * ratios / (4.0 * ratios + 2.0)
+    )
 
 
 def test_a_longer_prism_is_never_less_often_on_its_sides(results):
-    assert list(results["estimated"]) == list(results["dice_estimated"]) == list(METHODS)
+    assert (
+        list(results["estimated"]) == list(results["dice_estimated"]) == list(METHODS)
+    )
     for name in METHODS:
         assert np.all(np.diff(results["estimated"][name]) >= -1e-12), name
 
@@ -60,18 +72,28 @@ def test_drops_are_as_far_from_the_dice_as_is_known(results):
         share = np.array([point["probability"] for point in entry["points"]])
         rms = math.sqrt(np.mean((share - measured) ** 2))
         variance = share * (1.0 - share) * (1.0 / DROPS + 1.0 / 2000)
-        spread = math.sqrt(((share - measured) ** 2 * variance).sum()) / (len(share) * rms)
-        assert rms == pytest.approx(KNOWN_DROPPED_RMS[entry["restitution"]],
-                                    abs=4.0 * spread + 0.0005)
-        (stated,) = (each for each in results["misfits"]
-                   if each["restitution"] == entry["restitution"])
-        assert stated["rms"] == pytest.approx(rms, abs=5e-4)  # dice are published to three digits
+        spread = math.sqrt(((share - measured) ** 2 * variance).sum()) / (
+            len(share) * rms
+        )
+        assert rms == pytest.approx(
+            KNOWN_DROPPED_RMS[entry["restitution"]], abs=4.0 * spread + 0.0005
+        )
+        (stated,) = (
+            each
+            for each in results["misfits"]
+            if each["restitution"] == entry["restitution"]
+        )
+        assert stated["rms"] == pytest.approx(
+            rms, abs=5e-4
+        )  # dice are published to three digits
 
 
 def test_the_best_come_first():
     lines = study("prisms", "--drops", 5, "--dice-drops", 5).splitlines()
-    places = [next(k for k, line in enumerate(lines) if line.startswith(f"{title} "))
-              for title in ("PQSE", "EAE", "NQSE", "combined", "MEAE", "area")]
+    places = [
+        next(k for k, line in enumerate(lines) if line.startswith(f"{title} "))
+        for title in ("PQSE", "EAE", "NQSE", "combined", "MEAE", "area")
+    ]
     assert places == sorted(places)
 
 
@@ -81,5 +103,8 @@ def test_plates_fitted_to_some_parts_predict_the_others():
     results = study_json("plates", "--splits", 1)
     assert results["splits"] == 1 and len(results["plates"]) == 11
     errors = [plate["errors"]["fit"] for plate in results["plates"]]
-    assert 0.0 < np.mean(np.square(errors)) < np.mean(np.square(
-        [1.4 * plate["told"] for plate in results["plates"]]))
+    assert (
+        0.0
+        < np.mean(np.square(errors))
+        < np.mean(np.square([1.4 * plate["told"] for plate in results["plates"]]))
+    )

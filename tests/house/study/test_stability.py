@@ -43,7 +43,9 @@ def methods(walk):
     return {entry["method"]: entry for entry in walk["methods"]}
 
 
-def test_the_page_names_the_failing_ones_of_every_walk_beside_its_figure(walks, sections, folder):
+def test_the_page_names_the_failing_ones_of_every_walk_beside_its_figure(
+    walks, sections, folder
+):
     """By number and largest size of the jumps of each method."""
     assert len(walks) > 10 and sections.keys() == walks.keys()
     for name, walk in walks.items():
@@ -52,7 +54,7 @@ def test_the_page_names_the_failing_ones_of_every_walk_beside_its_figure(walks, 
         assert_drawn(folder / "figures" / f"stability_{name}.png")
         assert tuple(methods(walk)) == METHODS
         rows = [line for line in sections[name].splitlines() if line.startswith("| ")]
-        for entry, row in zip(walk["methods"], rows[-len(METHODS):], strict=True):
+        for entry, row in zip(walk["methods"], rows[-len(METHODS) :], strict=True):
             cells = [cell.strip() for cell in row.strip("|").split("|")]
             jumps = [abs(jump["size"]) for jump in entry["jumps"]]
             assert int(cells[1]) == len(jumps)
@@ -78,7 +80,8 @@ def test_plate_needle_and_cube_stand_as_they_must(walks):
     # The error of the drops at the first value, four of it.
     settled = walk["simulation"]["settled"][0]
     assert walk["simulation"]["probability"][0] == pytest.approx(
-        1.0 / 6.0, abs=4.0 * np.sqrt(5.0 / 36.0 / settled))
+        1.0 / 6.0, abs=4.0 * np.sqrt(5.0 / 36.0 / settled)
+    )
 
 
 def test_cylinders_and_gears_are_round_from_some_number_of_sides_on(walks):
@@ -88,7 +91,9 @@ def test_cylinders_and_gears_are_round_from_some_number_of_sides_on(walks):
     assert set(np.array(walk["poses"])[fine]) == {3}
     csae = np.array(methods(walk)["csae"]["probability"])[fine]
     assert csae == pytest.approx(np.full(fine.sum(), 1.0 - np.sqrt(0.5)), abs=2e-3)
-    assert (walks["gear_teeth"]["poses"][0] > 3) and walks["gear_teeth"]["poses"][-1] == 3
+    assert (walks["gear_teeth"]["poses"][0] > 3) and walks["gear_teeth"]["poses"][
+        -1
+    ] == 3
 
 
 def test_holes_and_nudges_change_what_they_must(walks):
@@ -98,7 +103,9 @@ def test_holes_and_nudges_change_what_they_must(walks):
             assert entry["probability"][-1] > entry["probability"][0] + 0.01, name
     assert np.all(np.diff(walks["nudge"]["poses"]) <= 0)
     for name in OLD:
-        assert np.all(np.diff(methods(walks["nudge"])[name]["probability"]) >= -1e-12), name
+        assert np.all(
+            np.diff(methods(walks["nudge"])[name]["probability"]) >= -1e-12
+        ), name
 
 
 def test_scenes_move_those_alone_that_know_them(walks):

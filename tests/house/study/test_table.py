@@ -11,25 +11,70 @@ from tests.bodies import METHODS
 
 from .programs import drawn, first, reference, refused, study, study_json, write
 
-PAPER = {"area": 0.112, "csae": 0.085, "adre": 0.078, "qse": 0.070, "pqse": 0.072, "nqse": 0.062,
-         "eae": 0.068, "meae": 0.040, "combined": 0.036}
+PAPER = {
+    "area": 0.112,
+    "csae": 0.085,
+    "adre": 0.078,
+    "qse": 0.070,
+    "pqse": 0.072,
+    "nqse": 0.062,
+    "eae": 0.068,
+    "meae": 0.040,
+    "combined": 0.036,
+}
 """Table I of the paper."""
 TIED = ({"nqse", "eae"}, {"pqse", "qse"})
 """Pairs that lie within their errors on the bodies here; the paper has them 0.6 and 0.2 apart."""
 
 OTHER = {
     (0.0, "inertia"): {
-        "area": 10.7, "csae": 8.7, "adre": 7.7, "qse": 7.4, "nqse": 6.5, "eae": 6.4, "meae": 3.1,
-        "combined": 3.0, "sensitivity": 4.3, "noise": 3.14},
+        "area": 10.7,
+        "csae": 8.7,
+        "adre": 7.7,
+        "qse": 7.4,
+        "nqse": 6.5,
+        "eae": 6.4,
+        "meae": 3.1,
+        "combined": 3.0,
+        "sensitivity": 4.3,
+        "noise": 3.14,
+    },
     (0.25, "inertia"): {
-        "area": 13.4, "csae": 10.3, "adre": 8.8, "qse": 8.7, "nqse": 7.8, "eae": 8.4, "meae": 3.9,
-        "combined": 3.7, "sensitivity": 5.8, "noise": 3.07},
+        "area": 13.4,
+        "csae": 10.3,
+        "adre": 8.8,
+        "qse": 8.7,
+        "nqse": 7.8,
+        "eae": 8.4,
+        "meae": 3.9,
+        "combined": 3.7,
+        "sensitivity": 5.8,
+        "noise": 3.07,
+    },
     (0.65, "second"): {
-        "area": 15.1, "csae": 11.3, "adre": 9.1, "qse": 9.8, "nqse": 8.7, "eae": 8.9, "meae": 4.0,
-        "combined": 3.9, "sensitivity": 6.4, "noise": 3.13},
+        "area": 15.1,
+        "csae": 11.3,
+        "adre": 9.1,
+        "qse": 9.8,
+        "nqse": 8.7,
+        "eae": 8.9,
+        "meae": 4.0,
+        "combined": 3.9,
+        "sensitivity": 6.4,
+        "noise": 3.13,
+    },
     (1.0, "inertia"): {
-        "area": 27.0, "csae": 15.7, "adre": 10.3, "qse": 14.5, "nqse": 14.2, "eae": 9.1,
-        "meae": 5.2, "combined": 5.4, "sensitivity": 8.0, "noise": 2.65},
+        "area": 27.0,
+        "csae": 15.7,
+        "adre": 10.3,
+        "qse": 14.5,
+        "nqse": 14.2,
+        "eae": 9.1,
+        "meae": 5.2,
+        "combined": 5.4,
+        "sensitivity": 8.0,
+        "noise": 2.65,
+    },
 }
 """Points, of another implementation with 1 057 bodies of its own and 100 drops of each."""
 SIGMAS = 3.5
@@ -40,7 +85,9 @@ UNSHIFTED = (0.0, "inertia")
 
 @cache
 def table(shift, moment):
-    (results,) = study_json("table", "--shift", shift, "--shift-moment", moment, "--no-rerun")
+    (results,) = study_json(
+        "table", "--shift", shift, "--shift-moment", moment, "--no-rerun"
+    )
     return results
 
 
@@ -59,24 +106,40 @@ class TestPaper:
         for name in PAPER.keys() - {"area"}:
             assert results[name] == pytest.approx(PAPER[name], abs=0.01), name
         order = sorted(PAPER, key=PAPER.get)
-        turned = [{better, worse} for k, better in enumerate(order) for worse in order[k + 1:]
-                  if results[worse] <= results[better]]
+        turned = [
+            {better, worse}
+            for k, better in enumerate(order)
+            for worse in order[k + 1 :]
+            if results[worse] <= results[better]
+        ]
         assert all(pair in TIED for pair in turned)
 
-    @pytest.mark.parametrize("key", [
-        UNSHIFTED, pytest.param((0.25, "inertia"), marks=pytest.mark.long),
-        (0.65, "second"), pytest.param((1.0, "inertia"), marks=pytest.mark.long)], ids=str)
+    @pytest.mark.parametrize(
+        "key",
+        [
+            UNSHIFTED,
+            pytest.param((0.25, "inertia"), marks=pytest.mark.long),
+            (0.65, "second"),
+            pytest.param((1.0, "inertia"), marks=pytest.mark.long),
+        ],
+        ids=str,
+    )
     def test_another_implementation_has_the_same_figures(self, key):
         results, known = table(*key), OTHER[key]
         # Its drops are as few as the first hundred, its bodies others.
-        pairs = {"sensitivity": [results["sensitivity"]] * 2,
-                 "noise": [results["pooled_noise_of_100"]] * 2,
-                 **{name: (entry["pooled"], entry["pooled_of_first"])
-                    for name, entry in by_name(results).items()}}
+        pairs = {
+            "sensitivity": [results["sensitivity"]] * 2,
+            "noise": [results["pooled_noise_of_100"]] * 2,
+            **{
+                name: (entry["pooled"], entry["pooled_of_first"])
+                for name, entry in by_name(results).items()
+            },
+        }
         for name, value in known.items():
             error = math.hypot(*(entry["standard_error"] for entry in pairs[name]))
             assert 100 * pairs[name][0]["error"] == pytest.approx(
-                value, abs=100 * SIGMAS * error + 0.05), name
+                value, abs=100 * SIGMAS * error + 0.05
+            ), name
 
     def test_split_and_drops_beside_it_beat_the_paper_s_best(self):
         """On bodies that no fit has seen."""
@@ -86,12 +149,17 @@ class TestPaper:
         # No worse than a mean of two independent errors by their inverse squares.
         results = table(*UNSHIFTED)
         assert results["combined"]["pooled"]["error"] < 1.0 / math.hypot(
-            1.0 / errors(results)["split"], 1.0 / results["pooled_noise_of_100"]["error"])
+            1.0 / errors(results)["split"],
+            1.0 / results["pooled_noise_of_100"]["error"],
+        )
 
     def test_errors_and_intervals_of_100_drops_fit_the_others(self):
         for entry in table(*UNSHIFTED)["calibration_of_first"].values():
             for name in ("z_rms", "coverage"):
-                assert abs(entry[name] - entry[f"expected_{name}"]) < 4 * entry[f"{name}_error"]
+                assert (
+                    abs(entry[name] - entry[f"expected_{name}"])
+                    < 4 * entry[f"{name}_error"]
+                )
 
 
 NUMBER = 100
@@ -110,7 +178,9 @@ def probability(bodies):
     for part in bodies.parts():
         for name, column in stated.items():
             poses = estimate(part, name, cluster_tolerance=0.0, round_sides=0).poses
-            column += [pose.probability for pose in sorted(poses, key=lambda pose: pose.index)]
+            column += [
+                pose.probability for pose in sorted(poses, key=lambda pose: pose.index)
+            ]
     return {name: np.array(column) for name, column in stated.items()}
 
 
@@ -126,16 +196,25 @@ def analysed(file):
 class TestKnownErrors:
     """The metric must find the error that was put in, whatever the noise of the drops."""
 
-    def test_an_error_as_large_as_the_noise_is_recovered(self, bodies, probability, tmp_path):
+    def test_an_error_as_large_as_the_noise_is_recovered(
+        self, bodies, probability, tmp_path
+    ):
         truth = normed(bodies, 0.6 * probability["meae"] + 0.4 * probability["csae"])
         results = analysed(drawn(tmp_path / "a.npz", bodies, truth, 3, drops=200))
         for name in ("meae", "csae"):
             known = math.sqrt(np.mean((truth - probability[name]) ** 2))
             row = by_name(results)[name]
-            for entry in (row["pooled"], row["pooled_of_first"], *row["by_restitution"].values()):
-                assert entry["error"] == pytest.approx(known, abs=4 * entry["standard_error"])
+            for entry in (
+                row["pooled"],
+                row["pooled_of_first"],
+                *row["by_restitution"].values(),
+            ):
+                assert entry["error"] == pytest.approx(
+                    known, abs=4 * entry["standard_error"]
+                )
                 assert entry["deviation"] ** 2 == pytest.approx(
-                    entry["error"] ** 2 + entry["noise"] ** 2)
+                    entry["error"] ** 2 + entry["noise"] ** 2
+                )
         row = by_name(results)["meae"]["pooled_of_first"]
         assert row["deviation"] - row["error"] > 4 * row["standard_error"]
         known = math.sqrt(np.mean(truth * (1 - truth)) / 100)
@@ -144,34 +223,49 @@ class TestKnownErrors:
         assert results["sensitivity"]["low"] == 0.0  # the same at every restitution
         assert results["sensitivity"]["error"] < 0.01
 
-    def test_an_exact_estimator_has_none_and_fits_itself(self, bodies, probability, tmp_path):
+    def test_an_exact_estimator_has_none_and_fits_itself(
+        self, bodies, probability, tmp_path
+    ):
         truth = normed(bodies, 0.6 * probability["meae"] + 0.4 * probability["nqse"])
         results = analysed(drawn(tmp_path / "a.npz", bodies, truth, 4))
         for fit in results["refits"]:
             if fit["name"].startswith("combined"):
-                assert fit["fitted"][0] == pytest.approx(0.6, abs=4 * fit["standard_error"][0])
+                assert fit["fitted"][0] == pytest.approx(
+                    0.6, abs=4 * fit["standard_error"][0]
+                )
                 assert fit["standard_error"][0] < 0.03
                 assert fit["error"] < 0.005
         results = analysed(drawn(tmp_path / "b.npz", bodies, probability["meae"], 5))
         assert by_name(results)["meae"]["pooled"]["low"] == 0.0
         assert by_name(results)["csae"]["pooled"]["low"] > 0.03
 
-    def test_counts_that_scatter_too_much_are_noticed(self, bodies, probability, tmp_path):
-        file = drawn(tmp_path / "a.npz", bodies, probability["meae"], 6, overdispersed=2.0)
+    def test_counts_that_scatter_too_much_are_noticed(
+        self, bodies, probability, tmp_path
+    ):
+        file = drawn(
+            tmp_path / "a.npz", bodies, probability["meae"], 6, overdispersed=2.0
+        )
         for entry in analysed(file)["calibration_of_first"].values():
             assert entry["z_rms"] > entry["expected_z_rms"] + 5 * entry["z_rms_error"]
-            assert entry["coverage"] < entry["expected_coverage"] - 5 * entry["coverage_error"]
+            assert (
+                entry["coverage"]
+                < entry["expected_coverage"] - 5 * entry["coverage_error"]
+            )
 
 
 class TestWhatItPrints:
     @pytest.mark.parametrize(("number", "drops"), [(1, 100), (2, 50), (21, 2)])
-    def test_few_bodies_or_drops_give_strict_numbers(self, bodies, tmp_path, number, drops):
+    def test_few_bodies_or_drops_give_strict_numbers(
+        self, bodies, tmp_path, number, drops
+    ):
         some = first(bodies, number)
         even = 1.0 / some.arrays["poses"][some.body]
         file = drawn(tmp_path / "a.npz", some, even, 1, drops=drops)
         results = analysed(file)
         assert [entry["name"] for entry in results["estimators"]] == list(METHODS)
-        assert (results["estimators"][0]["pooled"]["standard_error"] is None) == (number == 1)
+        assert (results["estimators"][0]["pooled"]["standard_error"] is None) == (
+            number == 1
+        )
         assert bool(results["refits"]) == (number > 20)
         assert "nan" not in study("table", "--dataset", file, "--no-rerun")
 
@@ -195,7 +289,11 @@ class TestWhatItPrints:
 class TestRefusals:
     def test_a_shift_without_a_reference_dataset_names_those_there_are(self):
         line = refused("table", "--shift", "0.5")
-        assert "0.65 (second)" in line and "got 0.5 (inertia)" in line and "--dataset" in line
+        assert (
+            "0.65 (second)" in line
+            and "got 0.5 (inertia)" in line
+            and "--dataset" in line
+        )
         assert "--shift beside" in refused("table", "--shift-moment", "second")
 
     def test_files_that_cannot_be_compared(self, bodies, tmp_path):
@@ -203,19 +301,32 @@ class TestRefusals:
         some = first(bodies, 2)
         even = 1.0 / some.arrays["poses"][some.body]
         (tmp_path / "text.npz").write_text("no archive")
-        count, center = some.arrays["count"].copy(), some.arrays["center_of_mass"] + 0.01
+        count, center = (
+            some.arrays["count"].copy(),
+            some.arrays["center_of_mass"] + 0.01,
+        )
         count[0, 0, 0] += 1
         newer = some._replace(schema={**some.schema, "format_version": 99})
         for file, said in (
-                (tmp_path / "nothing.npz", "nothing.npz"), (tmp_path / "text.npz", "anew"),
-                (write(tmp_path / "a.npz", some, count=count), "add up"),
-                (write(tmp_path / "b.npz", some, vertex=None), "vertex"),
-                (write(tmp_path / "c.npz", newer), "version 99"),
-                (drawn(tmp_path / "e.npz", some, even, 1, drops=1), "2 settled drops"),
-                (write(tmp_path / "d.npz", some, center_of_mass=center), "stable poses")):
+            (tmp_path / "nothing.npz", "nothing.npz"),
+            (tmp_path / "text.npz", "anew"),
+            (write(tmp_path / "a.npz", some, count=count), "add up"),
+            (write(tmp_path / "b.npz", some, vertex=None), "vertex"),
+            (write(tmp_path / "c.npz", newer), "version 99"),
+            (drawn(tmp_path / "e.npz", some, even, 1, drops=1), "2 settled drops"),
+            (write(tmp_path / "d.npz", some, center_of_mass=center), "stable poses"),
+        ):
             assert said in refused("table", "--dataset", file, "--no-rerun"), said
 
-    @pytest.mark.parametrize("words", [(), ("speed",), ("table", "--shift", "much"),
-                                       ("prisms", "--drops", "0"), ("chart", "-o", "folder/")])
+    @pytest.mark.parametrize(
+        "words",
+        [
+            (),
+            ("speed",),
+            ("table", "--shift", "much"),
+            ("prisms", "--drops", "0"),
+            ("chart", "-o", "folder/"),
+        ],
+    )
     def test_words_that_mean_nothing(self, words):
         assert refused(*words)

@@ -21,18 +21,23 @@ def space_of(part):
 
 def face(space, near):
     """Number of the face that is nearest to a direction."""
-    anchors = [one.anchor @ np.array(near) if one.kind == "face" else -np.inf
-               for one in space.features]
+    anchors = [
+        one.anchor @ np.array(near) if one.kind == "face" else -np.inf
+        for one in space.features
+    ]
     return int(np.argmax(anchors))
 
 
 def assert_same_body(part, other):
     assert part.mass == pytest.approx(other.mass, rel=1e-9)
     np.testing.assert_allclose(part.center_of_mass, other.center_of_mass, atol=1e-11)
-    np.testing.assert_allclose(part.inertia, other.inertia, rtol=1e-8,
-                               atol=1e-9 * other.inertia.max())
+    np.testing.assert_allclose(
+        part.inertia, other.inertia, rtol=1e-8, atol=1e-9 * other.inertia.max()
+    )
     assert len(part.surface_vertices) == len(other.surface_vertices)
-    gap = np.linalg.norm(part.surface_vertices[:, None] - other.surface_vertices[None], axis=2)
+    gap = np.linalg.norm(
+        part.surface_vertices[:, None] - other.surface_vertices[None], axis=2
+    )
     assert gap.min(axis=1).max() < 1e-9
 
 
@@ -47,7 +52,9 @@ def test_nothing_changed_is_the_part(space):
 
 
 def test_a_box_has_three_axes_twice_and_six_faces(space):
-    assert [one.kind for one in space.features] == 3 * ["centre"] + 3 * ["stretch"] + 6 * ["face"]
+    assert [one.kind for one in space.features] == 3 * ["centre"] + 3 * [
+        "stretch"
+    ] + 6 * ["face"]
 
 
 def test_stretched(space):
@@ -60,9 +67,14 @@ def test_stretched(space):
 @pytest.mark.parametrize("step", [3e-3, -3e-3])
 def test_a_face_moved(space, step):
     vertices, triangles = shapes.box(SIZES[0], SIZES[1] + step, SIZES[2])
-    expected = part_from_mesh(vertices + np.array([0.0, 0.5 * step, 0.0]), triangles,
-                              mass=1.0 + step / SIZES[1])
-    assert_same_body(space.change_one(face(space, (0.0, 1.0, 0.0)), step).part, expected)
+    expected = part_from_mesh(
+        vertices + np.array([0.0, 0.5 * step, 0.0]),
+        triangles,
+        mass=1.0 + step / SIZES[1],
+    )
+    assert_same_body(
+        space.change_one(face(space, (0.0, 1.0, 0.0)), step).part, expected
+    )
 
 
 def test_the_centre_of_mass_moved_keeps_the_inertia(space):
@@ -82,8 +94,10 @@ def test_estimates_of_a_stretched_box_have_closed_forms(space):
     """`area`: its area's share; `csae`: a rectangle's solid angle, 4 atan(ab / c |(a, b, c)|)."""
     part = space.change_one(5, 0.1).part
     a, b, c = 0.5 * SIZES[0], 0.5 * SIZES[1], 0.55 * SIZES[2]
-    for method, share in (("area", 0.5 * a * b / (a * b + b * c + c * a)),
-                          ("csae", math.atan(a * b / (c * math.hypot(a, b, c))) / math.pi)):
+    for method, share in (
+        ("area", 0.5 * a * b / (a * b + b * c + c * a)),
+        ("csae", math.atan(a * b / (c * math.hypot(a, b, c))) / math.pi),
+    ):
         top = next(pose for pose in estimate(part, method).poses if pose.down[2] > 0.9)
         assert top.probability == pytest.approx(share, rel=1e-9)
 
@@ -95,17 +109,24 @@ def test_a_part_with_rounded_edges_and_holes_keeps_its_own_mass_properties():
     np.testing.assert_allclose(same.inertia, part.inertia, rtol=1e-9, atol=1e-16)
     before, after = estimate(part, "split"), estimate(same, "split")
     assert [pose.index for pose in before.poses] == [pose.index for pose in after.poses]
-    np.testing.assert_allclose([pose.probability for pose in after.poses],
-                               [pose.probability for pose in before.poses], atol=1e-9)
+    np.testing.assert_allclose(
+        [pose.probability for pose in after.poses],
+        [pose.probability for pose in before.poses],
+        atol=1e-9,
+    )
 
 
 def test_the_mantle_of_a_cylinder_moves_as_one_face():
     space = space_of(part_from_mesh(*shapes.cylinder(64, 9e-3, 22e-3)))
     assert [one.kind for one in space.features].count("face") == 3
-    mantle = next(k for k, one in enumerate(space.features)
-                  if one.kind == "face" and len(one.planes) > 1)
+    mantle = next(
+        k
+        for k, one in enumerate(space.features)
+        if one.kind == "face" and len(one.planes) > 1
+    )
     wider = space.change_one(mantle, 0.5e-3).part
     assert len(estimate(wider).poses) == 3
     # The mantle lies as far out as its circle, within the sagitta of 192 sides.
     assert np.linalg.norm(wider.surface_vertices[:, :2], axis=1).max() == pytest.approx(
-        9.5e-3, rel=1e-3)
+        9.5e-3, rel=1e-3
+    )

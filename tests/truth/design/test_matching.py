@@ -19,7 +19,10 @@ def clamp(*factors):
 
 def matched(first, second):
     """Of two surfaces or parts: how, and pairs of indices, none where there is no partner."""
-    parts = [one if hasattr(one, "digest") else part_from_mesh(*one) for one in (first, second)]
+    parts = [
+        one if hasattr(one, "digest") else part_from_mesh(*one)
+        for one in (first, second)
+    ]
     (beside,) = compare(parts, drops=1, seed=1).variants
     pairs = [(pose.poses.first, pose.poses.second) for pose in beside.poses]
     return beside.correspondence, sorted(pairs)
@@ -30,7 +33,9 @@ def alone(pairs):
 
 
 def downs_of(surface):
-    return np.array([pose.down for pose in resting_poses(part_from_mesh(*surface)).poses])
+    return np.array(
+        [pose.down for pose in resting_poses(part_from_mesh(*surface)).poses]
+    )
 
 
 def same_numbers(pairs):
@@ -50,7 +55,9 @@ class TestInOneFrame:
         _, pairs = matched(CUBE, NEAR_CUBE)
         assert sorted(len(first) for first, _ in pairs) == [2, 4]
         short = next(second for _, second in pairs if len(second) == 2)
-        assert np.abs(downs_of(NEAR_CUBE)[list(short)][:, 2]).min() == pytest.approx(1.0)
+        assert np.abs(downs_of(NEAR_CUBE)[list(short)][:, 2]).min() == pytest.approx(
+            1.0
+        )
 
     def test_a_face_that_is_new_has_no_partner(self):
         vertices, _ = shapes.box(1.0, 1.0, 1.0)
@@ -60,7 +67,9 @@ class TestInOneFrame:
         _, pairs = matched(shapes.box(1.0, 1.0, 1.0), bevelled)
         ((first, (bevel,)),) = alone(pairs)
         assert first == ()
-        assert downs_of(bevelled)[bevel] == pytest.approx(np.full(3, math.sqrt(1.0 / 3.0)))
+        assert downs_of(bevelled)[bevel] == pytest.approx(
+            np.full(3, math.sqrt(1.0 / 3.0))
+        )
         assert sum(len(first) for first, _ in pairs) == 6
 
     def test_a_centre_moved_to_the_other_side_is_no_turn(self):
@@ -69,8 +78,12 @@ class TestInOneFrame:
         up, down = (shift_center(box, (0.0, 0.0, z)) for z in (0.002, -0.002))
         how, pairs = matched(up, down)
         assert how.turn is None
-        lying = [next(pose.index for pose in resting_poses(part).poses if pose.down[2] < -0.9)
-                 for part in (up, down)]
+        lying = [
+            next(
+                pose.index for pose in resting_poses(part).poses if pose.down[2] < -0.9
+            )
+            for part in (up, down)
+        ]
         assert ((lying[0],), (lying[1],)) in pairs
 
     def test_a_round_side_is_one_pose_whatever_its_facets(self):

@@ -8,7 +8,13 @@ import math
 import numpy as np
 import pytest
 
-from ros_pose_stats import compare, part_from_mesh, resting_poses, shift_center, simulate
+from ros_pose_stats import (
+    compare,
+    part_from_mesh,
+    resting_poses,
+    shift_center,
+    simulate,
+)
 from study.prisms.dice import DICE
 from study.prisms.prism_runs import on_squares, square_prism
 from tests.bodies import random_polyhedron, shapes
@@ -16,10 +22,16 @@ from tests.bodies import random_polyhedron, shapes
 
 def differences(found):
     """Variant and poses -> difference, its standard error squared, and what a plate adds."""
-    return {(beside.second, pose.poses.first): (
-        pose.share.difference.value, pose.share.difference.standard_error ** 2,
-        pose.share.plate_error) for beside in found.variants for pose in beside.poses
-        if pose.poses.is_pair}
+    return {
+        (beside.second, pose.poses.first): (
+            pose.share.difference.value,
+            pose.share.difference.standard_error**2,
+            pose.share.plate_error,
+        )
+        for beside in found.variants
+        for pose in beside.poses
+        if pose.poses.is_pair
+    }
 
 
 @pytest.mark.long
@@ -27,19 +39,36 @@ def test_rolled_dice():
     """Fifteen bars, each beside those of nearly its length: what the model says of the difference
     of two, and what came of rolling both, is off by about as much as is told."""
     drops = 10_000
-    model = np.array([sum(pose.probability for pose in on_squares(simulate(
-        square_prism(die.ratio), drops, seed=k, cluster_tolerance=0.0, round_sides=0).poses))
-        for k, die in enumerate(DICE)])
+    model = np.array(
+        [
+            sum(
+                pose.probability
+                for pose in on_squares(
+                    simulate(
+                        square_prism(die.ratio),
+                        drops,
+                        seed=k,
+                        cluster_tolerance=0.0,
+                        round_sides=0,
+                    ).poses
+                )
+            )
+            for k, die in enumerate(DICE)
+        ]
+    )
     real = np.array([die.on_squares for die in DICE])
-    noise = (real * (1.0 - real) / np.array([die.rolls for die in DICE])
-             + model * (1.0 - model) / drops)
+    noise = (
+        real * (1.0 - real) / np.array([die.rolls for die in DICE])
+        + model * (1.0 - model) / drops
+    )
     one, other = np.triu_indices(len(DICE), 1)
-    near = np.array([DICE[j].ratio / DICE[i].ratio < 1.35
-                     for i, j in zip(one, other, strict=True)])
+    near = np.array(
+        [DICE[j].ratio / DICE[i].ratio < 1.35 for i, j in zip(one, other, strict=True)]
+    )
     one, other = one[near], other[near]
     apart = model[other] - model[one]
     error = np.mean((real[other] - real[one] - apart) ** 2 - noise[one] - noise[other])
-    measured = math.sqrt(max(error, 0.0) / np.mean(apart ** 2))
+    measured = math.sqrt(max(error, 0.0) / np.mean(apart**2))
     print(f"{len(one)} pairs of dice: the difference errs by {measured:.2f} of itself")
     bars = compare([square_prism(1.0), square_prism(1.2)], seed=1)
     value, _, added = max(differences(bars).values(), key=lambda known: abs(known[0]))
@@ -49,14 +78,23 @@ def test_rolled_dice():
 
 def random_variants(random, number):
     """A part, stretched by up to 6 %, and with its centre of mass moved by up to 0.06 radii."""
-    surface = (random_polyhedron(int(random.integers(6, 14)), number) if number % 3 else
-               shapes.box(*random.uniform(0.6, 1.4, 3)))
+    surface = (
+        random_polyhedron(int(random.integers(6, 14)), number)
+        if number % 3
+        else shapes.box(*random.uniform(0.6, 1.4, 3))
+    )
     part = part_from_mesh(*surface)
     amounts, stretch = np.exp(random.uniform(*np.log([0.005, 0.06]), 2)), np.ones(3)
     stretch[number % 3] += amounts[0]
     offset = random.normal(size=3)
-    shift = amounts[1] * resting_poses(part).body.radius * offset / np.linalg.norm(offset)
-    return [part, part_from_mesh(surface[0] * stretch, surface[1]), shift_center(part, shift)]
+    shift = (
+        amounts[1] * resting_poses(part).body.radius * offset / np.linalg.norm(offset)
+    )
+    return [
+        part,
+        part_from_mesh(surface[0] * stretch, surface[1]),
+        shift_center(part, shift),
+    ]
 
 
 @pytest.mark.long
@@ -68,23 +106,52 @@ def test_simulated_plates():
         variants = random_variants(random, number)
         radius = resting_poses(variants[0]).body.radius
         model = {"restitution": 0.5, "drop_height": 20.0 * radius}
-        real = {"restitution": float(random.uniform(0.15, 0.8)),
-                "drop_height": radius * float(np.exp(random.uniform(1.1, 3.7)))}
-        shares = np.array([[pose.probability for pose in sorted(
-            simulate(variants[0], drops, seed=number + k, **scene).poses,
-            key=lambda pose: pose.index)] for k, scene in enumerate((model, real))])
+        real = {
+            "restitution": float(random.uniform(0.15, 0.8)),
+            "drop_height": radius * float(np.exp(random.uniform(1.1, 3.7))),
+        }
+        shares = np.array(
+            [
+                [
+                    pose.probability
+                    for pose in sorted(
+                        simulate(variants[0], drops, seed=number + k, **scene).poses,
+                        key=lambda pose: pose.index,
+                    )
+                ]
+                for k, scene in enumerate((model, real))
+            ]
+        )
         noise = (shares * (1.0 - shares)).sum(axis=0) / drops
-        plate = math.sqrt(max(float(np.mean(np.diff(shares, axis=0) ** 2 - noise)), 0.0))
-        told, seen = (differences(compare(variants, drops=drops, seed=number + 100 * k,
-                                          plate_error=plate, **scene))
-                      for k, scene in enumerate((model, real)))
+        plate = math.sqrt(
+            max(float(np.mean(np.diff(shares, axis=0) ** 2 - noise)), 0.0)
+        )
+        told, seen = (
+            differences(
+                compare(
+                    variants,
+                    drops=drops,
+                    seed=number + 100 * k,
+                    plate_error=plate,
+                    **scene,
+                )
+            )
+            for k, scene in enumerate((model, real))
+        )
         for which, (value, variance, added) in told.items():
             other, other_variance, _ = seen[which]
-            beyond.append((other - value) / math.sqrt(variance + other_variance + added ** 2))
+            beyond.append(
+                (other - value) / math.sqrt(variance + other_variance + added**2)
+            )
             sizes.append(abs(value))
     groups = np.digitize(sizes, [0.01, 0.03])
-    found = [math.sqrt(np.mean(np.array(beyond)[groups == group] ** 2)) for group in range(3)]
-    print(f"{len(sizes)} differences, below 1, 3 points and above, err by", *np.round(found, 2),
-          "of what is told")
+    found = [
+        math.sqrt(np.mean(np.array(beyond)[groups == group] ** 2)) for group in range(3)
+    ]
+    print(
+        f"{len(sizes)} differences, below 1, 3 points and above, err by",
+        *np.round(found, 2),
+        "of what is told",
+    )
     # Differences of one part go together: about a hundred are independent, 30 of the largest.
     assert all(0.6 < one < 1.0 + 3.0 / math.sqrt(60.0) for one in found)

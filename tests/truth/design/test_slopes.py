@@ -21,12 +21,17 @@ WITHIN = 1e-3
 
 def facing(part, *direction):
     """Indices of the poses of a part that rest on faces with one of these normals."""
-    return [pose.index for pose in resting_poses(part).poses
-            if abs(pose.down @ np.array(direction)) > 0.99]
+    return [
+        pose.index
+        for pose in resting_poses(part).poses
+        if abs(pose.down @ np.array(direction)) > 0.99
+    ]
 
 
 def by_kind(found):
-    return {(effect.feature.kind, effect.feature.axis): effect for effect in found.effects}
+    return {
+        (effect.feature.kind, effect.feature.axis): effect for effect in found.effects
+    }
 
 
 @pytest.fixture(scope="module")
@@ -52,14 +57,21 @@ class TestCube:
             assert effect.slope == pytest.approx(0.0, abs=1e-6) and effect.error > 0.0
 
     def test_like_faces_share_a_row(self, cube):
-        assert sorted(len(effect.alike) for effect in cube.effects
-                      if effect.feature.kind == "face") == [2, 4]
+        assert sorted(
+            len(effect.alike)
+            for effect in cube.effects
+            if effect.feature.kind == "face"
+        ) == [2, 4]
 
 
 def test_moving_the_centre_of_mass_up_and_down_mirror_each_other():
     slopes = []
     for sign in (1.0, -1.0):
-        wanted = [pose.index for pose in resting_poses(CUBE).poses if sign * pose.down[2] > 0.99]
+        wanted = [
+            pose.index
+            for pose in resting_poses(CUBE).poses
+            if sign * pose.down[2] > 0.99
+        ]
         slopes.append(by_kind(sensitivity(CUBE, wanted, checks=0))["centre", 2].slope)
     # The cube rests more often on the side that is nearer to its centre of mass.
     assert slopes[0] > 0.0 > slopes[1]
@@ -67,13 +79,17 @@ def test_moving_the_centre_of_mass_up_and_down_mirror_each_other():
 
 
 def test_drops_agree_with_the_slopes_that_they_check():
-    box = part_from_mesh(*shapes.box(20e-3, 22e-3, 24e-3), center_of_mass=(0.0, 0.0, 3e-3))
+    box = part_from_mesh(
+        *shapes.box(20e-3, 22e-3, 24e-3), center_of_mass=(0.0, 0.0, 3e-3)
+    )
     found = sensitivity(box, facing(box, 1.0, 0.0, 0.0), drops=2000, seed=3)
     checked = [effect for effect in found.effects if effect.check is not None]
     best = max(checked, key=lambda effect: effect.change)
     # 3.5 standard errors of drops and estimate together, for one fixed seed.
-    assert best.check.value == pytest.approx(best.change, abs=3.5 * math.hypot(
-        best.check.standard_error, best.error * abs(best.step)))
+    assert best.check.value == pytest.approx(
+        best.change,
+        abs=3.5 * math.hypot(best.check.standard_error, best.error * abs(best.step)),
+    )
     assert not best.contradicted
 
 
@@ -81,15 +97,31 @@ def test_drops_agree_with_the_slopes_that_they_check():
 def test_the_first_line_is_as_sure_as_it_says(gain, right):
     """Of steps that gain alike, checked 600 times: without a gain one is said to gain in 5 %, of 3
     points the interval holds in 90 %."""
-    found, random, kept = sensitivity(CLAMP, [0], checks=0), np.random.default_rng(1), []
+    found, random, kept = (
+        sensitivity(CLAMP, [0], checks=0),
+        np.random.default_rng(1),
+        [],
+    )
     for _ in range(600):
-        ends = [random.choice(3, 2000, p=(0.86 - gain, 0.07, 0.07 + gain)) for _ in found.effects]
-        line = describe_gain(replace(found, effects=tuple(
-            replace(one, check=paired_difference(end == 1, end == 2))
-            for one, end in zip(found.effects, ends, strict=True))))
+        ends = [
+            random.choice(3, 2000, p=(0.86 - gain, 0.07, 0.07 + gain))
+            for _ in found.effects
+        ]
+        line = describe_gain(
+            replace(
+                found,
+                effects=tuple(
+                    replace(one, check=paired_difference(end == 1, end == 2))
+                    for one, end in zip(found.effects, ends, strict=True)
+                ),
+            )
+        )
         told = re.search(r"by drops \((\S+) to (\S+)\)", line)
-        kept.append(line.startswith("no gain is sure: ") if gain == 0.0 else
-                    told is not None and float(told[1]) <= 100.0 * gain <= float(told[2]))
+        kept.append(
+            line.startswith("no gain is sure: ")
+            if gain == 0.0
+            else told is not None and float(told[1]) <= 100.0 * gain <= float(told[2])
+        )
     assert right - 0.03 <= np.mean(kept) <= right + 0.04
 
 
@@ -111,9 +143,13 @@ class TestSuggestion:
         corners = part.surface_vertices
         np.testing.assert_allclose(part.center_of_mass, 0.0, atol=1e-9)
         cosine, sine = 0.5, math.sqrt(0.75)
-        for turn in ([(cosine, -sine, 0), (sine, cosine, 0), (0, 0, 1)],
-                     [(1, 0, 0), (0, -1, 0), (0, 0, -1)]):
-            gap = np.linalg.norm((corners @ np.array(turn).T)[:, None] - corners[None], axis=2)
+        for turn in (
+            [(cosine, -sine, 0), (sine, cosine, 0), (0, 0, 1)],
+            [(1, 0, 0), (0, -1, 0), (0, 0, -1)],
+        ):
+            gap = np.linalg.norm(
+                (corners @ np.array(turn).T)[:, None] - corners[None], axis=2
+            )
             assert gap.min(axis=1).max() < 1e-7
 
     def test_it_keeps_the_bound(self, suggested):
@@ -124,4 +160,6 @@ class TestSuggestion:
         assert 11e-3 * (1.0 - 1e-9) <= half <= 13e-3 * (1.0 + 1e-9)
 
     def test_a_centre_of_mass_that_moves_with_the_outline_keeps_it_too(self):
-        assert suggest(CLAMP, [0], WITHIN, drops=10, seed=1).center_shift <= WITHIN * (1.0 + 1e-5)
+        assert suggest(CLAMP, [0], WITHIN, drops=10, seed=1).center_shift <= WITHIN * (
+            1.0 + 1e-5
+        )

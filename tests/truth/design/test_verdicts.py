@@ -5,7 +5,14 @@ import pytest
 
 from ros_pose_stats import compare, part_from_mesh, resting_poses, shift_center
 from study import shapes
-from tests.bodies import in_float32, moved, random_polyhedron, rotation, shuffled, subdivided
+from tests.bodies import (
+    in_float32,
+    moved,
+    random_polyhedron,
+    rotation,
+    shuffled,
+    subdivided,
+)
 
 SIDE = 0.016
 SHOWN, NONE_SHOWN = "difference shown", "none shown"
@@ -19,7 +26,10 @@ def exported(surface, seed):
 
 @pytest.fixture(scope="module")
 def dice():
-    return [part_from_mesh(*shapes.box(SIDE, SIDE, share * SIDE)) for share in (1.0, 0.97, 0.85)]
+    return [
+        part_from_mesh(*shapes.box(SIDE, SIDE, share * SIDE))
+        for share in (1.0, 0.97, 0.85)
+    ]
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +42,9 @@ def test_a_die_with_a_short_axis_is_shown_to_differ(near_cube):
     and 5 to 8 % more often in drops of other code."""
     (beside,) = near_cube.variants
     assert (beside.in_model, beside.on_plate) == (SHOWN, SHOWN)
-    known = next(pose.share for pose in beside.poses if len(pose.poses.first) == 2).difference
+    known = next(
+        pose.share for pose in beside.poses if len(pose.poses.first) == 2
+    ).difference
     # Four standard errors for one fixed seed.
     error = 4.0 * known.standard_error
     assert 0.05 / 3.0 - error <= known.value <= 0.08 / 3.0 + error
@@ -46,8 +58,9 @@ def test_a_bad_plate_hides_what_the_model_shows(dice):
 
 def test_the_feeder_gets_what_the_shares_say(near_cube):
     feeder = near_cube.variants[0].feeder
-    for found, share, passes, wanted in zip(near_cube.found, feeder.share[:2], feeder.passes,
-                                            feeder.poses, strict=True):
+    for found, share, passes, wanted in zip(
+        near_cube.found, feeder.share[:2], feeder.passes, feeder.poses, strict=True
+    ):
         count = sum(pose.count for pose in found.poses if pose.index in wanted)
         settled = found.drops - found.unsettled
         assert share.value == pytest.approx(count / settled)
@@ -57,8 +70,9 @@ def test_the_feeder_gets_what_the_shares_say(near_cube):
 def test_a_centre_of_mass_nearer_to_the_wanted_face_feeds_better():
     box = part_from_mesh(*shapes.box(0.02, 0.03, 0.012))
     below = next(pose.index for pose in resting_poses(box).poses if pose.down[2] < -0.9)
-    (beside,) = compare([box, shift_center(box, (0.0, 0.0, -0.003))], wanted=[below],
-                        seed=3).variants
+    (beside,) = compare(
+        [box, shift_center(box, (0.0, 0.0, -0.003))], wanted=[below], seed=3
+    ).variants
     assert beside.feeder.share.on_plate == SHOWN
     assert beside.feeder.share.difference.low > 0.1
 
@@ -68,13 +82,21 @@ def test_two_exports_are_seldom_called_different():
     """Of 5 % each; more than so many would be one chance in 200 or less."""
     wrong = 0
     for seed in range(60):
-        surface = (random_polyhedron(8 + seed % 5, seed) if seed % 2 else
-                   shapes.box(*np.random.default_rng(seed).uniform(0.6, 1.0, 3)))
+        surface = (
+            random_polyhedron(8 + seed % 5, seed)
+            if seed % 2
+            else shapes.box(*np.random.default_rng(seed).uniform(0.6, 1.0, 3))
+        )
         other = exported(surface, seed)
         if seed % 3 == 0:
             other = moved(other, rotation(seed))
-        found = compare([part_from_mesh(*surface), part_from_mesh(*other)], drops=2500,
-                        seed=seed, workers=1, restitution=0.4 + 0.1 * (seed % 5))
+        found = compare(
+            [part_from_mesh(*surface), part_from_mesh(*other)],
+            drops=2500,
+            seed=seed,
+            workers=1,
+            restitution=0.4 + 0.1 * (seed % 5),
+        )
         wrong += found.variants[0].in_model == SHOWN
     assert wrong <= 8
 

@@ -12,7 +12,10 @@ from tests.matching import matched
 GRAVITY = 9.80665
 SURE = 1e-4  # least p value: of fifty comparisons with fixed seeds a right program fails none
 
-EXACT = {"cluster_tolerance": 0.0, "round_sides": 0}  # each stable face a pose, corners as filed
+EXACT = {
+    "cluster_tolerance": 0.0,
+    "round_sides": 0,
+}  # each stable face a pose, corners as filed
 
 
 def light(surface, factor):
@@ -25,16 +28,20 @@ def outcomes(part, *arguments, **options):
     """Outcome of each drop of a simulation, by name: pose, impacts, seconds, energy_left, ..."""
     chunks = []
     simulate(part, *arguments, workers=1, on_drops=chunks.append, **options)
-    return SimpleNamespace(**{name: np.concatenate([getattr(chunk.outcomes, name)
-                                                    for chunk in chunks])
-                              for name in ("pose", "impacts", "seconds", "energy_left")})
+    return SimpleNamespace(
+        **{
+            name: np.concatenate([getattr(chunk.outcomes, name) for chunk in chunks])
+            for name in ("pose", "impacts", "seconds", "energy_left")
+        }
+    )
 
 
 def recordings(part, restitution, drops, seed=1, **options):
     """Recorded drops, their events alone, with the corners at these."""
     for drop in range(drops):
-        yield with_corners(part, record_drop(part, drop, restitution, seed, interval=1e6,
-                                             **options))
+        yield with_corners(
+            part, record_drop(part, drop, restitution, seed, interval=1e6, **options)
+        )
 
 
 def with_corners(part, trajectory):
@@ -82,8 +89,11 @@ class Corners:
 
 def impacts_of(trajectory):
     """Each single impact with the event before it."""
-    return [(before, event) for before, event in pairwise(trajectory.events)
-            if event.kind == "impact"]
+    return [
+        (before, event)
+        for before, event in pairwise(trajectory.events)
+        if event.kind == "impact"
+    ]
 
 
 def alike(statistics, others, turn=None):
@@ -92,7 +102,9 @@ def alike(statistics, others, turn=None):
     Poses with fewer than ten drops in both runs together are taken as one.
     """
     partners = matched(statistics.poses, others.poses, turn, angle=1e-3)
-    table = np.array([[pose.count for pose in poses] for poses in (statistics.poses, partners)])
+    table = np.array(
+        [[pose.count for pose in poses] for poses in (statistics.poses, partners)]
+    )
     rare = table.sum(axis=0) < 10
     table = np.column_stack((table[:, ~rare], table[:, rare].sum(axis=1)))
     table = table[:, table.sum(axis=0) > 0]

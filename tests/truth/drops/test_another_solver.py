@@ -33,19 +33,33 @@ def bodies():
         "leaning prism": part_from_mesh(*oblique_prism(3.0, 4.0)),
         "needle": part_from_mesh(*shapes.box(1.0, 0.02, 0.03)),
         "plate": part_from_mesh(*shapes.box(1.0, 0.8, 0.04)),
-        "shifted": part_from_mesh(*shapes.box(1.0, 2.0, 3.0), center_of_mass=(0.1, -0.6, 1.2)),
+        "shifted": part_from_mesh(
+            *shapes.box(1.0, 2.0, 3.0), center_of_mass=(0.1, -0.6, 1.2)
+        ),
         # Their corners let go of the plate: one after the other, and both of an edge.
-        **{f"light {seed}": light(random_polyhedron(6 + seed % 5, seed), 0.3)
-           for seed in (0, 10, 23)},
+        **{
+            f"light {seed}": light(random_polyhedron(6 + seed % 5, seed), 0.3)
+            for seed in (0, 10, 23)
+        },
     }
 
 
 CASES = [  # body, restitution, height in radii (0.01: released touching), seed of the start
-    ("random 5", 0.0, 2.0, 1), ("random 10", 0.5, 20.0, 3), ("random 10", 0.01, 2.0, 22),
-    ("random 30", 0.8, 2.0, 5), ("tetrahedron", 0.0, 0.01, 8), ("box", 0.5, 20.0, 9),
-    ("box", 0.0, 2.0, 10), ("prism", 0.2, 0.01, 13), ("leaning prism", 0.5, 20.0, 14),
-    ("needle", 0.2, 20.0, 16), ("plate", 0.0, 2.0, 18), ("shifted", 0.8, 2.0, 19),
-    ("light 10", 0.0, 1.5, 10), ("light 23", 0.0, 1.5, 23), ("light 0", 0.0, 1.5, 0),
+    ("random 5", 0.0, 2.0, 1),
+    ("random 10", 0.5, 20.0, 3),
+    ("random 10", 0.01, 2.0, 22),
+    ("random 30", 0.8, 2.0, 5),
+    ("tetrahedron", 0.0, 0.01, 8),
+    ("box", 0.5, 20.0, 9),
+    ("box", 0.0, 2.0, 10),
+    ("prism", 0.2, 0.01, 13),
+    ("leaning prism", 0.5, 20.0, 14),
+    ("needle", 0.2, 20.0, 16),
+    ("plate", 0.0, 2.0, 18),
+    ("shifted", 0.8, 2.0, 19),
+    ("light 10", 0.0, 1.5, 10),
+    ("light 23", 0.0, 1.5, 23),
+    ("light 0", 0.0, 1.5, 0),
 ]
 
 
@@ -70,8 +84,10 @@ def whole_events(found):
     whole = []
     for event in found.events:
         before = whole[-1][-1] if whole else event
-        together = (event.kind == before.kind == "lift-off"
-                    and event.time - before.time < SAME_TIME * unit)
+        together = (
+            event.kind == before.kind == "lift-off"
+            and event.time - before.time < SAME_TIME * unit
+        )
         if event.kind in ("impact", "stop") or together:
             whole[-1].append(event)
         else:
@@ -81,9 +97,13 @@ def whole_events(found):
 
 def numbers(event, radius, unit):
     """Time and state (9,) in radii and sqrt(radius / g)."""
-    return np.concatenate(((event.time / unit, event.height / radius,
-                            event.velocity * unit / radius), event.up,
-                           event.angular_velocity * unit))
+    return np.concatenate(
+        (
+            (event.time / unit, event.height / radius, event.velocity * unit / radius),
+            event.up,
+            event.angular_velocity * unit,
+        )
+    )
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: "-".join(map(str, case)))
@@ -95,14 +115,21 @@ def test_first_events(case):
     name, restitution, height, seed = case
     points, inertia, radius = scaled(bodies()[name])
     start, unit = direction(seed), np.sqrt(radius / GRAVITY)
-    found = record_drop(bodies()[name], start=start, restitution=restitution, to_rest=True,
-                        drop_height=height * radius)
+    found = record_drop(
+        bodies()[name],
+        start=start,
+        restitution=restitution,
+        to_rest=True,
+        drop_height=height * radius,
+    )
     begin = released(Body(points, inertia), start, height)[2:11].reshape(3, 3)
     expected = reference_drop(points, inertia, start, restitution, height, EVENTS)
     events = whole_events(found)[:EVENTS]
     assert len(events) == len(expected) > 0
     kinds = {"arrival": "impact", "lift-off": "release"}
-    assert [kinds[first.kind] for first, _ in events] == [event.kind for event in expected]
+    assert [kinds[first.kind] for first, _ in events] == [
+        event.kind for event in expected
+    ]
     ours = np.array([numbers(last, radius, unit) for _, last in events])
     theirs = np.array([numbers(event, 1.0, 1.0) for event in expected])
     np.testing.assert_allclose(ours, theirs, rtol=0, atol=AGREED)
@@ -112,20 +139,31 @@ def test_first_events(case):
     assert yaw[2] == pytest.approx((0.0, 0.0, 1.0), abs=1e-12)
     for (_, last), event in zip(events, expected, strict=True):
         here = np.flatnonzero(found.times == last.time)[-1]
-        np.testing.assert_allclose(yaw @ turned[here], event.rotation, rtol=0, atol=AGREED)
+        np.testing.assert_allclose(
+            yaw @ turned[here], event.rotation, rtol=0, atol=AGREED
+        )
 
 
-@pytest.mark.parametrize(("name", "restitution"), [
-    ("random 5", 0.1), ("random 10", 0.0),
-    *(pytest.param(*case, marks=pytest.mark.long)
-      for case in (("random 5", 0.2), ("random 10", 0.1), ("plate", 0.0)))])
+@pytest.mark.parametrize(
+    ("name", "restitution"),
+    [
+        ("random 5", 0.1),
+        ("random 10", 0.0),
+        *(
+            pytest.param(*case, marks=pytest.mark.long)
+            for case in (("random 5", 0.2), ("random 10", 0.1), ("plate", 0.0))
+        ),
+    ],
+)
 def test_whole_drops(name, restitution):
     """It comes to rest on the face of the pose that a drop is counted in."""
     part = bodies()[name]
     points, inertia, radius = scaled(part)
     poses, rested = resting_poses(part, 0.0, 0).poses, 0
     for drop in range(3):
-        found = record_drop(part, drop, restitution, 3, 3.0 * radius, interval=1e6, **EXACT)
+        found = record_drop(
+            part, drop, restitution, 3, 3.0 * radius, interval=1e6, **EXACT
+        )
         events = reference_drop(points, inertia, found.down, restitution, 3.0, 60)
         if len(events) < 60:
             gap = [np.linalg.norm(pose.down + events[-1].up) for pose in poses]

@@ -9,16 +9,25 @@ from ros_pose_stats import part_from_mesh, record_drop
 from tests.bodies import random_polyhedron, shapes
 from tests.truth.drops.recorded import EXACT, impacts_of, recordings, with_corners
 
-BIPYRAMID = part_from_mesh(*shapes.hull_mesh(np.vstack((np.diag((0.6, 0.5, 1.0)),
-                                                        -np.diag((0.6, 0.5, 1.0))))),
-                           mass=1.0, inertia=np.diag((0.2, 0.25, 0.1)))
+BIPYRAMID = part_from_mesh(
+    *shapes.hull_mesh(np.vstack((np.diag((0.6, 0.5, 1.0)), -np.diag((0.6, 0.5, 1.0))))),
+    mass=1.0,
+    inertia=np.diag((0.2, 0.25, 0.1)),
+)
 """Of radius one; balanced on a tip it bounces as a ball does."""
 
 
 def recorded(part, down, height, restitution=0.5, **options):
     """Released at rest; the height in radii."""
-    found = record_drop(part, start=down, restitution=restitution, interval=1e6, **EXACT,
-                        drop_height=height * record_drop(part).radius, **options)
+    found = record_drop(
+        part,
+        start=down,
+        restitution=restitution,
+        interval=1e6,
+        **EXACT,
+        drop_height=height * record_drop(part).radius,
+        **options,
+    )
     return with_corners(part, found)
 
 
@@ -29,17 +38,25 @@ def test_vertical_bounces_of_a_ball(restitution):
     speeds = [2.0]
     while (speeds[-1] * restitution) ** 2 > 2e-9:
         speeds.append(speeds[-1] * restitution)
-    arrivals = [event for event in found.events if event.kind == "arrival"][:len(speeds)]
+    arrivals = [event for event in found.events if event.kind == "arrival"][
+        : len(speeds)
+    ]
     assert [corners.velocity(event) for event in arrivals] == pytest.approx(
-        -np.array(speeds), rel=1e-9)
+        -np.array(speeds), rel=1e-9
+    )
     times = 2.0 + np.concatenate(([0.0], np.cumsum(2.0 * np.array(speeds[1:]))))
-    assert [corners.time(event) for event in arrivals] == pytest.approx(times, abs=1e-12)
+    assert [corners.time(event) for event in arrivals] == pytest.approx(
+        times, abs=1e-12
+    )
 
 
 def first_landing(found):
     """What came before the first corner to arrive, and that."""
-    return next((before, event) for before, event in pairwise(found.events)
-                if event.kind == "arrival" and event.time > 0.0)
+    return next(
+        (before, event)
+        for before, event in pairwise(found.events)
+        if event.kind == "arrival" and event.time > 0.0
+    )
 
 
 def tipping_time(length, inertia, first, last):
@@ -53,7 +70,9 @@ def tipping_time(length, inertia, first, last):
     s, weights = (s + 1.0) * top / 2.0, weights * top / 2.0
     angle = first + s**2
     fallen = 2.0 * length * np.sin((angle + first) / 2.0) * np.sin(s**2 / 2.0)
-    return weights @ (2.0 * s * np.sqrt((inertia + (length * np.sin(angle)) ** 2) / 2.0 / fallen))
+    return weights @ (
+        2.0 * s * np.sqrt((inertia + (length * np.sin(angle)) ** 2) / 2.0 / fallen)
+    )
 
 
 @pytest.mark.parametrize("start", [0.1, 0.5])
@@ -62,7 +81,9 @@ def test_tipping_on_a_corner(start):
     before, arrival = first_landing(found)
     end = np.arctan2(1.0, 0.6)
     assert before.mode == "vertex"
-    assert corners.time(arrival) == pytest.approx(tipping_time(1.0, 0.25, start, end), abs=1e-10)
+    assert corners.time(arrival) == pytest.approx(
+        tipping_time(1.0, 0.25, start, end), abs=1e-10
+    )
     assert arrival.height == pytest.approx(np.cos(end), abs=1e-10)
 
 
@@ -72,7 +93,9 @@ def test_tipping_on_an_edge():
     before, arrival = first_landing(found)
     corner = np.array((0.4, 1.5, 1.0)) / found.radius
     end = np.arctan2(corner[0], corner[2])
-    expected = tipping_time(np.hypot(corner[0], corner[2]), corners.moment[1, 1], end - 0.3, end)
+    expected = tipping_time(
+        np.hypot(corner[0], corner[2]), corners.moment[1, 1], end - 0.3, end
+    )
     assert before.mode == "edge"
     assert corners.time(arrival) == pytest.approx(expected, abs=1e-10)
     assert arrival.height == pytest.approx(1.0, abs=1e-10)
@@ -85,9 +108,12 @@ def test_energy_lost_in_impacts(restitution):
     for trajectory, corners in recordings(part, restitution, 5, **EXACT):
         for before, event in impacts_of(trajectory):
             lost = corners.energy(before) - corners.energy(event)
-            assert lost == pytest.approx(corners.lost_at_impact(event, restitution), abs=1e-10)
+            assert lost == pytest.approx(
+                corners.lost_at_impact(event, restitution), abs=1e-10
+            )
             approach = corners.velocities(before)[event.vertex]
             assert corners.velocities(event)[event.vertex] == pytest.approx(
-                -restitution * approach, abs=1e-12)
+                -restitution * approach, abs=1e-12
+            )
             seen += lost > 1e-3
     assert seen > 20

@@ -7,13 +7,29 @@ import pytest
 
 from ros_pose_stats import part_from_mesh, record_drop, resting_poses, simulate
 from study import shapes
-from tests.bodies import convex_parts, counts, moved, random_polyhedron, starred, subdivided
-from tests.truth.drops.recorded import EXACT, SURE, alike, outcomes, recordings, with_corners
+from tests.bodies import (
+    convex_parts,
+    counts,
+    moved,
+    random_polyhedron,
+    starred,
+    subdivided,
+)
+from tests.truth.drops.recorded import (
+    EXACT,
+    SURE,
+    alike,
+    outcomes,
+    recordings,
+    with_corners,
+)
 
 BOX, HEXAGON = shapes.box(1.0, 2.0, 3.0), shapes.prism(6, 1.0, 0.8)
 FLAT_SIDED = {
-    "cube": shapes.box(2.0, 2.0, 2.0), "plate": shapes.box(2.0, 2.0, 0.1),
-    "hexagonal prism": HEXAGON, "cylinder": shapes.cylinder(24, 1.0, 1.5),
+    "cube": shapes.box(2.0, 2.0, 2.0),
+    "plate": shapes.box(2.0, 2.0, 0.1),
+    "hexagonal prism": HEXAGON,
+    "cylinder": shapes.cylinder(24, 1.0, 1.5),
     "subdivided box": subdivided(BOX),
 }
 
@@ -25,7 +41,9 @@ def test_coplanar_faces_come_to_rest(name):
     poses = resting_poses(part, 0.0, 0).poses
     for restitution in (0.0, 0.2, 0.5):
         for drop in range(2):
-            found = record_drop(part, drop, restitution, 1, to_rest=True, interval=1e6, **EXACT)
+            found = record_drop(
+                part, drop, restitution, 1, to_rest=True, interval=1e6, **EXACT
+            )
             last = found.events[-1]
             assert found.at_rest and last.mode == "face"
             assert last.height == pytest.approx(poses[found.pose].height, rel=1e-6)
@@ -36,8 +54,10 @@ def test_coplanar_faces_come_to_rest(name):
 @pytest.mark.parametrize("surface", [BOX, HEXAGON], ids=["box", "hexagon"])
 def test_the_triangulation_does_not_matter(split, surface):
     """Coplanar triangles that are not merged leave unstable pieces of a face."""
-    whole, cut = (simulate(part_from_mesh(*each), 3000, 0.3, seed)
-                  for seed, each in enumerate((surface, split(surface))))
+    whole, cut = (
+        simulate(part_from_mesh(*each), 3000, 0.3, seed)
+        for seed, each in enumerate((surface, split(surface)))
+    )
     assert alike(whole, cut) > SURE
 
 
@@ -58,7 +78,9 @@ def roof(ridge):
 @pytest.mark.parametrize("length", [1e-4, 1e-6, 1e-8])
 def test_short_edges(length):
     """A contact matrix of two close corners is nearly singular."""
-    box, cut = (part_from_mesh(*s) for s in (shapes.box(1.0, 1.3, 0.8), cut_corner(length)))
+    box, cut = (
+        part_from_mesh(*s) for s in (shapes.box(1.0, 1.3, 0.8), cut_corner(length))
+    )
     for restitution in (0.0, 0.5):
         found = simulate(cut, 3000, restitution, 2)
         assert found.unsettled == 0
@@ -70,8 +92,10 @@ def test_both_ends_of_a_short_edge_let_go_together():
 
     That took about one in 15 000 drops: of these, none in e^-6 of such runs.
     """
-    unsettled = [simulate(part_from_mesh(*cut_corner(length)), 30_000, 0.0, 1).unsettled
-                 for length in (1e-5, 1e-6, 1e-7)]
+    unsettled = [
+        simulate(part_from_mesh(*cut_corner(length)), 30_000, 0.0, 1).unsettled
+        for length in (1e-5, 1e-6, 1e-7)
+    ]
     assert unsettled == [0, 0, 0]
 
 
@@ -79,19 +103,27 @@ def test_both_ends_of_a_short_edge_let_go_together():
 def test_sliding_on_a_short_edge(length):
     """Released with the ridge on the plate it tips about it and keeps its energy."""
     part, start = part_from_mesh(*roof(length)), (0.0, 0.05, 1.0)
-    assert simulate(part, restitution=0.0, starts=[start], drop_height=0.01).unsettled == 0
-    found, corners = with_corners(part, record_drop(part, start=start, restitution=0.0,
-                                                    drop_height=0.01, interval=1e6))
+    assert (
+        simulate(part, restitution=0.0, starts=[start], drop_height=0.01).unsettled == 0
+    )
+    found, corners = with_corners(
+        part,
+        record_drop(part, start=start, restitution=0.0, drop_height=0.01, interval=1e6),
+    )
     assert "edge" in {event.mode for event in found.events}
     for before, event in pairwise(found.events):
         if before.mode == "edge" and event.kind in ("arrival", "lift-off", "end"):
-            assert corners.energy(event) == pytest.approx(corners.energy(before), abs=1e-9)
+            assert corners.energy(event) == pytest.approx(
+                corners.energy(before), abs=1e-9
+            )
 
 
 @pytest.mark.parametrize("inset", [1e-6, 1e-10, 1e-11])
 def test_centre_of_mass_just_inside_a_face(inset):
     """Energy relative to what is left means nothing there: m g radius is the measure."""
-    part = part_from_mesh(*shapes.box(2.0, 2.0, 2.0), center_of_mass=(0.1, 0.2, inset - 1.0))
+    part = part_from_mesh(
+        *shapes.box(2.0, 2.0, 2.0), center_of_mass=(0.1, 0.2, inset - 1.0)
+    )
     for restitution in (0.0, 0.5, 0.8):
         found = simulate(part, 400, restitution, 3)
         assert found.unsettled == 0
@@ -99,8 +131,7 @@ def test_centre_of_mass_just_inside_a_face(inset):
         assert found.poses[0].probability > 0.8
 
 
-@pytest.mark.parametrize(("restitution", "drops"), [
-    (0.2, 60), (0.5, 60), (0.8, 20)])
+@pytest.mark.parametrize(("restitution", "drops"), [(0.2, 60), (0.5, 60), (0.8, 20)])
 def test_a_needle(restitution, drops):
     """1 x 0.001 x 0.002: its ends are never stood on, its sides go by their width."""
     part = part_from_mesh(*shapes.box(1.0, 0.001, 0.002))
@@ -112,7 +143,9 @@ def test_a_needle(restitution, drops):
 @pytest.mark.parametrize("name", ["random 0", "cube", "leaning prism"])
 def test_spin_about_the_vertical_does_not_keep_a_body_awake(name):
     """Nothing brakes it on a frictionless plate: rest cannot wait for the total spin."""
-    for found, corners in recordings(convex_parts()[name], 0.4, 10, seed=6, to_rest=True):
+    for found, corners in recordings(
+        convex_parts()[name], 0.4, 10, seed=6, to_rest=True
+    ):
         assert found.at_rest
         for event in found.events:
             assert abs(event.up @ corners.moment @ corners.spin(event)) < 1e-12
@@ -134,9 +167,13 @@ def test_a_single_stable_pose():
     part = tumbler()
     for restitution in (0.0, 0.5, 0.9):
         found = simulate(part, 200, restitution, 1)
-        pose, = found.poses
+        (pose,) = found.poses
         assert (pose.count, pose.probability, found.unsettled) == (200, 1.0, 0)
-        assert (pose.probability_low, pose.probability_high, found.expected_error) == (1, 1, 0)
+        assert (pose.probability_low, pose.probability_high, found.expected_error) == (
+            1,
+            1,
+            0,
+        )
         assert pose.barrier == np.inf
 
 
@@ -144,8 +181,10 @@ def test_a_single_stable_pose():
 def test_units_and_masses_that_are_powers_of_two_change_nothing(power):
     """No product of lengths over- or underflows, and none is compared with a length of its own."""
     surface = random_polyhedron(9, 3)
-    here, there = (outcomes(part_from_mesh(*moved(surface, scale=scale), mass=scale), 500, 0.5, 1)
-                   for scale in (1.0, 2.0**power))
+    here, there = (
+        outcomes(part_from_mesh(*moved(surface, scale=scale), mass=scale), 500, 0.5, 1)
+        for scale in (1.0, 2.0**power)
+    )
     np.testing.assert_array_equal(here.pose, there.pose)
     np.testing.assert_array_equal(here.energy_left, there.energy_left)
     assert there.seconds == pytest.approx(here.seconds * 2.0 ** (power / 2), rel=1e-12)

@@ -23,8 +23,10 @@ def test_flat_on_a_facet(restitution):
         axes = np.vstack((turn.T, -turn.T))
         found = outcomes(part, restitution=restitution, starts=axes, drop_height=1.001)
         downs = {pose.index: pose.down for pose in resting_poses(part).poses}
-        wrong += sum(k < 0 or not downs[k] @ axis > 0.999999
-                     for k, axis in zip(found.pose.tolist(), axes, strict=True))
+        wrong += sum(
+            k < 0 or not downs[k] @ axis > 0.999999
+            for k, axis in zip(found.pose.tolist(), axes, strict=True)
+        )
     assert wrong == 0
 
 
@@ -33,7 +35,9 @@ def test_set_down_on_every_face(height):
     """Released touching, just touching or just not."""
     part = part_from_mesh(*CUBE)
     starts = [pose.down for pose in resting_poses(part).poses]
-    assert outcomes(part, starts=starts, drop_height=height).pose.tolist() == list(range(6))
+    assert outcomes(part, starts=starts, drop_height=height).pose.tolist() == list(
+        range(6)
+    )
 
 
 @pytest.mark.parametrize("restitution", [0.0, 0.2, 0.6])
@@ -44,7 +48,9 @@ def test_a_corner_just_hit_or_let_go_has_left(restitution):
     with the restitution times 1e-5. Without restitution only other corners' impacts lift it.
     """
     let_go = 0
-    for trajectory, corners in recordings(light(random_polyhedron(8, 1), 0.3), restitution, 40):
+    for trajectory, corners in recordings(
+        light(random_polyhedron(8, 1), 0.3), restitution, 40
+    ):
         left = {}
         for event in trajectory.events:
             if event.kind in ("impact", "lift-off"):
@@ -57,8 +63,11 @@ def test_a_corner_just_hit_or_let_go_has_left(restitution):
     assert let_go > 0 or restitution > 0.0
 
 
-@pytest.mark.parametrize("body", [part_from_mesh(*random_polyhedron(8, 0)),
-                                  light(random_polyhedron(8, 0), 0.3)], ids=["usual", "light"])
+@pytest.mark.parametrize(
+    "body",
+    [part_from_mesh(*random_polyhedron(8, 0)), light(random_polyhedron(8, 0), 0.3)],
+    ids=["usual", "light"],
+)
 @pytest.mark.parametrize("restitution", [0.2, 0.8])
 def test_below_the_plate_on_the_way_up_is_no_contact(body, restitution):
     """Contact is a height of at most 0 that falls; rounding leaves corners just below it.
@@ -71,7 +80,9 @@ def test_below_the_plate_on_the_way_up_is_no_contact(body, restitution):
             heights, velocities = corners.heights(event), corners.velocities(event)
             rising += ((heights < 0.0) & (velocities > 1e-6)).sum()
             if event.kind == "arrival":
-                assert velocities[event.vertex] < 0.0 and heights[event.vertex] <= TOUCHING
+                assert (
+                    velocities[event.vertex] < 0.0 and heights[event.vertex] <= TOUCHING
+                )
     assert rising > 30
 
 
@@ -86,7 +97,9 @@ def test_exact_unstable_equilibria_end_unsettled(start):
         warned = any(text.startswith("UNSETTLED") for text in found.warnings)
         assert warned == (found.unsettled > 0)
         known = [pose.probability for pose in found.poses]
-        assert np.isnan(known).all() if found.unsettled == 3 else np.isfinite(known).all()
+        assert (
+            np.isnan(known).all() if found.unsettled == 3 else np.isfinite(known).all()
+        )
     outcome = outcomes(part, restitution=0.5, starts=starts)
     assert np.isfinite(outcome.energy_left).all() and np.isfinite(outcome.seconds).all()
 
@@ -101,25 +114,32 @@ def with_twin(surface, gap):
     vertices = surface[0] - surface[0].mean(axis=0)
     corner = vertices[np.argmax(np.linalg.norm(vertices, axis=1))]
     across = np.cross(corner, (0.3, -0.5, 0.8))
-    more = shapes.hull_mesh(np.vstack((vertices, corner + gap * across / np.linalg.norm(across))))
+    more = shapes.hull_mesh(
+        np.vstack((vertices, corner + gap * across / np.linalg.norm(across)))
+    )
     assert len(more[0]) == len(vertices) + 1
     return (vertices, surface[1]), more
 
 
-@pytest.mark.parametrize(("gap", "restitution", "drops"), [
-    (1e-6, 0.5, 6000), (1e-5, 0.2, 6000)])
+@pytest.mark.parametrize(
+    ("gap", "restitution", "drops"), [(1e-6, 0.5, 6000), (1e-5, 0.2, 6000)]
+)
 def test_features_smaller_than_what_counts_as_slow(gap, restitution, drops):
     """Two corners that close are slow together; stopping both took 5 % of the energy."""
     part, twin = (part_from_mesh(*s) for s in with_twin(random_polyhedron(10, 0), gap))
     sizes = [len(resting_poses(each, 0.0, 0).body.points) for each in (part, twin)]
     assert sizes[1] == sizes[0] + 1
-    first, second = (simulate(each, drops, restitution, seed)
-                     for seed, each in enumerate((part, twin)))
+    first, second = (
+        simulate(each, drops, restitution, seed)
+        for seed, each in enumerate((part, twin))
+    )
     assert alike(first, second) > SURE
     for trajectory, corners in recordings(twin, restitution, 40, to_rest=True):
         for before, event in pairwise(trajectory.events):
             if event.kind == "stop":
-                assert corners.energy(event) > (1.0 - 3e-4) * corners.energy(before)  # of three
+                assert corners.energy(event) > (1.0 - 3e-4) * corners.energy(
+                    before
+                )  # of three
 
 
 @pytest.mark.parametrize("restitution", [0.0, 0.2])
@@ -133,7 +153,11 @@ def test_long_sequences_of_simultaneous_impacts(restitution):
             for before, event in pairwise(trajectory.events):
                 length = length + 1 if event.kind == "impact" else 0
                 longest = max(longest, length)
-                if before.kind == "impact" and event.kind != "stop" and event.time > before.time:
+                if (
+                    before.kind == "impact"
+                    and event.kind != "stop"
+                    and event.time > before.time
+                ):
                     near = corners.heights(before) < 1e-10
                     assert corners.velocities(before)[near].min() > -1e-9
             assert trajectory.pose >= 0

@@ -17,7 +17,9 @@ def radius(part):
     return resting_poses(part).body.radius
 
 
-@pytest.mark.parametrize(("restitution", "drops"), [(0.0, 2000), (0.95, 100), (0.99, 30)])
+@pytest.mark.parametrize(
+    ("restitution", "drops"), [(0.0, 2000), (0.95, 100), (0.99, 30)]
+)
 def test_dull_and_lively_plates(part, restitution, drops):
     found = simulate(part, drops, restitution, 1)
     assert (sum(counts(found)), found.unsettled) == (drops, 0)
@@ -42,26 +44,40 @@ def test_drop_heights(part, radius, radii):
 
 def test_too_low_to_fit_is_at_rest_on_the_plate(part, radius):
     """All such heights are one and the same release, counted in the warning."""
-    low, lower = (simulate(part, 300, 0.4, 2, drop_height=h * radius) for h in (0.2, 0.1))
+    low, lower = (
+        simulate(part, 300, 0.4, 2, drop_height=h * radius) for h in (0.2, 0.1)
+    )
     assert counts(low) == counts(lower)
     assert any("in 300 of 300 drops" in text for text in low.warnings)
     middle = simulate(part, 300, 0.4, 2, drop_height=0.8 * radius)
-    text, = (text for text in middle.warnings if text.startswith("RELEASED_TOUCHING"))
+    (text,) = (text for text in middle.warnings if text.startswith("RELEASED_TOUCHING"))
     assert 0 < int(text.split()[2]) < 300
 
 
-@pytest.mark.parametrize("center", [(0.99, 0.99, 0.99), (0.999, 0.0, 0.0), (0.9, 0.99, -0.5)])
+@pytest.mark.parametrize(
+    "center", [(0.99, 0.99, 0.99), (0.999, 0.0, 0.0), (0.9, 0.99, -0.5)]
+)
 def test_centre_of_mass_far_off_the_centroid(center):
     cube = part_from_mesh(*shapes.box(2.0, 2.0, 2.0), center_of_mass=center)
     for restitution in (0.0, 0.5, 0.8):
         found = simulate(cube, 300, restitution, 1)
         assert found.unsettled == 0
         lowest = min(pose.height for pose in found.poses)
-        assert sum(pose.count for pose in found.poses if pose.height < lowest + 0.02) > 150
+        assert (
+            sum(pose.count for pose in found.poses if pose.height < lowest + 0.02) > 150
+        )
 
 
-@pytest.mark.parametrize("moments", [(1.0, 1.0, 1e-3), (1.0, 1.0, 2.0), (30.0, 30.0, 30.0),
-                                     (1e-6, 1.0, 1.0), (1e-6, 1e-6, 1e-6)])
+@pytest.mark.parametrize(
+    "moments",
+    [
+        (1.0, 1.0, 1e-3),
+        (1.0, 1.0, 2.0),
+        (30.0, 30.0, 30.0),
+        (1e-6, 1.0, 1.0),
+        (1e-6, 1e-6, 1e-6),
+    ],
+)
 def test_uneven_inertia_and_nearly_none(moments):
     """Corners off the axis of a rod take as many impacts as the ratio of masses: too many."""
     body = part_from_mesh(*random_polyhedron(9, 3), mass=1.0, inertia=np.diag(moments))
@@ -74,8 +90,11 @@ def test_uneven_inertia_and_nearly_none(moments):
 
 def test_a_rod_of_no_width_to_speak_of():
     """Inertia of a line of points: the least moment is 3e-10 of the others."""
-    rod = part_from_mesh(*shapes.box(1000.0, 1.0, 1.0), mass=1.0,
-                         inertia=np.diag((1e-9, 1.0, 1.0)) * 1000.0**2 / 12.0)
+    rod = part_from_mesh(
+        *shapes.box(1000.0, 1.0, 1.0),
+        mass=1.0,
+        inertia=np.diag((1e-9, 1.0, 1.0)) * 1000.0**2 / 12.0,
+    )
     for restitution in (0.0, 0.5):
         found = simulate(rod, 100, restitution, 1, cluster_tolerance=0.0)
         assert found.unsettled == 0 and sum(counts(found)[:4]) == 100
@@ -83,5 +102,7 @@ def test_a_rod_of_no_width_to_speak_of():
 
 def test_no_drop_goes_on_for_ever(part, radius):
     """From such a height the energy falls by a little each time, for hours."""
-    found = simulate(part, restitution=0.99, starts=[(0.3, 0.2, 0.1)], drop_height=1e160 * radius)
+    found = simulate(
+        part, restitution=0.99, starts=[(0.3, 0.2, 0.1)], drop_height=1e160 * radius
+    )
     assert (found.drops, found.unsettled) == (1, 1)

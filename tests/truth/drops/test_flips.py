@@ -45,20 +45,26 @@ def test_energy_and_no_spin_about_the_vertical():
     energy = 0.5 * kicks.velocity**2 + 0.5 * (kicks.spin * momentum).sum(axis=1)
     np.testing.assert_allclose(energy, 0.4, rtol=1e-12)
     np.testing.assert_allclose((kicks.up * momentum).sum(axis=1), 0.0, atol=1e-12)
-    np.testing.assert_allclose(-kicks.up, np.array([pose.down for pose in poses])[kicks.poses],
-                               atol=1e-12)
+    np.testing.assert_allclose(
+        -kicks.up, np.array([pose.down for pose in poses])[kicks.poses], atol=1e-12
+    )
 
 
 def triangle_moments(polygon):
     """Mean (3,) and covariance (3, 3) of uniform points of a flat polygon, by its triangles."""
-    corners = np.stack([np.broadcast_to(polygon[0], polygon[2:].shape), polygon[1:-1],
-                        polygon[2:]], axis=1)
-    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0],
-                                    corners[:, 2] - corners[:, 0]), axis=1)
+    corners = np.stack(
+        [np.broadcast_to(polygon[0], polygon[2:].shape), polygon[1:-1], polygon[2:]],
+        axis=1,
+    )
+    areas = np.linalg.norm(
+        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+    )
     share = areas / areas.sum()
     sums = corners.sum(axis=1)
-    products = (np.einsum("tci,tcj->tij", corners, corners)
-                + np.einsum("ti,tj->tij", sums, sums)) / 12.0
+    products = (
+        np.einsum("tci,tcj->tij", corners, corners)
+        + np.einsum("ti,tj->tij", sums, sums)
+    ) / 12.0
     mean = share @ sums / 3.0
     return mean, np.einsum("t,tij->ij", share, products) - np.outer(mean, mean)
 
@@ -68,7 +74,9 @@ def test_points_are_uniform_on_the_contact_polygon():
     kicks = Kicks(part_from_mesh(*shapes.prism(5, 1.0, 0.3)), 1.0, 8, 42_000)
     points = kicks.at()
     for pose in kicks.resting.poses:
-        corners = kicks.points[kicks.points @ pose.down > pose.height / kicks.radius - 1e-9]
+        corners = kicks.points[
+            kicks.points @ pose.down > pose.height / kicks.radius - 1e-9
+        ]
         spokes = corners - corners.mean(axis=0)
         angle = np.arctan2(np.cross(spokes[0], spokes) @ pose.down, spokes @ spokes[0])
         mean, scatter = triangle_moments(corners[np.argsort(angle)])
@@ -79,8 +87,10 @@ def test_points_are_uniform_on_the_contact_polygon():
         np.testing.assert_allclose(np.cov(mine.T), scatter, atol=0.05 * scatter.max())
 
 
-@pytest.mark.parametrize(("restitution", "kick"), [
-    pytest.param(0.0, 0.3, marks=pytest.mark.long), (0.1, 0.4)])
+@pytest.mark.parametrize(
+    ("restitution", "kick"),
+    [pytest.param(0.0, 0.3, marks=pytest.mark.long), (0.1, 0.4)],
+)
 def test_whole_flips_against_another_solver(restitution, kick):
     """One out of each pose, through some ten events: the pose of the matrix is theirs."""
     part, seed, rested = part_from_mesh(*random_polyhedron(6, 1)), 1, 0
@@ -88,8 +98,9 @@ def test_whole_flips_against_another_solver(restitution, kick):
     found = simulate_flips(part, kick * kicks.radius, 1, restitution, seed, **EXACT)
     downs = np.array([pose.down for pose in found.poses])
     for pose, at in enumerate(kicks.at()):
-        events = reference_flip(kicks.points, kicks.inertia, downs[pose], at, kick, restitution,
-                                60)
+        events = reference_flip(
+            kicks.points, kicks.inertia, downs[pose], at, kick, restitution, 60
+        )
         gap = np.linalg.norm(downs + events[-1].up, axis=1)
         if len(events) < 60 and gap.min() < 1e-6:
             assert found.counts[pose, gap.argmin()] == 1
@@ -122,13 +133,21 @@ def test_high_kicks_are_drops(box):
 
 
 def test_workers_and_stops_change_nothing(box):
-    one, two = (simulate_flips(box, 1.0, 300, seed=7, workers=workers) for workers in (1, 2))
+    one, two = (
+        simulate_flips(box, 1.0, 300, seed=7, workers=workers) for workers in (1, 2)
+    )
     np.testing.assert_array_equal(one.counts, two.counts)
     seen = []
     assert [pose.index for pose in one.poses] == list(range(6)) and one.flips == 1800
-    cut = simulate_flips(box, 1.0, 100_000, seed=7, workers=1,
-                         on_progress=lambda done, total: seen.append((done, total)),
-                         should_stop=lambda: bool(seen))
+    cut = simulate_flips(
+        box,
+        1.0,
+        100_000,
+        seed=7,
+        workers=1,
+        on_progress=lambda done, total: seen.append((done, total)),
+        should_stop=lambda: bool(seen),
+    )
     assert 0 < cut.flips == seen[-1][0] < seen[-1][1] == 600_000
     longer = simulate_flips(box, 1.0, -(-cut.flips // 6), seed=7)
     assert (longer.counts - cut.counts).sum() == longer.flips - cut.flips

@@ -11,35 +11,68 @@ import pytest
 from ros_pose_stats import part_from_mesh, resting_poses, simulate
 from study import shapes
 
-DICE = {0.47: 0.916, 0.63: 0.738, 0.75: 0.548, 0.81: 0.496, 0.93: 0.399, 0.97: 0.385, 1.16: 0.148,
-        1.23: 0.154, 1.44: 0.052, 1.55: 0.040, 1.60: 0.017, 1.71: 0.031, 1.87: 0.009, 2.12: 0.007,
-        2.65: 0.006}
+DICE = {
+    0.47: 0.916,
+    0.63: 0.738,
+    0.75: 0.548,
+    0.81: 0.496,
+    0.93: 0.399,
+    0.97: 0.385,
+    1.16: 0.148,
+    1.23: 0.154,
+    1.44: 0.052,
+    1.55: 0.040,
+    1.60: 0.017,
+    1.71: 0.031,
+    1.87: 0.009,
+    2.12: 0.007,
+    2.65: 0.006,
+}
 """Third side over the side of the square: frequency of the two square faces together."""
 
 
 def share_on_ends(part, drops, restitution, radii, **options):
-    found = simulate(part, drops, restitution, 1, **options,
-                     drop_height=radii * resting_poses(part).body.radius)
+    found = simulate(
+        part,
+        drops,
+        restitution,
+        1,
+        **options,
+        drop_height=radii * resting_poses(part).body.radius,
+    )
     assert found.unsettled == 0
     return sum(pose.count for pose in found.poses if abs(pose.down[2]) > 0.9) / drops
 
 
-@pytest.mark.parametrize(("restitution", "radii", "other"), [
-    (0.05, 20.0, 0.057), (0.5, 2.0, 0.032)])
-def test_as_far_from_the_dice_as_another_implementation_of_the_model(restitution, radii, other):
+@pytest.mark.parametrize(
+    ("restitution", "radii", "other"), [(0.05, 20.0, 0.057), (0.5, 2.0, 0.032)]
+)
+def test_as_far_from_the_dice_as_another_implementation_of_the_model(
+    restitution, radii, other
+):
     """Which made 2 000 drops a die.
 
     The binomial error of a die is at most 0.011 in both; over fifteen dice the root mean square
     moves by about a third of that in each.
     """
-    errors = [share_on_ends(part_from_mesh(*shapes.box(0.01, 0.01, 0.01 * ratio)), 2000,
-                            restitution, radii, cluster_tolerance=0.0) - share
-              for ratio, share in DICE.items()]
+    errors = [
+        share_on_ends(
+            part_from_mesh(*shapes.box(0.01, 0.01, 0.01 * ratio)),
+            2000,
+            restitution,
+            radii,
+            cluster_tolerance=0.0,
+        )
+        - share
+        for ratio, share in DICE.items()
+    ]
     assert np.sqrt(np.mean(np.square(errors))) == pytest.approx(other, abs=0.012)
 
 
-@pytest.mark.parametrize(("height", "published"), [
-    (0.354, (0.868, 0.868)), (0.577, (0.59, 0.59)), (1.0, (0.24, 0.38))])
+@pytest.mark.parametrize(
+    ("height", "published"),
+    [(0.354, (0.868, 0.868)), (0.577, (0.59, 0.59)), (1.0, (0.24, 0.38))],
+)
 def test_thick_coins(height, published):
     """Within the five points that a plate nobody has counted on is promised to.
 

@@ -19,18 +19,32 @@ def bodies():
     return {
         "random": part_from_mesh(*random_polyhedron(10, 4)),
         "tetrahedron": part_from_mesh(*shapes.tetrahedron(), unit="mm"),
-        "shifted": part_from_mesh(*shapes.box(1.0, 2.0, 3.0), center_of_mass=(0.1, -0.6, 1.2)),
+        "shifted": part_from_mesh(
+            *shapes.box(1.0, 2.0, 3.0), center_of_mass=(0.1, -0.6, 1.2)
+        ),
         "needle": part_from_mesh(*shapes.box(1.0, 0.001, 0.002)),
         "clamp hull": part_from_mesh(*clamp_hull(), unit="mm"),
         "many corners": part_from_mesh(*random_polyhedron(5000, 6)),
-        **dict.fromkeys(("fine disc", "rolling disc"),
-                        part_from_mesh(*shapes.cylinder(192, 1.0, 0.4))),
+        **dict.fromkeys(
+            ("fine disc", "rolling disc"),
+            part_from_mesh(*shapes.cylinder(192, 1.0, 0.4)),
+        ),
     }
 
 
-EVERY_BODY = pytest.mark.parametrize("name", [
-    "random", "tetrahedron", "shifted", "needle", "clamp hull", "many corners", "fine disc",
-    pytest.param("rolling disc", marks=pytest.mark.long)])  # 140 000 events before it rests
+EVERY_BODY = pytest.mark.parametrize(
+    "name",
+    [
+        "random",
+        "tetrahedron",
+        "shifted",
+        "needle",
+        "clamp hull",
+        "many corners",
+        "fine disc",
+        pytest.param("rolling disc", marks=pytest.mark.long),
+    ],
+)  # 140 000 events before it rests
 
 
 @cache
@@ -38,15 +52,25 @@ def trajectories(name):
     """Drops at several restitutions, one released touching the plate, one let run to rest."""
     part = bodies()[name]
     low = 0.01 * resting_poses(part).body.radius
-    return [record_drop(part, k, restitution, seed=5, drop_height=low if k == 1 else None,
-                        to_rest=k == 2 and name != "fine disc")
-            for k, restitution in enumerate((0.5, 0.2, 0.3, 0.8, 0.0))]
+    return [
+        record_drop(
+            part,
+            k,
+            restitution,
+            seed=5,
+            drop_height=low if k == 1 else None,
+            to_rest=k == 2 and name != "fine disc",
+        )
+        for k, restitution in enumerate((0.5, 0.2, 0.3, 0.8, 0.0))
+    ]
 
 
 def phases(found):
     """Slices of the samples between two events that change velocities."""
     jumps = {event.time for event in found.events if event.kind in ("impact", "stop")}
-    here = np.isin(found.times, list(jumps)) & (np.diff(found.times, prepend=-1.0) == 0.0)
+    here = np.isin(found.times, list(jumps)) & (
+        np.diff(found.times, prepend=-1.0) == 0.0
+    )
     ends = [0, *np.flatnonzero(here).tolist(), len(found.times)]
     return [slice(a, b) for a, b in pairwise(ends)]
 
@@ -54,7 +78,9 @@ def phases(found):
 @EVERY_BODY
 def test_energy_falls_at_impacts_and_stays_between_them(name):
     for found in trajectories(name):
-        exact = 1e-10 * found.energies[0]  # what the series of a hundred steps leave out
+        exact = (
+            1e-10 * found.energies[0]
+        )  # what the series of a hundred steps leave out
         assert np.diff(found.energies).max() <= exact
         for phase in phases(found):
             if found.times[phase][-1] > found.times[phase][0]:
@@ -67,7 +93,7 @@ def test_up_stays_a_unit_vector_and_no_spin_about_it_comes_up(name):
     for found in trajectories(name):
         assert np.abs(np.linalg.norm(found.up, axis=1) - 1.0).max() < 1e-10
         momentum = found.angular_velocities @ part.inertia
-        size = part.mass * found.radius ** 2 * np.sqrt(GRAVITY / found.radius)
+        size = part.mass * found.radius**2 * np.sqrt(GRAVITY / found.radius)
         assert np.abs((found.up * momentum).sum(axis=1)).max() < 1e-9 * size
 
 
@@ -86,8 +112,10 @@ def test_orientations_turn_up_up(name):
 def test_nothing_reaches_into_the_plate(name):
     corners = bodies()[name].vertices - bodies()[name].center_of_mass
     for found in trajectories(name):
-        lowest = [(height + corners @ up).min()
-                  for height, up in zip(found.heights, found.up, strict=True)]
+        lowest = [
+            (height + corners @ up).min()
+            for height, up in zip(found.heights, found.up, strict=True)
+        ]
         assert min(lowest) > -DEEPEST * found.radius
 
 
@@ -96,7 +124,9 @@ def test_samples_are_in_order_and_hold_every_event(name):
     for found in trajectories(name):
         assert (np.diff(found.times) >= 0.0).all()
         assert found.times[0] == 0.0 and found.events[0].kind == "release"
-        assert found.times[-1] == found.events[-1].time and found.events[-1].kind == "end"
+        assert (
+            found.times[-1] == found.events[-1].time and found.events[-1].kind == "end"
+        )
         samples = set(zip(found.times.tolist(), found.heights.tolist(), strict=True))
         assert samples.issuperset((event.time, event.height) for event in found.events)
         assert np.diff(found.times).max() <= 0.051 * np.sqrt(found.radius / GRAVITY)
@@ -127,11 +157,19 @@ def test_a_drop_goes_on_to_rest_in_the_pose_that_was_certain_before(name, restit
     part, early_ends = bodies()[name], 0
     poses = resting_poses(part, 0.0, 0).poses
     for k in range(6):
-        early, late = (record_drop(part, k, restitution, seed=31, to_rest=to_rest, interval=1e6,
-                                   **EXACT) for to_rest in (False, True))
-        before = [(e.time, e.kind, e.vertex, e.mode, e.height) for e in early.events[:-1]]
-        assert before == [(e.time, e.kind, e.vertex, e.mode, e.height)
-                          for e in late.events[:len(before)]]
+        early, late = (
+            record_drop(
+                part, k, restitution, seed=31, to_rest=to_rest, interval=1e6, **EXACT
+            )
+            for to_rest in (False, True)
+        )
+        before = [
+            (e.time, e.kind, e.vertex, e.mode, e.height) for e in early.events[:-1]
+        ]
+        assert before == [
+            (e.time, e.kind, e.vertex, e.mode, e.height)
+            for e in late.events[: len(before)]
+        ]
         assert early.pose == late.pose and late.at_rest and not early.at_rest
         early_ends += len(early.events) < len(late.events)
         last, pose = late.events[-1], poses[late.pose]
@@ -142,9 +180,20 @@ def test_a_drop_goes_on_to_rest_in_the_pose_that_was_certain_before(name, restit
     assert early_ends > 0
 
 
-@pytest.mark.parametrize("options", [
-    {"drop": -1}, {"drop": 1.5}, {"drop": True}, {"interval": 0.0}, {"interval": float("nan")},
-    {"start": (0.0, 0.0)}, {"start": np.eye(3)}, {"seed": -1}, {"restitution": 1.0}])
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"drop": -1},
+        {"drop": 1.5},
+        {"drop": True},
+        {"interval": 0.0},
+        {"interval": float("nan")},
+        {"start": (0.0, 0.0)},
+        {"start": np.eye(3)},
+        {"seed": -1},
+        {"restitution": 1.0},
+    ],
+)
 def test_what_cannot_be_recorded_is_refused(options):
     with pytest.raises(PoseStatsError, match=r"^expected .*, got .*; "):
         record_drop(bodies()["tetrahedron"], **options)

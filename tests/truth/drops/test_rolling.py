@@ -15,7 +15,9 @@ def part_of(solid):
 
 
 def cylinder(height, radius, above=0.0, beside=0.0):
-    return Manifold.cylinder(height, radius, circular_segments=96).translate((beside, 0.0, above))
+    return Manifold.cylinder(height, radius, circular_segments=96).translate(
+        (beside, 0.0, above)
+    )
 
 
 RING = part_of(cylinder(0.6, 1.0) - cylinder(1.0, 0.6, above=-0.1))
@@ -30,7 +32,9 @@ def test_drops_that_roll_are_counted():
     """Released nearly upright: an even cap on the steps would take those that stay so."""
     random = np.random.default_rng(3)
     angle = random.uniform(0.0, 2.0 * np.pi, 40)
-    starts = np.stack((np.cos(angle), np.sin(angle), random.uniform(-0.02, 0.02, 40)), axis=1)
+    starts = np.stack(
+        (np.cos(angle), np.sin(angle), random.uniform(-0.02, 0.02, 40)), axis=1
+    )
     found = simulate(COVER, starts=starts, drop_height=1e-6)
     assert found.unsettled == 0
     assert not any("UNSETTLED" in text for text in found.warnings)
@@ -45,17 +49,27 @@ def compare_facet_by_facet(part, drops, restitution, sides):
     pose_of = np.full(500, -1)
     for pose in resting_poses(part, round_sides=sides).poses:
         pose_of[list(pose.members)] = pose.index
-    whole = outcomes(part, drops, restitution, 11, cluster_tolerance=0.0, round_sides=sides)
+    whole = outcomes(
+        part, drops, restitution, 11, cluster_tolerance=0.0, round_sides=sides
+    )
     short = outcomes(part, drops, restitution, 11, round_sides=sides)
     settled = whole.pose >= 0
     np.testing.assert_array_equal(short.pose[settled], pose_of[whole.pose[settled]])
     assert (short.impacts <= whole.impacts).all()
-    return np.bincount(short.pose[settled]), int((short.impacts < whole.impacts)[settled].sum())
+    return np.bincount(short.pose[settled]), int(
+        (short.impacts < whole.impacts)[settled].sum()
+    )
 
 
-@pytest.mark.parametrize(("part", "drops", "restitution", "sides", "least"), [
-    (RING, 200, 0.5, 192, 20), (COVER, 300, 0.5, 48, 3), (COVER, 300, 0.8, 48, 3),
-    (SHAFT, 100, 0.5, 96, 2)])
+@pytest.mark.parametrize(
+    ("part", "drops", "restitution", "sides", "least"),
+    [
+        (RING, 200, 0.5, 192, 20),
+        (COVER, 300, 0.5, 48, 3),
+        (COVER, 300, 0.8, 48, 3),
+        (SHAFT, 100, 0.5, 96, 2),
+    ],
+)
 def test_rolls_are_decided_before_they_end(part, drops, restitution, sides, least):
     """A drop that is told on the rim while it rolls is the same drop in the same pose."""
     number, sooner = compare_facet_by_facet(part, drops, restitution, sides)

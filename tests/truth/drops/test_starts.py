@@ -9,22 +9,40 @@ from scipy.stats import chi2, chisquare
 
 from ros_pose_stats import part_from_mesh, record_drop, simulate
 from ros_pose_stats.shapes.demo_parts import DEMO_PARTS
-from tests.bodies import REGULAR_SOLIDS, moved, random_polyhedron, rotation, shapes, shuffled
+from tests.bodies import (
+    REGULAR_SOLIDS,
+    moved,
+    random_polyhedron,
+    rotation,
+    shapes,
+    shuffled,
+)
 from tests.matching import matched
 from tests.truth.drops.recorded import SURE, alike, outcomes
 
 TETRAHEDRON = part_from_mesh(*shapes.tetrahedron())
 DROPS = 20_000
-STREAM_7 = ((-0.43807788535891384, 0.47219091624007153, 0.7649336605090824),
-            (-0.49129081916362266, 0.8703262796967014, 0.034139388905422674))
+STREAM_7 = (
+    (-0.43807788535891384, 0.47219091624007153, 0.7649336605090824),
+    (-0.49129081916362266, 0.8703262796967014, 0.034139388905422674),
+)
 
 
 def starts(seed, drops):
     """Directions (drops, 3) that point down at release."""
     chunks = []
-    simulate(TETRAHEDRON, drops, 0.0, seed, drop_height=1e-9, workers=1, on_drops=chunks.append)
+    simulate(
+        TETRAHEDRON,
+        drops,
+        0.0,
+        seed,
+        drop_height=1e-9,
+        workers=1,
+        on_drops=chunks.append,
+    )
     assert [chunk.first for chunk in chunks] == np.cumsum(
-        [0, *(len(chunk.downs) for chunk in chunks[:-1])]).tolist()
+        [0, *(len(chunk.downs) for chunk in chunks[:-1])]
+    ).tolist()
     return np.concatenate([chunk.downs for chunk in chunks])
 
 
@@ -33,7 +51,7 @@ def test_the_stream_stays_what_it_was():
     assert starts(7, 2) == pytest.approx(np.array(STREAM_7), abs=1e-15)
 
 
-@pytest.mark.parametrize("seed", [0, 2 ** 64 - 1])
+@pytest.mark.parametrize("seed", [0, 2**64 - 1])
 def test_equal_areas_are_equally_full(seed):
     """16 x 32 cells of the sphere, 30 000 drops: within the central 99.9 % of chi-square."""
     found = starts(seed, 30_000)
@@ -42,8 +60,9 @@ def test_equal_areas_are_equally_full(seed):
     rows = np.minimum((8.0 * (z + 1.0)).astype(int), 15)
     columns = np.minimum((16.0 * (np.arctan2(y, x) / np.pi + 1.0)).astype(int), 31)
     expected = 30_000 / 512
-    statistic = ((np.bincount(32 * rows + columns, minlength=512) - expected) ** 2
-                 / expected).sum()
+    statistic = (
+        (np.bincount(32 * rows + columns, minlength=512) - expected) ** 2 / expected
+    ).sum()
     assert chi2.ppf(0.0005, 511) < statistic < chi2.isf(0.0005, 511)
     # Products of successive drops: mean 0, variance 1/3; five standard errors.
     product = (found[:-1] * found[1:]).sum(axis=1)
@@ -52,9 +71,11 @@ def test_equal_areas_are_equally_full(seed):
 
 def test_other_seeds_and_numbers_are_other_drops():
     """None recurs elsewhere either: the closest of 640² random pairs are far apart."""
-    for other in (0, 2 ** 32 + 1, 2 ** 64 - 1):
+    for other in (0, 2**32 + 1, 2**64 - 1):
         assert np.abs(starts(1, 640) @ starts(other, 640).T).max() < 1.0 - 1e-9
-    downs = [record_drop(TETRAHEDRON, drop, seed=3).down for drop in (0, 1, 2 ** 40, 2 ** 50)]
+    downs = [
+        record_drop(TETRAHEDRON, drop, seed=3).down for drop in (0, 1, 2**40, 2**50)
+    ]
     assert np.linalg.norm(downs, axis=1) == pytest.approx(1.0, abs=1e-15)
     assert (np.array(downs) @ np.array(downs).T - 2.0 * np.eye(4)).max() < 0.999999
 
@@ -66,7 +87,9 @@ def test_a_drop_depends_on_its_own_start_alone(name, height):
 
     A flat landing on many corners is one great tie, decided by the smallest things.
     """
-    part = part_from_mesh(*(shapes.box(1.0, 2.0, 3.0) if name == "box" else DEMO_PARTS[name]()))
+    part = part_from_mesh(
+        *(shapes.box(1.0, 2.0, 3.0) if name == "box" else DEMO_PARTS[name]())
+    )
     first = simulate(part, 1, seed=1)
     downs = np.array([pose.down for pose in first.poses])
     mixed = np.concatenate([np.repeat(downs, 3, axis=0), starts(1, 20), downs])
@@ -74,7 +97,10 @@ def test_a_drop_depends_on_its_own_start_alone(name, height):
     for i, down in enumerate(mixed):
         alone = outcomes(part, starts=down[None], drop_height=height * first.radius)
         assert [together.pose[i], together.impacts[i], together.energy_left[i]] == [
-            alone.pose[0], alone.impacts[0], alone.energy_left[0]]
+            alone.pose[0],
+            alone.impacts[0],
+            alone.energy_left[0],
+        ]
 
 
 def test_equal_starts_end_alike_whatever_the_workers():
@@ -82,7 +108,9 @@ def test_equal_starts_end_alike_whatever_the_workers():
     expected = record_drop(part, start=[0.0, 0.0, -1.0]).pose
     for workers in (1, 2):
         found = simulate(part, starts=[[0.0, 0.0, -1.0]] * 300, workers=workers)
-        assert {pose.index: pose.count for pose in found.poses if pose.count} == {expected: 300}
+        assert {pose.index: pose.count for pose in found.poses if pose.count} == {
+            expected: 300
+        }
 
 
 def groups(statistics):
@@ -93,18 +121,28 @@ def groups(statistics):
     return sorted(members.values(), key=len)
 
 
-@pytest.mark.parametrize(("name", "restitution", "faces"), [
-    ("cube", 0.0, 6), ("cube", 0.4, 6), ("tetrahedron", 0.4, 4), ("octahedron", 0.0, 8)])
+@pytest.mark.parametrize(
+    ("name", "restitution", "faces"),
+    [
+        ("cube", 0.0, 6),
+        ("cube", 0.4, 6),
+        ("tetrahedron", 0.4, 4),
+        ("octahedron", 0.0, 8),
+    ],
+)
 def test_all_faces_of_a_regular_solid_are_alike(name, restitution, faces):
-    counts, = groups(simulate(part_from_mesh(*REGULAR_SOLIDS[name]), DROPS, restitution, 11))
+    (counts,) = groups(
+        simulate(part_from_mesh(*REGULAR_SOLIDS[name]), DROPS, restitution, 11)
+    )
     assert (len(counts), sum(counts)) == (faces, DROPS)
     assert chisquare(counts).pvalue > SURE
 
 
 @pytest.mark.parametrize("restitution", [0.0, 0.4])
 def test_a_square_prism_has_two_kinds_of_faces(restitution):
-    ends, sides = groups(simulate(part_from_mesh(*shapes.box(1.0, 1.0, 2.0)), DROPS, restitution,
-                                  12))
+    ends, sides = groups(
+        simulate(part_from_mesh(*shapes.box(1.0, 1.0, 2.0)), DROPS, restitution, 12)
+    )
     assert (len(ends), len(sides)) == (2, 4)
     assert sum(sides) > 0.9 * DROPS
     assert chisquare(sides).pvalue > SURE
@@ -115,8 +153,10 @@ def test_mirror_images_are_alike():
     """Poses of the mirrored part are not of the same group, yet have the same shares."""
     surface = random_polyhedron(9, 2)
     mirrored = surface[0] * (-1.0, 1.0, 1.0), surface[1][:, ::-1]
-    one, other = (simulate(part_from_mesh(*s), 10_000, 0.3, seed)
-                  for seed, s in enumerate((surface, mirrored)))
+    one, other = (
+        simulate(part_from_mesh(*s), 10_000, 0.3, seed)
+        for seed, s in enumerate((surface, mirrored))
+    )
     assert alike(one, other, turn=np.diag((-1.0, 1.0, 1.0))) > SURE
 
 
@@ -132,7 +172,11 @@ def test_a_turned_copy_from_turned_starts_has_the_same_drops():
     surface, turn = random_polyhedron(9, 3), rotation(3)
     starts = np.random.default_rng(1).standard_normal((2000, 3))
     one = simulate(part_from_mesh(*surface), restitution=0.0, starts=starts)
-    other = simulate(part_from_mesh(*moved(surface, turn)), restitution=0.0,
-                     starts=starts @ turn.T)
+    other = simulate(
+        part_from_mesh(*moved(surface, turn)), restitution=0.0, starts=starts @ turn.T
+    )
     partners = matched(one.poses, other.poses, turn)
-    assert sum(abs(a.count - b.count) for a, b in zip(one.poses, partners, strict=True)) <= 40
+    assert (
+        sum(abs(a.count - b.count) for a, b in zip(one.poses, partners, strict=True))
+        <= 40
+    )

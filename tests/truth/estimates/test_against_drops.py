@@ -29,11 +29,17 @@ def compared():
         answers["simulation"] = simulate(part, 100, seed=500 + number, **scene)
         for name, found in answers.items():
             away = by_index(found) - true
-            low, high = (by_index(found, f"probability_{side}") for side in ("low", "high"))
-            rows.setdefault(name, []).append((
-                np.mean(away**2 - noise**2), found.expected_error**2,
-                np.mean((low - 0.7 * noise <= true) & (true <= high + 0.7 * noise)),
-                np.abs(away).max() <= found.largest_error + 0.7 * noise.max()))
+            low, high = (
+                by_index(found, f"probability_{side}") for side in ("low", "high")
+            )
+            rows.setdefault(name, []).append(
+                (
+                    np.mean(away**2 - noise**2),
+                    found.expected_error**2,
+                    np.mean((low - 0.7 * noise <= true) & (true <= high + 0.7 * noise)),
+                    np.abs(away).max() <= found.largest_error + 0.7 * noise.max(),
+                )
+            )
     return {name: np.array(values, dtype=float) for name, values in rows.items()}
 
 
@@ -71,11 +77,15 @@ def test_drops_and_estimate_together_err_less_than_either(compared):
 
 def lopsided(length=10e-3):
     """A round part with its centre of mass beside its axis rolls for long."""
-    return shift_center(part_from_mesh(*shapes.cylinder(192, 40e-3, length)), (5e-3, 0.0, 0.0))
+    return shift_center(
+        part_from_mesh(*shapes.cylinder(192, 40e-3, length)), (5e-3, 0.0, 0.0)
+    )
 
 
 def prism(outline, length):
-    corners = [np.column_stack((outline, np.full(len(outline), z))) for z in (0.0, length)]
+    corners = [
+        np.column_stack((outline, np.full(len(outline), z))) for z in (0.0, length)
+    ]
     return part_from_mesh(*shapes.hull_mesh(0.02 * np.vstack(corners)))
 
 
@@ -96,16 +106,28 @@ def egg():
     """Flat on top and heavy below."""
     height, turn = np.linspace(-1.0, 1.0, 900), 2.4 * np.arange(900)
     ring = np.sqrt(1.0 - height**2)
-    points = (ring * np.cos(turn), 0.97 * ring * np.sin(turn), 0.94 * np.minimum(height, 0.95))
-    return part_from_mesh(*shapes.hull_mesh(0.02 * np.column_stack(points)), mass=0.05,
-                          center_of_mass=(0.0, 0.0, -0.0113))
+    points = (
+        ring * np.cos(turn),
+        0.97 * ring * np.sin(turn),
+        0.94 * np.minimum(height, 0.95),
+    )
+    return part_from_mesh(
+        *shapes.hull_mesh(0.02 * np.column_stack(points)),
+        mass=0.05,
+        center_of_mass=(0.0, 0.0, -0.0113),
+    )
 
 
 @pytest.mark.parametrize("make", [lens, egg])
 def test_parts_rest_where_they_rock_to(make):
     part, scene = make(), {"restitution": 0.3}
-    told, found = (by_index(each) for each in (
-        estimate(part, "split", **scene), simulate(part, 300, seed=1, **scene)))
+    told, found = (
+        by_index(each)
+        for each in (
+            estimate(part, "split", **scene),
+            simulate(part, 300, seed=1, **scene),
+        )
+    )
     assert told == pytest.approx(found, abs=0.06)
 
 

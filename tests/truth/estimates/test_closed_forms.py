@@ -12,12 +12,16 @@ from tests.matching import downs, values
 def rectangle_angle(width, length, distance):
     """Solid angle of a rectangle seen from above its centre."""
     a, b = width / 2.0, length / 2.0
-    return 4.0 * np.arctan(a * b / (distance * np.sqrt(a * a + b * b + distance * distance)))
+    return 4.0 * np.arctan(
+        a * b / (distance * np.sqrt(a * a + b * b + distance * distance))
+    )
 
 
 def by_axis(statistics, axis):
     """Probability of the pose that rests on the face along an axis."""
-    return values(statistics.poses, "probability")[downs(statistics.poses) @ axis > 1.0 - 1e-9]
+    return values(statistics.poses, "probability")[
+        downs(statistics.poses) @ axis > 1.0 - 1e-9
+    ]
 
 
 def turned(surface, seed=1):
@@ -32,16 +36,27 @@ class TestEqualFaces:
         assert tuple(found.method for found in answers) == METHODS
         for found in answers:
             probability = values(found.poses, "probability")
-            assert len(probability) == {"tetrahedron": 4, "cube": 6, "octahedron": 8,
-                                        "dodecahedron": 12, "icosahedron": 20}[name]
-            assert probability == pytest.approx(1.0 / len(probability), rel=0, abs=1e-12)
+            assert (
+                len(probability)
+                == {
+                    "tetrahedron": 4,
+                    "cube": 6,
+                    "octahedron": 8,
+                    "dodecahedron": 12,
+                    "icosahedron": 20,
+                }[name]
+            )
+            assert probability == pytest.approx(
+                1.0 / len(probability), rel=0, abs=1e-12
+            )
             assert found.expected_error == pytest.approx(0.0, abs=1e-7)
 
     @pytest.mark.parametrize(("sides", "length"), [(3, 1.2), (4, 2.7), (12, 3.0)])
     def test_prisms_rest_on_each_side_and_on_each_end_alike(self, sides, length):
         axis = rotation(1)[:, 2]
-        for found in estimate_all(turned(shapes.prism(sides, 1.0, length)),
-                                  cluster_tolerance=0.0):
+        for found in estimate_all(
+            turned(shapes.prism(sides, 1.0, length)), cluster_tolerance=0.0
+        ):
             end = np.abs(downs(found.poses) @ axis) > 0.5
             probability = values(found.poses, "probability")
             assert (end.sum(), (~end).sum()) == (2, sides)
@@ -61,13 +76,20 @@ class TestBox:
         raw = np.array([weight(*np.delete(size, k), size[k] / 2.0) for k in range(3)])
         return raw / (2.0 * raw.sum())
 
-    @pytest.mark.parametrize(("method", "weight"), [
-        ("area", lambda width, length, distance: width * length),
-        ("csae", rectangle_angle),
-        ("qse", rectangle_angle),
-        ("adre", lambda width, length, distance:
-            rectangle_angle(width, length, distance) / distance),
-    ])
+    @pytest.mark.parametrize(
+        ("method", "weight"),
+        [
+            ("area", lambda width, length, distance: width * length),
+            ("csae", rectangle_angle),
+            ("qse", rectangle_angle),
+            (
+                "adre",
+                lambda width, length, distance: (
+                    rectangle_angle(width, length, distance) / distance
+                ),
+            ),
+        ],
+    )
     def test_weights(self, size, method, weight):
         found = estimate(part_from_mesh(*shapes.box(*size)), method)
         for axis, share in zip(np.eye(3), self.expected(size, weight), strict=True):
@@ -101,34 +123,49 @@ class TestSquarePrismByEnergy:
     @staticmethod
     def cap_of_R(own, first, second, level):
         """Solid angle of {R < level} around one face, where it does not flow over."""
+
         def ring(azimuth):
             k = first * np.cos(azimuth) + second * np.sin(azimuth)
             top = np.hypot(own, k)
             rim = np.arctan2(k, own) - np.arccos(min(level / top, 1.0))
             return 1.0 - np.cos(rim)
+
         return 4.0 * quad(ring, 0.0, np.pi / 2.0, epsabs=1e-13, epsrel=1e-13)[0]
 
     @staticmethod
     def belt_of_R(half_width, half_length, level):
         """Solid angle of {R < level} around the four sides together, two ends cut off."""
+
         def reach(azimuth):
             k = half_width * (np.cos(azimuth) + np.sin(azimuth))
             top = np.hypot(half_length, k)
             return np.cos(np.arctan2(k, half_length) + np.arccos(min(level / top, 1.0)))
+
         return 8.0 * quad(reach, 0.0, np.pi / 2.0, epsabs=1e-13, epsrel=1e-13)[0]
 
     @staticmethod
     def disc_on_rectangle(distance, half_width, half_length, level):
         """Solid angle of {r < level} on a face: a disc cut off by the rectangle's sides."""
         disc = np.sqrt(level**2 - distance**2)
+
         def ring(azimuth):
-            rim = min(disc, half_width / max(np.cos(azimuth), 1e-300),
-                      half_length / max(np.sin(azimuth), 1e-300))
+            rim = min(
+                disc,
+                half_width / max(np.cos(azimuth), 1e-300),
+                half_length / max(np.sin(azimuth), 1e-300),
+            )
             return 1.0 - distance / np.hypot(distance, rim)
+
         corner = np.arctan2(half_length, half_width)
-        kinks = [np.arccos(min(half_width / disc, 1.0)), np.arcsin(min(half_length / disc, 1.0)),
-                 corner]
-        return 4.0 * quad(ring, 0.0, np.pi / 2.0, points=kinks, epsabs=1e-13, epsrel=1e-13)[0]
+        kinks = [
+            np.arccos(min(half_width / disc, 1.0)),
+            np.arcsin(min(half_length / disc, 1.0)),
+            corner,
+        ]
+        return (
+            4.0
+            * quad(ring, 0.0, np.pi / 2.0, points=kinks, epsabs=1e-13, epsrel=1e-13)[0]
+        )
 
     def end(self, method, half_width, half_length):
         """Probability of one end."""
@@ -139,8 +176,11 @@ class TestSquarePrismByEnergy:
         else:
             end = self.cap_of_R(c, a, a, over_the_rim)
             # Of a bar the sides join first; the ends meet the belt of all four.
-            rest = (self.belt_of_R(a, c, over_the_rim) if a < c
-                    else 4.0 * self.cap_of_R(a, a, c, over_the_rim))
+            rest = (
+                self.belt_of_R(a, c, over_the_rim)
+                if a < c
+                else 4.0 * self.cap_of_R(a, a, c, over_the_rim)
+            )
         return end / (2.0 * end + rest)
 
     @pytest.mark.parametrize("method", ["eae", "meae"])
@@ -148,7 +188,8 @@ class TestSquarePrismByEnergy:
         for ratio in (0.2, 0.9, 1.0, 1.1, 2.0, 5.0):
             found = estimate(part_from_mesh(*shapes.box(1.0, 1.0, ratio)), method)
             assert by_axis(found, np.array((0.0, 0.0, 1.0))) == pytest.approx(
-                self.end(method, 0.5, ratio / 2.0), abs=1e-10)
+                self.end(method, 0.5, ratio / 2.0), abs=1e-10
+            )
 
 
 class TestPerturbed:
@@ -156,29 +197,58 @@ class TestPerturbed:
 
     def test_a_box(self):
         sides = (1.0, 1.1, 1.2)
-        others = [[sides[other] for other in range(3) if other != axis] for axis in range(3)]
+        others = [
+            [sides[other] for other in range(3) if other != axis] for axis in range(3)
+        ]
         areas = np.array([a * b for a, b in others])
-        start = np.array([rectangle_angle(a, b, sides[axis] / 2.0) / (4.0 * np.pi)
-                          for axis, (a, b) in enumerate(others)])
-        arc = [2.0 * np.arctan(sides[axis] / np.hypot(*others[axis])) for axis in range(3)]
+        start = np.array(
+            [
+                rectangle_angle(a, b, sides[axis] / 2.0) / (4.0 * np.pi)
+                for axis, (a, b) in enumerate(others)
+            ]
+        )
+        arc = [
+            2.0 * np.arctan(sides[axis] / np.hypot(*others[axis])) for axis in range(3)
+        ]
         found = estimate(part_from_mesh(*shapes.box(*sides)), "pqse")
         for axis in range(3):
-            gain = sum(2.0 * 0.4 * arc[3 - axis - other] / (4.0 * np.pi)
-                       * (areas[axis] - areas[other]) / areas.mean()
-                       for other in range(3) if other != axis)
-            assert by_axis(found, np.eye(3)[axis]) == pytest.approx(start[axis] + gain, rel=1e-12)
+            gain = sum(
+                2.0
+                * 0.4
+                * arc[3 - axis - other]
+                / (4.0 * np.pi)
+                * (areas[axis] - areas[other])
+                / areas.mean()
+                for other in range(3)
+                if other != axis
+            )
+            assert by_axis(found, np.eye(3)[axis]) == pytest.approx(
+                start[axis] + gain, rel=1e-12
+            )
 
     @pytest.mark.parametrize("height", [0.2, 0.45, 2.0])
     def test_the_facets_of_one_rim_are_one_surface(self, height):
         """A cylinder: the strip along each rim is 0.4 times the difference of base and side."""
         bases = {}
         for sides in (64, 256):
-            found = estimate(part_from_mesh(*shapes.cylinder(sides, 0.5, height)), "pqse",
-                             round_sides=0)
-            bases[sides] = sum(pose.probability for pose in found.poses if abs(pose.down[2]) > 0.5)
+            found = estimate(
+                part_from_mesh(*shapes.cylinder(sides, 0.5, height)),
+                "pqse",
+                round_sides=0,
+            )
+            bases[sides] = sum(
+                pose.probability for pose in found.poses if abs(pose.down[2]) > 0.5
+            )
         base, side = np.pi / 4.0, np.pi * height
         rim = 2.0 * np.pi * 0.5 / np.hypot(0.5, height / 2.0)
         start = 1.0 - height / 2.0 / np.hypot(0.5, height / 2.0)
-        gain = 2.0 * 0.4 * rim / (4.0 * np.pi) * (base - side) / ((2.0 * base + side) / 3.0)
+        gain = (
+            2.0
+            * 0.4
+            * rim
+            / (4.0 * np.pi)
+            * (base - side)
+            / ((2.0 * base + side) / 3.0)
+        )
         assert bases[256] == pytest.approx(np.clip(start + gain, 0.0, 1.0), abs=2e-3)
         assert bases[64] == pytest.approx(bases[256], abs=0.005)

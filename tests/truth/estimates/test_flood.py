@@ -19,7 +19,7 @@ BODIES = {
 # bodies and thirty more: a level 5e-6 of the radius, an area 8e-4 sr, a probability 2e-4. In a
 # component of a few cells they are larger: there the first figures hold, elsewhere the second.
 LEVEL = (1e-3, 4e-5)  # of the radius
-AREA = (1e-2, 2e-3)   # steradians
+AREA = (1e-2, 2e-3)  # steradians
 PROBABILITY = (4e-3, 6e-4)
 MANY_CELLS = 50.0 * SPACING**2
 
@@ -39,22 +39,35 @@ def test_tree_levels_areas_and_probabilities(name, function, method):
     assert len(found.poses) == len(expected.stable) == len(set(leaf.tolist()))
     assert gap.max() < 1e-6
     assert values(found.poses, "probability") == pytest.approx(
-        expected.probability[leaf], abs=PROBABILITY[fine])
+        expected.probability[leaf], abs=PROBABILITY[fine]
+    )
     assert resolved or "clamp" in name
     if not resolved:
         return
 
-    leaf_of = dict(zip(values(found.poses, "index").tolist(), leaf.tolist(), strict=True))
-    nodes = [node for node in splitting_graph(resting_poses(part, 0.0), function).walk()
-             if node.parts]
+    leaf_of = dict(
+        zip(values(found.poses, "index").tolist(), leaf.tolist(), strict=True)
+    )
+    nodes = [
+        node
+        for node in splitting_graph(resting_poses(part, 0.0), function).walk()
+        if node.parts
+    ]
     assert len(nodes) == len(expected.splits)
     levels = np.array([split.level for split in expected.splits])
     assert np.sort([node.level for node in nodes])[::-1] == pytest.approx(
-        levels, abs=LEVEL[fine] * found.radius)
-    ours = {frozenset(leaf_of[k] for k in piece.poses): angle
-            for node in nodes for piece, angle in zip(node.parts, node.angles, strict=True)}
-    theirs = {piece: area for split in expected.splits
-              for piece, area in zip(split.parts, split.areas, strict=True)}
+        levels, abs=LEVEL[fine] * found.radius
+    )
+    ours = {
+        frozenset(leaf_of[k] for k in piece.poses): angle
+        for node in nodes
+        for piece, angle in zip(node.parts, node.angles, strict=True)
+    }
+    theirs = {
+        piece: area
+        for split in expected.splits
+        for piece, area in zip(split.parts, split.areas, strict=True)
+    }
     if np.diff(levels).max(initial=-1.0) < -2.0 * LEVEL[fine] * found.radius:
         assert ours.keys() == theirs.keys()  # else ties are split in any order
     for component in ours.keys() & theirs.keys():

@@ -12,24 +12,30 @@ NEEDLE = shapes.box(1.0, 0.001, 0.002)
 
 
 def hull(points, **properties):
-    return part_from_mesh(*shapes.hull_mesh(np.asarray(points, dtype=float)), **properties)
+    return part_from_mesh(
+        *shapes.hull_mesh(np.asarray(points, dtype=float)), **properties
+    )
 
 
 def leaning(overhang):
     """A box whose centre of mass is `overhang` beyond the base's edge."""
-    return part_from_mesh(*oblique_prism(1.2, 2.0), center_of_mass=(1.0 + overhang, 0.1, 0.5))
+    return part_from_mesh(
+        *oblique_prism(1.2, 2.0), center_of_mass=(1.0 + overhang, 0.1, 0.5)
+    )
 
 
 def share(part, method, direction, within=1e-9, tolerance=0.0):
     """Probability of the poses whose `down` is a direction; 0 if there is none."""
     found = estimate(part, method, cluster_tolerance=tolerance)
-    return sum(pose.probability for pose in found.poses if pose.down @ direction > 1.0 - within)
+    return sum(
+        pose.probability for pose in found.poses if pose.down @ direction > 1.0 - within
+    )
 
 
 @pytest.mark.parametrize("method", ["eae", "meae", "split"])
 def test_energy_estimates_vanish_as_the_face_becomes_marginal(method):
     """To leading order a power of the way to the edge, at least the first; below 1e-14 noise."""
-    inside = np.array([share(leaning(-10.0**-k), method, BASE) for k in range(1, 9)])
+    inside = np.array([share(leaning(-(10.0**-k)), method, BASE) for k in range(1, 9)])
     assert inside[0] > 1e-4
     if method == "split":  # a fitted function of such powers
         assert np.all(np.diff(inside) <= 1e-9) and inside[-1] < 1e-4
@@ -41,13 +47,16 @@ def test_energy_estimates_vanish_as_the_face_becomes_marginal(method):
 
 @pytest.mark.parametrize("method", ["eae", "meae"])
 def test_the_other_poses_pass_the_edge_without_a_step(method):
-    before, after = (estimate(leaning(overhang), method, cluster_tolerance=0.0).poses
-                     for overhang in (-1e-7, 1e-7))
+    before, after = (
+        estimate(leaning(overhang), method, cluster_tolerance=0.0).poses
+        for overhang in (-1e-7, 1e-7)
+    )
     assert len(before) == len(after) + 1
     near = downs(after) @ downs(before).T
     assert near.max(axis=1).min() > 1.0 - 1e-9
     assert values(after, "probability") == pytest.approx(
-        values(before, "probability")[near.argmax(axis=1)], abs=1e-6)
+        values(before, "probability")[near.argmax(axis=1)], abs=1e-6
+    )
 
 
 @pytest.mark.parametrize("method", ["area", "csae", "adre", "qse"])
@@ -68,7 +77,9 @@ def test_the_edge_itself_is_answered_soberly(overhang):
 
 @pytest.mark.parametrize("depth", [1e-1, 1e-8, 1e-11])
 def test_a_centre_of_mass_close_to_a_face_inside(depth):
-    part = part_from_mesh(*shapes.box(1.0, 1.0, 1.0), center_of_mass=(0.1, -0.2, -0.5 + depth))
+    part = part_from_mesh(
+        *shapes.box(1.0, 1.0, 1.0), center_of_mass=(0.1, -0.2, -0.5 + depth)
+    )
     for found in estimate_all(part):
         best = found.poses[0]
         assert best.down == pytest.approx(BASE)
@@ -76,10 +87,17 @@ def test_a_centre_of_mass_close_to_a_face_inside(depth):
         assert values(found.poses, "probability").sum() == pytest.approx(1.0, abs=1e-12)
 
 
-@pytest.mark.parametrize("surface", [
-    NEEDLE, shapes.box(1.0, 1.0, 1e-5), shapes.box(1.0, 1e-4, 1e-4),
-    shapes.cylinder(512, 0.01, 0.02), random_polyhedron(300, 1)],
-    ids=["needle", "plate", "bar", "cylinder", "many faces"])
+@pytest.mark.parametrize(
+    "surface",
+    [
+        NEEDLE,
+        shapes.box(1.0, 1.0, 1e-5),
+        shapes.box(1.0, 1e-4, 1e-4),
+        shapes.cylinder(512, 0.01, 0.02),
+        random_polyhedron(300, 1),
+    ],
+    ids=["needle", "plate", "bar", "cylinder", "many faces"],
+)
 def test_slivers_and_many_faces(surface):
     for found in estimate_all(part_from_mesh(*surface), cluster_tolerance=0.0):
         probability = values(found.poses, "probability")
@@ -101,11 +119,15 @@ class TestTheEstimatorThatKnowsTheScene:
     def test_restitution_height_and_inertia_matter(self):
         radius = estimate(self.part).radius
         assert np.abs(self.shares(restitution=0.9) - self.shares()).max() > 0.01
-        assert np.abs(self.shares(drop_height=1.2 * radius) - self.shares()).max() > 0.001
+        assert (
+            np.abs(self.shares(drop_height=1.2 * radius) - self.shares()).max() > 0.001
+        )
         box = shapes.box(1.0, 1.3, 1.7)
         moments = np.diag(part_from_mesh(*box, mass=1.0).inertia)
-        uniform, hollow = (part_from_mesh(*box, mass=1.0, inertia=np.diag(moments * factors))
-                           for factors in ((1.0, 1.0, 1.0), (1.0, 1.0, 1.4)))
+        uniform, hollow = (
+            part_from_mesh(*box, mass=1.0, inertia=np.diag(moments * factors))
+            for factors in ((1.0, 1.0, 1.0), (1.0, 1.0, 1.4))
+        )
         shares = [share(part, "split", BASE) for part in (uniform, hollow)]
         assert abs(shares[0] - shares[1]) > 1e-3
 
@@ -115,14 +137,18 @@ class TestTheEstimatorThatKnowsTheScene:
         for restitution in np.linspace(0.0, 0.94, 8):
             for height in radius * np.geomspace(1.0, 90.0, 6):
                 here = self.shares(restitution=restitution, drop_height=height)
-                there = self.shares(restitution=restitution + step,
-                                    drop_height=height * (1.0 + step))
+                there = self.shares(
+                    restitution=restitution + step, drop_height=height * (1.0 + step)
+                )
                 assert np.abs(there - here).max() < 5.0 * step
 
     def test_a_face_that_breaks_in_two(self):
         """The roof of a house, its ridge off the middle, flattens until it is one face."""
+
         def walls(rise, tolerance):
-            low = [(x, y, z) for x in (-0.6, 0.6) for y in (-0.5, 0.5) for z in (0.0, 0.7)]
+            low = [
+                (x, y, z) for x in (-0.6, 0.6) for y in (-0.5, 0.5) for z in (0.0, 0.7)
+            ]
             house = hull([*low, *((x, 0.15, 0.7 + rise) for x in (-0.6, 0.6))])
             return share(house, "split", -BASE, 0.2, tolerance)
 
@@ -131,7 +157,10 @@ class TestTheEstimatorThatKnowsTheScene:
             assert walls(rise, 0.0) == pytest.approx(walls(0.0, 0.0), abs=3e-3)
 
     def test_whichever_of_two_saddles_is_the_higher_one_by_a_hair(self):
-        one, other = (part_from_mesh(*shapes.box(1.0, 1.0 + step, 1.5)) for step in (-1e-7, 1e-7))
+        one, other = (
+            part_from_mesh(*shapes.box(1.0, 1.0 + step, 1.5)) for step in (-1e-7, 1e-7)
+        )
         for direction in np.vstack((np.eye(3), -np.eye(3))):
             assert share(one, "split", direction) == pytest.approx(
-                share(other, "split", direction), abs=1e-4)
+                share(other, "split", direction), abs=1e-4
+            )

@@ -5,7 +5,15 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from ros_pose_stats import estimate_all, part_from_mesh
-from tests.bodies import moved, random_polyhedron, rotation, shuffled, size, starred, subdivided
+from tests.bodies import (
+    moved,
+    random_polyhedron,
+    rotation,
+    shuffled,
+    size,
+    starred,
+    subdivided,
+)
 from tests.matching import matched, values
 
 SAME_HEIGHT = 1e-6
@@ -23,26 +31,39 @@ def assert_same_answers(one, other, turn=None, scale=1.0, tolerance=0.0, within=
     each, which one random body in some ten thousand has, would need a wider tolerance: their
     areas are differences of larger ones, good to 1e-16 sr.
     """
-    for here, there in zip(estimate_all(one, cluster_tolerance=tolerance),
-                           estimate_all(other, cluster_tolerance=tolerance), strict=True):
+    for here, there in zip(
+        estimate_all(one, cluster_tolerance=tolerance),
+        estimate_all(other, cluster_tolerance=tolerance),
+        strict=True,
+    ):
         assert here.method == there.method
         assert there.radius == pytest.approx(here.radius * scale, rel=within)
         partners = matched(here.poses, there.poses, turn)
         for name in ("probability", "margin", "spread"):
-            assert values(partners, name) == pytest.approx(values(here.poses, name), abs=within)
+            assert values(partners, name) == pytest.approx(
+                values(here.poses, name), abs=within
+            )
         for name in ("height", "top", "barrier"):
             assert values(partners, name) == pytest.approx(
-                values(here.poses, name) * scale, rel=within, abs=within * there.radius)
+                values(here.poses, name) * scale, rel=within, abs=within * there.radius
+            )
         gap = np.diff(np.sort(values(here.poses, "height"))).min(initial=np.inf)
         if gap > 2.0 * SAME_HEIGHT * here.radius:  # else a tie, which `down` breaks
-            assert values(partners, "index").tolist() == values(here.poses, "index").tolist()
-        assert values(partners, "group").tolist() == values(here.poses, "group").tolist()
+            assert (
+                values(partners, "index").tolist()
+                == values(here.poses, "index").tolist()
+            )
+        assert (
+            values(partners, "group").tolist() == values(here.poses, "group").tolist()
+        )
 
 
 def in_other_units(surface, seed):
     """And of another density."""
-    scale = 10.0**np.random.default_rng(seed).uniform(-9.0, 9.0)
-    return part_from_mesh(*moved(surface, scale=scale), mass=1.0 / scale), {"scale": scale}
+    scale = 10.0 ** np.random.default_rng(seed).uniform(-9.0, 9.0)
+    return part_from_mesh(*moved(surface, scale=scale), mass=1.0 / scale), {
+        "scale": scale
+    }
 
 
 def turned(surface, seed):
@@ -51,7 +72,7 @@ def turned(surface, seed):
 
 def far_from_its_origin(surface, seed):
     """Coordinates up to 1000 sizes off are rounded to 1e-13 of the size before anything else."""
-    way = rotation(seed)[0] * 10.0**(seed % 4) * size(surface)
+    way = rotation(seed)[0] * 10.0 ** (seed % 4) * size(surface)
     return part_from_mesh(*moved(surface, offset=way)), {}
 
 
@@ -69,24 +90,43 @@ def with_a_pocket_inside(surface, _):
     part = part_from_mesh(*surface)
     vertices, triangles = surface
     inner = 0.3 * (vertices - part.center_of_mass) + part.center_of_mass
-    return part_from_mesh(np.vstack((vertices, inner)),
-                          np.vstack((triangles, triangles[:, ::-1] + len(vertices))),
-                          part.center_of_mass, part.mass, part.inertia), {}
+    return part_from_mesh(
+        np.vstack((vertices, inner)),
+        np.vstack((triangles, triangles[:, ::-1] + len(vertices))),
+        part.center_of_mass,
+        part.mass,
+        part.inertia,
+    ), {}
 
 
 def everything_at_once(surface, seed):
     changed = moved(subdivided(surface), rotation(seed), (30.0, -20.0, 5.0), 25.4)
-    return part_from_mesh(*shuffled(changed, seed)), {"turn": rotation(seed), "scale": 25.4}
+    return part_from_mesh(*shuffled(changed, seed)), {
+        "turn": rotation(seed),
+        "scale": 25.4,
+    }
 
 
-@pytest.mark.parametrize("way", [
-    in_other_units, turned, far_from_its_origin, shuffled_and_wound_inward, with_finer_triangles,
-    with_a_pocket_inside, everything_at_once], ids=lambda way: way.__name__)
+@pytest.mark.parametrize(
+    "way",
+    [
+        in_other_units,
+        turned,
+        far_from_its_origin,
+        shuffled_and_wound_inward,
+        with_finer_triangles,
+        with_a_pocket_inside,
+        everything_at_once,
+    ],
+    ids=lambda way: way.__name__,
+)
 @settings(max_examples=20)
 @given(polyhedra, seeds, tolerances)
 def test_the_same_body_has_the_same_answers(way, surface, seed, tolerance):
     other, expected = way(surface, seed)
-    assert_same_answers(part_from_mesh(*surface), other, tolerance=tolerance, **expected)
+    assert_same_answers(
+        part_from_mesh(*surface), other, tolerance=tolerance, **expected
+    )
 
 
 @given(polyhedra, tolerances)
@@ -110,4 +150,6 @@ def test_every_answer_is_a_distribution_over_the_same_sound_poses(surface, toler
         assert 0.0 < pose.height < first.radius
         assert pose.height < pose.top <= pose.height + first.radius * (1.0 + 1e-12)
         assert 0.0 < pose.margin <= np.pi / 2.0
-        assert pose.barrier > 0.0 and (pose.barrier < first.radius or len(first.poses) == 1)
+        assert pose.barrier > 0.0 and (
+            pose.barrier < first.radius or len(first.poses) == 1
+        )

@@ -26,13 +26,20 @@ from ros_pose_stats.kernels.drops.layout import (
 )
 from ros_pose_stats.kernels.drops.series import free_series, shorten, sliding_series
 
-TRUNCATION = 1e-16  # so that rounding alone parts the kernels from what is expected of them
+TRUNCATION = (
+    1e-16  # so that rounding alone parts the kernels from what is expected of them
+)
 VELOCITIES = [V, W, W + 1, W + 2]
 GENERIC = (0.1, 0.2, 0.25)
 SHAPES = {
-    "generic": GENERIC, "needle": (1e-6, 0.3, 0.3 + 1e-9), "rod": (1e-12, 0.33, 0.33),
-    "plate": (0.1, 0.2, 0.3 - 1e-9), "round plate": (0.15, 0.15, 0.3),
-    "isotropic": (0.2, 0.2, 0.2), "oblate": (0.2, 0.2, 0.3), "prolate": (0.1, 0.3, 0.3),
+    "generic": GENERIC,
+    "needle": (1e-6, 0.3, 0.3 + 1e-9),
+    "rod": (1e-12, 0.33, 0.33),
+    "plate": (0.1, 0.2, 0.3 - 1e-9),
+    "round plate": (0.15, 0.15, 0.3),
+    "isotropic": (0.2, 0.2, 0.2),
+    "oblate": (0.2, 0.2, 0.3),
+    "prolate": (0.1, 0.3, 0.3),
     **{f"oblate but for {d:g}": (0.2, 0.2 + d, 0.3) for d in (1e-14, 1e-9, 1e-5)},
     **{f"prolate but for {d:g}": (0.1, 0.3, 0.3 + d) for d in (1e-9, 1e-2)},
     **{f"isotropic but for {d:g}": (0.2, 0.2 + d, 0.2 + 3 * d) for d in (1e-14, 1e-5)},
@@ -55,7 +62,7 @@ class Slid(NamedTuple):
         """Rates (2, 3) of up and spin."""
         power = np.arange(1, len(self.series)) * at ** np.arange(len(self.series) - 1)
         slopes = power @ self.series[1:] / self.step
-        return np.array((slopes[PS:PS + 3], slopes[WS:WS + 3] / self.step))
+        return np.array((slopes[PS : PS + 3], slopes[WS : WS + 3] / self.step))
 
 
 def turning(moment, momentum, speed, seed):
@@ -65,7 +72,7 @@ def turning(moment, momentum, speed, seed):
     up = np.cross(momentum, random.standard_normal(3))
     spin = np.asarray(momentum) / moment
     state[Z], state[V] = random.uniform(1.0, 3.0), random.uniform(-1.0, 1.0)
-    state[P:P + 3] = up / np.linalg.norm(up)
+    state[P : P + 3] = up / np.linalg.norm(up)
     state[W:] = speed * spin / np.linalg.norm(spin)
     return state
 
@@ -78,7 +85,9 @@ def turning_states(moment, count, seed):
         momentum = random.standard_normal(3)
         if k % 3 == 1:
             momentum *= 10.0 ** random.uniform(-9.0, 0.0, 3)
-        states.append(turning(moment, momentum, random.uniform(0.5, 8.0), 1000 * seed + k))
+        states.append(
+            turning(moment, momentum, random.uniform(0.5, 8.0), 1000 * seed + k)
+        )
     return np.array(states)
 
 
@@ -107,11 +116,13 @@ def turn_at_once(state, moment, time):
 def slide(state, moment, contact, vertices, step):
     """One step of sliding on one vertex or two."""
     series = np.zeros((ORDER + 1, COLUMNS))
-    last = sliding_series(state, moment, contact, vertices == 2, step, TRUNCATION, series)
+    last = sliding_series(
+        state, moment, contact, vertices == 2, step, TRUNCATION, series
+    )
     step *= shorten(series, last, TRUNCATION)
     state = state.copy()
     advance(state, series, contact, vertices, last, step, 1.0)
-    return Slid(state, step, series[:last + 1])
+    return Slid(state, step, series[: last + 1])
 
 
 def energy_of(state, moment):
@@ -122,5 +133,7 @@ def energy_of(state, moment):
 def off_invariants(state, moment):
     """How far |p| is from 1 and the angular momentum from normal to p."""
     momentum = moment * state[W:]
-    return max(abs(np.linalg.norm(state[P:P + 3]) - 1.0),
-               abs(state[P:P + 3] @ momentum) / max(np.linalg.norm(momentum), 1e-30))
+    return max(
+        abs(np.linalg.norm(state[P : P + 3]) - 1.0),
+        abs(state[P : P + 3] @ momentum) / max(np.linalg.norm(momentum), 1e-30),
+    )

@@ -6,13 +6,30 @@ import pytest
 from ros_pose_stats.kernels.drops.impacts import strike, vertex_velocity
 from ros_pose_stats.kernels.vectors import Vec3
 
-from .motions import SHAPES, VELOCITIES, P, V, W, Z, energy_of, off_invariants, slide, turning
+from .motions import (
+    SHAPES,
+    VELOCITIES,
+    P,
+    V,
+    W,
+    Z,
+    energy_of,
+    off_invariants,
+    slide,
+    turning,
+)
 
 CONSERVED = 1e-12
-MOMENTS = {"generic": (0.1, 0.2, 0.25), "needle": (1e-4, 0.3, 0.3), "plate": (0.1, 0.2, 0.3),
-           "isotropic": (0.2, 0.2, 0.2)}
+MOMENTS = {
+    "generic": (0.1, 0.2, 0.25),
+    "needle": (1e-4, 0.3, 0.3),
+    "plate": (0.1, 0.2, 0.3),
+    "isotropic": (0.2, 0.2, 0.2),
+}
 LENGTHS = (1.0, 0.1, 1e-6)
-every_moment = pytest.mark.parametrize("moment", [*map(np.array, MOMENTS.values())], ids=MOMENTS)
+every_moment = pytest.mark.parametrize(
+    "moment", [*map(np.array, MOMENTS.values())], ids=MOMENTS
+)
 on_a_vertex_and_an_edge = pytest.mark.parametrize("vertices", [1, 2])
 
 
@@ -27,10 +44,10 @@ def sliding(moment, vertices, seed):
     kept = [moment * up]  # directions in which the spin has no part
     if vertices == 2:
         kept.append(np.cross(along, up))
-    basis = np.linalg.svd(np.array(kept))[2][len(kept):]
+    basis = np.linalg.svd(np.array(kept))[2][len(kept) :]
     spin = random.uniform(0.2, 3.0) * random.standard_normal(len(basis)) @ basis
     state = np.zeros(8)
-    state[P:P + 3], state[W:] = up, spin
+    state[P : P + 3], state[W:] = up, spin
     state[Z], state[V] = -up @ r, -spin @ np.cross(r, up)
     return state, np.concatenate((r, along, (length,)))
 
@@ -60,7 +77,7 @@ def whole_step(state, moment, contact, vertices):
 
 def contact_forces(state, moment, points):
     """Forces (k,) that keep the points from accelerating, and the rates (2, 3) of up and spin."""
-    up, spin = state[P:P + 3], state[W:]
+    up, spin = state[P : P + 3], state[W:]
     free = np.cross(moment * spin, spin) / moment
     arms = np.cross(points, up)
     fall = -1.0 + points @ np.cross(np.cross(up, spin), spin) + arms @ free
@@ -75,7 +92,9 @@ def test_energy_is_conserved(moment, vertices):
         state, contact = sliding(moment, vertices, seed)
         slid = slide_on(state, moment, contact, vertices, 0.5)
         energy = energy_of(state, moment)
-        assert energy_of(slid, moment) == pytest.approx(energy, abs=CONSERVED * max(1.0, energy))
+        assert energy_of(slid, moment) == pytest.approx(
+            energy, abs=CONSERVED * max(1.0, energy)
+        )
         assert off_invariants(slid, moment) < CONSERVED
 
 
@@ -86,23 +105,30 @@ def test_the_contact_stays_on_the_plate(moment, vertices):
     for seed in range(15):
         state, contact = sliding(moment, vertices, seed)
         slid = slide(state, moment, contact, vertices, 0.2)
-        up, points = slid.state[P:P + 3], points_of(contact, vertices)
+        up, points = slid.state[P : P + 3], points_of(contact, vertices)
         speed = max(1.0, np.linalg.norm(slid.state[W:]))
         assert np.abs(slid.state[Z] + points @ up).max() < CONSERVED
         assert np.abs(slid.state[V] + np.cross(points, up) @ slid.state[W:]).max() < (
-            CONSERVED * speed)
+            CONSERVED * speed
+        )
 
 
 @every_moment
 @on_a_vertex_and_an_edge
-def test_forces_and_rates_at_both_ends_of_a_step_are_those_of_a_direct_solution(moment, vertices):
+def test_forces_and_rates_at_both_ends_of_a_step_are_those_of_a_direct_solution(
+    moment, vertices
+):
     for seed in range(15):
         state, contact = sliding(moment, vertices, seed)
         slid = whole_step(state, moment, contact, vertices)
         for at, here in ((0.0, state), (1.0, slid.state)):
             forces, rates = contact_forces(here, moment, points_of(contact, vertices))
             # The last terms of the series count more in its derivatives: 16² of its truncation.
-            size = 1e-10 * max(1.0, np.abs(forces).max(), np.abs(rates).max()) / moment.min()
+            size = (
+                1e-10
+                * max(1.0, np.abs(forces).max(), np.abs(rates).max())
+                / moment.min()
+            )
             second = forces[-1] if vertices == 2 else 0.0
             assert slid.forces(at) == pytest.approx([forces.sum(), second], abs=size)
             assert slid.rates(at) == pytest.approx(rates, abs=size)
@@ -111,7 +137,9 @@ def test_forces_and_rates_at_both_ends_of_a_step_are_those_of_a_direct_solution(
 def falling(moment, seed):
     """State (8,) and a point (3,) that moves down."""
     random = np.random.default_rng(seed)
-    state = turning(moment, random.standard_normal(3), random.uniform(0.1, 5.0), seed + 1000)
+    state = turning(
+        moment, random.standard_normal(3), random.uniform(0.1, 5.0), seed + 1000
+    )
     state[V] = -random.uniform(0.0, 5.0)
     r = random.standard_normal(3)
     r *= random.uniform(0.01, 1.0) / np.linalg.norm(r)
@@ -128,12 +156,13 @@ def test_an_impact_takes_its_share_of_the_energy_of_the_approach(name, restituti
     for seed in range(50):
         state, r = falling(moment, seed)
         speed, before = vertex_velocity(state, Vec3(*r)), energy_of(state, moment)
-        arm = np.cross(r, state[P:P + 3])
+        arm = np.cross(r, state[P : P + 3])
         assert speed == pytest.approx(state[V] + state[W:] @ arm, abs=1e-14)
         strike(state, moment, Vec3(*r), speed, restitution)
         lost = (1.0 - restitution**2) / 2.0 * speed**2 / (1.0 + arm @ (arm / moment))
         assert before - energy_of(state, moment) == pytest.approx(
-            lost, abs=CONSERVED * max(1.0, before))
+            lost, abs=CONSERVED * max(1.0, before)
+        )
         after = vertex_velocity(state, Vec3(*r))
         assert after == pytest.approx(-restitution * speed, abs=CONSERVED)
         assert off_invariants(state, moment) < CONSERVED

@@ -21,18 +21,28 @@ from .motions import (
 
 EXACT = 1e-11
 CONSERVED = 1e-12
-EVERY_SHAPE = pytest.mark.parametrize("moment", [*map(np.array, SHAPES.values())], ids=SHAPES)
+EVERY_SHAPE = pytest.mark.parametrize(
+    "moment", [*map(np.array, SHAPES.values())], ids=SHAPES
+)
 
 
 def by_scipy(state, moment, time):
     """Up and spin (6,) after a free rotation, by Euler's equations."""
+
     def rates(_, y):
         turned = np.cross(y[:3], y[3:])
         return np.concatenate((turned, np.cross(moment * y[3:], y[3:]) / moment))
 
     step = 0.1 / np.linalg.norm(state[W:])
-    return solve_ivp(rates, (0.0, time), state[P:], method="DOP853", rtol=3e-14, atol=1e-16,
-                     max_step=step).y[:, -1]
+    return solve_ivp(
+        rates,
+        (0.0, time),
+        state[P:],
+        method="DOP853",
+        rtol=3e-14,
+        atol=1e-16,
+        max_step=step,
+    ).y[:, -1]
 
 
 def assert_same_turn(got, expected, error=EXACT):
@@ -42,7 +52,9 @@ def assert_same_turn(got, expected, error=EXACT):
     np.testing.assert_allclose(got[-3:], expected[-3:], rtol=0, atol=error * speed)
 
 
-@pytest.mark.parametrize("name", ["generic", "plate", "oblate but for 1e-05", "isotropic"])
+@pytest.mark.parametrize(
+    "name", ["generic", "plate", "oblate but for 1e-05", "isotropic"]
+)
 def test_against_scipy(name):
     moment = np.array(SHAPES[name])
     for state in turning_states(moment, 3, seed=1):
@@ -53,9 +65,12 @@ def test_against_scipy(name):
 def test_energy_and_angular_momentum_are_conserved(moment):
     for state in turning_states(moment, 12, seed=2):
         flown = fly(state, moment, 5.0)
-        assert energy_of(flown, moment) == pytest.approx(energy_of(state, moment), rel=CONSERVED)
+        assert energy_of(flown, moment) == pytest.approx(
+            energy_of(state, moment), rel=CONSERVED
+        )
         assert np.linalg.norm(moment * flown[W:]) == pytest.approx(
-            np.linalg.norm(moment * state[W:]), rel=CONSERVED)
+            np.linalg.norm(moment * state[W:]), rel=CONSERVED
+        )
         assert off_invariants(flown, moment) < CONSERVED
 
 
@@ -70,7 +85,9 @@ def test_the_spin_of_a_symmetric_top_circles_its_axis_and_the_height_is_a_parabo
         assert flown[W] + 1j * flown[W + 1] == pytest.approx(turned, abs=EXACT * speed)
         assert flown[W + 2] == pytest.approx(state[W + 2], rel=1e-14)
         height = state[Z] + time * state[V] - time**2 / 2.0
-        assert (flown[Z], flown[V]) == pytest.approx((height, state[V] - time), abs=1e-13)
+        assert (flown[Z], flown[V]) == pytest.approx(
+            (height, state[V] - time), abs=1e-13
+        )
 
 
 def assert_right_or_refused(state, moment, time):
@@ -87,8 +104,10 @@ def assert_right_or_refused(state, moment, time):
 
 @EVERY_SHAPE
 def test_in_one_go_it_is_right_or_refused(moment):
-    made = [assert_right_or_refused(state, moment, 0.1 + 0.2 * k)
-            for k, state in enumerate(turning_states(moment, 30, seed=7))]
+    made = [
+        assert_right_or_refused(state, moment, 0.1 + 0.2 * k)
+        for k, state in enumerate(turning_states(moment, 30, seed=7))
+    ]
     # What is refused costs steps: only the third of the states that is near an axis may be.
     assert sum(made) >= 20 or moment[0] == moment[2]
 
@@ -98,7 +117,9 @@ def test_in_one_go_it_is_right_or_refused(moment):
 def test_in_one_go_near_a_permanent_rotation(axis, tilt):
     moment = np.array(GENERIC)
     for k in range(6):
-        momentum = np.eye(3)[axis] + tilt * np.roll((0.0, np.cos(k + 0.5), np.sin(k + 0.5)), axis)
+        momentum = np.eye(3)[axis] + tilt * np.roll(
+            (0.0, np.cos(k + 0.5), np.sin(k + 0.5)), axis
+        )
         state = turning(moment, momentum * (-1.0) ** k, 4.0, seed=k)
         made = assert_right_or_refused(state, moment, 3.0)
         assert made or axis == 1 or tilt < 0.01
@@ -112,7 +133,9 @@ def test_in_one_go_near_the_separatrix(off):
     steep = np.sqrt(a * (b - a) / (c * (c - b)))
     for k, side in enumerate((1.0 + off, 1.0 - off, -1.0 - off, -1.0 + off)):
         spin = np.array((1.0, 0.3 * (k + 1), side * steep))
-        made = assert_right_or_refused(turning(moment, moment * spin, 5.0, seed=k), moment, 4.0)
+        made = assert_right_or_refused(
+            turning(moment, moment * spin, 5.0, seed=k), moment, 4.0
+        )
         assert made or off < 0.05
 
 
@@ -120,7 +143,9 @@ def test_in_one_go_near_the_separatrix(off):
 def test_in_one_go_with_a_component_of_exactly_zero(spin):
     """At the start the amplitude is then exactly a quarter turn."""
     moment = np.array(GENERIC)
-    assert assert_right_or_refused(turning(moment, moment * spin, 10.0, seed=1), moment, 3.0)
+    assert assert_right_or_refused(
+        turning(moment, moment * spin, 10.0, seed=1), moment, 3.0
+    )
 
 
 def test_in_one_go_for_no_time_for_long_and_from_rest():
@@ -128,4 +153,7 @@ def test_in_one_go_for_no_time_for_long_and_from_rest():
     for time in (0.0, 1e-9, 60.0):  # more than any drop from 20 radii is in the air for
         for state in turning_states(moment, 12, seed=8)[::3]:
             assert assert_right_or_refused(state, moment, time)
-    assert turn_at_once(np.array((3.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)), moment, 2.0) is None
+    assert (
+        turn_at_once(np.array((3.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)), moment, 2.0)
+        is None
+    )

@@ -47,8 +47,10 @@ def remainder(a, b):
 def roots_between(polynomial, low, high):
     """Number of distinct real roots in (low, high], neither end being a multiple one."""
     whole = math.lcm(*(c.denominator for c in polynomial))
-    chain = [[int(whole * c) for c in polynomial],
-             [int(whole * k * c) for k, c in enumerate(polynomial)][1:]]
+    chain = [
+        [int(whole * c) for c in polynomial],
+        [int(whole * k * c) for k, c in enumerate(polynomial)][1:],
+    ]
     while len(chain[-1]) > 1 and (rest := remainder(chain[-2], chain[-1])):
         common = math.gcd(*rest)
         chain.append([-c // common for c in rest])
@@ -83,11 +85,16 @@ def coefficients_of(roots, pairs):
 
 
 REAL = st.one_of(st.floats(1e-3, 1.0), st.floats(-3.0, -1e-3), st.floats(1.0, 4.0))
-PAIR = st.tuples(st.floats(-1.5, 1.5), st.one_of(st.floats(1e-9, 1e-3), st.floats(1e-3, 2.0)))
+PAIR = st.tuples(
+    st.floats(-1.5, 1.5), st.one_of(st.floats(1e-9, 1e-3), st.floats(1e-3, 2.0))
+)
 
 
-@given(roots=st.lists(REAL, max_size=6), pairs=st.lists(PAIR, max_size=4),
-       upto=st.one_of(st.just(1.0), st.floats(0.01, 1.0)))
+@given(
+    roots=st.lists(REAL, max_size=6),
+    pairs=st.lists(PAIR, max_size=4),
+    upto=st.one_of(st.just(1.0), st.floats(0.01, 1.0)),
+)
 @example(roots=[0.5, 0.5], pairs=[], upto=1.0)
 @example(roots=[0.5, 0.5, 0.5], pairs=[], upto=1.0)
 @example(roots=[1.0], pairs=[(0.3, 1e-9)], upto=1.0)
@@ -98,8 +105,13 @@ def test_known_roots(roots, pairs, upto):
     assert_first_zero(c, zero_of(c, upto=upto), upto)
 
 
-@given(c=st.lists(st.floats(-1.0, 1.0, allow_subnormal=False), min_size=2, max_size=HIGHEST + 1),
-       shrink=st.sampled_from((1.0, 0.5, 0.1)), start=st.floats(1e-9, 1.0))
+@given(
+    c=st.lists(
+        st.floats(-1.0, 1.0, allow_subnormal=False), min_size=2, max_size=HIGHEST + 1
+    ),
+    shrink=st.sampled_from((1.0, 0.5, 0.1)),
+    start=st.floats(1e-9, 1.0),
+)
 def test_any_coefficients(c, shrink, start):
     c = np.array([start, *c[1:]]) * shrink ** np.arange(len(c))
     assume(np.abs(c[1:]).max() > 1e-100)

@@ -29,8 +29,9 @@ def units_off(values, function, *arguments, least=0.0):
 
     Values below `least` count as that.
     """
-    right = np.array([function(*one) for one in zip(*map(np.ndarray.tolist, arguments),
-                                                    strict=True)])
+    right = np.array(
+        [function(*one) for one in zip(*map(np.ndarray.tolist, arguments), strict=True)]
+    )
     spacing = np.spacing(np.maximum(np.abs(right), least))
     return float(np.max(np.abs(np.asarray(values) - right) / spacing))
 
@@ -38,7 +39,9 @@ def units_off(values, function, *arguments, least=0.0):
 @pytest.mark.parametrize("span", [1e-3, 1.0, 100.0, 1e6])
 def test_sine_and_cosine(span):
     angles = np.random.default_rng(1).uniform(-span, span, COUNT)
-    for values, function in zip(sines_cosines(angles), (math.sin, math.cos), strict=True):
+    for values, function in zip(
+        sines_cosines(angles), (math.sin, math.cos), strict=True
+    ):
         # A zero is known as well as the angle there.
         assert units_off(values, function, angles, least=1e-3) <= 2.0
     for k, pair in enumerate([(0, 1), (1, 0), (0, -1), (-1, 0), (0, 1)]):
@@ -47,10 +50,17 @@ def test_sine_and_cosine(span):
 
 def test_arctangent():
     random = np.random.default_rng(2)
-    points = random.normal(size=(COUNT, 2)) * 10.0 ** random.uniform(-8.0, 8.0, (COUNT, 2))
-    assert units_off([arctangent(y, x) for y, x in points.tolist()], math.atan2, *points.T) <= 2.0
+    points = random.normal(size=(COUNT, 2)) * 10.0 ** random.uniform(
+        -8.0, 8.0, (COUNT, 2)
+    )
+    assert (
+        units_off([arctangent(y, x) for y, x in points.tolist()], math.atan2, *points.T)
+        <= 2.0
+    )
     for y, x in [(0, 0), (0, 1), (1, 0), (0, -1), (-1, 0), (1, 1), (-1, -1)]:
-        assert arctangent(float(y), float(x)) == pytest.approx(math.atan2(y, x), abs=1e-15)
+        assert arctangent(float(y), float(x)) == pytest.approx(
+            math.atan2(y, x), abs=1e-15
+        )
     # Where a drop has left the numbers, NaN goes on, and nothing is raised.
     for y, x in [(math.nan, 1.0), (1.0, math.nan), (math.inf, math.inf)]:
         assert math.isnan(arctangent(y, x))
@@ -59,7 +69,11 @@ def test_arctangent():
 def test_exponential_logarithm_and_roots():
     powers = np.random.default_rng(3).uniform(-708.0, 709.0, COUNT)
     assert units_off([exponential(x) for x in powers.tolist()], math.exp, powers) <= 2.0
-    assert (exponential(0.0), exponential(-1e9), exponential(1e9)) == (1.0, 0.0, math.inf)
+    assert (exponential(0.0), exponential(-1e9), exponential(1e9)) == (
+        1.0,
+        0.0,
+        math.inf,
+    )
     for values in (np.exp(powers), np.random.default_rng(4).uniform(0.5, 2.0, COUNT)):
         assert units_off(logarithms(values), math.log, values) <= 2.0
         for order in (1, 2, 3, 16):
@@ -88,24 +102,37 @@ def test_principal_axes_of_any_tensor(entries, scale):
     assert_principal(np.array([[a, d, e], [d, b, f], [e, f, c]]))
 
 
-@pytest.mark.parametrize("moments", [
-    (1.0, 1.0, 1.0), (1.0, 1.0, 2.0), (1.0, 2.0, 2.0), (1e-14, 1.0, 1.0), (0.0, 0.0, 1.0),
-    (1.0, 1.0 + 1e-12, 1.0 + 1e-9)])
+@pytest.mark.parametrize(
+    "moments",
+    [
+        (1.0, 1.0, 1.0),
+        (1.0, 1.0, 2.0),
+        (1.0, 2.0, 2.0),
+        (1e-14, 1.0, 1.0),
+        (0.0, 0.0, 1.0),
+        (1.0, 1.0 + 1e-12, 1.0 + 1e-9),
+    ],
+)
 def test_principal_axes_of_moments_equal_up_to_rounding(moments):
     for seed in range(20):
         turn = rotation(seed)
         tensor = turn @ np.diag(moments) @ turn.T
         assert assert_principal(0.5 * (tensor + tensor.T)) == pytest.approx(
-            moments, rel=0.0, abs=ROUNDING)
+            moments, rel=0.0, abs=ROUNDING
+        )
 
 
 KEYS = st.one_of(st.integers(0, 3), st.integers(0, 2**17), st.integers(0, 2**63 - 1))
-VALUES = st.one_of(st.sampled_from([0.0, -0.0, 1.0, 5e-324, np.inf]),
-                   st.floats(0.0, allow_infinity=False))
+VALUES = st.one_of(
+    st.sampled_from([0.0, -0.0, 1.0, 5e-324, np.inf]),
+    st.floats(0.0, allow_infinity=False),
+)
 
 
-@given(arrays(np.int64, st.integers(0, 60), elements=KEYS),
-       arrays(np.float64, st.integers(0, 60), elements=VALUES))
+@given(
+    arrays(np.int64, st.integers(0, 60), elements=KEYS),
+    arrays(np.float64, st.integers(0, 60), elements=VALUES),
+)
 def test_sorting_keeps_ties_in_order(keys, values):
     assert rising_order(keys).tolist() == np.argsort(keys, kind="stable").tolist()
     assert falling_order(values).tolist() == np.argsort(-values, kind="stable").tolist()

@@ -14,7 +14,8 @@ from tests.truth.reference.sphere_grid import Shape, areas_below
 
 PARTS = convex_parts()
 every_body = pytest.mark.parametrize(
-    "body", [convex_body(part, 0) for part in PARTS.values()], ids=PARTS)
+    "body", [convex_body(part, 0) for part in PARTS.values()], ids=PARTS
+)
 
 
 def below_r(body, level):
@@ -31,6 +32,7 @@ def precise_angle(*corners):
     tan(angle/2) by Van Oosterom and Strackee in decimal arithmetic, and the arctangent's
     series, which converges for tangents below 1.
     """
+
     def dot(p, q):
         return sum((x * y for x, y in zip(p, q, strict=True)), Decimal(0))
 
@@ -38,9 +40,14 @@ def precise_angle(*corners):
         context.prec = 50
         a, b, c = ([Decimal(float(x)) for x in corner] for corner in corners)
         la, lb, lc = (dot(p, p).sqrt() for p in (a, b, c))
-        triple = (a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2])
-                  + a[2] * (b[0] * c[1] - b[1] * c[0]))
-        tangent = triple / (la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb)
+        triple = (
+            a[0] * (b[1] * c[2] - b[2] * c[1])
+            + a[1] * (b[2] * c[0] - b[0] * c[2])
+            + a[2] * (b[0] * c[1] - b[1] * c[0])
+        )
+        tangent = triple / (
+            la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb
+        )
         term, total, k = tangent, tangent, 1
         while abs(term) > Decimal("1e-48") * abs(tangent):
             term *= -tangent * tangent
@@ -59,14 +66,18 @@ def test_small_triangles_keep_their_digits(width):
     for seed in range(5):
         corners = (across * width + (0.0, 0.0, 1.0)) @ rotation(seed).T
         # Rounding a corner moves it by 1e-16: the triangle is no better known than that.
-        assert solid_angle(*corners) == pytest.approx(precise_angle(*corners), rel=2e-15 / width)
+        assert solid_angle(*corners) == pytest.approx(
+            precise_angle(*corners), rel=2e-15 / width
+        )
 
 
 def test_octants_and_the_sign():
     axes = np.eye(3)
     assert solid_angle(*axes) == pytest.approx(np.pi / 2.0, rel=1e-15)
     assert solid_angle(*axes[[1, 0, 2]]) == pytest.approx(-np.pi / 2.0, rel=1e-15)
-    assert solid_angle(*(axes * np.array((5.0, 0.1, 3.0)))) == pytest.approx(np.pi / 2, rel=1e-15)
+    assert solid_angle(*(axes * np.array((5.0, 0.1, 3.0)))) == pytest.approx(
+        np.pi / 2, rel=1e-15
+    )
 
 
 def test_more_than_half_of_the_sphere():
@@ -75,9 +86,14 @@ def test_more_than_half_of_the_sphere():
     big, small = solid_angle(*corners), solid_angle(*lower[[0, 2, 1]])
     assert big == pytest.approx(-solid_angle(*corners[[0, 2, 1]]), rel=1e-15)
     assert small == pytest.approx(big, rel=1e-14)
-    belt = sum(solid_angle(*triangle) for i in range(3) for triangle in (
-        (corners[i], lower[i], lower[(i + 1) % 3]),
-        (corners[i], lower[(i + 1) % 3], corners[(i + 1) % 3])))
+    belt = sum(
+        solid_angle(*triangle)
+        for i in range(3)
+        for triangle in (
+            (corners[i], lower[i], lower[(i + 1) % 3]),
+            (corners[i], lower[(i + 1) % 3], corners[(i + 1) % 3]),
+        )
+    )
     assert big + small + belt == pytest.approx(4.0 * np.pi, rel=1e-14)
 
 
@@ -88,8 +104,9 @@ def test_products_of_vectors_are_numpys():
     assert vectors.dot(Vec3(*a), Vec3(*b)) == pytest.approx(a @ b, rel=1e-14)
     assert vectors.turned(matrix, Vec3(*a)) == pytest.approx(matrix @ a, rel=1e-14)
     assert vectors.inverse_of(matrix) @ matrix == pytest.approx(np.eye(3), abs=1e-13)
-    assert vectors.area_vector(Vec3(1.0, 1.0, 5.0), Vec3(3.0, 1.0, 5.0), Vec3(1.0, 4.0, 5.0)) == (
-        0.0, 0.0, 3.0)
+    assert vectors.area_vector(
+        Vec3(1.0, 1.0, 5.0), Vec3(3.0, 1.0, 5.0), Vec3(1.0, 4.0, 5.0)
+    ) == (0.0, 0.0, 3.0)
 
 
 @every_body
@@ -125,10 +142,11 @@ def test_the_area_of_a_disc_within_a_face_is_that_of_a_cap():
     body = convex_body(PARTS["box, shifted centre"], 0)
     arrays = body.arrays
     for face, d in enumerate(arrays.distance):  # the foot of the centre is within each
-        rim = arrays.reach[arrays.face_start[face]:arrays.face_start[face + 1]].min()
+        rim = arrays.reach[arrays.face_start[face] : arrays.face_start[face + 1]].min()
         for level in np.linspace(d, rim, 5):
             assert below_r(body, level)[face] == pytest.approx(
-                2.0 * np.pi * (level - d) / level, rel=1e-9, abs=1e-14)
+                2.0 * np.pi * (level - d) / level, rel=1e-9, abs=1e-14
+            )
 
 
 def test_areas_against_a_grid_on_the_sphere():

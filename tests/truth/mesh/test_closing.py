@@ -60,13 +60,17 @@ def test_any_one_triangle_may_be_missing(name):
         assert "1 hole in the mesh was closed" in part.warnings[0]
         assert off(part, WHOLE[name]) < 1e-12
         assert len(part.triangles) == len(triangles) - 1
-        surface = trimesh.Trimesh(part.surface_vertices, part.surface_triangles, process=False)
+        surface = trimesh.Trimesh(
+            part.surface_vertices, part.surface_triangles, process=False
+        )
         assert surface.is_watertight
         assert surface.is_winding_consistent
 
 
 @given(st.sampled_from(sorted(BODIES)), st.integers(0, 2**32 - 1))
-def test_of_a_mesh_with_one_triangle_in_twenty_missing_the_centre_is_right_or_hull(name, seed):
+def test_of_a_mesh_with_one_triangle_in_twenty_missing_the_centre_is_right_or_hull(
+    name, seed
+):
     vertices, triangles = BODIES[name]
     random = np.random.default_rng(seed)
     kept = random.permutation(triangles[random.random(len(triangles)) > 0.05])
@@ -82,8 +86,10 @@ def test_of_a_mesh_with_one_triangle_in_twenty_missing_the_centre_is_right_or_hu
 def test_of_a_ball_such_losses_are_closed_as_a_rule():
     vertices, triangles = BODIES["ball"]
     random = np.random.default_rng(5)
-    closed = [codes(part_of(vertices, triangles[random.random(len(triangles)) > 0.05]))
-              for _ in range(20)]
+    closed = [
+        codes(part_of(vertices, triangles[random.random(len(triangles)) > 0.05]))
+        for _ in range(20)
+    ]
     assert closed.count(["HOLES_CLOSED"]) == 20
 
 
@@ -95,14 +101,17 @@ def test_lost_flat_faces_are_closed_exactly():
     assert off(part, WHOLE["ring"]) < 1e-12
     surface = trimesh.Trimesh(part.surface_vertices, part.surface_triangles)
     assert surface.area == pytest.approx(
-        trimesh.Trimesh(*BODIES["ring"]).area * 1e-4, rel=1e-9)  # a ring, not two discs
+        trimesh.Trimesh(*BODIES["ring"]).area * 1e-4, rel=1e-9
+    )  # a ring, not two discs
 
 
 def test_a_side_divided_by_one_neighbour_only_is_a_slit_and_closed():
     vertices, triangles = arrays(trimesh.creation.box((1, 2, 3)))
     a, b, c = triangles[0]
     middle = 0.3 * vertices[a] + 0.7 * vertices[b]
-    part = part_of(np.vstack((vertices, middle)), [[a, 8, c], [8, b, c], *triangles[1:].tolist()])
+    part = part_of(
+        np.vstack((vertices, middle)), [[a, 8, c], [8, b, c], *triangles[1:].tolist()]
+    )
     assert codes(part) == ["HOLES_CLOSED"]
     assert part.center_of_mass == pytest.approx([0, 0, 0], abs=1e-16)
 
@@ -110,46 +119,77 @@ def test_a_side_divided_by_one_neighbour_only_is_a_slit_and_closed():
 class TestTheHullStandsIn:
     def test_for_a_bore_without_its_wall(self):
         vertices, triangles = BODIES["plate with a bore"]
-        wall = (np.hypot(*(vertices[triangles][:, :, :2] - (1.0, 0.3)).transpose(2, 0, 1))
-                < 0.51).all(axis=1)
+        wall = (
+            np.hypot(*(vertices[triangles][:, :, :2] - (1.0, 0.3)).transpose(2, 0, 1))
+            < 0.51
+        ).all(axis=1)
         assert "2 holes, of which two may be the ends of one bore" in why_hull(
-            vertices, triangles[~wall])
+            vertices, triangles[~wall]
+        )
 
     def test_where_caps_over_a_crease_could_be_wrong(self):
         vertices, triangles = arrays(trimesh.creation.box())
-        normals = np.cross(vertices[triangles[:, 1]] - vertices[triangles[:, 0]],
-                           vertices[triangles[:, 2]] - vertices[triangles[:, 0]])
-        beside = next(k for k in range(1, 12) if len(set(triangles[k]) & set(triangles[0])) == 2
-                      and not normals[k] @ normals[0])
+        normals = np.cross(
+            vertices[triangles[:, 1]] - vertices[triangles[:, 0]],
+            vertices[triangles[:, 2]] - vertices[triangles[:, 0]],
+        )
+        beside = next(
+            k
+            for k in range(1, 12)
+            if len(set(triangles[k]) & set(triangles[0])) == 2
+            and not normals[k] @ normals[0]
+        )
         # The two ways to close it differ by a tetrahedron, a sixth of the cube.
         assert "1 hole, whose caps may be wrong by" in why_hull(
-            vertices, np.delete(triangles, [0, beside], axis=0))
+            vertices, np.delete(triangles, [0, beside], axis=0)
+        )
 
     def test_for_a_sheet_and_for_loose_triangles(self):
         across, up = np.meshgrid(np.arange(6.0), np.arange(6.0))
-        vertices = np.column_stack((across.ravel(), up.ravel(), 0.2 * np.sin(across.ravel())))
+        vertices = np.column_stack(
+            (across.ravel(), up.ravel(), 0.2 * np.sin(across.ravel()))
+        )
         corner = (np.arange(5)[:, None] * 6 + np.arange(5)).ravel()
-        triangles = np.concatenate((np.stack((corner, corner + 1, corner + 7), axis=1),
-                                    np.stack((corner, corner + 7, corner + 6), axis=1)))
+        triangles = np.concatenate(
+            (
+                np.stack((corner, corner + 1, corner + 7), axis=1),
+                np.stack((corner, corner + 7, corner + 6), axis=1),
+            )
+        )
         assert "is a sheet, with 1 hole" in why_hull(vertices, triangles)
         folded = np.concatenate((triangles, triangles[:, ::-1]))
         assert codes(part_of(vertices, folded)) == ["OPEN_MESH"]
         loose = np.random.default_rng(3).uniform(size=(90, 3))
-        assert "is made of loose triangles" in why_hull(loose, np.arange(90).reshape(-1, 3))
-        assert part_of(loose, np.arange(90).reshape(-1, 3)).center_of_mass == pytest.approx(
-            trimesh.convex.convex_hull(loose).center_mass * 1e-2, rel=1e-9)
+        assert "is made of loose triangles" in why_hull(
+            loose, np.arange(90).reshape(-1, 3)
+        )
+        assert part_of(
+            loose, np.arange(90).reshape(-1, 3)
+        ).center_of_mass == pytest.approx(
+            trimesh.convex.convex_hull(loose).center_mass * 1e-2, rel=1e-9
+        )
 
     def test_for_a_strip_with_one_side(self):
         angle = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
         half = 0.3 * np.array([[-1.0], [1.0]])
         radius = 1.0 + half * np.cos(angle / 2.0)
-        strip = np.stack((radius * np.cos(angle), radius * np.sin(angle),
-                          half * np.sin(angle / 2.0)), axis=2).reshape(-1, 3)
+        strip = np.stack(
+            (
+                radius * np.cos(angle),
+                radius * np.sin(angle),
+                half * np.sin(angle / 2.0),
+            ),
+            axis=2,
+        ).reshape(-1, 3)
         low, high = np.arange(24), np.arange(24, 48)
         following, over = np.roll(low, -1), np.roll(high, -1)
         following[-1], over[-1] = over[-1], following[-1]
-        triangles = np.concatenate((np.stack((low, following, over), axis=1),
-                                    np.stack((low, over, high), axis=1)))
+        triangles = np.concatenate(
+            (
+                np.stack((low, following, over), axis=1),
+                np.stack((low, over, high), axis=1),
+            )
+        )
         assert "is one-sided" in why_hull(strip, triangles)
 
     def test_where_something_pokes_through_the_opening(self):
@@ -160,4 +200,5 @@ class TestTheHullStandsIn:
         rod.apply_translation((0.31, 0.12, 1.2))
         assert "1 hole, whose caps would cross the surface" in why_hull(
             np.vstack((vertices, rod.vertices)),
-            np.vstack((triangles[~lid], rod.faces + len(vertices))))
+            np.vstack((triangles[~lid], rod.faces + len(vertices))),
+        )

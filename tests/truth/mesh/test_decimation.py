@@ -17,7 +17,9 @@ PARTS = {name: part_from_mesh(*surface) for name, surface in SURFACES.items()}
 
 
 def mesh_of(triangles):
-    return trimesh.Trimesh(triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3))
+    return trimesh.Trimesh(
+        triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3)
+    )
 
 
 def pierced(triangles, x, y):
@@ -32,9 +34,13 @@ def pierced(triangles, x, y):
 
 def assert_near(true, shown, distance):
     """No point of one surface is farther from the other."""
-    one, two = (trimesh.sample.sample_surface(mesh_of(some), 200_000, seed=1)[0]
-                for some in (true, shown))
-    apart = 0.006 * np.ptp(true.reshape(-1, 3), axis=0).max()  # of the points themselves
+    one, two = (
+        trimesh.sample.sample_surface(mesh_of(some), 200_000, seed=1)[0]
+        for some in (true, shown)
+    )
+    apart = (
+        0.006 * np.ptp(true.reshape(-1, 3), axis=0).max()
+    )  # of the points themselves
     assert cKDTree(one).query(two[:20_000])[0].max() < distance + apart
     assert cKDTree(two).query(one[:20_000])[0].max() < distance + apart
 
@@ -43,7 +49,10 @@ def assert_near(true, shown, distance):
 @pytest.mark.parametrize("name", PARTS)
 def test_they_stay_near_the_surface_and_leave_out_nothing(name, most, share):
     part = PARTS[name]
-    true, shown = part.surface_vertices[part.surface_triangles], visible_triangles(part, most)
+    true, shown = (
+        part.surface_vertices[part.surface_triangles],
+        visible_triangles(part, most),
+    )
     assert len(shown) <= most < len(true)
     mesh = mesh_of(shown)
     assert mesh.is_watertight
@@ -67,7 +76,9 @@ def test_a_line_passes_through_every_gap_and_the_bore_and_meets_every_tooth(most
 
 def test_a_part_of_few_triangles_is_drawn_as_it_is_and_others_the_same_each_time_in_any_unit():
     part = part_from_mesh(*shapes.box(0.04, 0.03, 0.02))
-    assert (visible_triangles(part, 100) == part.surface_vertices[part.surface_triangles]).all()
+    assert (
+        visible_triangles(part, 100) == part.surface_vertices[part.surface_triangles]
+    ).all()
     vertices, triangles = SURFACES["gear"]
     shown = visible_triangles(PARTS["gear"], 2000)
     for scale in (1.0, 2.0**-40, 2.0**40):
@@ -84,19 +95,31 @@ def test_an_open_mesh_is_drawn_as_received_from_both_sides():
     half = len(shown) // 2
     assert (shown[:half] == shown[half:, ::-1]).all()
     share = 0.02 * 1000 / 2000  # of flat facets, inversely as their number
-    assert_near(vertices[triangles[1000:]], shown[:half], share * np.ptp(vertices, axis=0).max())
+    assert_near(
+        vertices[triangles[1000:]], shown[:half], share * np.ptp(vertices, axis=0).max()
+    )
     assert len(pierced(shown, 0.5 * fine_parts.BORE, 0.0)) == 0
 
 
-@given(st.integers(0, 2**32 - 1), st.integers(4, 2000), st.integers(4, 3000),
-       st.sampled_from([1e-4, 1.0]), st.integers(100, 1000))
+@given(
+    st.integers(0, 2**32 - 1),
+    st.integers(4, 2000),
+    st.integers(4, 3000),
+    st.sampled_from([1e-4, 1.0]),
+    st.integers(100, 1000),
+)
 def test_any_mesh_is_drawn_by_few_triangles_between_its_own_vertices(
-        seed, vertices, triangles, height, most):
+    seed, vertices, triangles, height, most
+):
     """Edges of many triangles, repeated ones, loose points."""
     random = np.random.default_rng(seed)
     places = random.normal(size=(vertices, 3)) * (1.0, 1.0, height)
-    part = part_from_mesh(places, np.vstack((
-        random.integers(vertices, size=(triangles, 3)), [(0, 1, 2), (1, 2, 3)])))
+    part = part_from_mesh(
+        places,
+        np.vstack(
+            (random.integers(vertices, size=(triangles, 3)), [(0, 1, 2), (1, 2, 3)])
+        ),
+    )
     shown = visible_triangles(part, most)
     assert len(shown) <= most
     known = {tuple(place) for place in places.tolist()}

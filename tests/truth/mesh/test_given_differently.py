@@ -6,12 +6,22 @@ import trimesh
 from hypothesis import given, strategies as st
 
 from ros_pose_stats import PoseStatsError, estimate, part_from_mesh
-from tests.bodies import clamp_hull, moved, random_polyhedron, rotation, shapes, shuffled
+from tests.bodies import (
+    clamp_hull,
+    moved,
+    random_polyhedron,
+    rotation,
+    shapes,
+    shuffled,
+)
 from tests.matching import values
 
-BODIES = {"clamp": clamp_hull(), "random": random_polyhedron(12, 4),
-          "ball": shapes.hull_mesh(np.array(trimesh.creation.icosphere(2).vertices)),
-          "prism": shapes.prism(24, 1.0, 3.0)}
+BODIES = {
+    "clamp": clamp_hull(),
+    "random": random_polyhedron(12, 4),
+    "ball": shapes.hull_mesh(np.array(trimesh.creation.icosphere(2).vertices)),
+    "prism": shapes.prism(24, 1.0, 3.0),
+}
 WELDED = 1e-8
 """Of the largest extent: vertices closer than this are one, as the documents have it."""
 
@@ -42,22 +52,33 @@ def inside_out(surface):
     return surface[0], surface[1][:, ::-1]
 
 
-WAYS = {"soup": soup, "with repeats": with_repeats, "double-sided": double_sided,
-        "lone vertices": with_lone_vertices, "inside out": inside_out,
-        "shuffled soup": lambda s: shuffled(soup(s), 3),
-        "all at once": lambda s: inside_out(soup(with_repeats(with_lone_vertices(s))))}
+WAYS = {
+    "soup": soup,
+    "with repeats": with_repeats,
+    "double-sided": double_sided,
+    "lone vertices": with_lone_vertices,
+    "inside out": inside_out,
+    "shuffled soup": lambda s: shuffled(soup(s), 3),
+    "all at once": lambda s: inside_out(soup(with_repeats(with_lone_vertices(s)))),
+}
 
 
 @pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("name", BODIES)
 def test_the_same_surface_and_mass_properties(name, way):
-    whole, other = (part_from_mesh(*surface, unit="mm")
-                    for surface in (BODIES[name], WAYS[way](BODIES[name])))
+    whole, other = (
+        part_from_mesh(*surface, unit="mm")
+        for surface in (BODIES[name], WAYS[way](BODIES[name]))
+    )
     assert other.warnings == whole.warnings
     assert len(other.surface_vertices) == len(whole.surface_vertices)
     assert len(other.surface_triangles) == len(whole.surface_triangles)
-    assert trimesh.Trimesh(other.surface_vertices, other.surface_triangles,
-                           process=False).volume > 0.0
+    assert (
+        trimesh.Trimesh(
+            other.surface_vertices, other.surface_triangles, process=False
+        ).volume
+        > 0.0
+    )
     size = np.ptp(whole.vertices)
     assert other.center_of_mass == pytest.approx(whole.center_of_mass, abs=1e-12 * size)
     assert other.inertia == pytest.approx(whole.inertia, abs=1e-12 * size**2)
@@ -81,12 +102,15 @@ def test_one_more_corner_or_a_corner_cut_off_by_a_hair_changes_an_answer_by_a_ha
     corners = shapes.box(1.0, 0.7, 0.4)[0]
     tip, along = corners[-1], np.sign(corners[-1]) * np.eye(3)
     whole = estimate(part_from_mesh(*shapes.hull_mesh(corners)), "split")
-    for others in (np.vstack((corners, (corners[0] + corners[1]) / 2 * (1.0 + 1e-9))),
-                   np.vstack((corners[:-1], tip - 1e-4 * along))):
+    for others in (
+        np.vstack((corners, (corners[0] + corners[1]) / 2 * (1.0 + 1e-9))),
+        np.vstack((corners[:-1], tip - 1e-4 * along)),
+    ):
         changed = estimate(part_from_mesh(*shapes.hull_mesh(others)), "split")
         assert changed.expected_error == pytest.approx(whole.expected_error, rel=1e-2)
         assert np.sort(values(changed.poses, "probability")) == pytest.approx(
-            np.sort(values(whole.poses, "probability")), abs=1e-3)
+            np.sort(values(whole.poses, "probability")), abs=1e-3
+        )
 
 
 @pytest.mark.parametrize(("sections", "turn"), [(1500, None), (25_000, rotation(1))])
@@ -95,12 +119,17 @@ def test_a_face_with_thousands_of_corners_has_the_area_of_its_disc(sections, tur
     ring = trimesh.creation.annulus(0.01, 0.02, 0.03, sections=sections)
     cone = trimesh.creation.cone(0.01, 0.02, sections=sections)
     slant = np.hypot(0.01, 0.02)
-    for mesh, heights, share in ((ring, (0.015, 0.015, 0.02), 0.02 / (2 * (0.02 + 0.03))),
-                                 (cone, (0.005, 0.75 * 0.01 * 0.02 / slant),
-                                  0.01 / (0.01 + slant))):
-        surface = moved((np.array(mesh.vertices), np.array(mesh.faces)), turn, (0.1, 0.2, 0.3))
-        poses = sorted(estimate(part_from_mesh(*surface), method="area").poses,
-                       key=lambda pose: pose.index)
+    for mesh, heights, share in (
+        (ring, (0.015, 0.015, 0.02), 0.02 / (2 * (0.02 + 0.03))),
+        (cone, (0.005, 0.75 * 0.01 * 0.02 / slant), 0.01 / (0.01 + slant)),
+    ):
+        surface = moved(
+            (np.array(mesh.vertices), np.array(mesh.faces)), turn, (0.1, 0.2, 0.3)
+        )
+        poses = sorted(
+            estimate(part_from_mesh(*surface), method="area").poses,
+            key=lambda pose: pose.index,
+        )
         assert values(poses, "height") == pytest.approx(np.array(heights), rel=3e-4)
         assert values(poses, "probability")[:-1] == pytest.approx(share, rel=1e-3)
 

@@ -6,22 +6,36 @@ import pytest
 from ros_pose_stats import estimate_all, part_from_mesh
 from ros_pose_stats.shapes import demo_parts
 from study import shapes
-from tests.bodies import REGULAR_SOLIDS, in_float32, moved, random_polyhedron, rotation, size
+from tests.bodies import (
+    REGULAR_SOLIDS,
+    in_float32,
+    moved,
+    random_polyhedron,
+    rotation,
+    size,
+)
 from tests.matching import values
 
 BODIES = {
-    "cube": REGULAR_SOLIDS["cube"], "icosahedron": REGULAR_SOLIDS["icosahedron"],
+    "cube": REGULAR_SOLIDS["cube"],
+    "icosahedron": REGULAR_SOLIDS["icosahedron"],
     **{name: demo_parts.DEMO_PARTS[name]() for name in ("clamp", "gear", "hex_bolt")},
-    "triangular prism": shapes.prism(3, 1.0, 2.0), "flat cylinder": shapes.cylinder(48, 1.0, 0.2),
-    "odd cylinder": shapes.cylinder(33, 9.0, 22.0), "random": random_polyhedron(10, 2),
+    "triangular prism": shapes.prism(3, 1.0, 2.0),
+    "flat cylinder": shapes.cylinder(48, 1.0, 0.2),
+    "odd cylinder": shapes.cylinder(33, 9.0, 22.0),
+    "random": random_polyhedron(10, 2),
 }
-EXACT = {name: estimate_all(part_from_mesh(*surface)) for name, surface in BODIES.items()}
+EXACT = {
+    name: estimate_all(part_from_mesh(*surface)) for name, surface in BODIES.items()
+}
 
 
 def rounded(surface, sizes_away, seed):
     """Turned (but for seed 0), moved off the origin, and rounded."""
     way = rotation(seed)[0] * sizes_away * size(surface)
-    return part_from_mesh(*in_float32(moved(surface, rotation(seed + 7) if seed else None, way)))
+    return part_from_mesh(
+        *in_float32(moved(surface, rotation(seed + 7) if seed else None, way))
+    )
 
 
 @pytest.mark.parametrize("name", BODIES)
@@ -32,7 +46,9 @@ def test_every_method_gives_the_same_poses(name, sizes_away, seed):
         assert len(other.poses) == len(one.poses)
         assert np.sort(values(other.poses, "probability")) == pytest.approx(
             np.sort(values(one.poses, "probability")),
-            abs=1e-3 if one.method == "split" else 3e-4)
+            abs=1e-3 if one.method == "split" else 3e-4,
+        )
         for field in ("height", "top", "barrier"):
             assert np.sort(values(other.poses, field)) == pytest.approx(
-                np.sort(values(one.poses, field)), abs=1e-5 * one.radius)
+                np.sort(values(one.poses, field)), abs=1e-5 * one.radius
+            )

@@ -48,8 +48,9 @@ def test_solids_with_dents_against_trimesh_and_turned(seed):
     assert part.center_of_mass == pytest.approx(mesh.center_mass, rel=1e-9, abs=1e-10)
     assert_tensor(part.inertia, WATER * mesh.mass_properties["inertia"], 1e-9)
     turned = of_water(*moved(surface, turn, (1.0, 2.0, 3.0)))
-    assert turned.center_of_mass == pytest.approx(turn @ part.center_of_mass + (1, 2, 3),
-                                                  rel=1e-12)
+    assert turned.center_of_mass == pytest.approx(
+        turn @ part.center_of_mass + (1, 2, 3), rel=1e-12
+    )
     assert_tensor(turned.inertia, turn @ part.inertia @ turn.T, 1e-11)
 
 
@@ -59,8 +60,12 @@ def test_scale_and_place_cost_no_digits(scale, away):
     vertices, triangles = shapes.box(1.0, 0.5, 0.25)
     part = part_from_mesh(vertices + away, triangles, unit=scale, density=WATER)
     assert part.mass == pytest.approx(WATER * 0.125 * scale**3, rel=1e-10)
-    assert part.center_of_mass / scale - away == pytest.approx([0.0] * 3, abs=1e-12 * (1 + away))
-    assert_tensor(part.inertia, part.mass * scale**2 * box_tensor(1.0, 0.5, 0.25), 1e-10)
+    assert part.center_of_mass / scale - away == pytest.approx(
+        [0.0] * 3, abs=1e-12 * (1 + away)
+    )
+    assert_tensor(
+        part.inertia, part.mass * scale**2 * box_tensor(1.0, 0.5, 0.25), 1e-10
+    )
 
 
 def test_the_error_does_not_grow_with_the_triangles():
@@ -81,4 +86,5 @@ def test_thin_parts(turn, extents):
     part = part_from_mesh(*moved(shapes.box(*extents), turn))
     assert part.warnings == ()
     assert np.linalg.eigvalsh(part.inertia)[0] == pytest.approx(
-        (extents[1] ** 2 + extents[2] ** 2) / 12, rel=1e-3)
+        (extents[1] ** 2 + extents[2] ** 2) / 12, rel=1e-3
+    )

@@ -28,7 +28,9 @@ def part_of(*meshes, unit="cm"):
 def volume_and_overlap(*meshes):
     part = part_of(*meshes)
     assert codes(part) in ([], ["BODIES_OVERLAP"])
-    surface = trimesh.Trimesh(part.surface_vertices, part.surface_triangles, process=False)
+    surface = trimesh.Trimesh(
+        part.surface_vertices, part.surface_triangles, process=False
+    )
     assert surface.is_winding_consistent
     return surface.volume * 1e6, bool(part.warnings or part.notes)
 
@@ -38,7 +40,9 @@ def test_turned_triangles_are_turned_back(seed, share):
     ball = trimesh.creation.icosphere(2)
     turned = np.random.default_rng(seed).uniform(size=len(ball.faces)) < share
     triangles = np.where(turned[:, None], ball.faces[:, ::-1], ball.faces)
-    volume, overlap = volume_and_overlap(trimesh.Trimesh(ball.vertices, triangles, process=False))
+    volume, overlap = volume_and_overlap(
+        trimesh.Trimesh(ball.vertices, triangles, process=False)
+    )
     assert volume == pytest.approx(ball.volume)
     assert not overlap
 
@@ -47,8 +51,12 @@ def test_turned_triangles_are_turned_back(seed, share):
 @pytest.mark.parametrize("inner_inward", [False, True])
 @pytest.mark.parametrize("turned", [0, 5])
 def test_of_two_shells_the_inner_one_is_a_void_unless_both_face_outward(
-        outer_inward, inner_inward, turned):
-    outer, inner = box((4, 4, 4), inward=outer_inward), box((2, 2, 2), (0.5, 0, 0), inner_inward)
+    outer_inward, inner_inward, turned
+):
+    outer, inner = (
+        box((4, 4, 4), inward=outer_inward),
+        box((2, 2, 2), (0.5, 0, 0), inner_inward),
+    )
     both = trimesh.util.concatenate([outer, inner])
     random = np.random.default_rng(turned)
     some = random.permutation(12)[:turned]
@@ -58,15 +66,20 @@ def test_of_two_shells_the_inner_one_is_a_void_unless_both_face_outward(
     is_body = not outer_inward and not inner_inward
     weight = 8 if is_body else -8
     assert codes(part) == ["BODIES_OVERLAP"] * is_body
-    assert part.center_of_mass == pytest.approx([0.005 * weight / (64 + weight), 0, 0], abs=1e-15)
+    assert part.center_of_mass == pytest.approx(
+        [0.005 * weight / (64 + weight), 0, 0], abs=1e-15
+    )
 
 
-@pytest.mark.parametrize("inward", [(False, True, False), (True, False, True),
-                                    (False, True, True)])
+@pytest.mark.parametrize(
+    "inward", [(False, True, False), (True, False, True), (False, True, True)]
+)
 @pytest.mark.parametrize("shuffle", [0, 1])
 def test_a_body_inside_a_void_is_a_body(inward, shuffle):
-    meshes = [box((size,) * 3, inward=turned)
-              for size, turned in zip((9, 5, 1), inward, strict=True)]
+    meshes = [
+        box((size,) * 3, inward=turned)
+        for size, turned in zip((9, 5, 1), inward, strict=True)
+    ]
     order = np.random.default_rng(shuffle).permutation(3)
     volume, overlap = volume_and_overlap(*(meshes[k] for k in order))
     assert volume == pytest.approx(729 - 125 + 1)
@@ -74,14 +87,18 @@ def test_a_body_inside_a_void_is_a_body(inward, shuffle):
 
 
 def test_an_inward_box_that_touches_the_wall_from_inside_is_a_void():
-    volume, _ = volume_and_overlap(box((4, 4, 4)), box((2, 2, 2), (1, 0, 0), inward=True))
+    volume, _ = volume_and_overlap(
+        box((4, 4, 4)), box((2, 2, 2), (1, 0, 0), inward=True)
+    )
     assert volume == pytest.approx(64 - 8)
 
 
 def test_hundreds_of_shells_in_a_body_are_voids():
     grid = [(x, y, z) for x in range(7) for y in range(7) for z in range(7)]
-    volume, overlap = volume_and_overlap(*(box((0.5, 0.5, 0.5), at, inward=True) for at in grid),
-                                         box((20, 20, 20), (3, 3, 3)))
+    volume, overlap = volume_and_overlap(
+        *(box((0.5, 0.5, 0.5), at, inward=True) for at in grid),
+        box((20, 20, 20), (3, 3, 3)),
+    )
     assert volume == pytest.approx(8000 - len(grid) / 8)
     assert not overlap
 
@@ -104,14 +121,20 @@ def test_bodies_beside_each_other_are_one_part_whatever_their_winding(inward):
 
 @pytest.mark.parametrize("inward", [False, True])
 def test_boxes_that_share_an_edge_are_two_bodies(inward):
-    volume, overlap = volume_and_overlap(box((1, 1, 1)), box((1, 1, 1), (1, 1, 0), inward))
+    volume, overlap = volume_and_overlap(
+        box((1, 1, 1)), box((1, 1, 1), (1, 1, 0), inward)
+    )
     assert volume == pytest.approx(2.0)
     assert not overlap
 
 
 def test_the_wall_between_two_bodies_goes_if_both_have_it():
     left, right = box((1, 1, 1)), box((1, 1, 1), (1, 0, 0))
-    right.vertices = right.vertices * (-1, 1, 1) + (2, 0, 0)  # so that the diagonals are alike
+    right.vertices = right.vertices * (-1, 1, 1) + (
+        2,
+        0,
+        0,
+    )  # so that the diagonals are alike
     right.invert()
     part = part_of(left, right)
     assert len(part.surface_triangles) == 20
@@ -130,15 +153,21 @@ class TestOverlap:
             bar.apply_transform(turn)
         assert volume_and_overlap(*bars) == (pytest.approx(6 + 6 * height), True)
 
-    @pytest.mark.parametrize("extents", [(1, 6, 1), (6, 1, 1), (6, 6, 1), (0.4, 0.5, 1)])
+    @pytest.mark.parametrize(
+        "extents", [(1, 6, 1), (6, 1, 1), (6, 6, 1), (0.4, 0.5, 1)]
+    )
     def test_bars_that_touch_face_to_face_do_not(self, turn, extents):
         bars = [box((6, 1, 1)), box(extents, (0, 0, 1))]
         for bar in bars:
             bar.apply_transform(turn)
         assert not volume_and_overlap(*bars)[1]
 
-    @pytest.mark.parametrize(("distance", "overlap"), [(1.7, True), (1.99, True), (2.01, False)])
-    def test_balls_do_when_they_are_closer_than_two_radii(self, turn, distance, overlap):
+    @pytest.mark.parametrize(
+        ("distance", "overlap"), [(1.7, True), (1.99, True), (2.01, False)]
+    )
+    def test_balls_do_when_they_are_closer_than_two_radii(
+        self, turn, distance, overlap
+    ):
         ball, other = trimesh.creation.icosphere(4), trimesh.creation.icosphere(4)
         other.apply_translation((distance, 0, 0))
         for one in (ball, other):
@@ -146,11 +175,20 @@ class TestOverlap:
         assert volume_and_overlap(ball, other)[1] == overlap
 
     @pytest.mark.parametrize(("depth", "share"), [(6e-3, "0.12"), (2e-3, "0.04")])
-    def test_a_share_too_small_to_move_the_centre_of_mass_is_a_note(self, turn, depth, share):
-        part = part_of(*(bar.apply_transform(turn) for bar in (
-            box((1, 1, 1)), box((1, 0.5, 0.5), (1 - depth, 0, 0)))))
+    def test_a_share_too_small_to_move_the_centre_of_mass_is_a_note(
+        self, turn, depth, share
+    ):
+        part = part_of(
+            *(
+                bar.apply_transform(turn)
+                for bar in (box((1, 1, 1)), box((1, 0.5, 0.5), (1 - depth, 0, 0)))
+            )
+        )
         (remark,) = part.warnings if depth == 6e-3 else part.notes
-        assert remark.startswith("BODIES_OVERLAP: ") and f" and {share} % of the volume" in remark
+        assert (
+            remark.startswith("BODIES_OVERLAP: ")
+            and f" and {share} % of the volume" in remark
+        )
 
     def test_a_peg_flush_in_its_hole_does_not(self, turn):
         ring = trimesh.creation.annulus(1.0, 2.0, 1.0, sections=24)
@@ -168,9 +206,13 @@ def test_thousands_of_needles_that_lie_across_each_other():
     count, chance = 3000, np.random.default_rng(0)
     ends = chance.uniform(-0.5, 0.5, (2, count, 3))
     aside = 4e-6 * chance.normal(size=(2, count, 3))
-    corners = np.stack([ends[0], ends[1], ends[0] + aside[0], ends[1] + aside[1]], axis=1)
+    corners = np.stack(
+        [ends[0], ends[1], ends[0] + aside[0], ends[1] + aside[1]], axis=1
+    )
     rows = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)])
-    needles = trimesh.Trimesh(corners.reshape(-1, 3),
-                              (rows + 4 * np.arange(count)[:, None, None]).reshape(-1, 3),
-                              process=False)
+    needles = trimesh.Trimesh(
+        corners.reshape(-1, 3),
+        (rows + 4 * np.arange(count)[:, None, None]).reshape(-1, 3),
+        process=False,
+    )
     assert codes(part_of(needles)) == []

@@ -22,7 +22,9 @@ from tests.bodies import (
 )
 from tests.matching import group_sizes as sizes, values
 
-PYRAMID = shapes.hull_mesh(np.array([(1, 1, 0), (-1, 1, 0), (-1, -1, 0), (1, -1, 0), (0, 0, 1.5)]))
+PYRAMID = shapes.hull_mesh(
+    np.array([(1, 1, 0), (-1, 1, 0), (-1, -1, 0), (1, -1, 0), (0, 0, 1.5)])
+)
 SYMMETRIC = {
     "tetrahedron": (REGULAR_SOLIDS["tetrahedron"], [4]),
     "cube": (REGULAR_SOLIDS["cube"], [6]),
@@ -45,7 +47,9 @@ class TestBodies:
     def test_groups_however_the_mesh_is_given(self, surface, expected):
         assert sizes(surface) == expected
         for seed in range(3):
-            changed = moved(subdivided(surface), rotation(seed), (3.0, -2.0, 1.0), 0.0254)
+            changed = moved(
+                subdivided(surface), rotation(seed), (3.0, -2.0, 1.0), 0.0254
+            )
             assert sizes(shuffled(changed, seed)) == expected
 
     def test_in_float32_a_size_off_the_origin(self, surface, expected):
@@ -53,7 +57,9 @@ class TestBodies:
             way = rotation(seed + 20)[0] * size(surface)
             assert sizes(in_float32(moved(surface, rotation(seed), way))) == expected
 
-    def test_members_of_a_group_have_one_probability_and_one_shape(self, surface, expected):
+    def test_members_of_a_group_have_one_probability_and_one_shape(
+        self, surface, expected
+    ):
         """Stored coordinates are 6e-8 off; a narrow face makes more of that."""
         part = part_from_mesh(*surface)
         for method in ("area", "csae", "qse", "pqse", "eae", "meae", "combined"):
@@ -63,7 +69,8 @@ class TestBodies:
                 assert {pose.group_size for pose in alike} == {len(alike)}
                 assert np.ptp(values(alike, "probability")) < 1e-6
                 assert alike[0].group_probability == pytest.approx(
-                    values(alike, "probability").sum(), rel=1e-12)
+                    values(alike, "probability").sum(), rel=1e-12
+                )
                 for field in ("height", "top", "margin", "barrier"):
                     assert np.ptp(values(alike, field)) < 1e-5 * size(surface)
 
@@ -82,9 +89,13 @@ def test_bodies_with_one_axis_have_exactly_its_turns(order):
     turns = Rotation.from_euler("z", 2.0 * np.pi * np.arange(order) / order)
     everywhere = np.concatenate([turn.apply(points) for turn in turns])
     turn = rotation(order)
-    poses = resting_poses(part_from_mesh(*moved(shapes.hull_mesh(everywhere), turn)), 0.0).poses
+    poses = resting_poses(
+        part_from_mesh(*moved(shapes.hull_mesh(everywhere), turn)), 0.0
+    ).poses
     for group in {pose.group for pose in poses}:
-        along = np.array([pose.down @ turn[:, 2] for pose in poses if pose.group == group])
+        along = np.array(
+            [pose.down @ turn[:, 2] for pose in poses if pose.group == group]
+        )
         on_axis = np.abs(along[0]) > 1.0 - 1e-9
         assert len(along) == (1 if on_axis else order)
         assert np.ptp(along) < 1e-9
@@ -92,22 +103,32 @@ def test_bodies_with_one_axis_have_exactly_its_turns(order):
 
 def test_yaw_symmetry_is_the_order_of_the_turns_about_the_vertical():
     def orders(surface):
-        return [pose.yaw_symmetry for pose in resting_poses(part_from_mesh(*surface)).poses]
+        return [
+            pose.yaw_symmetry for pose in resting_poses(part_from_mesh(*surface)).poses
+        ]
 
     assert orders(shapes.box(1.0, 2.0, 3.0)) == [2] * 6
     assert orders(shapes.box(1.0, 1.0, 1.0)) == [4] * 6
     assert sorted(orders(shapes.prism(6, 1.0, 1.0))) == [2] * 6 + [6] * 2
     for sides in (15, 64, 100, 192):  # whatever the body has, and however it is turned
         for turn in (np.eye(3), rotation(sides)):
-            assert sorted(orders(moved(shapes.cylinder(sides, 1.0, 2.0), turn))) == [0, 0, 2]
-    assert orders(random_polyhedron(20, 1)) == [1] * len(orders(random_polyhedron(20, 1)))
+            assert sorted(orders(moved(shapes.cylinder(sides, 1.0, 2.0), turn))) == [
+                0,
+                0,
+                2,
+            ]
+    assert orders(random_polyhedron(20, 1)) == [1] * len(
+        orders(random_polyhedron(20, 1))
+    )
 
 
 @pytest.mark.parametrize("holes", [8, 24])
 def test_a_wheel_with_holes_is_not_alike_at_any_angle(holes):
     wheel = Manifold.cylinder(0.3, 1.0, 1.0, 96)
     for angle in 2.0 * np.pi * np.arange(holes) / holes:
-        hole = Manifold.cylinder(1.0, 0.06, 0.06, 24).rotate((0.0, 0.0, np.degrees(angle)))
+        hole = Manifold.cylinder(1.0, 0.06, 0.06, 24).rotate(
+            (0.0, 0.0, np.degrees(angle))
+        )
         wheel -= hole.translate((0.7 * np.cos(angle), 0.7 * np.sin(angle), -0.3))
     poses = resting_poses(part_from_mesh(*fine_parts.surface(wheel))).poses
     assert sorted(pose.yaw_symmetry for pose in poses)[1:] == [holes, holes]
@@ -119,12 +140,16 @@ def with_flap(surface):
     a, b, _ = triangles[0]
     on = vertices[a] + np.array([[0.3], [0.6]]) * (vertices[b] - vertices[a])
     m, n = len(vertices), len(vertices) + 1
-    return np.vstack((vertices, on)), np.vstack((triangles, [(a, b, m), (b, a, n), (a, m, n),
-                                                             (m, b, n)]))
+    return np.vstack((vertices, on)), np.vstack(
+        (triangles, [(a, b, m), (b, a, n), (a, m, n), (m, b, n)])
+    )
 
 
-@pytest.mark.parametrize("box", [with_flap(shapes.box(1.0, 2.0, 3.0)),
-                                 subdivided(shapes.box(1.0, 0.7, 1e-6))], ids=["flap", "thin"])
+@pytest.mark.parametrize(
+    "box",
+    [with_flap(shapes.box(1.0, 2.0, 3.0)), subdivided(shapes.box(1.0, 0.7, 1e-6))],
+    ids=["flap", "thin"],
+)
 def test_neither_triangles_without_area_nor_thinness_hides_a_symmetry(box):
     assert sizes(moved(box, rotation(2))) == [2, 2, 2]
 
@@ -133,7 +158,9 @@ def drilled(edges, holes):
     """A box with blind holes: axis, place, radius, depth, side (-1, 1) and a turn about z."""
     solid = Manifold.cube(edges, True)
     for axis, place, radius, depth, side, degrees in holes:
-        turn = {"x": (0.0, 90.0, 0.0), "y": (90.0, 0.0, 0.0), "z": (0.0, 0.0, 0.0)}[axis]
+        turn = {"x": (0.0, 90.0, 0.0), "y": (90.0, 0.0, 0.0), "z": (0.0, 0.0, 0.0)}[
+            axis
+        ]
         k = "xyz".index(axis)
         position = np.insert(np.array(place), k, 0.5 * side * edges[k])
         hole = Manifold.cylinder(2.0 * depth, radius, radius, 24, True)
@@ -146,15 +173,31 @@ WIDE = ("z", MIDDLE, 0.4, 1.0, 1, 0)
 POCKETS = {
     "a hole in one face leaves turns about it": (CUBE, [WIDE], [1, 1, 4]),
     "a shallow small hole": (CUBE, [("z", MIDDLE, 0.05, 0.02, 1, 0)], [1, 1, 4]),
-    "a hole off the middle leaves nothing": (CUBE, [("z", (0.3, 0.1), 0.2, 1.0, 1, 0)], [1] * 6),
-    "holes in opposite faces restore the half turns":
-        ((2.0, 2.0, 3.0), [("z", MIDDLE, 0.4, 0.8, side, 0) for side in (1, -1)], [2, 4]),
-    "holes around like blades":
-        (CUBE, [("x", (0.3, 0.2), 0.15, 0.4, 1, 90.0 * k) for k in range(4)], [1, 1, 4]),
-    "two holes that a half turn exchanges": ((2.0, 3.0, 4.0), [
-        ("x", (0.5 * side, 0.7), 0.2, 0.4, side, 0) for side in (1, -1)], [1, 1, 2, 2]),
-    "two holes that a mirror exchanges": ((2.0, 3.0, 4.0), [
-        ("x", (0.5, 0.7), 0.2, 0.4, side, 0) for side in (1, -1)], [1] * 6),
+    "a hole off the middle leaves nothing": (
+        CUBE,
+        [("z", (0.3, 0.1), 0.2, 1.0, 1, 0)],
+        [1] * 6,
+    ),
+    "holes in opposite faces restore the half turns": (
+        (2.0, 2.0, 3.0),
+        [("z", MIDDLE, 0.4, 0.8, side, 0) for side in (1, -1)],
+        [2, 4],
+    ),
+    "holes around like blades": (
+        CUBE,
+        [("x", (0.3, 0.2), 0.15, 0.4, 1, 90.0 * k) for k in range(4)],
+        [1, 1, 4],
+    ),
+    "two holes that a half turn exchanges": (
+        (2.0, 3.0, 4.0),
+        [("x", (0.5 * side, 0.7), 0.2, 0.4, side, 0) for side in (1, -1)],
+        [1, 1, 2, 2],
+    ),
+    "two holes that a mirror exchanges": (
+        (2.0, 3.0, 4.0),
+        [("x", (0.5, 0.7), 0.2, 0.4, side, 0) for side in (1, -1)],
+        [1] * 6,
+    ),
 }
 
 
@@ -164,14 +207,21 @@ def test_pockets_that_the_hull_does_not_show(edges, holes, expected):
 
 
 def test_the_surface_decides_where_the_given_mass_properties_are_symmetric():
-    assert sizes(drilled(CUBE, [WIDE]), center_of_mass=(0.0, 0.0, 0.0), mass=1.0,
-                 inertia=np.eye(3) * 0.6) == [1, 1, 4]
+    assert sizes(
+        drilled(CUBE, [WIDE]),
+        center_of_mass=(0.0, 0.0, 0.0),
+        mass=1.0,
+        inertia=np.eye(3) * 0.6,
+    ) == [1, 1, 4]
 
 
 def test_mirror_images_are_not_turns():
     """A wedge with one mirror plane, whose slanted sides are images of each other."""
-    wedge = shapes.hull_mesh(np.array([(0, 0, 0), (4, 0, 0), (1, 1.5, 0), (1, -1.5, 0),
-                                       (1.3, 0, 2)], dtype=float))
+    wedge = shapes.hull_mesh(
+        np.array(
+            [(0, 0, 0), (4, 0, 0), (1, 1.5, 0), (1, -1.5, 0), (1.3, 0, 2)], dtype=float
+        )
+    )
     heights = values(resting_poses(part_from_mesh(*wedge), 0.0).poses, "height")
     assert np.diff(heights).min() < 1e-12
     assert set(sizes(wedge)) == {1}
@@ -182,15 +232,22 @@ SKEW[[0, 1], [1, 0]] = TWISTED[[0, 1], [1, 0]] = 0.05
 TWISTED[[1, 2], [2, 1]] = 0.03
 
 
-@pytest.mark.parametrize(("edges", "properties", "expected"), [
-    ((2, 2, 3), {}, [2, 4]),
-    ((2, 2, 3), {"center_of_mass": (0.0, 0.0, 0.1)}, [1, 1, 4]),
-    ((2, 2, 3), {"center_of_mass": (0.1, 0.0, 0.0)}, [1, 1, 2, 2]),
-    ((2, 2, 3), {"center_of_mass": (0.1, 0.05, 0.02)}, [1] * 6),
-    ((2, 2, 3), {"mass": 1.0, "inertia": np.diag((1.0, 1.0, 0.7))}, [2, 4]),
-    ((2, 2, 3), {"mass": 1.0, "inertia": np.diag((1.0, 1.2, 0.9))}, [2, 2, 2]),
-    ((2, 2.5, 3), {"mass": 1.0, "inertia": SKEW}, [1, 1, 2, 2]),  # half a turn about z is left
-    ((2, 2.5, 3), {"mass": 1.0, "inertia": TWISTED}, [1] * 6),
-])
+@pytest.mark.parametrize(
+    ("edges", "properties", "expected"),
+    [
+        ((2, 2, 3), {}, [2, 4]),
+        ((2, 2, 3), {"center_of_mass": (0.0, 0.0, 0.1)}, [1, 1, 4]),
+        ((2, 2, 3), {"center_of_mass": (0.1, 0.0, 0.0)}, [1, 1, 2, 2]),
+        ((2, 2, 3), {"center_of_mass": (0.1, 0.05, 0.02)}, [1] * 6),
+        ((2, 2, 3), {"mass": 1.0, "inertia": np.diag((1.0, 1.0, 0.7))}, [2, 4]),
+        ((2, 2, 3), {"mass": 1.0, "inertia": np.diag((1.0, 1.2, 0.9))}, [2, 2, 2]),
+        (
+            (2, 2.5, 3),
+            {"mass": 1.0, "inertia": SKEW},
+            [1, 1, 2, 2],
+        ),  # half a turn about z is left
+        ((2, 2.5, 3), {"mass": 1.0, "inertia": TWISTED}, [1] * 6),
+    ],
+)
 def test_mass_properties_decide(edges, properties, expected):
     assert sizes(shapes.box(*edges), **properties) == expected

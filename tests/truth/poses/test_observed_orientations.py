@@ -7,7 +7,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from ros_pose_stats import PoseStatsError, classify_orientations, part_from_mesh, resting_poses
+from ros_pose_stats import (
+    PoseStatsError,
+    classify_orientations,
+    part_from_mesh,
+    resting_poses,
+)
 from ros_pose_stats.shapes import demo_parts
 from tests.bodies import random_polyhedron, shapes
 
@@ -18,13 +23,20 @@ WITHIN = 1.0 - math.exp(-4.5)
 
 
 SURFACES = {
-    "clamp": demo_parts.DEMO_PARTS["clamp"], "gear": demo_parts.DEMO_PARTS["gear"],
-    "bolt": demo_parts.DEMO_PARTS["hex_bolt"], "cylinder": demo_parts.DEMO_PARTS["cylinder"],
-    "nut": lambda: shapes.prism(6, 10.0, 12.0), "cube": lambda: shapes.box(2.0, 2.0, 2.0),
-    "brick": lambda: shapes.box(1.0, 2.0, 3.0), "crowded": lambda: random_polyhedron(160, 7),
+    "clamp": demo_parts.DEMO_PARTS["clamp"],
+    "gear": demo_parts.DEMO_PARTS["gear"],
+    "bolt": demo_parts.DEMO_PARTS["hex_bolt"],
+    "cylinder": demo_parts.DEMO_PARTS["cylinder"],
+    "nut": lambda: shapes.prism(6, 10.0, 12.0),
+    "cube": lambda: shapes.box(2.0, 2.0, 2.0),
+    "brick": lambda: shapes.box(1.0, 2.0, 3.0),
+    "crowded": lambda: random_polyhedron(160, 7),
 }
-SYMMETRIES = {"cube": Rotation.create_group("O"), "brick": Rotation.create_group("D2"),
-              "nut": Rotation.create_group("D6")}
+SYMMETRIES = {
+    "cube": Rotation.create_group("O"),
+    "brick": Rotation.create_group("D2"),
+    "nut": Rotation.create_group("D6"),
+}
 """Rotations that carry the part into itself, from a table of point groups."""
 
 
@@ -42,7 +54,9 @@ def observed(name, rng, noise=NOISE, symmetric=True):
     if symmetric and name in SYMMETRIES:
         chosen = rng.integers(len(SYMMETRIES[name]), size=MANY)
         true = true * SYMMETRIES[name][chosen]
-    yaw = Rotation.from_rotvec(np.outer(rng.uniform(0.0, 2.0 * np.pi, MANY), (0.0, 0.0, 1.0)))
+    yaw = Rotation.from_rotvec(
+        np.outer(rng.uniform(0.0, 2.0 * np.pi, MANY), (0.0, 0.0, 1.0))
+    )
     error = Rotation.from_rotvec(rng.normal(0.0, noise, (MANY, 3)))
     return pose, (error * yaw * true).as_quat()
 
@@ -54,7 +68,9 @@ def test_none_is_counted_wrong_at_five_degrees_of_noise(name):
     group = np.array([one.group for one in resting_poses(part_of(name)).poses])
     counted = found >= 0
     assert (group[found[counted]] == group[pose[counted]]).all()
-    expected = WITHIN * (name != "crowded")  # some of its poses are too close at this noise
+    expected = WITHIN * (
+        name != "crowded"
+    )  # some of its poses are too close at this noise
     assert counted.mean() > expected - 4.0 * math.sqrt(WITHIN * (1.0 - WITHIN) / MANY)
 
 
@@ -70,8 +86,11 @@ def test_an_equal_orientation_counts_for_the_pose_that_it_names(name):
     part, group = part_of(name), SYMMETRIES[name]
     for pose in resting_poses(part).poses:
         found = classify_orientations(
-            part, (Rotation.from_quat(pose.orientation) * group).as_quat())
-        alike = {one.index for one in resting_poses(part).poses if one.group == pose.group}
+            part, (Rotation.from_quat(pose.orientation) * group).as_quat()
+        )
+        alike = {
+            one.index for one in resting_poses(part).poses if one.group == pose.group
+        }
         assert set(found.tolist()) == alike
         assert (np.bincount(found)[sorted(alike)] == len(group) / len(alike)).all()
 
@@ -79,7 +98,9 @@ def test_an_equal_orientation_counts_for_the_pose_that_it_names(name):
 @pytest.mark.parametrize("name", ["gear", "cylinder"])
 def test_a_part_that_rolls_is_known_at_any_angle_of_its_roll(name):
     part = part_of(name)
-    about = Rotation.from_rotvec(np.outer(np.linspace(0.0, 2.0 * np.pi, 777), (0.0, 0.0, 1.0)))
+    about = Rotation.from_rotvec(
+        np.outer(np.linspace(0.0, 2.0 * np.pi, 777), (0.0, 0.0, 1.0))
+    )
     assert any(pose.rolls for pose in resting_poses(part).poses)
     for pose in resting_poses(part).poses:
         seen = (Rotation.from_quat(pose.orientation) * about).as_quat()
@@ -92,7 +113,12 @@ def test_what_leans_too_far_is_no_pose():
     tilts = np.radians([0.0, 14.9, 15.1, 40.0])
     leaning = Rotation.from_rotvec(np.outer(tilts, (1.0, 0.0, 0.0)))
     seen = (leaning * Rotation.from_quat(pose.orientation)).as_quat()
-    assert classify_orientations(part, seen).tolist() == [pose.index, pose.index, -1, -1]
+    assert classify_orientations(part, seen).tolist() == [
+        pose.index,
+        pose.index,
+        -1,
+        -1,
+    ]
     wider = classify_orientations(part, seen, math.radians(16.0))
     assert wider.tolist() == [pose.index, pose.index, pose.index, -1]
 
@@ -121,21 +147,32 @@ def test_a_die_on_its_edge_counts_for_the_nearer_face_if_that_is_asked_for():
 def test_unknown_orientations_are_in_no_pose():
     part = part_of("brick")
     flat = resting_poses(part).poses[0].orientation
-    rows = np.array([flat, np.full(4, np.nan), np.zeros(4), (np.inf, 0.0, 0.0, 0.0), -flat,
-                     np.round(flat, 2)])
+    rows = np.array(
+        [
+            flat,
+            np.full(4, np.nan),
+            np.zeros(4),
+            (np.inf, 0.0, 0.0, 0.0),
+            -flat,
+            np.round(flat, 2),
+        ]
+    )
     assert classify_orientations(part, rows).tolist() == [0, -1, -1, -1, 0, 0]
     assert classify_orientations(part, []).tolist() == []
     assert classify_orientations(part, np.empty((0, 4))).dtype == np.int64
 
 
-@pytest.mark.parametrize(("orientations", "said"), [
-    ([(0.0, 0.0, 0.0, 1.0), (0.0, 0.0, 0.0, 2.0)], "length 2 in row 1"),
-    ([(1e300, 0.0, 0.0, 1e300)], "row 0"),
-    ((0.0, 0.0, 0.0, 1.0), r"shape \(4,\)"),
-    (np.zeros((2, 3)), r"shape \(2, 3\)"),
-    ([("a", "b", "c", "d")], "x y z w"),
-    ([(1.0, 2.0), (3.0,)], "x y z w"),
-])
+@pytest.mark.parametrize(
+    ("orientations", "said"),
+    [
+        ([(0.0, 0.0, 0.0, 1.0), (0.0, 0.0, 0.0, 2.0)], "length 2 in row 1"),
+        ([(1e300, 0.0, 0.0, 1e300)], "row 0"),
+        ((0.0, 0.0, 0.0, 1.0), r"shape \(4,\)"),
+        (np.zeros((2, 3)), r"shape \(2, 3\)"),
+        ([("a", "b", "c", "d")], "x y z w"),
+        ([(1.0, 2.0), (3.0,)], "x y z w"),
+    ],
+)
 def test_what_is_no_unit_quaternion_or_angle_is_refused(orientations, said):
     with pytest.raises(PoseStatsError, match=said):
         classify_orientations(part_of("brick"), orientations)

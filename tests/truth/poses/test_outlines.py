@@ -35,18 +35,24 @@ def holds(polygons, points):
 
 def crossings(part, pose, points):
     """Where vertical lines through points (n, 2) meet the surface: which line, and heights."""
-    place = Rotation.from_quat(pose.orientation).apply(part.surface_vertices) + pose.position
+    place = (
+        Rotation.from_quat(pose.orientation).apply(part.surface_vertices)
+        + pose.position
+    )
     a, b, c = place[part.surface_triangles].transpose(1, 0, 2)[:, None]
     p = points[:, None]
 
     def turn(u, v):
         return (v[..., 0] - u[..., 0]) * (p[..., 1] - u[..., 1]) - (
-            v[..., 1] - u[..., 1]) * (p[..., 0] - u[..., 0])
+            v[..., 1] - u[..., 1]
+        ) * (p[..., 0] - u[..., 0])
 
     w = np.stack([turn(b, c), turn(c, a), turn(a, b)])
     line, triangle = np.nonzero((w > 0).all(axis=0) | (w < 0).all(axis=0))
     w = w[:, line, triangle]
-    return line, (w * np.stack([a, b, c])[:, 0, triangle, 2]).sum(axis=0) / w.sum(axis=0)
+    return line, (w * np.stack([a, b, c])[:, 0, triangle, 2]).sum(axis=0) / w.sum(
+        axis=0
+    )
 
 
 @cache
@@ -54,11 +60,20 @@ def part_of(name):
     return part_from_mesh(*demo_parts.DEMO_PARTS[name](), unit="mm")
 
 
-POSES = [("clamp", 0), ("clamp", 3), ("bracket", 1), ("bracket", 2), ("gear", 0), ("gear", 2)]
+POSES = [
+    ("clamp", 0),
+    ("clamp", 3),
+    ("bracket", 1),
+    ("bracket", 2),
+    ("gear", 0),
+    ("gear", 2),
+]
 
 
 @pytest.mark.parametrize(("name", "index"), POSES)
-def test_silhouette_and_sections_are_where_a_line_from_above_meets_the_part(name, index):
+def test_silhouette_and_sections_are_where_a_line_from_above_meets_the_part(
+    name, index
+):
     part = part_of(name)
     pose = resting_poses(part).poses[index]
     points = np.random.default_rng(index).uniform(-0.04, 0.04, (3000, 2))
@@ -72,8 +87,13 @@ def test_silhouette_and_sections_are_where_a_line_from_above_meets_the_part(name
         assert (holds(outline_at(part, pose, level), points) == (above % 2 == 1)).all()
 
 
-@pytest.mark.parametrize("body", [*(random_polyhedron(25, seed) for seed in range(3)),
-                                  moved(shapes.box(1.0, 1e-6, 2e-6), rotation(3))])
+@pytest.mark.parametrize(
+    "body",
+    [
+        *(random_polyhedron(25, seed) for seed in range(3)),
+        moved(shapes.box(1.0, 1e-6, 2e-6), rotation(3)),
+    ],
+)
 def test_a_convex_part_has_the_outline_of_its_hull(body):
     part = part_from_mesh(*body)
     for pose in resting_poses(part).poses:
@@ -86,12 +106,16 @@ def test_a_convex_part_has_the_outline_of_its_hull(body):
 def block_with_a_hole():
     """40 by 30 by 10 mm, with a hole 8 mm wide at (5, 3) and a groove 4 deep and 6 wide below."""
     block = Manifold.cube((40.0, 30.0, 10.0)).translate((-20.0, -15.0, 0.0))
-    hole = Manifold.cylinder(12.0, 4.0, circular_segments=64).translate((5.0, 3.0, -1.0))
+    hole = Manifold.cylinder(12.0, 4.0, circular_segments=64).translate(
+        (5.0, 3.0, -1.0)
+    )
     groove = Manifold.cube((6.0, 30.0, 5.0)).translate((-15.0, -15.0, -1.0))
     return surface(block - hole - groove)
 
 
-@pytest.fixture(scope="module", params=[np.eye(3), rotation(4)], ids=["as drawn", "turned"])
+@pytest.fixture(
+    scope="module", params=[np.eye(3), rotation(4)], ids=["as drawn", "turned"]
+)
 def block(request):
     """The block lying on its groove; turned and rounded as an STL file rounds it."""
     vertices, triangles = block_with_a_hole()
@@ -131,7 +155,14 @@ def test_the_foot_is_what_touches_the_plate(block):
 
 def test_at_a_step_it_is_the_section_just_above(block):
     part, pose = block
-    for height, pieces in ((3.9, 2), (4.0, 1), (9.99, 1), (10.0, 0), (-0.1, 0), (50.0, 0)):
+    for height, pieces in (
+        (3.9, 2),
+        (4.0, 1),
+        (9.99, 1),
+        (10.0, 0),
+        (-0.1, 0),
+        (50.0, 0),
+    ):
         assert len(outline_at(part, pose, height * MM)) == pieces
 
 

@@ -11,28 +11,45 @@ from scipy.spatial.transform import Rotation
 
 from ros_pose_stats import estimate_all, part_from_mesh, resting_poses
 from ros_pose_stats.shapes import demo_parts
-from tests.bodies import REGULAR_SOLIDS, moved, oblique_prism, random_polyhedron, rotation, shapes
+from tests.bodies import (
+    REGULAR_SOLIDS,
+    moved,
+    oblique_prism,
+    random_polyhedron,
+    rotation,
+    shapes,
+)
 from tests.matching import values
 
 PARTS = {
     "icosahedron": part_from_mesh(*REGULAR_SOLIDS["icosahedron"]),
-    **{name: part_from_mesh(*demo_parts.DEMO_PARTS[name](), unit="mm")
-       for name in ("cylinder", "hex_bolt", "clamp")},
+    **{
+        name: part_from_mesh(*demo_parts.DEMO_PARTS[name](), unit="mm")
+        for name in ("cylinder", "hex_bolt", "clamp")
+    },
     "leaning prism": part_from_mesh(*oblique_prism(3.0, 4.0)),
-    "far off": part_from_mesh(*moved(shapes.box(1.0, 2.0, 3.0), rotation(1), (50.0, 20.0, -70.0))),
-    "shifted centre": part_from_mesh(*shapes.box(1.0, 2.0, 3.0), center_of_mass=(0.2, -0.3, 1.0)),
+    "far off": part_from_mesh(
+        *moved(shapes.box(1.0, 2.0, 3.0), rotation(1), (50.0, 20.0, -70.0))
+    ),
+    "shifted centre": part_from_mesh(
+        *shapes.box(1.0, 2.0, 3.0), center_of_mass=(0.2, -0.3, 1.0)
+    ),
     "random": part_from_mesh(*random_polyhedron(22, 5)),
 }
 CASES = [(name, 0.0) for name in PARTS] + [
-    (name, 0.005) for name in ("cylinder", "hex_bolt", "clamp")]
+    (name, 0.005) for name in ("cylinder", "hex_bolt", "clamp")
+]
 every_case = pytest.mark.parametrize(("name", "tolerance"), CASES)
 
 
 def poses_and_radius(name, tolerance):
     part = PARTS[name]
     reach = part.surface_vertices - part.center_of_mass
-    return (part, resting_poses(part, tolerance, round_sides=0).poses,
-            np.linalg.norm(reach, axis=1).max())
+    return (
+        part,
+        resting_poses(part, tolerance, round_sides=0).poses,
+        np.linalg.norm(reach, axis=1).max(),
+    )
 
 
 def in_plate_frame(pose, points):
@@ -53,13 +70,15 @@ class TestEveryPose:
     """Planes are flat to 1e-6 of the radius, so that corners are off by 3e-6 at the most."""
 
     def test_it_stands_on_the_plate_with_its_centre_of_mass_above_the_origin(
-            self, name, tolerance):
+        self, name, tolerance
+    ):
         part, poses, radius = poses_and_radius(name, tolerance)
         rounding = 1e-13 * (radius + np.linalg.norm(part.center_of_mass))
         for pose in poses:
             place = in_plate_frame(pose, part.surface_vertices)
             assert in_plate_frame(pose, part.center_of_mass) == pytest.approx(
-                (0.0, 0.0, pose.height), abs=rounding)
+                (0.0, 0.0, pose.height), abs=rounding
+            )
             assert place[:, 2].min() == pytest.approx(0.0, abs=3e-6 * radius)
             assert place[:, 2].max() == pytest.approx(pose.top, abs=rounding)
 
@@ -68,11 +87,17 @@ class TestEveryPose:
         for pose in poses:
             place = in_plate_frame(pose, part.surface_vertices)
             touching = ConvexHull(place[place[:, 2] < 3e-6 * radius, :2])
-            assert signed_area(pose.support_polygon) == pytest.approx(touching.volume, rel=1e-5)
+            assert signed_area(pose.support_polygon) == pytest.approx(
+                touching.volume, rel=1e-5
+            )
             hull = ConvexHull(pose.support_polygon)
-            assert hull.volume == pytest.approx(signed_area(pose.support_polygon), rel=1e-9)
+            assert hull.volume == pytest.approx(
+                signed_area(pose.support_polygon), rel=1e-9
+            )
             assert len(hull.vertices) == len(pose.support_polygon)
-            assert hull.equations[:, 2].max() < 0.0  # the foot of the centre of mass is inside
+            assert (
+                hull.equations[:, 2].max() < 0.0
+            )  # the foot of the centre of mass is inside
 
     def test_outline_is_the_hull_of_the_shadow(self, name, tolerance):
         part, poses, radius = poses_and_radius(name, tolerance)
@@ -93,7 +118,9 @@ class TestEveryPose:
                 corners = pose.support_polygon
                 along = np.roll(corners, -1, axis=0) - corners
                 reach = cross(corners, along) / np.linalg.norm(along, axis=1)
-                assert pose.margin == pytest.approx(np.arctan2(reach.min(), pose.height), abs=3e-6)
+                assert pose.margin == pytest.approx(
+                    np.arctan2(reach.min(), pose.height), abs=3e-6
+                )
 
     def test_numbers(self, name, tolerance):
         """Rising height; groups by their first pose; members are all stable faces, each once."""
@@ -103,7 +130,9 @@ class TestEveryPose:
         group = values(poses, "group")
         assert np.all(group <= np.maximum.accumulate(np.append(-1, group[:-1])) + 1)
         members = sorted(i for pose in poses for i in pose.members)
-        assert members == list(range(len(resting_poses(part, 0.0, round_sides=0).poses)))
+        assert members == list(
+            range(len(resting_poses(part, 0.0, round_sides=0).poses))
+        )
 
 
 @pytest.mark.parametrize("seed", [0, 1])
@@ -116,7 +145,9 @@ def test_rounding_does_not_renumber_ties(seed):
     for one, other in zip(exact, rough, strict=True):
         assert one.down == pytest.approx(other.down, abs=1e-6)
     ties = [tuple(np.rint(1e4 * pose.down).tolist()) for pose in exact]
-    assert ties == sorted(ties)  # all eight are equally high, no component is near a half
+    assert ties == sorted(
+        ties
+    )  # all eight are equally high, no component is near a half
 
 
 def test_a_dense_run_of_heights_is_no_tie():
@@ -130,14 +161,18 @@ class TestOrientation:
 
     @staticmethod
     def poses(turn):
-        return resting_poses(part_from_mesh(*moved(shapes.box(1.0, 2.0, 3.0), turn)), 0.0).poses
+        return resting_poses(
+            part_from_mesh(*moved(shapes.box(1.0, 2.0, 3.0), turn)), 0.0
+        ).poses
 
     @given(st.integers(0, 10_000))
     def test_in_any_frame(self, seed):
         for pose in self.poses(rotation(seed)):
             turn = Rotation.from_quat(pose.orientation)
             assert turn.apply(pose.down) == pytest.approx((0.0, 0.0, -1.0), abs=1e-13)
-            assert turn.magnitude() == pytest.approx(np.arccos(-pose.down[2]), abs=1e-10)
+            assert turn.magnitude() == pytest.approx(
+                np.arccos(-pose.down[2]), abs=1e-10
+            )
             assert np.linalg.norm(pose.orientation) == pytest.approx(1.0, abs=1e-15)
 
     @given(st.floats(-13.0, -1.0), st.floats(0.0, 6.3))
@@ -150,12 +185,17 @@ class TestOrientation:
         turn = Rotation.from_quat(up.orientation)
         assert turn.apply(up.down) == pytest.approx((0.0, 0.0, -1.0), abs=1e-9)
         if tilt < 1e-10:
-            assert (turn.inv() * Rotation.from_rotvec((np.pi, 0.0, 0.0))).magnitude() < 1e-9
+            assert (
+                turn.inv() * Rotation.from_rotvec((np.pi, 0.0, 0.0))
+            ).magnitude() < 1e-9
 
     def test_lying_already_and_a_quarter_turn(self):
-        expected = {(0, 0, -1): (0, 0, 0, 1), (0, 0, 1): (1, 0, 0, 0),
-                    (1, 0, 0): (0, np.sqrt(0.5), 0, np.sqrt(0.5)),
-                    (0, 1, 0): (-np.sqrt(0.5), 0, 0, np.sqrt(0.5))}
+        expected = {
+            (0, 0, -1): (0, 0, 0, 1),
+            (0, 0, 1): (1, 0, 0, 0),
+            (1, 0, 0): (0, np.sqrt(0.5), 0, np.sqrt(0.5)),
+            (0, 1, 0): (-np.sqrt(0.5), 0, 0, np.sqrt(0.5)),
+        }
         poses = self.poses(np.eye(3))
         for down, quaternion in expected.items():
             pose = max(poses, key=lambda pose: pose.down @ down)

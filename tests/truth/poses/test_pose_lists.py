@@ -30,13 +30,16 @@ def profile(outline, length):
 
 
 def polygon(sides, radius):
-    return radius * np.column_stack((np.cos(exports.circle(sides)), np.sin(exports.circle(sides))))
+    return radius * np.column_stack(
+        (np.cos(exports.circle(sides)), np.sin(exports.circle(sides)))
+    )
 
 
 def nut():
     """M8: 13 across its flats, 6.5 high."""
-    return (bar_of(polygon(6, 13.0 / np.sqrt(3.0)), 6.5)
-            - Manifold.cylinder(6.5, 3.4, circular_segments=36))
+    return bar_of(polygon(6, 13.0 / np.sqrt(3.0)), 6.5) - Manifold.cylinder(
+        6.5, 3.4, circular_segments=36
+    )
 
 
 def turned(*outline, sides=48):
@@ -48,14 +51,19 @@ def coin(ratio, sides=64):
 
 
 def tube(outer, inner, length, sides=40):
-    return turned((inner, 0.0), (outer, 0.0), (outer, length), (inner, length), sides=sides)
+    return turned(
+        (inner, 0.0), (outer, 0.0), (outer, length), (inner, length), sides=sides
+    )
 
 
 def hexagon_bolt(length):
     """Hexagon head of radius 0.5 and height 0.3, shank of radius 0.25."""
-    return surface(bar_of(polygon(6, 0.5), 0.3)
-                      + Manifold.cylinder(length, 0.25, circular_segments=48)
-                      .translate((0.0, 0.0, 0.3)))
+    return surface(
+        bar_of(polygon(6, 0.5), 0.3)
+        + Manifold.cylinder(length, 0.25, circular_segments=48).translate(
+            (0.0, 0.0, 0.3)
+        )
+    )
 
 
 def signs():
@@ -76,16 +84,20 @@ def cube_without_corner(cut):
 
 def grooved_shaft(width, depth, length=2.0):
     """A shaft of radius 1 with a key's groove all along."""
-    return surface(Manifold.cylinder(length, 1.0, circular_segments=64)
-                      - Manifold.cube((1.0, width, length)).translate((1.0 - depth,
-                                                                       -0.5 * width, 0.0)))
+    return surface(
+        Manifold.cylinder(length, 1.0, circular_segments=64)
+        - Manifold.cube((1.0, width, length)).translate(
+            (1.0 - depth, -0.5 * width, 0.0)
+        )
+    )
 
 
 def eccentric():
     """A disc of radius 1 with a bore aside of the middle."""
-    return surface(Manifold.cylinder(0.8, 1.0, circular_segments=64)
-                      - Manifold.cylinder(0.8, 0.3, circular_segments=32)
-                      .translate((0.4, 0.0, 0.0)))
+    return surface(
+        Manifold.cylinder(0.8, 1.0, circular_segments=64)
+        - Manifold.cylinder(0.8, 0.3, circular_segments=32).translate((0.4, 0.0, 0.0))
+    )
 
 
 def ellipse(sides):
@@ -109,11 +121,22 @@ def torus():
 
 def truncated_octahedron():
     octant = np.array(list(itertools.permutations((0.0, 1.0, 2.0))))
-    return shapes.hull_mesh(np.unique((signs()[:, None] * octant).reshape(-1, 3), axis=0))
+    return shapes.hull_mesh(
+        np.unique((signs()[:, None] * octant).reshape(-1, 3), axis=0)
+    )
 
 
 ANGLE = [(0, 0), (1, 0), (1, 0.2), (0.2, 0.2), (0.2, 1), (0, 1)]
-TEE = [(-0.1, 0), (0.1, 0), (0.1, 0.8), (0.5, 0.8), (0.5, 1), (-0.5, 1), (-0.5, 0.8), (-0.1, 0.8)]
+TEE = [
+    (-0.1, 0),
+    (0.1, 0),
+    (0.1, 0.8),
+    (0.5, 0.8),
+    (0.5, 1),
+    (-0.5, 1),
+    (-0.5, 0.8),
+    (-0.1, 0.8),
+]
 CHANNEL = [(0, 0), (1, 0), (1, 1), (0.8, 1), (0.8, 0.2), (0.2, 0.2), (0.2, 1), (0, 1)]
 
 # Body, and the sizes of the groups of poses that turns of the part carry into each other.
@@ -159,15 +182,27 @@ LISTS = {
     # Turned parts that taper.
     "cone": (turned((0.0, 0.0), (0.5, 0.0), (0.0, 1.0)), (1, 1)),
     "stepped shaft": (exports.shaft(40), (1, 1, 1)),
-    "flanged bush": (turned((0.25, 0.0), (0.5, 0.0), (0.5, 0.1), (0.35, 0.1), (0.35, 0.8),
-                            (0.25, 0.8)), (1, 1, 1)),
+    "flanged bush": (
+        turned(
+            (0.25, 0.0), (0.5, 0.0), (0.5, 0.1), (0.35, 0.1), (0.35, 0.8), (0.25, 0.8)
+        ),
+        (1, 1, 1),
+    ),
     # Screws: on the tip, on the head, and on the rim of the head or six sides of it.
-    "cap screw": (turned((0.0, 0.0), (0.5, 0.0), (0.5, 0.5), (0.3, 0.5), (0.3, 2.0),
-                         (0.0, 2.0)), (1, 1, 1)),
-    "countersunk screw": (turned((0.0, 0.0), (0.5, 0.0), (0.25, 0.25), (0.25, 1.5), (0.0, 1.5)),
-                          (1, 1, 1)),
-    "nail, tip 0.0013": (turned((0.0, 0.0), (0.5, 0.0), (0.5, 0.1), (0.15, 0.1), (0.15, 5.1),
-                                (0.0, 5.1)), (1, 1)),
+    "cap screw": (
+        turned((0.0, 0.0), (0.5, 0.0), (0.5, 0.5), (0.3, 0.5), (0.3, 2.0), (0.0, 2.0)),
+        (1, 1, 1),
+    ),
+    "countersunk screw": (
+        turned((0.0, 0.0), (0.5, 0.0), (0.25, 0.25), (0.25, 1.5), (0.0, 1.5)),
+        (1, 1, 1),
+    ),
+    "nail, tip 0.0013": (
+        turned(
+            (0.0, 0.0), (0.5, 0.0), (0.5, 0.1), (0.15, 0.1), (0.15, 5.1), (0.0, 5.1)
+        ),
+        (1, 1),
+    ),
     "hexagon bolt": (exports.screw(48), (1, 1, 6)),
     "bolt M8 x 30": (demo_parts.hex_bolt(), (1, 1, 6)),
     "demo clamp": (demo_parts.DEMO_PARTS["clamp"](), (1,) * 7),
@@ -187,11 +222,25 @@ LISTS = {
     "ellipse of 64": (ellipse(64), (2, 2)),
     "slot": (exports.slot(64), (2, 2)),
     # Gears: two faces and a rim.
-    **{f"gear, {teeth} teeth, {words}": (exports.gear(teeth, tip), (1, 2))
-       for teeth in (15, 60) for tip, words in ((0.0, "pointed"), (0.5, "trapezoid"))},
-    **{f"gear, {teeth} winding teeth": (surface(Manifold.extrude(CrossSection(
-        [exports.gear(teeth, 0.3)[0][:5 * teeth, :2]]), 0.4, 16, 10.0)), (1, 2))
-       for teeth in (16, 40)},
+    **{
+        f"gear, {teeth} teeth, {words}": (exports.gear(teeth, tip), (1, 2))
+        for teeth in (15, 60)
+        for tip, words in ((0.0, "pointed"), (0.5, "trapezoid"))
+    },
+    **{
+        f"gear, {teeth} winding teeth": (
+            surface(
+                Manifold.extrude(
+                    CrossSection([exports.gear(teeth, 0.3)[0][: 5 * teeth, :2]]),
+                    0.4,
+                    16,
+                    10.0,
+                )
+            ),
+            (1, 2),
+        )
+        for teeth in (16, 40)
+    },
     "gear, chamfered": (exports.gear(24, 0.5, chamfer=0.03), (1, 2)),
     "thin gear": (exports.gear(40, 0.0, length=0.1), (2,)),
     "star of 12, gaps of 30 degrees": (exports.gear(12, 0.0), (2, 12)),

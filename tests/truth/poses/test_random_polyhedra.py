@@ -9,8 +9,9 @@ from ros_pose_stats import resting_poses
 from study.random_polyhedra import random_polyhedron
 
 SAMPLE = 150
-every_recipe = pytest.mark.parametrize(("shift", "moment"), [
-    (0.0, "inertia"), (1.0, "inertia"), (0.65, "second")])
+every_recipe = pytest.mark.parametrize(
+    ("shift", "moment"), [(0.0, "inertia"), (1.0, "inertia"), (0.65, "second")]
+)
 
 
 def drawn(random, shift, moment):
@@ -26,17 +27,30 @@ def drawn(random, shift, moment):
     corners /= np.linalg.norm(corners, axis=2).max()
     volumes = np.linalg.det(corners) / 6.0
     sums = corners.sum(axis=1)
-    outer = np.einsum("tki,tkj->tij", corners, corners) + np.einsum("ti,tj->tij", sums, sums)
-    second, axes = np.linalg.eigh(np.tensordot(volumes, outer, 1) / 20.0 / volumes.sum())
+    outer = np.einsum("tki,tkj->tij", corners, corners) + np.einsum(
+        "ti,tj->tij", sums, sums
+    )
+    second, axes = np.linalg.eigh(
+        np.tensordot(volumes, outer, 1) / 20.0 / volumes.sum()
+    )
     square = second if moment == "second" else second.sum() - second
     moved = axes @ (shift * random.uniform(-1.0, 1.0, 3) * np.sqrt(square))
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals /= np.linalg.norm(normals, axis=1)[:, None]
     heights = np.einsum("ij,ij->i", normals, corners[:, 0] - moved)
     feet = moved + heights[:, None] * normals
-    stable = np.all([np.einsum("ij,ij->i", np.cross(
-        corners[:, (k + 1) % 3] - corners[:, k], feet - corners[:, k]), normals) > 0.0
-        for k in range(3)], axis=0).sum()
+    stable = np.all(
+        [
+            np.einsum(
+                "ij,ij->i",
+                np.cross(corners[:, (k + 1) % 3] - corners[:, k], feet - corners[:, k]),
+                normals,
+            )
+            > 0.0
+            for k in range(3)
+        ],
+        axis=0,
+    ).sum()
     if heights.min() <= 0.0 or stable < 2:
         return None
     return len(hull.vertices), stable, np.linalg.norm(moved)
@@ -54,18 +68,30 @@ def test_vertices_stable_faces_shift_and_redraws_are_distributed_alike(shift, mo
     tries = [drawn(random, shift, moment) for _ in range(3 * SAMPLE)]
     kept = np.array([one for one in tries if one is not None])
     bodies = [random_polyhedron(11, number, shift, moment) for number in range(SAMPLE)]
-    ours = np.array([(len(body.vertices), len(resting_poses(body.part(), 0.0).poses),
-                      np.linalg.norm(body.center_of_mass)) for body in bodies])
+    ours = np.array(
+        [
+            (
+                len(body.vertices),
+                len(resting_poses(body.part(), 0.0).poses),
+                np.linalg.norm(body.center_of_mass),
+            )
+            for body in bodies
+        ]
+    )
     for column in range(3):
         assert_same_mean(ours[:, column], kept[:, column])
         assert_same_mean(ours[:, column] ** 2, kept[:, column] ** 2)
     # One body out of a try or not, in both samples.
-    assert_same_mean(np.concatenate([[0] * body.redraws + [1] for body in bodies]),
-                     np.array([one is not None for one in tries], dtype=float))
+    assert_same_mean(
+        np.concatenate([[0] * body.redraws + [1] for body in bodies]),
+        np.array([one is not None for one in tries], dtype=float),
+    )
 
 
 @every_recipe
-def test_a_body_has_radius_1_its_central_inertia_and_a_shift_within_its_box(shift, moment):
+def test_a_body_has_radius_1_its_central_inertia_and_a_shift_within_its_box(
+    shift, moment
+):
     """The box is shift q_i along the principal axes, here as trimesh has them."""
     shares = []
     for number in range(60):
@@ -75,9 +101,12 @@ def test_a_body_has_radius_1_its_central_inertia_and_a_shift_within_its_box(shif
         assert mesh.is_volume
         assert mesh.volume == pytest.approx(ConvexHull(body.vertices).volume)
         assert mesh.center_mass == pytest.approx(np.zeros(3), abs=1e-12)
-        assert np.linalg.norm(body.vertices, axis=1).max() == pytest.approx(1.0, rel=1e-14)
+        assert np.linalg.norm(body.vertices, axis=1).max() == pytest.approx(
+            1.0, rel=1e-14
+        )
         assert part.inertia / part.mass == pytest.approx(
-            mesh.moment_inertia / mesh.volume, rel=1e-9, abs=1e-12)
+            mesh.moment_inertia / mesh.volume, rel=1e-9, abs=1e-12
+        )
         assert part.center_of_mass.tolist() == body.center_of_mass.tolist()
         moments, axes = np.linalg.eigh(mesh.moment_inertia / mesh.volume)
         square = moments.sum() / 2.0 - moments if moment == "second" else moments
@@ -91,6 +120,9 @@ def test_a_body_depends_on_its_seed_and_number_alone():
     again = random_polyhedron(3, 2, 1.0)
     assert np.array_equal(again.vertices, whole[2].vertices)
     assert np.array_equal(again.center_of_mass, whole[2].center_of_mass)
-    first = {tuple(random_polyhedron(seed, number).vertices[0].tolist())
-             for seed in (0, 1, 2 ** 64 - 1) for number in (0, 1, 2 ** 32)}
+    first = {
+        tuple(random_polyhedron(seed, number).vertices[0].tolist())
+        for seed in (0, 1, 2**64 - 1)
+        for number in (0, 1, 2**32)
+    }
     assert len(first) == 9

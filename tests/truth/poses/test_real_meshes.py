@@ -11,7 +11,9 @@ from tests.matching import values
 
 FOLDER = Path(ros_pose_stats.__file__).resolve().parents[2] / "shared" / "meshes"
 
-pytestmark = pytest.mark.skipif(not FOLDER.is_dir(), reason="no meshes beside the repository")
+pytestmark = pytest.mark.skipif(
+    not FOLDER.is_dir(), reason="no meshes beside the repository"
+)
 
 EXPECTED = {
     # name: (unit, stable poses, most probable pose at least, warnings and notes)
@@ -38,7 +40,9 @@ def test_each_file(name):
         assert count is None or len(probability) == count
         assert probability.sum() == pytest.approx(1.0, abs=1e-12)
         assert probability.min() >= 0.0
-        assert {line.split(":")[0] for line in (*answer.warnings, *answer.notes)} >= warnings
+        assert {
+            line.split(":")[0] for line in (*answer.warnings, *answer.notes)
+        } >= warnings
         if answer.method in ("meae", "combined"):
             assert probability[0] > best
     for pose in resting_poses(part, round_sides=0).poses:

@@ -25,28 +25,45 @@ def test_a_box_of_scattered_points_has_six_faces():
     for seed in range(20):
         random = np.random.default_rng(seed)
         points = points_on_a_box(random, 200, 10.0 ** random.uniform(-15, -9))
-        points = Rotation.random(random_state=seed).apply(points) + random.normal(size=3)
-        poses = resting_poses(part_from_mesh(*shapes.hull_mesh(points),
-                                             center_of_mass=points[:8].mean(axis=0)), 0.0).poses
-        assert [pose.height for pose in poses] == pytest.approx([1, 1, 1.5, 1.5, 2, 2], abs=1e-7)
+        points = Rotation.random(random_state=seed).apply(points) + random.normal(
+            size=3
+        )
+        poses = resting_poses(
+            part_from_mesh(
+                *shapes.hull_mesh(points), center_of_mass=points[:8].mean(axis=0)
+            ),
+            0.0,
+        ).poses
+        assert [pose.height for pose in poses] == pytest.approx(
+            [1, 1, 1.5, 1.5, 2, 2], abs=1e-7
+        )
         assert [len(pose.support_polygon) for pose in poses] == [4] * 6
 
 
-@pytest.mark.parametrize(("gap", "seed"), [
-    (1e-9, 0), (1e-8, 1), (1e-7, 2), (1e-7, 3), (1e-6, 4), (1e-5, 5)])
+@pytest.mark.parametrize(
+    ("gap", "seed"), [(1e-9, 0), (1e-8, 1), (1e-7, 2), (1e-7, 3), (1e-6, 4), (1e-5, 5)]
+)
 def test_twin_corners_change_no_pose(seed, gap):
     """Of two corners 1e-7 apart the difference points anywhere."""
     random = np.random.default_rng(seed)
     points = random.normal(size=(12, 3))
     twins = points + gap * random.normal(size=points.shape)
-    plain, doubled = (estimate(part_from_mesh(*shapes.hull_mesh(some)), "meae",
-                               cluster_tolerance=1e-4)
-                      for some in (points, np.vstack([points, twins])))
-    likely = [pose for pose in plain.poses if pose.margin > 1e-3 and pose.probability > 1e-3]
+    plain, doubled = (
+        estimate(
+            part_from_mesh(*shapes.hull_mesh(some)), "meae", cluster_tolerance=1e-4
+        )
+        for some in (points, np.vstack([points, twins]))
+    )
+    likely = [
+        pose for pose in plain.poses if pose.margin > 1e-3 and pose.probability > 1e-3
+    ]
     assert likely
     for pose in likely:
-        near = sum(other.probability for other in doubled.poses
-                   if other.down @ pose.down > 1.0 - 1e-6)
+        near = sum(
+            other.probability
+            for other in doubled.poses
+            if other.down @ pose.down > 1.0 - 1e-6
+        )
         assert near == pytest.approx(pose.probability, abs=200.0 * gap)
 
 
@@ -54,24 +71,33 @@ def test_twin_corners_change_no_pose(seed, gap):
 def test_a_rough_box_keeps_its_poses(roughness):
     smooth = estimate(part_from_mesh(*shapes.box(2.0, 3.0, 4.0)), "meae").poses
     points = points_on_a_box(np.random.default_rng(5), 300, roughness)
-    rough = estimate(part_from_mesh(*shapes.hull_mesh(points), center_of_mass=[0] * 3),
-                     "meae").poses
+    rough = estimate(
+        part_from_mesh(*shapes.hull_mesh(points), center_of_mass=[0] * 3), "meae"
+    ).poses
     assert len(rough) == 6
     for pose in smooth:
         same = max(rough, key=lambda other: other.down @ pose.down)
         assert same.height == pytest.approx(pose.height, abs=10.0 * roughness)
-        assert same.probability == pytest.approx(pose.probability, abs=100.0 * roughness)
+        assert same.probability == pytest.approx(
+            pose.probability, abs=100.0 * roughness
+        )
 
 
 @pytest.mark.parametrize("tolerance", [0.0, 0.005])
-@pytest.mark.parametrize("roughness", [3e-7, 1e-6, 1e-5])  # about the tolerance of a plane
+@pytest.mark.parametrize(
+    "roughness", [3e-7, 1e-6, 1e-5]
+)  # about the tolerance of a plane
 def test_rough_faces_give_no_pose_that_the_part_falls_out_of(roughness, tolerance):
     for surface in REGULAR_SOLIDS.values():
         vertices, _ = subdivided(subdivided(surface))
         noise = roughness * np.linalg.norm(vertices, axis=1).max()
         for seed in range(3):
-            rough = vertices + noise * np.random.default_rng(seed).normal(size=vertices.shape)
-            poses = resting_poses(part_from_mesh(*shapes.hull_mesh(rough)), tolerance).poses
+            rough = vertices + noise * np.random.default_rng(seed).normal(
+                size=vertices.shape
+            )
+            poses = resting_poses(
+                part_from_mesh(*shapes.hull_mesh(rough)), tolerance
+            ).poses
             assert min(min(pose.margin, pose.barrier) for pose in poses) > 0.0
 
 
@@ -94,7 +120,9 @@ def test_no_pose_is_lost_to_a_coplanar_neighbour(seed):
         across = np.cross(normals, last - first)
         across /= np.linalg.norm(across, axis=1)[:, None]
         across *= np.sign(((apex - first) * across).sum(axis=1))[:, None]
-        inside = np.minimum(inside, ((heights[:, None] * normals - first) * across).sum(axis=1))
+        inside = np.minimum(
+            inside, ((heights[:, None] * normals - first) * across).sum(axis=1)
+        )
     stable = normals[inside > 1e-4]
     assert len(stable) > 100
     assert (stable @ faces.T).max(axis=1).min() > 1.0 - 2e-8
@@ -116,8 +144,12 @@ def test_r_and_R_of_the_paper(name, part):
     beyond = hull.equations[:, :3] @ on_surface.T + hull.equations[:, 3:]
     assert np.abs(beyond.max(axis=0)).max() < 3e-6 * body.radius
     heights = (part.surface_vertices - part.center_of_mass) @ u.T
-    assert body.R(u) * body.radius == pytest.approx(heights.max(axis=0), abs=3e-6 * body.radius)
+    assert body.R(u) * body.radius == pytest.approx(
+        heights.max(axis=0), abs=3e-6 * body.radius
+    )
     assert (body.r(u) < body.R(u)).all()
     for pose in resting.poses:
         for function in (body.r, body.R):
-            assert function(pose.down) * body.radius == pytest.approx(pose.height, rel=1e-9)
+            assert function(pose.down) * body.radius == pytest.approx(
+                pose.height, rel=1e-9
+            )

@@ -21,7 +21,9 @@ EXPORTED = (16, 24, 64, 512, 2048)
 TURNED = {
     "coin": lambda n, a: exports.cylinder(n, 0.3, a),
     "rod": lambda n, a: exports.cylinder(n, 3.0, a),
-    "ring": exports.ring, "shaft": exports.shaft, "frustum": exports.frustum,
+    "ring": exports.ring,
+    "shaft": exports.shaft,
+    "frustum": exports.frustum,
 }
 
 
@@ -36,13 +38,15 @@ def answer(surface):
 
 
 def is_rounded(surface):
-    return any(line.startswith("ROUNDED") for line in
-               estimate(part_from_mesh(*surface), "csae").notes)
+    return any(
+        line.startswith("ROUNDED")
+        for line in estimate(part_from_mesh(*surface), "csae").notes
+    )
 
 
 def of_size(poses, members):
     """The pose that gathers so many faces."""
-    pose, = (pose for pose in poses if len(pose.members) == members)
+    (pose,) = (pose for pose in poses if len(pose.members) == members)
     return pose
 
 
@@ -50,24 +54,32 @@ def of_size(poses, members):
 def test_turned_parts_are_alike_from_every_file(name):
     """Float32 rounds to 6e-8 of the size; facets of 1/30 radius turn by some 2e-6."""
     starts = np.random.default_rng(1).uniform(0.0, 6.0, len(EXPORTED))
-    answers = [answer(exports.in_float32(TURNED[name](n, a)))
-               for n, a in zip(EXPORTED, starts, strict=True)]
+    answers = [
+        answer(exports.in_float32(TURNED[name](n, a)))
+        for n, a in zip(EXPORTED, starts, strict=True)
+    ]
     for poses in answers:
         assert of_size(poses, SIDES).rolls
         for field in ("height", "top", "barrier", "margin", "probability"):
             assert [getattr(pose, field) for pose in poses] == pytest.approx(
-                [getattr(pose, field) for pose in answers[0]], abs=5e-6)
+                [getattr(pose, field) for pose in answers[0]], abs=5e-6
+            )
 
 
-@pytest.mark.parametrize(("sides", "round_sides"), [
-    (15, 192), (64, 16), (64, 48), (64, 360), (500, 192)])
+@pytest.mark.parametrize(
+    ("sides", "round_sides"), [(15, 192), (64, 16), (64, 48), (64, 360), (500, 192)]
+)
 def test_a_cylinder_has_as_many_facets_as_asked_for_and_its_corners_on_the_circle(
-        sides, round_sides):
-    poses = poses_of(exports.in_float32(exports.cylinder(sides, 1.0)), 0.0025, round_sides)
+    sides, round_sides
+):
+    poses = poses_of(
+        exports.in_float32(exports.cylinder(sides, 1.0)), 0.0025, round_sides
+    )
     ends = poses_of(exports.cylinder(sides, 1.0), 0.0, round_sides)
     assert len(ends) == round_sides + 2
     assert min(pose.height for pose in poses) == pytest.approx(
-        0.5 * np.cos(np.pi / round_sides), rel=1e-6)
+        0.5 * np.cos(np.pi / round_sides), rel=1e-6
+    )
 
 
 @pytest.mark.parametrize("make", [exports.d_shaft, exports.notched_disc, exports.screw])
@@ -80,7 +92,8 @@ def test_parts_that_are_round_in_part_differ_by_the_files_own_volume_alone(make)
         assert len(poses) == len(finest)
         for field in ("height", "barrier", "probability"):
             assert [getattr(pose, field) for pose in poses] == pytest.approx(
-                [getattr(pose, field) for pose in finest], abs=lost + ARC)
+                [getattr(pose, field) for pose in finest], abs=lost + ARC
+            )
 
 
 class TestWhatStays:
@@ -89,48 +102,68 @@ class TestWhatStays:
     @pytest.mark.parametrize("chamfer", [0.0, 0.03])
     def test_gears(self, teeth, tip, chamfer):
         surface = exports.in_float32(exports.gear(teeth, tip, chamfer=chamfer))
-        assert np.array_equal(downs(poses_of(surface)), downs(poses_of(surface, sides=0)))
+        assert np.array_equal(
+            downs(poses_of(surface)), downs(poses_of(surface, sides=0))
+        )
         assert not is_rounded(surface)
 
     def test_an_open_gear(self):
         vertices, triangles = exports.gear(24, 0.5)
         assert not is_rounded((vertices, triangles[1:]))
 
-    @pytest.mark.parametrize("surface", [
-        shapes.box(3.0, 2.0, 1.0), exports.cylinder(14, 1.0), exports.ellipse(64),
-        *(random_polyhedron(20 + 40 * seed, seed) for seed in range(20)),
-        shapes.hull_mesh(shapes.sphere_points(1000, 1)),
-        trimesh.creation.icosphere(subdivisions=3)])
+    @pytest.mark.parametrize(
+        "surface",
+        [
+            shapes.box(3.0, 2.0, 1.0),
+            exports.cylinder(14, 1.0),
+            exports.ellipse(64),
+            *(random_polyhedron(20 + 40 * seed, seed) for seed in range(20)),
+            shapes.hull_mesh(shapes.sphere_points(1000, 1)),
+            trimesh.creation.icosphere(subdivisions=3),
+        ],
+    )
     def test_what_has_no_circle_of_surface(self, surface):
         if isinstance(surface, trimesh.Trimesh):
             surface = surface.vertices, surface.faces
         assert not is_rounded(surface)
-        assert np.array_equal(downs(poses_of(surface)), downs(poses_of(surface, sides=0)))
+        assert np.array_equal(
+            downs(poses_of(surface)), downs(poses_of(surface, sides=0))
+        )
 
     @pytest.mark.parametrize("sides", [48, 512])
     @pytest.mark.parametrize("width", [5.0, 20.0])
     def test_a_chord_over_a_notch(self, sides, width):
         poses = poses_of(exports.in_float32(exports.notched_disc(sides, width)))
         half = np.radians(0.5 * width)
-        chord, = (pose for pose in poses if pose.down[0] > np.cos(0.4 * half))
+        (chord,) = (pose for pose in poses if pose.down[0] > np.cos(0.4 * half))
         lengths = np.linalg.norm(np.diff(chord.support_polygon, axis=0), axis=1)
         assert np.abs(lengths - 2.0 * np.sin(half)).min() < 1e-6
 
-    @pytest.mark.parametrize("angles", [
-        np.radians(np.linspace(10.0, 350.0, 341)), exports.circle(15)[1:]],
-        ids=["shallow flat of a fine shaft", "a corner of fifteen left out"])
+    @pytest.mark.parametrize(
+        "angles",
+        [np.radians(np.linspace(10.0, 350.0, 341)), exports.circle(15)[1:]],
+        ids=["shallow flat of a fine shaft", "a corner of fifteen left out"],
+    )
     def test_flats(self, angles):
         """The flat's width is that of the file; 192 sides of a round one would be 0.033 wide."""
         outline = np.column_stack((np.cos(angles), np.sin(angles)))
         poses = poses_of(exports.in_float32(exports.extruded(outline, 0.5)))
         flat = max(poses, key=lambda pose: pose.down[0])
-        assert np.abs(np.ptp(flat.support_polygon, axis=0)
-                      - 2.0 * np.sin(angles[0])).min() < 1e-6
+        assert (
+            np.abs(np.ptp(flat.support_polygon, axis=0) - 2.0 * np.sin(angles[0])).min()
+            < 1e-6
+        )
 
 
-@pytest.mark.parametrize("surface", [
-    exports.filleted_box(128), exports.capsule(128),
-    trimesh.creation.icosphere(subdivisions=5)], ids=["filleted box", "capsule", "ball"])
+@pytest.mark.parametrize(
+    "surface",
+    [
+        exports.filleted_box(128),
+        exports.capsule(128),
+        trimesh.creation.icosphere(subdivisions=5),
+    ],
+    ids=["filleted box", "capsule", "ball"],
+)
 def test_other_fine_surfaces_are_thinned_to_4000_corners(surface):
     if isinstance(surface, trimesh.Trimesh):
         surface = surface.vertices * (1.0, 0.8, 0.6), surface.faces
@@ -138,7 +171,8 @@ def test_other_fine_surfaces_are_thinned_to_4000_corners(surface):
     plain, thin = (resting_poses(part, 0.0025, sides) for sides in (0, SIDES))
     assert len(plain.body.points) > 4000 >= len(thin.body.points)
     assert [pose.top for pose in thin.poses] == pytest.approx(
-        [pose.top for pose in plain.poses], abs=3e-3 * plain.body.radius)
+        [pose.top for pose in plain.poses], abs=3e-3 * plain.body.radius
+    )
 
 
 @pytest.mark.parametrize("turn", [np.eye(3), rotation(1)], ids=["straight", "turned"])
@@ -154,8 +188,11 @@ def test_flats_between_fine_fillets_are_those_of_the_file(turn):
 
 class TestRoughFiles:
     @pytest.mark.parametrize("sides", [16, 64, 2048])
-    @pytest.mark.parametrize("make", [exports.ring, lambda n: exports.cylinder(n, 0.02, 0.1)],
-                             ids=["ring", "disc"])
+    @pytest.mark.parametrize(
+        "make",
+        [exports.ring, lambda n: exports.cylinder(n, 0.02, 0.1)],
+        ids=["ring", "disc"],
+    )
     def test_six_digits(self, make, sides):
         for turn in (np.eye(3), rotation(5)):
             poses = poses_of(exports.printed(moved(make(sides), turn)))
@@ -167,20 +204,27 @@ class TestRoughFiles:
         assert len(poses_of(surface)) == 51
 
     def test_six_digits_of_a_gear_leave_its_ends_flat(self):
-        assert len(poses_of(exports.printed(moved(exports.gear(60), rotation(5))))) == 122
+        assert (
+            len(poses_of(exports.printed(moved(exports.gear(60), rotation(5))))) == 122
+        )
 
     @pytest.mark.parametrize("sides", [24, 64, 512])
     @pytest.mark.parametrize("more", [-0.5, 0.5])
     def test_half_a_step_at_the_seam(self, sides, more):
         profile = [(0.0, 0.0), (0.5, 0.0), (0.5, 0.7), (0.0, 0.7)]
         angles = 2.0 * np.pi * np.arange(sides) / (sides + more)
-        assert len(poses_of(exports.in_float32(exports.turned(profile, angles)))) == SIDES + 2
+        assert (
+            len(poses_of(exports.in_float32(exports.turned(profile, angles))))
+            == SIDES + 2
+        )
 
     @pytest.mark.parametrize("last", [(0.5 + 1e-4, -1e-5), (0.5 - 1e-7, -5e-5)])
     def test_a_circle_that_does_not_quite_close(self, last):
         for sides in (16, 64, 512):
             angles = exports.circle(sides)
-            outline = np.vstack((0.5 * np.column_stack((np.cos(angles), np.sin(angles))), [last]))
+            outline = np.vstack(
+                (0.5 * np.column_stack((np.cos(angles), np.sin(angles))), [last])
+            )
             poses = poses_of(exports.in_float32(exports.extruded(outline, 0.7)))
             assert len(poses) == SIDES + 2
 
@@ -195,7 +239,9 @@ def test_turned_and_in_another_order(make):
         surface = shuffled(moved(make(50), rotation(seed), (0.3, 0.1, -0.2)), seed)
         poses = answer(surface)
         assert sorted(len(pose.members) for pose in poses) == sorted(
-            len(pose.members) for pose in plain)
+            len(pose.members) for pose in plain
+        )
         for field in ("height", "probability"):
             assert sorted(getattr(pose, field) for pose in poses) == pytest.approx(
-                sorted(getattr(pose, field) for pose in plain), abs=2.0 * ARC)
+                sorted(getattr(pose, field) for pose in plain), abs=2.0 * ARC
+            )

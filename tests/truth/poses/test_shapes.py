@@ -16,7 +16,11 @@ ROOT_5 = np.sqrt(5.0)
 CLOSED_FORMS = {  # volume, and length of the edges where these are equal
     "box": (shapes.box(2.0, 3.0, 5.0), 30.0, None),
     "triangular prism": (shapes.prism(3, 2.0, 5.0), 15.0 * np.sqrt(3.0), None),
-    "seven-sided prism": (shapes.prism(7, 2.0, 0.5), 7.0 * np.sin(2.0 * np.pi / 7.0), None),
+    "seven-sided prism": (
+        shapes.prism(7, 2.0, 0.5),
+        7.0 * np.sin(2.0 * np.pi / 7.0),
+        None,
+    ),
     "cylinder": (shapes.cylinder(64, 3.0, 4.0), 1152.0 * np.sin(np.pi / 32.0), None),
     "tetrahedron": (shapes.tetrahedron(), 8.0 / 3.0, np.sqrt(8.0)),
     "octahedron": (shapes.octahedron(), 4.0 / 3.0, np.sqrt(2.0)),
@@ -24,9 +28,12 @@ CLOSED_FORMS = {  # volume, and length of the edges where these are equal
     "dodecahedron": (shapes.dodecahedron(), 10.0 + 2.0 * ROOT_5, ROOT_5 - 1.0),
 }
 DEMO = {  # extents in mm, and holes through
-    "clamp": ((42.0, 36.0, 18.0), 3), "bracket": ((50.0, 42.0, 36.0), 4),
-    "hex_bolt": ((26.0 / np.sqrt(3.0), 13.0, 35.3), 0), "gear": ((34.0, 34.0, 18.0), 1),
-    "prism": ((20.0, 10.0 * np.sqrt(3.0), 24.0), 0), "cylinder": ((18.0, 18.0, 22.0), 0),
+    "clamp": ((42.0, 36.0, 18.0), 3),
+    "bracket": ((50.0, 42.0, 36.0), 4),
+    "hex_bolt": ((26.0 / np.sqrt(3.0), 13.0, 35.3), 0),
+    "gear": ((34.0, 34.0, 18.0), 1),
+    "prism": ((20.0, 10.0 * np.sqrt(3.0), 24.0), 0),
+    "cylinder": ((18.0, 18.0, 22.0), 0),
 }
 
 
@@ -67,7 +74,9 @@ class TestHulls:
         assert points.T @ points / 20_000 == pytest.approx(np.eye(3) / 3.0, abs=0.01)
         assert np.array_equal(points, shapes.sphere_points(20_000, seed=5))
         ellipsoid = shapes.ellipsoid_points(50, 1, (3.0, 2.0, 1.0)) / (3.0, 2.0, 1.0)
-        assert np.linalg.norm(ellipsoid, axis=1) == pytest.approx(np.ones(50), abs=1e-14)
+        assert np.linalg.norm(ellipsoid, axis=1) == pytest.approx(
+            np.ones(50), abs=1e-14
+        )
         solid(shapes.hull_mesh(shapes.sphere_points(200, seed=1)))
 
 
@@ -81,8 +90,12 @@ class TestDemoParts:
         assert mesh.extents == pytest.approx(extents, rel=1e-3)
         assert np.array_equal(surface[0].astype(np.float32), surface[0])
 
-    def test_files_are_named_read_back_and_the_same_from_another_process(self, tmp_path):
-        paths = [Path(line) for line in answer("shapes", tmp_path / "new" / "a").splitlines()]
+    def test_files_are_named_read_back_and_the_same_from_another_process(
+        self, tmp_path
+    ):
+        paths = [
+            Path(line) for line in answer("shapes", tmp_path / "new" / "a").splitlines()
+        ]
         assert command("shapes", tmp_path / "b").returncode == 0
         assert {path.stem for path in paths} == DEMO.keys()
         assert sorted(paths[0].parent.iterdir()) == sorted(paths)
@@ -103,7 +116,9 @@ class TestDemoParts:
 
     def test_a_write_that_fails_leaves_nothing(self, tmp_path):
         limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-        resource.setrlimit(resource.RLIMIT_FSIZE, (100, limits[1]))  # bytes a file may have
+        resource.setrlimit(
+            resource.RLIMIT_FSIZE, (100, limits[1])
+        )  # bytes a file may have
         try:
             assert "File too large" in refusal("shapes", tmp_path)
         finally:

@@ -23,9 +23,15 @@ PARTS = {
     "random": part_from_mesh(*random_polyhedron(27, 7)),
 }
 GRAPHS = [  # every body once, and the one with a curve in every way
-    ("icosahedron", 0.0, "r"), ("box", 0.0, "R"), ("leaning prism", 0.0, "r"),
-    ("clamp hull", 0.005, "R"), ("random", 0.005, "r"), ("random", 0.0, "R"),
-    ("cylinder", 0.0, "r"), ("cylinder", 0.0, "R"), ("cylinder", 0.005, "r"),
+    ("icosahedron", 0.0, "r"),
+    ("box", 0.0, "R"),
+    ("leaning prism", 0.0, "r"),
+    ("clamp hull", 0.005, "R"),
+    ("random", 0.005, "r"),
+    ("random", 0.0, "R"),
+    ("cylinder", 0.0, "r"),
+    ("cylinder", 0.0, "R"),
+    ("cylinder", 0.005, "r"),
     ("cylinder", 0.005, "R"),
 ]
 
@@ -37,7 +43,9 @@ class TestTree:
         resting = resting_poses(PARTS[name], tolerance, round_sides=0)
         return resting.poses, splitting_graph(resting, function)
 
-    def test_a_binary_tree_over_all_poses_from_the_top_down(self, name, tolerance, function):
+    def test_a_binary_tree_over_all_poses_from_the_top_down(
+        self, name, tolerance, function
+    ):
         poses, root = self.graph(name, tolerance, function)
         nodes = list(root.walk())
         leaves = [node for node in nodes if not node.parts]
@@ -54,7 +62,9 @@ class TestTree:
             assert sorted({*first.poses, *second.poses}) == list(node.poses)
             assert min(place[id(first)], place[id(second)]) > place[id(node)]
 
-    def test_levels_fall_to_the_poses_and_are_their_ways_out(self, name, tolerance, function):
+    def test_levels_fall_to_the_poses_and_are_their_ways_out(
+        self, name, tolerance, function
+    ):
         poses, root = self.graph(name, tolerance, function)
         leaves = [node.poses[0] for node in root.walk() if not node.parts]
         for node in root.walk():
@@ -66,7 +76,9 @@ class TestTree:
                 way_out = pose.height + pose.barrier
                 assert pose.height < node.level
                 assert way_out <= node.level * (1.0 + 1e-12)
-                if leaves.count(pose.index) == 1:  # else a shelf, maybe, which parts higher up
+                if (
+                    leaves.count(pose.index) == 1
+                ):  # else a shelf, maybe, which parts higher up
                     assert way_out == pytest.approx(node.level, rel=1e-12)
 
     def test_saddles_are_as_high_as_their_levels(self, name, tolerance, function):
@@ -80,28 +92,39 @@ class TestTree:
                 assert reach.max() == pytest.approx(node.level, rel=1e-6)
 
     def test_transitions_are_eq_8_and_their_products_the_estimate(
-            self, name, tolerance, function):
+        self, name, tolerance, function
+    ):
         _, root = self.graph(name, tolerance, function)
         assert root.probability == pytest.approx(1.0, abs=1e-15)
         total = dict.fromkeys(root.poses, 0.0)
         for node in root.walk():
             if node.parts:
-                assert 0.0 <= min(node.angles) <= sum(node.angles) <= 4.0 * np.pi * (1.0 + 1e-12)
+                assert (
+                    0.0
+                    <= min(node.angles)
+                    <= sum(node.angles)
+                    <= 4.0 * np.pi * (1.0 + 1e-12)
+                )
                 assert np.array(node.transitions) * sum(node.angles) == pytest.approx(
-                    node.angles, abs=1e-14)
+                    node.angles, abs=1e-14
+                )
                 assert [below.probability for below in node.parts] == pytest.approx(
-                    np.array(node.transitions) * node.probability, abs=1e-15)
+                    np.array(node.transitions) * node.probability, abs=1e-15
+                )
             else:
                 total[node.poses[0]] += node.probability
         method = "eae" if function == "R" else "meae"
-        for pose in estimate(PARTS[name], method, cluster_tolerance=tolerance,
-                             round_sides=0).poses:
+        for pose in estimate(
+            PARTS[name], method, cluster_tolerance=tolerance, round_sides=0
+        ).poses:
             assert total[pose.index] == pytest.approx(pose.probability, abs=1e-13)
 
 
 @pytest.mark.parametrize("name", PARTS)
 def test_r_and_R_share_their_splits(name):
-    of_r, of_R = (splitting_graph(resting_poses(PARTS[name], 0.0, 0), f) for f in ("r", "R"))
+    of_r, of_R = (
+        splitting_graph(resting_poses(PARTS[name], 0.0, 0), f) for f in ("r", "R")
+    )
     for one, other in zip(of_r.walk(), of_R.walk(), strict=True):
         assert (one.poses, one.level) == (other.poses, other.level)
     assert str(splitting_graph(resting_poses(PARTS[name], 0.0, 0))) == str(of_r)
@@ -115,7 +138,9 @@ def test_a_box_written_out():
 
 
 def test_a_single_pose_is_a_tree_of_one_node():
-    part = part_from_mesh(*random_polyhedron(6, 1329), center_of_mass=(-1.18, 0.55, 0.92))
+    part = part_from_mesh(
+        *random_polyhedron(6, 1329), center_of_mass=(-1.18, 0.55, 0.92)
+    )
     root = splitting_graph(resting_poses(part, 0.0, round_sides=0))
     assert list(root.walk()) == [root]
     assert (root.poses, root.probability) == ((0,), 1.0)

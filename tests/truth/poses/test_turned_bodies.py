@@ -22,7 +22,10 @@ BODIES = {  # and how often each is turned
     "tetrahedron": (REGULAR_SOLIDS["tetrahedron"], 12),
     "octahedron": (REGULAR_SOLIDS["octahedron"], 12),
     "cylinder": (shapes.cylinder(48, 1.0, 0.7), 10),
-    "ellipsoid": (shapes.hull_mesh(shapes.ellipsoid_points(150, 1, (3.0, 2.0, 1.5))), 10),
+    "ellipsoid": (
+        shapes.hull_mesh(shapes.ellipsoid_points(150, 1, (3.0, 2.0, 1.5))),
+        10,
+    ),
     "clamp": (demo_parts.DEMO_PARTS["clamp"](), 6),
     "bolt": (demo_parts.DEMO_PARTS["hex_bolt"](), 6),
 }
@@ -41,9 +44,13 @@ class Answer:
         part = part_from_mesh(*surface)
         self.part, self.tolerance = part, tolerance
         self.faces = downs(resting_poses(part, 0.0, round_sides=0).poses)
-        self.number = np.arange(len(self.faces)) if number is None else number(self.faces)
-        self.poses = {self.key(pose): pose
-                      for pose in resting_poses(part, tolerance, round_sides=0).poses}
+        self.number = (
+            np.arange(len(self.faces)) if number is None else number(self.faces)
+        )
+        self.poses = {
+            self.key(pose): pose
+            for pose in resting_poses(part, tolerance, round_sides=0).poses
+        }
 
     def key(self, pose):
         return frozenset(self.number[list(pose.members)].tolist())
@@ -55,17 +62,21 @@ class Answer:
         return {frozenset(keys) for keys in groups.values()}
 
     def probabilities(self, method):
-        found = estimate(self.part, method, cluster_tolerance=self.tolerance, round_sides=0)
+        found = estimate(
+            self.part, method, cluster_tolerance=self.tolerance, round_sides=0
+        )
         return {self.key(pose): pose.probability for pose in found.poses}
 
 
 def numbering(faces, turn):
     """Numbers the faces of a turned body as those that they were."""
+
     def number(turned):
         gap, place = cKDTree(faces @ turn.T).query(turned)
         assert gap.max() < 1e-11
         assert np.array_equal(np.sort(place), np.arange(len(faces)))
         return place
+
     return number
 
 
@@ -86,25 +97,38 @@ def test_poses_groups_and_probabilities(name, tolerance):
             for field in EXACT:
                 assert getattr(same, field) == getattr(pose, field)
             for field in LENGTHS:
-                assert getattr(same, field) == pytest.approx(getattr(pose, field),
-                                                             abs=1e-11 * size)
+                assert getattr(same, field) == pytest.approx(
+                    getattr(pose, field), abs=1e-11 * size
+                )
             assert same.margin == pytest.approx(pose.margin, abs=1e-11)
             # The angle of opposite faces is the root of what rounding leaves of the chord.
             assert same.spread == pytest.approx(pose.spread, abs=1e-7)
         for method in METHODS:
             bound = OF_EITHER.get((name, method), 1e-9)
-            assert other.probabilities(method) == pytest.approx(expected[method], abs=bound)
+            assert other.probabilities(method) == pytest.approx(
+                expected[method], abs=bound
+            )
 
 
 def test_a_face_with_a_hole_that_the_file_lacks_is_closed_in_every_frame():
     """A plate, its upper face missing: at 45 degrees two components of its normal are equal."""
     angles = np.pi * np.arange(24) / 12.0
-    rims = [(r * np.cos(a), r * np.sin(a), z) for r, z in ((0.5, 0.0), (1.0, 0.0), (1.0, 0.5),
-                                                         (0.5, 0.5)) for a in angles]
+    rims = [
+        (r * np.cos(a), r * np.sin(a), z)
+        for r, z in ((0.5, 0.0), (1.0, 0.0), (1.0, 0.5), (0.5, 0.5))
+        for a in angles
+    ]
     here, there = np.arange(24), (np.arange(24) + 1) % 24
-    triangles = np.vstack([np.column_stack(corners) for k, j in ((0, 24), (24, 48), (72, 0))
-                           for corners in ((k + here, k + there, j + there),
-                                           (k + here, j + there, j + here))])
+    triangles = np.vstack(
+        [
+            np.column_stack(corners)
+            for k, j in ((0, 24), (24, 48), (72, 0))
+            for corners in (
+                (k + here, k + there, j + there),
+                (k + here, j + there, j + here),
+            )
+        ]
+    )
     leaning = Rotation.align_vectors([[1.0, -1.0, 0.0]], [[0.0, 0.0, np.sqrt(2.0)]])[0]
     for degrees in range(0, 90, 3):
         turn = leaning * Rotation.from_euler("z", degrees, degrees=True)

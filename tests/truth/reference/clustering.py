@@ -25,7 +25,8 @@ def ranks(values, tie, apart):
     doubtful = gaps[(gaps > tie) & (gaps < apart)]
     assert not len(doubtful), (
         f"values {doubtful.min():g} apart are neither equal (up to {tie:g}) nor different "
-        f"(from {apart:g} on): give another body, or tolerances that fit its rounding")
+        f"(from {apart:g} on): give another body, or tolerances that fit its rounding"
+    )
     numbers = np.empty(len(order), dtype=int)
     numbers[order] = np.concatenate(([0], np.cumsum(gaps > tie)))
     return numbers
@@ -36,7 +37,9 @@ class StableFaces:
     """Stable faces in a given numbering; lengths in radii of the part."""
 
     heights: np.ndarray  # (S,)
-    order: np.ndarray  # (S,) which stands for a pose: lower, then larger, then smaller number
+    order: (
+        np.ndarray
+    )  # (S,) which stands for a pose: lower, then larger, then smaller number
     ways: dict  # face -> list of (rank of the level, level, face on the other side)
 
 
@@ -54,23 +57,27 @@ def stable_faces(vertices, center_of_mass, downs, tie=1e-10, apart=1e-8, flat=1e
     np.minimum.at(lowest, edges[:, 2], np.where(inset[:, 0] > 0.0, np.inf, levels))
     np.minimum.at(lowest, edges[:, 3], np.where(inset[:, 1] > 0.0, np.inf, levels))
     stable = np.flatnonzero(np.isinf(lowest))
-    assert len(stable) == len(downs), f"{len(stable)} stable faces here, {len(downs)} given"
+    assert len(stable) == len(downs), (
+        f"{len(stable)} stable faces here, {len(downs)} given"
+    )
     gap, number = cKDTree(downs).query(normals[stable])
     assert gap.max() < 1e-6 and len(set(number.tolist())) == len(stable)
     number_of = np.full(len(normals), -1)
     number_of[stable] = number
     beyond = _descents(edges, levels_rank, inset, distances, number_of)
     ways = defaultdict(list)
-    for (_, _, one, other), rank, level in zip(edges.tolist(), levels_rank.tolist(),
-                                               levels.tolist(), strict=True):
+    for (_, _, one, other), rank, level in zip(
+        edges.tolist(), levels_rank.tolist(), levels.tolist(), strict=True
+    ):
         here, there = beyond[one], beyond[other]
         if here != there:
             ways[here].append((rank, level, there))
             ways[there].append((rank, level, here))
     heights, sizes = np.empty(len(stable)), np.empty(len(stable))
     heights[number], sizes[number] = distances[stable], areas[stable]
-    order = np.lexsort((np.arange(len(stable)), -ranks(sizes, tie, apart),
-                        ranks(heights, tie, apart)))
+    order = np.lexsort(
+        (np.arange(len(stable)), -ranks(sizes, tie, apart), ranks(heights, tie, apart))
+    )
     return StableFaces(heights, np.argsort(order), ways)
 
 
@@ -86,11 +93,17 @@ def _faces(points, flat):
     here = np.repeat(np.arange(len(triangles)), 3)
     there = hull.neighbors.ravel()
     planes = hull.equations
-    off = np.abs(np.einsum("nkx,nx->nk", points[triangles[there]], planes[here, :3])
-                 + planes[here, 3:]).max(axis=1)
+    off = np.abs(
+        np.einsum("nkx,nx->nk", points[triangles[there]], planes[here, :3])
+        + planes[here, 3:]
+    ).max(axis=1)
     joined = off < flat
-    _, face = connected_components(coo_array(
-        (np.ones(joined.sum()), (here[joined], there[joined])), shape=2 * (len(triangles),)))
+    _, face = connected_components(
+        coo_array(
+            (np.ones(joined.sum()), (here[joined], there[joined])),
+            shape=2 * (len(triangles),),
+        )
+    )
     vector = np.zeros((face.max() + 1, 3))
     np.add.at(vector, face, 0.5 * across)
     areas = np.sqrt((vector * vector).sum(axis=1))
@@ -98,10 +111,16 @@ def _faces(points, flat):
     weight = np.sqrt((across * across).sum(axis=1))
     heights = (points[triangles].mean(axis=1) * normals[face]).sum(axis=1)
     distances = np.bincount(face, weight * heights) / np.bincount(face, weight)
-    owner = {(int(a), int(b)): int(face[t]) for t, (p, q, r) in enumerate(triangles)
-             for a, b in ((p, q), (q, r), (r, p))}
-    edges = [(a, b, left, owner[b, a]) for (a, b), left in owner.items()
-             if a < b and left != owner[b, a]]
+    owner = {
+        (int(a), int(b)): int(face[t])
+        for t, (p, q, r) in enumerate(triangles)
+        for a, b in ((p, q), (q, r), (r, p))
+    }
+    edges = [
+        (a, b, left, owner[b, a])
+        for (a, b), left in owner.items()
+        if a < b and left != owner[b, a]
+    ]
     return normals, distances, areas, np.array(edges)
 
 
@@ -113,7 +132,9 @@ def _sides(points, normals, distances, edges):
     for side, sign in ((0, 1.0), (1, -1.0)):
         face = edges[:, 2 + side]
         into = np.cross(normals[face], sign * along) / length[:, None]
-        inset[:, side] = ((distances[face, None] * normals[face] - first) * into).sum(axis=1)
+        inset[:, side] = ((distances[face, None] * normals[face] - first) * into).sum(
+            axis=1
+        )
     share = np.clip(-(first * along).sum(axis=1) / length**2, 0.0, 1.0)
     nearest = first + share[:, None] * along
     levels = np.sqrt((nearest * nearest).sum(axis=1))
@@ -123,8 +144,9 @@ def _sides(points, normals, distances, edges):
 def _descents(edges, rank, inset, distances, number_of):
     """Stable face that the way down from each face leads to: over its lowest edge, and so on."""
     down = {}
-    for (_, _, one, other), level, (here, there) in zip(edges.tolist(), rank.tolist(),
-                                                        inset.tolist(), strict=True):
+    for (_, _, one, other), level, (here, there) in zip(
+        edges.tolist(), rank.tolist(), inset.tolist(), strict=True
+    ):
         for face, beyond, depth in ((one, other, here), (other, one, there)):
             if number_of[face] < 0 and depth <= 0.0:
                 down.setdefault(face, []).append((level, depth, beyond))
@@ -144,7 +166,9 @@ def persistent_poses(faces, tolerance):
     onward = {}
     for face, height in enumerate(faces.heights):
         level, across = _end(faces, face)
-        assert abs(level - (1.0 + tolerance) * height) > 1e-9, "a rise is just the tolerance"
+        assert abs(level - (1.0 + tolerance) * height) > 1e-9, (
+            "a rise is just the tolerance"
+        )
         if level < (1.0 + tolerance) * height:
             onward[face] = across
     poses = defaultdict(set)
@@ -154,9 +178,18 @@ def persistent_poses(faces, tolerance):
             way.append(onward[way[-1]])
             assert len(way) <= len(faces.heights), f"faces are poured in a ring: {way}"
         poses[way[-1]].add(face)
-    return {frozenset(members): min(
-        (level for face in members for _, level, other in faces.ways[face]
-         if other not in members), default=np.inf) for members in poses.values()}
+    return {
+        frozenset(members): min(
+            (
+                level
+                for face in members
+                for _, level, other in faces.ways[face]
+                if other not in members
+            ),
+            default=np.inf,
+        )
+        for members in poses.values()
+    }
 
 
 def _end(faces, start):
@@ -184,11 +217,18 @@ def _across(faces, start, rank):
     """
     region = _below(faces, start, rank)
     while True:
-        beyond = {other for face in region for here, _, other in faces.ways[face]
-                  if here == rank and other not in region}
+        beyond = {
+            other
+            for face in region
+            for here, _, other in faces.ways[face]
+            if here == rank and other not in region
+        }
         younger = {face: _below(faces, face, rank) for face in beyond}
-        elder = [face for face, reached in younger.items()
-                 if min(faces.order[list(reached)]) < faces.order[start]]
+        elder = [
+            face
+            for face, reached in younger.items()
+            if min(faces.order[list(reached)]) < faces.order[start]
+        ]
         if elder:
             return min(elder, key=lambda face: faces.order[face])
         region = region.union(*younger.values())

@@ -16,15 +16,27 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, minimize_scalar
 
-NEAR, SLOW = 1e-9, 5e-4  # Zeno point: height (appendix B), and speed over 1 - restitution
-SHARE, COST = 1e-4, 1e-9  # of the kinetic energy, or of m g radius: most that a stop may cost
+NEAR, SLOW = (
+    1e-9,
+    5e-4,
+)  # Zeno point: height (appendix B), and speed over 1 - restitution
+SHARE, COST = (
+    1e-4,
+    1e-9,
+)  # of the kinetic energy, or of m g radius: most that a stop may cost
 TOUCHING = 1e-11  # height of a vertex that takes part in an impact
 TIED = 1e-12  # height of a vertex that came down with the first one
 STILL = 1e-12  # speed that counts as none: an endless sequence of impacts ends here
 NO_FORCE = 1e-11  # of a vertex released along with another
 NOISE = 1e-14  # mean speed below which a vertex that just left has not come back
 LONGEST = 1000.0  # time without an event after which the search is given up
-Z, V, UP, W, GAPS = 0, 1, slice(8, 11), slice(11, 14), slice(14, None)  # UP: last row of R
+Z, V, UP, W, GAPS = (
+    0,
+    1,
+    slice(8, 11),
+    slice(11, 14),
+    slice(14, None),
+)  # UP: last row of R
 
 
 @dataclass(frozen=True)
@@ -75,8 +87,11 @@ class Body:
         """Vertical accelerations without contact of the vertices `which` (k,), (k,)."""
         up, w = state[UP], state[W]
         centripetal = w * (up @ w) - up * (w @ w)
-        return (self.across[which] @ up @ self.free_turn(w)
-                + self.points[which] @ centripetal - 1.0)
+        return (
+            self.across[which] @ up @ self.free_turn(w)
+            + self.points[which] @ centripetal
+            - 1.0
+        )
 
     def response(self, state, which):
         """What unit vertical forces at `which` (k,) do to their accelerations, (k, k)."""
@@ -85,7 +100,9 @@ class Body:
 
     def forces(self, state, contacts):
         """Contact forces that keep `contacts` (k,) from accelerating, (k,)."""
-        return np.linalg.solve(self.response(state, contacts), -self.free_fall(state, contacts))
+        return np.linalg.solve(
+            self.response(state, contacts), -self.free_fall(state, contacts)
+        )
 
     def push(self, state, which, impulses):
         """Apply vertical impulses (k,) at the vertices `which` (k,), in place."""
@@ -100,7 +117,9 @@ class Body:
             turning = turning + self.inverse @ (forces @ arms[contacts])
             lift += forces.sum()
         attitude = (state[2:11].reshape(3, 3) @ skew(state[W])).ravel()
-        return np.concatenate(((state[V], lift), attitude, turning, state[V] + arms @ state[W]))
+        return np.concatenate(
+            ((state[V], lift), attitude, turning, state[V] + arms @ state[W])
+        )
 
     def watch(self, contacts, state):
         """Force of each contact, height of each other vertex, (V,): an event below zero."""
@@ -144,8 +163,12 @@ def first_below_zero(watch, times, values):
         left, middle, right = line[:-2], line[1:-1], line[2:]
         dip = (middle >= 0.0) & (middle <= np.minimum(left, right))
         for i in np.flatnonzero(dip & (middle < left + right - 2.0 * middle)):
-            low = minimize_scalar(lambda t, j=j: watch(t)[j], method="bounded",
-                                  bounds=(times[i], times[i + 2]), options={"xatol": 1e-12}).x
+            low = minimize_scalar(
+                lambda t, j=j: watch(t)[j],
+                method="bounded",
+                bounds=(times[i], times[i + 2]),
+                options={"xatol": 1e-12},
+            ).x
             if watch(low)[j] < 0.0 <= line[i]:
                 found.append((_root(watch, j, times[i] or times[i + 1], low), j))
     return min(found, default=None)
@@ -160,8 +183,16 @@ def _root(watch, j, start, end):
 
 def integrate(rates, state, duration, **options):
     """scipy's result; the equations do not know the time, so it counts from zero."""
-    return solve_ivp(rates, (0.0, duration), state, method="DOP853", rtol=1e-13, atol=1e-14,
-                     dense_output=True, **options)
+    return solve_ivp(
+        rates,
+        (0.0, duration),
+        state,
+        method="DOP853",
+        rtol=1e-13,
+        atol=1e-14,
+        dense_output=True,
+        **options,
+    )
 
 
 def sample_times(steps):
@@ -183,7 +214,9 @@ def next_event(body, state, contacts):
 
         times = sample_times(run.t)
         values = np.array([body.watch(contacts, sample) for sample in run.sol(times).T])
-        event = first_below_zero(watch, times, values + NOISE * (passed + times)[:, None])
+        event = first_below_zero(
+            watch, times, values + NOISE * (passed + times)[:, None]
+        )
         if event is not None:
             # The interpolant is not as good as the steps: one more step, to the root.
             i = np.searchsorted(run.t, event[0]) - 1
@@ -225,12 +258,16 @@ def strike(body, state, contacts, vertex, restitution):
     First vertex to come down, touching vertices without velocity afterwards.
     """
     body.halt(state, contacts)  # what the integration let drift
-    tied = np.flatnonzero((state[GAPS] < TIED) & (body.velocities(state) < 0.0)).tolist()
+    tied = np.flatnonzero(
+        (state[GAPS] < TIED) & (body.velocities(state) < 0.0)
+    ).tolist()
     first = min(set(tied) - set(contacts) | {vertex})
     near = np.flatnonzero(state[GAPS] < NEAR)
     speeds, slow = body.velocities(state), SLOW * (1.0 - restitution)
     still, most = [], max(COST, SHARE * body.kinetic(state))
-    for j in sorted(near, key=speeds.__getitem__) if (speeds[near] > -slow).all() else ():
+    for j in (
+        sorted(near, key=speeds.__getitem__) if (speeds[near] > -slow).all() else ()
+    ):
         halted = state.copy()
         body.halt(halted, [*still, j])
         if speeds[j] < slow and body.kinetic(state) - body.kinetic(halted) <= most:
@@ -284,22 +321,37 @@ def reference_flip(points, inertia, down, at, kick, restitution, events=5):
     state[V], state[W] = impulse, impulse * body.inverse @ arm
     near = np.flatnonzero(state[GAPS] == 0.0)
     if body.velocities(state)[near].min() < 0.0:
-        contacts = body.supports(state, strike(body, state, [], near[0], restitution)[1])
+        contacts = body.supports(
+            state, strike(body, state, [], near[0], restitution)[1]
+        )
     return follow(body, state, contacts, restitution, events)
 
 
 def follow(body, state, contacts, restitution, events):
     """Events that follow a state on given contacts; see `reference_drop`."""
     time, found = 0.0, []
-    while len(found) < events and contacts is not None and not at_rest(body, state, contacts):
+    while (
+        len(found) < events
+        and contacts is not None
+        and not at_rest(body, state, contacts)
+    ):
         duration, state, vertex = next_event(body, state, contacts)
         time += duration
         kind, ending = ("release", let_go) if vertex in contacts else ("impact", strike)
         first, still = ending(body, state, contacts, vertex, restitution)
         contacts = body.supports(state, still)
-        found.append(ReferenceEvent(time, kind, first, float(state[Z]), float(state[V]),
-                                    state[UP].copy(), state[2:11].reshape(3, 3).copy(),
-                                    state[W].copy()))
+        found.append(
+            ReferenceEvent(
+                time,
+                kind,
+                first,
+                float(state[Z]),
+                float(state[V]),
+                state[UP].copy(),
+                state[2:11].reshape(3, 3).copy(),
+                state[W].copy(),
+            )
+        )
     return found
 
 

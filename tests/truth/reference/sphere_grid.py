@@ -70,7 +70,9 @@ class Shape:
 
     def r(self, directions):
         """Distance to the surface: the nearest plane along the ray."""
-        return 1.0 / (directions @ (self.normals / self.distances[:, None]).T).max(axis=-1)
+        return 1.0 / (directions @ (self.normals / self.distances[:, None]).T).max(
+            axis=-1
+        )
 
     def R(self, directions):
         """Height of the centre of mass: the deepest vertex."""
@@ -93,7 +95,9 @@ class Shape:
 
     def rows(self, function):
         """Vectors w with R(u) = max w·u, or 1/r(u) = max w·u."""
-        return self.vertices if function == "R" else self.normals / self.distances[:, None]
+        return (
+            self.vertices if function == "R" else self.normals / self.distances[:, None]
+        )
 
 
 def creased_grid(rows):
@@ -112,18 +116,26 @@ def creased_grid(rows):
     p, q = points[edges].transpose(1, 0, 2)
     gap = rows[ruler[edges[:, 0]]] - rows[ruler[edges[:, 1]]]
     before, after = (gap * p).sum(axis=1), (gap * q).sum(axis=1)
-    share = np.where(crossed, before / np.where(crossed, before - after, 1.0), 0.5)[:, None]
+    share = np.where(crossed, before / np.where(crossed, before - after, 1.0), 0.5)[
+        :, None
+    ]
     new = (1.0 - share) * p + share * q
     number = len(points) + np.cumsum(crossed) - 1
-    grid = np.vstack((points, new[crossed] / np.linalg.norm(new[crossed], axis=1)[:, None]))
+    grid = np.vstack(
+        (points, new[crossed] / np.linalg.norm(new[crossed], axis=1)[:, None])
+    )
     ab, bc, ca = number[index.reshape(-1, 3)].T
     a, b, c = across.T
     three = crossed[index.reshape(-1, 3)].all(axis=1)
     two = ~three
-    cut = [np.column_stack((a, ab, ca)),
-           np.column_stack((ab, b, c))[two], np.column_stack((ab, c, ca))[two],
-           np.column_stack((b, bc, ab))[three], np.column_stack((c, ca, bc))[three],
-           np.column_stack((ab, bc, ca))[three]]
+    cut = [
+        np.column_stack((a, ab, ca)),
+        np.column_stack((ab, b, c))[two],
+        np.column_stack((ab, c, ca))[two],
+        np.column_stack((b, bc, ab))[three],
+        np.column_stack((c, ca, bc))[three],
+        np.column_stack((ab, bc, ca))[three],
+    ]
     return grid, np.vstack((whole, *cut))
 
 
@@ -132,8 +144,10 @@ def areas_below(shape, function, levels):
     rows = shape.rows(function)
     points, triangles, height = _heights(rows, function)
     ruler = (points[triangles].mean(axis=1) @ rows.T).argmax(axis=1)
-    return [np.bincount(ruler, _area_below(points, height, triangles, level), len(rows))
-            for level in levels]
+    return [
+        np.bincount(ruler, _area_below(points, height, triangles, level), len(rows))
+        for level in levels
+    ]
 
 
 def _heights(rows, function):
@@ -153,11 +167,17 @@ def flood(shape, function):
     leaf, merges = _joined(minima, passes, leaf_of)
     label = np.full(len(points), -1)
     label[list(leaf)] = list(leaf.values())
-    owner = label[root[triangles[np.arange(len(triangles)), height[triangles].argmin(axis=1)]]]
+    owner = label[
+        root[triangles[np.arange(len(triangles)), height[triangles].argmin(axis=1)]]
+    ]
     splits = []
     for level, one, other in reversed(merges):
-        area = np.bincount(owner, _area_below(points, height, triangles, level), len(stable))
-        splits.append(Split(level, (one, other), (area[list(one)].sum(), area[list(other)].sum())))
+        area = np.bincount(
+            owner, _area_below(points, height, triangles, level), len(stable)
+        )
+        splits.append(
+            Split(level, (one, other), (area[list(one)].sum(), area[list(other)].sum()))
+        )
     return Flood(stable, tuple(splits), _probabilities(len(stable), splits))
 
 
@@ -190,7 +210,9 @@ def _joined(minima, passes, leaf_of):
     """Union-find over the minima: leaf that each belongs to, and the merges of leaves."""
     link = {m: m for m in minima}
     held = {m: {m} for m in minima}
-    leaves = {m: frozenset([leaf_of[m]]) if m in leaf_of else frozenset() for m in minima}
+    leaves = {
+        m: frozenset([leaf_of[m]]) if m in leaf_of else frozenset() for m in minima
+    }
     leaf = dict(leaf_of)
     merges = []
 
@@ -223,7 +245,9 @@ def _area_below(points, height, triangles, level):
     with np.errstate(divide="ignore", invalid="ignore"):
         tip = (level - low) ** 2 / ((middle - low) * (high - low))
         rest = 1.0 - (high - level) ** 2 / ((high - middle) * (high - low))
-    return area * np.select([level <= low, level < middle, level < high], [0.0, tip, rest], 1.0)
+    return area * np.select(
+        [level <= low, level < middle, level < high], [0.0, tip, rest], 1.0
+    )
 
 
 def _probabilities(count, splits):

@@ -34,7 +34,9 @@ class Polyhedron:
         self.normals, self.corners = [], []
         for plane in hull.equations[distinct(hull.equations)]:
             normal = plane[:3]
-            on = np.flatnonzero(np.abs(points @ normal + plane[3]) < 1e-9 * np.abs(points).max())
+            on = np.flatnonzero(
+                np.abs(points @ normal + plane[3]) < 1e-9 * np.abs(points).max()
+            )
             spokes = points[on] - points[on].mean(axis=0)
             across = np.cross(normal, spokes[0])
             angle = np.arctan2(spokes @ across, spokes @ spokes[0])
@@ -56,8 +58,13 @@ class Polyhedron:
     def area_vector(self, face):
         """Area along the normal, and the centroid."""
         first, *rest = self.polygon(face)
-        parts = [(0.5 * np.linalg.norm(np.cross(b - first, c - first)), (first + b + c) / 3.0)
-                 for b, c in pairwise(rest)]
+        parts = [
+            (
+                0.5 * np.linalg.norm(np.cross(b - first, c - first)),
+                (first + b + c) / 3.0,
+            )
+            for b, c in pairwise(rest)
+        ]
         area = sum(size for size, _ in parts)
         return area, sum(size * place for size, place in parts) / area
 
@@ -72,8 +79,11 @@ class Polyhedron:
         """The other face with both ends of an edge."""
         loop = self.corners[face]
         ends = {loop[edge], loop[(edge + 1) % len(loop)]}
-        return next(other for other, corners in enumerate(self.corners)
-                    if other != face and ends <= set(corners))
+        return next(
+            other
+            for other, corners in enumerate(self.corners)
+            if other != face and ends <= set(corners)
+        )
 
     def topples_to(self, face):
         """The face that an unstable one topples onto; itself when it is stable."""

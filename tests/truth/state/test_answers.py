@@ -26,10 +26,14 @@ class Service:
         return lambda: self.answers.send("s", asked, send)
 
 
-@pytest.mark.parametrize(("clients", "most"), [
-    ("D", 220), ("DD", 220), ("HD", 220), ("HDD", 220), ("DH", 2000)])
+@pytest.mark.parametrize(
+    ("clients", "most"),
+    [("D", 220), ("DD", 220), ("HD", 220), ("HDD", 220), ("DH", 2000)],
+)
 def test_who_can_be_reached_is_and_others_are_tried_seldom(clients, most):
-    service = Service()  # a call a second of each; one that asks before its like is taken for it
+    service = (
+        Service()
+    )  # a call a second of each; one that asks before its like is taken for it
     for number in range(1, 2001):
         service.now += 1.0
         for which, kind in enumerate(clients):
@@ -61,7 +65,10 @@ def test_who_is_passed_is_answered_though_later_answers_to_the_other_fail_first(
     for client in ("H", "D"):
         for number in range(1, 5):
             service.call(client, number)()
-    asked, later = service.answers.asked("s", 5), [service.call("D", number) for number in (6, 7)]
+    asked, later = (
+        service.answers.asked("s", 5),
+        [service.call("D", number) for number in (6, 7)],
+    )
 
     def send():
         for fail in later:

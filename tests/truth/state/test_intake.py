@@ -34,8 +34,10 @@ from ros_pose_stats.ros.parts.result_store import Stores
 from ros_pose_stats.ros.services.cell import PlateFits
 
 NODE_SCENE = (-1.0, -1.0)  # of a part that has no scene of its own
-TETRAHEDRON = ([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]],
-               [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
+TETRAHEDRON = (
+    [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]],
+    [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]],
+)
 
 
 @pytest.fixture
@@ -47,7 +49,9 @@ def lanes():
 
 
 def base_of(lanes=None, state=None, node=None, **settings):
-    return Base(node or Mock(), lambda: SimpleNamespace(**settings), state, None, Mock(), lanes)
+    return Base(
+        node or Mock(), lambda: SimpleNamespace(**settings), state, None, Mock(), lanes
+    )
 
 
 def occupied(lanes, lane):
@@ -69,7 +73,9 @@ def large_part(begun, may_end):
         may_end.wait()
         return part_from_mesh(*TETRAHEDRON)
 
-    return KnownPart("large", "", b"", NODE_SCENE, PartSource(None, build), size=LARGE_BYTES + 1)
+    return KnownPart(
+        "large", "", b"", NODE_SCENE, PartSource(None, build), size=LARGE_BYTES + 1
+    )
 
 
 def test_a_large_part_that_is_asked_for_is_built_beside_quick_ones(lanes):
@@ -89,9 +95,13 @@ def test_a_large_part_that_is_asked_for_is_built_beside_quick_ones(lanes):
 def test_a_large_mesh_of_a_request_waits_behind_few_others(lanes):
     """Those that follow are refused, so that no client waits for an hour."""
     may_end, order = occupied(lanes, Lane.SLOW), []
-    coming = [lanes.put(partial(order.append, number), Rank.KNOWN, Lane.SLOW)
-              for number in range(60)]
-    sent = [lanes.put(partial(order.append, "sent"), Rank.SENT, Lane.SLOW) for _ in range(9)]
+    coming = [
+        lanes.put(partial(order.append, number), Rank.KNOWN, Lane.SLOW)
+        for number in range(60)
+    ]
+    sent = [
+        lanes.put(partial(order.append, "sent"), Rank.SENT, Lane.SLOW) for _ in range(9)
+    ]
     may_end.set()
     with pytest.raises(RequestError, match="at most 8 large meshes"):
         sent[-1].result(60.0)
@@ -103,7 +113,10 @@ def test_checks_wait_for_meshes_that_are_soon_built_and_no_longer(lanes):
     may_end = occupied(lanes, Lane.QUICK)
     lanes.put(lambda: None, Rank.PUBLISHED)
     later = lanes.put(lanes.waiting, Rank.LATER, Lane.CHECK)
-    assert lanes.put(lambda: "asked for", Rank.KNOWN, Lane.CHECK).result(60.0) == "asked for"
+    assert (
+        lanes.put(lambda: "asked for", Rank.KNOWN, Lane.CHECK).result(60.0)
+        == "asked for"
+    )
     assert not later.done()
     may_end.set()
     assert later.result(60.0) == 0
@@ -131,7 +144,11 @@ def test_an_older_mesh_of_a_name_comes_first_though_it_takes_long(lanes, rank):
     assert begun.wait(60.0)
     newer = lanes.put(partial(order.append, "newer"), rank, Lane.SLOW, 0, "clamp")
     may_end.set()
-    assert [older.result(60.0), newer.result(60.0), order] == [None, None, ["older", "newer"]]
+    assert [older.result(60.0), newer.result(60.0), order] == [
+        None,
+        None,
+        ["older", "newer"],
+    ]
 
 
 def test_a_failing_refinement_keeps_no_other_part_from_being_checked(lanes):
@@ -139,42 +156,80 @@ def test_a_failing_refinement_keeps_no_other_part_from_being_checked(lanes):
     node, jobs = Mock(), Mock(cancel_refinement=Mock(side_effect=OSError("no room")))
     node.get_logger().error = lambda line: done.set() if said else said.append(line)
     parts = {name: Mock(part_id=name) for name in ("first", "last")}
-    base = base_of(lanes, node=node, refine_drops=0, drops=1, max_drops=1, target_error=0.0,
-                   scene=Mock(), default_method="area", max_job_seconds=1.0)
-    refinement = Refinement(base, Stores(Mock(current=parts.get), None, Mock(), None), jobs)
+    base = base_of(
+        lanes,
+        node=node,
+        refine_drops=0,
+        drops=1,
+        max_drops=1,
+        target_error=0.0,
+        scene=Mock(),
+        default_method="area",
+        max_job_seconds=1.0,
+    )
+    refinement = Refinement(
+        base, Stores(Mock(current=parts.get), None, Mock(), None), jobs
+    )
     may_end = occupied(lanes, Lane.CHECK)
     for known in parts.values():
         refinement.follow(known)
     may_end.set()
-    assert done.wait(60.0) and "'first' could not be refined: OSError: no room" in said[0]
+    assert (
+        done.wait(60.0) and "'first' could not be refined: OSError: no room" in said[0]
+    )
 
 
 def test_fits_hold_up_no_other_answer_and_are_refused_at_the_end(lanes):
     begun, may_end = threading.Event(), threading.Event()
     known = large_part(begun, may_end)
     known.counts = CellCounts(Ground(Numbering(0.0, 0), ""), np.array([50]), 1)
-    service = PlateFits(base_of(lanes, plate=""),
-                        Stores(Mock(all=lambda: [known]), None, None, None), None)
-    answers = [answered(service.answer, print, SimpleNamespace(plate="", apply=False),
-                        SimpleNamespace(success=False)) for _ in range(2)]
+    service = PlateFits(
+        base_of(lanes, plate=""),
+        Stores(Mock(all=lambda: [known]), None, None, None),
+        None,
+    )
+    answers = [
+        answered(
+            service.answer,
+            print,
+            SimpleNamespace(plate="", apply=False),
+            SimpleNamespace(success=False),
+        )
+        for _ in range(2)
+    ]
     assert begun.wait(60.0) and not any(answer.done() for answer in answers)
     lanes.close()
     may_end.set()
     assert all("running node" in answer.result(60.0).message for answer in answers)
 
 
-@pytest.mark.parametrize(("plate", "sides", "total", "builds", "warnings"), [
-    ("oak", 0, 4, 0, 0), ("glass", 192, 4, 1, 0), ("glass", 0, 3, 0, 1)])
-def test_counts_that_do_not_fit_a_result_are_left_out_of_it(plate, sides, total, builds, warnings):
+@pytest.mark.parametrize(
+    ("plate", "sides", "total", "builds", "warnings"),
+    [("oak", 0, 4, 0, 0), ("glass", 192, 4, 1, 0), ("glass", 0, 3, 0, 1)],
+)
+def test_counts_that_do_not_fit_a_result_are_left_out_of_it(
+    plate, sides, total, builds, warnings
+):
     """Those of another plate without building the part, which may be damaged."""
     build, node = Mock(side_effect=MeshError("a mesh", "none", "send it again")), Mock()
-    store = CountStore(base_of(state=Mock(get=lambda *key: None), node=node, plate="glass",
-                               profile=None), None)
+    store = CountStore(
+        base_of(
+            state=Mock(get=lambda *key: None), node=node, plate="glass", profile=None
+        ),
+        None,
+    )
     known = KnownPart("clamp", "", b"", NODE_SCENE, PartSource(None, build))
-    known.counts = CellCounts(Ground(Numbering(0.0, sides), plate), np.ones(total, np.int64), 1)
-    message = PoseStatistics(cluster_tolerance=0.0, round_sides=0, poses=[StablePose()] * 4)
+    known.counts = CellCounts(
+        Ground(Numbering(0.0, sides), plate), np.ones(total, np.int64), 1
+    )
+    message = PoseStatistics(
+        cluster_tolerance=0.0, round_sides=0, poses=[StablePose()] * 4
+    )
     assert store.observe(known, message) is None
-    assert (build.call_count, node.get_logger().warning.call_count) == (builds, warnings)
+    assert (build.call_count, node.get_logger().warning.call_count) == (
+        builds,
+        warnings,
+    )
 
 
 def failure(store, request):
@@ -198,11 +253,17 @@ def test_nothing_holds_on_to_a_mesh_that_is_refused():
         assert left() is None
 
 
-def test_a_part_that_the_end_of_the_node_keeps_from_being_shown_again_is_not_forgotten(lanes):
+def test_a_part_that_the_end_of_the_node_keeps_from_being_shown_again_is_not_forgotten(
+    lanes,
+):
     source, parts = PartSource(part_from_mesh(*TETRAHEDRON)), Mock()
     parts.all.return_value = [KnownPart("clamp", "", b"", NODE_SCENE, source)]
-    intake = Intake(base_of(lanes, scene=DropScene), Stores(parts, None, Mock(), Mock()), Mock(),
-                    Mock(side_effect=ending()))
+    intake = Intake(
+        base_of(lanes, scene=DropScene),
+        Stores(parts, None, Mock(), Mock()),
+        Mock(),
+        Mock(side_effect=ending()),
+    )
     intake.restore()
     with pytest.raises(RequestError, match="running node"):
         intake.restored[0].result(60.0)
@@ -211,12 +272,19 @@ def test_a_part_that_the_end_of_the_node_keeps_from_being_shown_again_is_not_for
 
 def test_whoever_hears_that_a_job_has_ended_finds_its_place_free():
     def submit(seed):
-        return jobs.submit(JobRequest("clamp", b"", DropScene(), 1, seed, 0.0, 600.0),
-                           done_with(Mock()), Mock(max_queued_jobs=0))
+        return jobs.submit(
+            JobRequest("clamp", b"", DropScene(), 1, seed, 0.0, 600.0),
+            done_with(Mock()),
+            Mock(max_queued_jobs=0),
+        )
 
     may_end = threading.Event()
-    jobs = Jobs("run", JobListener(), print,
-                lambda *_: Mock(drops=1, warnings=(), seconds=may_end.wait(60.0)))
+    jobs = Jobs(
+        "run",
+        JobListener(),
+        print,
+        lambda *_: Mock(drops=1, warnings=(), seconds=may_end.wait(60.0)),
+    )
     first, heard = submit(1), []
     first.finished.add_done_callback(lambda _: heard.append(submit(2)))
     may_end.set()
@@ -239,8 +307,11 @@ def test_a_refinement_that_gave_way_begins_again_though_the_client_cancels():
         return stop.judge(Mock(drops=100 if complete else 1, warnings=()), complete, "")
 
     def submit(refinement):
-        return jobs.submit(JobRequest("clamp", b"", DropScene(), 100, 1, 0.0, 600.0, refinement),
-                           done_with(Mock()), Mock(max_queued_jobs=1))
+        return jobs.submit(
+            JobRequest("clamp", b"", DropScene(), 100, 1, 0.0, 600.0, refinement),
+            done_with(Mock()),
+            Mock(max_queued_jobs=1),
+        )
 
     jobs = Jobs("run", JobListener(), print, compute)
     refinement = submit(refinement=True)
@@ -250,53 +321,101 @@ def test_a_refinement_that_gave_way_begins_again_though_the_client_cancels():
     jobs.close("")
 
 
-@pytest.mark.filterwarnings("ignore::DeprecationWarning")  # of a library that reads messages
+@pytest.mark.filterwarnings(
+    "ignore::DeprecationWarning"
+)  # of a library that reads messages
 @pytest.mark.parametrize("lost", range(1, 5))
 def test_the_state_has_jobs_and_counts_before_the_bag(tmp_path, lost):
     """A goal's only answer, its result, says what that lost, but for the start of the run."""
     state, had = states.State(tmp_path / "one.sqlite3"), []
 
     def record(topic, data):
-        had.append([row[1] for row in state.rows("jobs")]
-                   + [row[5] for row in state.rows("counts")])
+        had.append(
+            [row[1] for row in state.rows("jobs")]
+            + [row[5] for row in state.rows("counts")]
+        )
         return len(had) - 1 != lost
 
     base = base_of(state=state, node=MagicMock(), plate="")._replace(
-        recorder=Mock(record=record, last_problem="no room"))
-    result = PoseStatistics(cluster_tolerance=0.0025, round_sides=192, poses=[StablePose()])
-    known = KnownPart("clamp", "", b"", NODE_SCENE, PartSource(Mock()),
-                      shown=Shown(result, result, DropScene()))
+        recorder=Mock(record=record, last_problem="no room")
+    )
+    result = PoseStatistics(
+        cluster_tolerance=0.0025, round_sides=192, poses=[StablePose()]
+    )
+    known = KnownPart(
+        "clamp",
+        "",
+        b"",
+        NODE_SCENE,
+        PartSource(Mock()),
+        shown=Shown(result, result, DropScene()),
+    )
     parts = Mock(current=lambda name: known)
-    stores = Stores(parts, CountStore(base, parts), Mock(number_result=lambda *_: result),
-                    Announcer(base))
+    stores = Stores(
+        parts,
+        CountStore(base, parts),
+        Mock(number_result=lambda *_: result),
+        Announcer(base),
+    )
     reports = job_reports.JobReports(base, stores)
-    state.commit(state.put(job_reports.job_change(JobEvent(job_id="run_0000", event=2))))
+    state.commit(
+        state.put(job_reports.job_change(JobEvent(job_id="run_0000", event=2)))
+    )
     reports.restore()
     outcome = Mock(drops=9, expected_error=0.1, drop_height=None, warnings=())
     jobs = Jobs("run", reports, pytest.fail, lambda *_: outcome)
-    job = jobs.submit(JobRequest("clamp", b"", DropScene(), 9, 1, 0.0, 600.0), done_with(known),
-                      Mock(max_queued_jobs=1))
+    job = jobs.submit(
+        JobRequest("clamp", b"", DropScene(), 9, 1, 0.0, 600.0),
+        done_with(known),
+        Mock(max_queued_jobs=1),
+    )
     job.finished.result(60.0)
     jobs.close("")
     camera_counts.Cameras(base, stores)
     kind, _, take = base.node.create_subscription.call_args_list[2].args[:3]
     base.node.create_subscription().handle.take_message.return_value = None
-    three = kind(part_id="clamp", index=[0], count=[3], round_sides=192, cluster_tolerance=0.0025)
-    take(serialize_message(three), {"publication_sequence_number": 1, "source_timestamp": 1})
+    three = kind(
+        part_id="clamp", index=[0], count=[3], round_sides=192, cluster_tolerance=0.0025
+    )
+    take(
+        serialize_message(three),
+        {"publication_sequence_number": 1, "source_timestamp": 1},
+    )
     warnings = reports.answer_of(job.job_id).warnings
     state.close()
-    assert had == [[4], [4, 1], [4, 1], [4, 3], [4, 3], [4, 3, (3).to_bytes(8, "little")]]
+    assert had == [
+        [4],
+        [4, 1],
+        [4, 1],
+        [4, 3],
+        [4, 3],
+        [4, 3, (3).to_bytes(8, "little")],
+    ]
     assert sum(line.startswith("NOT_RECORDED: ") for line in warnings) == (lost != 2)
 
 
 def test_the_newest_results_of_ended_jobs_are_kept_within_256_mebibytes():
     """Of older ones the end is known."""
-    rows = {name: (name, JobEvent.DONE, serialize_message(
-        JobEvent(job_id=name, event=JobEvent.DONE)), bytes(2**27)) for name in (
-            "run_0001", "run_0002", "run_0003")}
-    state = Mock(rows=lambda table: list(rows.values()), get=lambda table, name: rows[name],
-                 put=lambda change: rows.update({change.key: change.row}))
-    reports = job_reports.JobReports(base_of(state=state), Stores(None, None, None, None))
+    rows = {
+        name: (
+            name,
+            JobEvent.DONE,
+            serialize_message(JobEvent(job_id=name, event=JobEvent.DONE)),
+            bytes(2**27),
+        )
+        for name in ("run_0001", "run_0002", "run_0003")
+    }
+    state = Mock(
+        rows=lambda table: list(rows.values()),
+        get=lambda table, name: rows[name],
+        put=lambda change: rows.update({change.key: change.row}),
+    )
+    reports = job_reports.JobReports(
+        base_of(state=state), Stores(None, None, None, None)
+    )
     reports.restore()
     assert [len(row[3]) for row in rows.values()] == [0, 2**27, 2**27]
-    assert list(reports.ends) == list(rows) and reports.answer_of("run_0001") == PoseStatistics()
+    assert (
+        list(reports.ends) == list(rows)
+        and reports.answer_of("run_0001") == PoseStatistics()
+    )

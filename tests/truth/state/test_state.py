@@ -48,7 +48,9 @@ def facts(state):
 
 
 def part(part_id="clamp"):
-    return Change("parts", part_id, (part_id, "ab" * 32, b"\0" * 32, -0.0, 0.1, 1000, 1))
+    return Change(
+        "parts", part_id, (part_id, "ab" * 32, b"\0" * 32, -0.0, 0.1, 1000, 1)
+    )
 
 
 def image(file, folder, cut):
@@ -57,20 +59,27 @@ def image(file, folder, cut):
     folder.mkdir()
     shutil.copy(file, folder)
     log = Path(f"{file}-wal").read_bytes()
-    (folder / f"{file.name}-wal").write_bytes(log[:len(log) - min(cut, len(log))])
+    (folder / f"{file.name}-wal").write_bytes(log[: len(log) - min(cut, len(log))])
     return folder / file.name
 
 
-CHANGES = st.lists(st.tuples(st.sampled_from(NAMES), st.one_of(st.none(), st.text(max_size=3))),
-                   min_size=1, max_size=3)
+CHANGES = st.lists(
+    st.tuples(st.sampled_from(NAMES), st.one_of(st.none(), st.text(max_size=3))),
+    min_size=1,
+    max_size=3,
+)
 STEPS = st.lists(st.tuples(CHANGES, st.booleans()), min_size=1, max_size=8)
 
 
-@settings(max_examples=40, deadline=None,
-          suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(
+    max_examples=40,
+    deadline=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
+)
 @given(steps=STEPS, cut=st.one_of(st.just(0), st.integers(1, 20_000)))
 def test_what_a_kill_or_a_power_cut_leaves_is_what_had_come_up_to_a_moment(
-        tmp_path, steps, cut):
+    tmp_path, steps, cut
+):
     """All that was committed where the process was killed; changes of one call stay together."""
     shutil.rmtree(tmp_path / "node", ignore_errors=True)
     state = State(tmp_path / "node" / "one.sqlite3")
@@ -80,7 +89,9 @@ def test_what_a_kill_or_a_power_cut_leaves_is_what_had_come_up_to_a_moment(
         then = dict(moments[-1])
         for name, value in changes:
             then[name] = value
-        moments.append({name: value for name, value in then.items() if value is not None})
+        moments.append(
+            {name: value for name, value in then.items() if value is not None}
+        )
         if waits:
             assert state.commit(number)
             committed = len(moments) - 1
@@ -114,7 +125,7 @@ def test_many_that_wait_share_transactions(opened):
 def damaged(content, random_):
     """A file with a bit that is another one, or without its end."""
     if random_.random() < 0.3:
-        return content[:random_.randrange(len(content))]
+        return content[: random_.randrange(len(content))]
     place = random_.randrange(len(content))
     changed = bytearray(content)
     changed[place] ^= 1 << random_.randrange(8)
@@ -137,7 +148,9 @@ def test_a_damaged_file_is_set_aside_or_says_what_was_written(file, opened):
             continue
         if found.set_aside:
             aside += 1
-            assert found.rows("parts") == [] and (file.parent / found.set_aside).is_file()
+            assert (
+                found.rows("parts") == [] and (file.parent / found.set_aside).is_file()
+            )
         else:
             assert found.rows("parts") == [part().row]
             assert found.mesh("clamp") == b"mesh" * 1000
@@ -194,9 +207,12 @@ def test_newer_and_foreign_files_are_left_alone(file, opened):
 
 def test_messages_of_other_definitions_are_written_anew(file, opened):
     state = opened(definitions=KINDS)
-    state.put(part(), Change("results", "clamp", ("clamp", b"old", b"", 7)),
-              Change("jobs", "1", ("1", 3, b"event", b"old")),
-              Change("jobs", "2", ("2", 3, b"event", b"unreadable")))
+    state.put(
+        part(),
+        Change("results", "clamp", ("clamp", b"old", b"", 7)),
+        Change("jobs", "1", ("1", 3, b"event", b"old")),
+        Change("jobs", "2", ("2", 3, b"event", b"unreadable")),
+    )
     state.close()
     newer = {**KINDS, "PoseStatistics": "float64 y"}
     converted = []
@@ -222,7 +238,9 @@ def test_a_file_that_is_deleted_under_the_node_is_made_anew(file, opened):
     assert "is made anew" in said[0]
     state.close()
     again = opened()
-    assert facts(again) == {"a": "before", "b": "after"} and again.rows("parts") == [part().row]
+    assert facts(again) == {"a": "before", "b": "after"} and again.rows("parts") == [
+        part().row
+    ]
 
 
 def test_a_place_that_cannot_be_written_is_said_and_tried_again(file, opened):
@@ -247,7 +265,11 @@ def test_large_meshes_lie_beside_the_file_as_long_as_a_part_has_them(file, opene
         state.put_mesh(name, mesh)
     state.put(Change("meshes", "one", None))
     assert state.commit() and len(list(state.meshes.iterdir())) == 1
-    assert (state.mesh("one"), state.mesh("two"), state.mesh("small")) == (None, LARGE, b"mesh")
+    assert (state.mesh("one"), state.mesh("two"), state.mesh("small")) == (
+        None,
+        LARGE,
+        b"mesh",
+    )
     (stored,) = state.meshes.iterdir()
     stored.write_bytes(LARGE[:-1] + b"?")
     assert state.mesh("two") is None  # rather than another mesh
@@ -258,12 +280,18 @@ def test_large_meshes_lie_beside_the_file_as_long_as_a_part_has_them(file, opene
 def test_an_index_that_leads_nowhere_is_damage(file, opened):
     """By it a row that is there would not be found, and another one put beside it."""
     state = opened()
-    assert state.commit(state.put(*(fact(f"name {number:02d}", "") for number in range(20))))
+    assert state.commit(
+        state.put(*(fact(f"name {number:02d}", "") for number in range(20)))
+    )
     state.close()
     link = sqlite3.connect(file)
-    (page,), (size,) = (link.execute(text).fetchone() for text in (
-        "SELECT rootpage FROM sqlite_master WHERE name='sqlite_autoindex_facts_1'",
-        "PRAGMA page_size"))
+    (page,), (size,) = (
+        link.execute(text).fetchone()
+        for text in (
+            "SELECT rootpage FROM sqlite_master WHERE name='sqlite_autoindex_facts_1'",
+            "PRAGMA page_size",
+        )
+    )
     link.close()
     data = bytearray(file.read_bytes())
     place = data.index(b"name 07", (page - 1) * size, page * size)
@@ -290,8 +318,20 @@ def test_a_mesh_and_its_part_come_together(file, opened, tmp_path):
 
 def test_two_writers_of_a_file_of_plates_lose_none(tmp_path):
     def write(name):
-        write_profile(tmp_path / "plates.yaml", PlateProfile(
-            name, *[0.5] * 3, *[0.1] * 3, 0.01, 0.5, ("clamp",), 100, "2026-11-25", "1"))
+        write_profile(
+            tmp_path / "plates.yaml",
+            PlateProfile(
+                name,
+                *[0.5] * 3,
+                *[0.1] * 3,
+                0.01,
+                0.5,
+                ("clamp",),
+                100,
+                "2026-11-25",
+                "1",
+            ),
+        )
 
     names = [f"plate {number}" for number in range(12)]
     with ThreadPoolExecutor(2) as pool:

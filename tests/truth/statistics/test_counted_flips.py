@@ -59,18 +59,26 @@ def test_it_is_nearer_than_model_and_counts_where_the_cell_is_off(kicks):
     """
     random, errors = np.random.default_rng(4), []
     for _ in range(60):
-        truth = np.array([random.dirichlet(40.0 * row + 1e-9) for row in kicks[1].transition])
+        truth = np.array(
+            [random.dirichlet(40.0 * row + 1e-9) for row in kicks[1].transition]
+        )
         counts = drawn(truth, 40, random.integers(2**31))
         found = learn_flips(kicks, counts).transition
-        errors.append([np.mean((each - truth) ** 2)
-                       for each in (found, kicks[1].transition, counts / 40.0)])
+        errors.append(
+            [
+                np.mean((each - truth) ** 2)
+                for each in (found, kicks[1].transition, counts / 40.0)
+            ]
+        )
     learned, model, counted = np.mean(errors, axis=0)
     assert learned < 0.75 * min(model, counted)
 
 
 def test_poses_that_look_alike_share_their_counts():
     """A camera names either of a box's two equal faces; groups are known by all flips of both."""
-    flips = simulate_flips(part_from_mesh(*shapes.box(1.0, 2.0, 3.0)), 0.9, 2000, seed=3)
+    flips = simulate_flips(
+        part_from_mesh(*shapes.box(1.0, 2.0, 3.0)), 0.9, 2000, seed=3
+    )
     one, both = np.zeros((2, 6, 6), np.int64)
     one[0, [0, 2]] = 400, 200
     both[[0, 0, 1, 1], [0, 2, 1, 3]] = 250, 50, 150, 150
@@ -81,7 +89,8 @@ def test_poses_that_look_alike_share_their_counts():
     # Poses of a group share its error, as they share what is known of it.
     share, known = between[0, 0, 1], 2.0 * first.counts[0].sum()
     assert first.standard_error[0, 2:4].sum() == pytest.approx(
-        math.sqrt(share * (1.0 - share) / (known + 1.0)), rel=1e-6)
+        math.sqrt(share * (1.0 - share) / (known + 1.0)), rel=1e-6
+    )
     # 600 flips of both poses together, and at most 300 of the model out of each.
     assert between[0, 0, 1] == pytest.approx(1.0 / 3.0, abs=0.15)
     assert 2.0 * first.counts[:2].sum(axis=1) == pytest.approx(first.counts[:2].sum())
@@ -91,16 +100,28 @@ def test_flips_of_two_parts_are_not_one_feeders(kicks):
     other = part_from_mesh(*random_polyhedron(8, 22))
     flips = simulate_flips(other, 0.1, 20, seed=3)
     cell = FeederCell(60.0, (0.3, 0.2))
-    for call in (lambda: learn_flips([*kicks, flips], np.zeros((1, 1), int)),
-                 lambda: plan_feeding(estimate(other, "split"), [0], cell, kicks)):
+    for call in (
+        lambda: learn_flips([*kicks, flips], np.zeros((1, 1), int)),
+        lambda: plan_feeding(estimate(other, "split"), [0], cell, kicks),
+    ):
         with pytest.raises(PoseStatsError, match="results of one part"):
             call()
 
 
-@pytest.mark.parametrize(("wanted", "cell"), [
-    ([True, False], {}), ([1.0], {}), ([math.nan], {}), ([], {}), ([0], {"rate": "60"}),
-    ([0], {"plate": (0.3,)}), ([0], {"plate": 0.3}), ([0], {"plate": (1e200, 0.3)}),
-    ([0], {"clearance": None})])
+@pytest.mark.parametrize(
+    ("wanted", "cell"),
+    [
+        ([True, False], {}),
+        ([1.0], {}),
+        ([math.nan], {}),
+        ([], {}),
+        ([0], {"rate": "60"}),
+        ([0], {"plate": (0.3,)}),
+        ([0], {"plate": 0.3}),
+        ([0], {"plate": (1e200, 0.3)}),
+        ([0], {"clearance": None}),
+    ],
+)
 def test_what_is_no_feeder_is_refused(kicks, wanted, cell):
     dropped = estimate(part_from_mesh(*random_polyhedron(8, 21)), "split")
     feeder = FeederCell(**{"rate": 60.0, "plate": (0.3, 0.2), **cell})

@@ -17,8 +17,10 @@ from ros_pose_stats.statistics.chi_square import goodness_of_fit, homogeneity
 from tests.bodies import shapes
 
 
-@pytest.mark.parametrize("counts", [{0: 1.5}, {0: math.nan}, {0: 2**70}, {0: -1}, {0.5: 3},
-                                    {True: 4}, {6: 1}])
+@pytest.mark.parametrize(
+    "counts",
+    [{0: 1.5}, {0: math.nan}, {0: 2**70}, {0: -1}, {0.5: 3}, {True: 4}, {6: 1}],
+)
 def test_counts_that_are_none(counts):
     with pytest.raises(PoseStatsError, match=r"whole counts from 0 on|poses 0 to 5"):
         count_part(part_from_mesh(*shapes.box(1.0, 2.0, 3.0)), counts)
@@ -30,7 +32,10 @@ class TestGoodnessOfFit:
         rng = np.random.default_rng(seed)
         counts = rng.multinomial(900, rng.dirichlet(np.full(6, 8.0)))
         told = rng.dirichlet(np.full(6, 200.0))
-        found, known = goodness_of_fit(counts, told), stats.chisquare(counts, 900 * told)
+        found, known = (
+            goodness_of_fit(counts, told),
+            stats.chisquare(counts, 900 * told),
+        )
         assert found.statistic == pytest.approx(known.statistic, rel=1e-12)
         assert found.p_value == pytest.approx(known.pvalue, rel=1e-9)
         assert (found.degrees_of_freedom, found.bins, found.pooled) == (5, 6, 0)
@@ -46,7 +51,9 @@ class TestGoodnessOfFit:
     @pytest.mark.parametrize("counts", [[0, 0], [3, 2], [1000, 3]])
     def test_too_few(self, counts):
         found = goodness_of_fit(counts, [1.0, 0.0] if counts[0] == 1000 else [0.5, 0.5])
-        assert found.too_few and math.isnan(found.statistic) and math.isnan(found.p_value)
+        assert (
+            found.too_few and math.isnan(found.statistic) and math.isnan(found.p_value)
+        )
 
     def test_p_is_uniform_where_the_prediction_holds_and_small_where_it_does_not(self):
         """Of 2000 trials the share below a level has the error sqrt(a (1 - a) / 2000).
@@ -78,7 +85,9 @@ class TestGoodnessOfFit:
         errors = (np.sqrt(whole * (1.0 - whole) / (worth + 1.0)) / size)[unit]
         true = (rng.dirichlet(worth * whole, 2000) / size)[:, unit]
         counts = rng.multinomial(100_000, true)
-        p = np.array([goodness_of_fit(one, told, errors, unit).p_value for one in counts])
+        p = np.array(
+            [goodness_of_fit(one, told, errors, unit).p_value for one in counts]
+        )
         assert np.mean(p < 0.5) == pytest.approx(0.5, abs=0.045)
         assert np.mean(p < 0.05) == pytest.approx(0.05, abs=0.02)
 
@@ -102,13 +111,18 @@ class TestPairs:
 
     @staticmethod
     def pairs(seed, trials, both, first_only, second_only):
-        kind = np.random.default_rng(seed).choice(4, size=trials, p=(
-            both, first_only, second_only, 1.0 - both - first_only - second_only))
+        kind = np.random.default_rng(seed).choice(
+            4,
+            size=trials,
+            p=(both, first_only, second_only, 1.0 - both - first_only - second_only),
+        )
         return (kind == 0) | (kind == 1), (kind == 0) | (kind == 2)
 
     @pytest.mark.parametrize(("gained", "lost"), [(0, 0), (3, 9), (120, 77)])
     def test_the_chance_is_that_of_a_fair_coin(self, gained, lost):
-        expected = stats.binomtest(gained, gained + lost).pvalue if gained + lost else 1.0
+        expected = (
+            stats.binomtest(gained, gained + lost).pvalue if gained + lost else 1.0
+        )
         assert chance_of_split(gained, lost) == pytest.approx(expected, rel=1e-12)
 
     def test_what_both_have_in_common_cancels(self):
@@ -116,22 +130,28 @@ class TestPairs:
         found = paired_difference(first, second)
         single = second.astype(float) - first.astype(float)
         assert found.value == pytest.approx(single.mean(), abs=1e-15)
-        assert found.standard_error == pytest.approx(single.std() / math.sqrt(4000), rel=1e-12)
+        assert found.standard_error == pytest.approx(
+            single.std() / math.sqrt(4000), rel=1e-12
+        )
         assert found.standard_error < 0.2 * math.sqrt(2.0 * 0.25 / 4000)
 
-    @pytest.mark.parametrize(("trials", "kinds"), [(60, (0.2, 0.1, 0.15)),
-                                                   (400, (0.3, 0.01, 0.02))])
+    @pytest.mark.parametrize(
+        ("trials", "kinds"), [(60, (0.2, 0.1, 0.15)), (400, (0.3, 0.01, 0.02))]
+    )
     def test_intervals_hold_nine_in_ten(self, trials, kinds):
         """But for four standard errors; of few discordant pairs they are a little wide."""
         truth, runs = kinds[2] - kinds[1], 1000
-        found = [paired_difference(*self.pairs(seed, trials, *kinds)) for seed in range(runs)]
+        found = [
+            paired_difference(*self.pairs(seed, trials, *kinds)) for seed in range(runs)
+        ]
         held = np.mean([one.low <= truth <= one.high for one in found])
         assert 0.9 - 4.0 * math.sqrt(0.09 / runs) <= held <= 0.98
 
     def test_many_tests_together(self):
         """Holm's steps: 4 x 0.005, 3 x 0.01, 2 x 0.03, then no smaller than the one before."""
         assert adjust_together([0.01, 0.04, 0.03, 0.005]) == pytest.approx(
-            [0.03, 0.06, 0.06, 0.02])
+            [0.03, 0.06, 0.06, 0.02]
+        )
         chances = np.random.default_rng(3).uniform(size=(4000, 6))
         wrong = np.mean([adjust_together(row).min() <= 0.05 for row in chances])
         assert wrong <= 0.05 + 4.0 * math.sqrt(0.05 * 0.95 / 4000)

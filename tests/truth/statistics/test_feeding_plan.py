@@ -38,10 +38,19 @@ def test_on_a_wide_plate_the_closed_form():
     side, clearance, plate = 1.0, 0.1, 2000.0
     square = side * np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
     parts, grown = np.array([1, 1000, 500_000]), 4.0 * side + 2.0 * np.pi * clearance
-    area = (2.0 * side**2 + 4.0 * side * clearance + np.pi * clearance**2
-            + 4.0 * side * grown / (2.0 * np.pi))
-    found = parts * plate_fill([square], np.ones(1), (plate, plate), clearance).free(parts)[:, 0]
-    np.testing.assert_allclose(found, parts * (1.0 - area / plate**2) ** (parts - 1), rtol=5e-3)
+    area = (
+        2.0 * side**2
+        + 4.0 * side * clearance
+        + np.pi * clearance**2
+        + 4.0 * side * grown / (2.0 * np.pi)
+    )
+    found = (
+        parts
+        * plate_fill([square], np.ones(1), (plate, plate), clearance).free(parts)[:, 0]
+    )
+    np.testing.assert_allclose(
+        found, parts * (1.0 - area / plate**2) ** (parts - 1), rtol=5e-3
+    )
 
 
 def test_thrown_discs_at_the_edges(dropped):
@@ -50,7 +59,10 @@ def test_thrown_discs_at_the_edges(dropped):
     angle = np.linspace(0.0, 2.0 * np.pi, 96, endpoint=False)
     disc = radius * np.stack((np.cos(angle), np.sin(angle)), axis=1)
     random = np.random.default_rng(5)
-    first, others = random.random((40_000, 1, 2)) * plate, random.random((40_000, parts - 1, 2))
+    first, others = (
+        random.random((40_000, 1, 2)) * plate,
+        random.random((40_000, parts - 1, 2)),
+    )
     free = np.linalg.norm(others * plate - first, axis=2).min(axis=1) > 2.0 * radius
     told = plate_fill([disc], np.ones(1), ROOM, 0.0).free(np.array([parts]))[0, 0]
     assert told == pytest.approx(free.mean(), abs=3.0 * free.std() / 200.0 + 0.002)
@@ -61,18 +73,29 @@ def test_what_bays_let_in_is_what_thrown_outlines_show():
 
     Three standard errors of 4000 throws, and a hundredth for the raster and its turns.
     """
-    letter, clearance = CrossSection([[(0, 0), (4, 0), (4, 1), (1, 1), (1, 4), (0, 4)]]), 0.2
+    letter, clearance = (
+        CrossSection([[(0, 0), (4, 0), (4, 1), (1, 1), (1, 4), (0, 4)]]),
+        0.2,
+    )
     solid = Manifold.extrude(letter, 0.3).to_mesh64()
     part = part_from_mesh(solid.vert_properties, solid.tri_verts.astype(int))
     poses = list(estimate(part).by_index.values())
     lies = max(poses, key=lambda pose: pose.probability)
-    told = blocking_with_bays(part, poses, np.eye(len(poses))[lies.index], np.array([lies.index]),
-                              clearance)[lies.index]
-    grown, random, met = letter.offset(clearance, JoinType.Round), np.random.default_rng(3), []
-    for place, turn in zip(random.uniform(-7, 7, (4000, 2)), random.uniform(0, 360, 4000),
-                           strict=True):
+    told = blocking_with_bays(
+        part, poses, np.eye(len(poses))[lies.index], np.array([lies.index]), clearance
+    )[lies.index]
+    grown, random, met = (
+        letter.offset(clearance, JoinType.Round),
+        np.random.default_rng(3),
+        [],
+    )
+    for place, turn in zip(
+        random.uniform(-7, 7, (4000, 2)), random.uniform(0, 360, 4000), strict=True
+    ):
         other = letter.rotate(turn).translate(tuple(place))
-        if not (letter.hull().offset(clearance, JoinType.Round) ^ other.hull()).is_empty():
+        if not (
+            letter.hull().offset(clearance, JoinType.Round) ^ other.hull()
+        ).is_empty():
             met.append(not (grown ^ other).is_empty())
     error = np.std(met) / len(met) ** 0.5
     assert told == pytest.approx(np.mean(met), abs=3.0 * error + 0.01) and told < 0.95
@@ -96,9 +119,18 @@ def simulated_rate(plan, shares, moves, free, cycles, seed):
         for kick in range(plan.kicks + 1):
             taken = np.isin(pose, WANTED) & (random.random(parts) < free[pose])
             picked += taken.sum()
-            seconds += (CELL.drop_time + CELL.camera_time + CELL.pick_time * taken.sum()
-                        + 60.0 / CELL.rate * fresh + CELL.cycle_time * (kick > 0))
-            pose = (random.random((parts, 1)) > ends[pose]).sum(axis=1).clip(0, len(shares) - 1)
+            seconds += (
+                CELL.drop_time
+                + CELL.camera_time
+                + CELL.pick_time * taken.sum()
+                + 60.0 / CELL.rate * fresh
+                + CELL.cycle_time * (kick > 0)
+            )
+            pose = (
+                (random.random((parts, 1)) > ends[pose])
+                .sum(axis=1)
+                .clip(0, len(shares) - 1)
+            )
             pose[taken] = random.choice(len(shares), taken.sum(), p=shares)
             fresh = taken.sum()
     return 60.0 * picked / seconds
@@ -110,19 +142,34 @@ def test_the_rate_is_that_of_parts_followed_one_by_one(dropped, flips):
     outlines = [pose.outline for pose in dropped.by_index.values()]
     free = plate_fill(outlines, shares, ROOM, CELL.clearance)
     for option in plan.options:
-        moves = next((found.transition for found in flips
-                      if found.kick_height == option.kick_height), np.eye(len(shares)))
-        rate = simulated_rate(option, shares, moves, free.free(np.array([option.parts]))[0], 60, 1)
+        moves = next(
+            (
+                found.transition
+                for found in flips
+                if found.kick_height == option.kick_height
+            ),
+            np.eye(len(shares)),
+        )
+        rate = simulated_rate(
+            option, shares, moves, free.free(np.array([option.parts]))[0], 60, 1
+        )
         # Blocks are told for dropped parts here, for those on the plate there: some 2 %.
         assert option.per_minute.value == pytest.approx(rate, rel=0.05)
         assert option.per_minute.low < option.per_minute.value < option.per_minute.high
-    assert plan.best.per_minute.value == max(one.per_minute.value for one in plan.options)
+    assert plan.best.per_minute.value == max(
+        one.per_minute.value for one in plan.options
+    )
 
 
 def test_no_other_policy_takes_less_time(dropped, flips):
     """All sets of poses to flip, by the equations of the time that a part takes."""
-    plate = feeding_plan.Plate(CELL, PICKED, feeding_plan.pose_groups.pose_shares(dropped),
-                               dropped.by_index.values(), 0.05)
+    plate = feeding_plan.Plate(
+        CELL,
+        PICKED,
+        feeding_plan.pose_groups.pose_shares(dropped),
+        dropped.by_index.values(),
+        0.05,
+    )
     moves, shares, parts = flips[1].transition, by_index(dropped), 8
     free = plate.picked * plate.fill(shares).free(np.array([parts]))[0]
     kick = (CELL.cycle_time + CELL.drop_time + CELL.camera_time) / parts
@@ -141,7 +188,10 @@ def test_no_other_policy_takes_less_time(dropped, flips):
 
 def test_nothing_is_uncertain_of_poses_that_symmetry_makes_one_and_something_of_counts():
     cube = part_from_mesh(*shapes.box(0.02, 0.02, 0.02))
-    assert feeding_plan.pose_groups.pose_groups(simulate(cube, 9))[0].probability_low == 1.0
+    assert (
+        feeding_plan.pose_groups.pose_groups(simulate(cube, 9))[0].probability_low
+        == 1.0
+    )
     told = feeding_plan.plan_feeding(estimate(cube), [0], CELL).best.per_minute
     assert told.low == told.value == told.high
     wanted = np.array([1.0, 0.0])  # of 16 drops all: 16.25 of 16.5
@@ -156,18 +206,35 @@ def test_the_interval_is_that_of_redrawn_shares(dropped, flips):
     shares = feeding_plan.pose_groups.pose_shares(alone)
 
     def plate(probability):
-        return feeding_plan.Plate(CELL, PICKED, shares._replace(probability=probability),
-                                  alone.by_index.values(), 0.03)
+        return feeding_plan.Plate(
+            CELL,
+            PICKED,
+            shares._replace(probability=probability),
+            alone.by_index.values(),
+            0.03,
+        )
 
     told = plate(shares.probability).plan(kick, 4)
-    random, drops, rates = np.random.default_rng(8), plate(shares.probability).drops_as_unsure, []
+    random, drops, rates = (
+        np.random.default_rng(8),
+        plate(shares.probability).drops_as_unsure,
+        [],
+    )
     number = drops(shares.probability, shares.drops, 0.03)
     for _ in range(200):
         units = random.dirichlet(number * shares.shares)
-        rows = np.array([random.dirichlet(drops(row, count, feeding_plan.FLIPS_ERROR) * row + 1e-9)
-                         for row, count in zip(moves, settled, strict=True)])
+        rows = np.array(
+            [
+                random.dirichlet(
+                    drops(row, count, feeding_plan.FLIPS_ERROR) * row + 1e-9
+                )
+                for row, count in zip(moves, settled, strict=True)
+            ]
+        )
         again = units[shares.unit] / np.bincount(shares.unit)[shares.unit]
-        rates.append(plate(again).plan(replace(kick, transition=rows), 4).per_minute.value)
+        rates.append(
+            plate(again).plan(replace(kick, transition=rows), 4).per_minute.value
+        )
     width = np.diff(np.quantile(rates, [0.05, 0.95]))[0]
     # The quantiles of 200 draws are known to some 10 %, and the first order errs by as much.
     assert told.per_minute.high - told.per_minute.low == pytest.approx(width, rel=0.3)
@@ -175,13 +242,19 @@ def test_the_interval_is_that_of_redrawn_shares(dropped, flips):
 
 def test_landings_that_were_seen_tell_nothing_of_flips(dropped, flips):
     """A kick is as unsure as before, but for what landings are on its plate."""
-    model, seen = (feeding_plan.plan_feeding(replace(dropped, observed=parts), WANTED, CELL,
-                                             flips[2:]).best.per_minute for parts in (0, 10**6))
+    model, seen = (
+        feeding_plan.plan_feeding(
+            replace(dropped, observed=parts), WANTED, CELL, flips[2:]
+        ).best.per_minute
+        for parts in (0, 10**6)
+    )
     assert 0.7 < (seen.high - seen.low) / (model.high - model.low) <= 1.0
 
 
 def test_no_more_is_picked_than_is_dropped():
     coin = estimate(part_from_mesh(*shapes.cylinder(64, 0.01, 0.0015)), "split")
-    cell = feeding_plan.FeederCell(20.0, ROOM, pick_time=0.0, camera_time=0.0, drop_time=0.0)
+    cell = feeding_plan.FeederCell(
+        20.0, ROOM, pick_time=0.0, camera_time=0.0, drop_time=0.0
+    )
     told = feeding_plan.plan_feeding(coin, [0, 1], cell).best.per_minute
     assert told.low < 19.0 < told.value < told.high <= 20.0 + 1e-9

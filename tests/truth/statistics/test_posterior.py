@@ -9,7 +9,11 @@ from hypothesis import given, strategies as st
 from scipy.stats import beta, binom, dirichlet, norm
 
 from ros_pose_stats import estimate as estimated, part_from_mesh
-from ros_pose_stats.planning.confidence import learnt_plate_error, observe_counts, plate_evidence
+from ros_pose_stats.planning.confidence import (
+    learnt_plate_error,
+    observe_counts,
+    plate_evidence,
+)
 from ros_pose_stats.statistics.errors import largest_error
 from ros_pose_stats.statistics.posterior import shortest_interval
 from ros_pose_stats.statistics.prior import ConnorMosimann, PosePrior, prior_fit
@@ -21,31 +25,56 @@ def cases(draw):
     """Estimate, groups that share it evenly, counts, and the error of the estimate."""
     poses = draw(st.integers(1, 7))
     group = np.array(draw(st.lists(st.integers(0, 3), min_size=poses, max_size=poses)))
-    weight = np.array(draw(st.lists(st.sampled_from((0.0, 1e-4, 0.01, 1.0, 3.0)), min_size=4,
-                                    max_size=4)))[group] + 1e-9
-    counts = np.array(draw(st.lists(st.integers(0, 300), min_size=poses, max_size=poses)))
-    return weight / weight.sum(), group, counts, draw(st.sampled_from((0.0, 0.01, 0.05, math.nan)))
+    weight = (
+        np.array(
+            draw(
+                st.lists(
+                    st.sampled_from((0.0, 1e-4, 0.01, 1.0, 3.0)), min_size=4, max_size=4
+                )
+            )
+        )[group]
+        + 1e-9
+    )
+    counts = np.array(
+        draw(st.lists(st.integers(0, 300), min_size=poses, max_size=poses))
+    )
+    return (
+        weight / weight.sum(),
+        group,
+        counts,
+        draw(st.sampled_from((0.0, 0.01, 0.05, math.nan))),
+    )
 
 
 class TestLaws:
     @given(cases(), st.randoms(use_true_random=False))
-    def test_a_distribution_shared_evenly_within_groups_whatever_the_order(self, case, random):
+    def test_a_distribution_shared_evenly_within_groups_whatever_the_order(
+        self, case, random
+    ):
         estimate, group, counts, error = case
         found = PosePrior(estimate, group, error, 0.5).updated(counts)
         low, high = found.interval()
         assert found.probability.sum() == pytest.approx(1.0, abs=1e-12)
         assert found.probability.min() > 0.0
-        assert (low >= 0.0).all() and (low <= high).all() and (high <= 1.0 + 1e-12).all()
+        assert (
+            (low >= 0.0).all() and (low <= high).all() and (high <= 1.0 + 1e-12).all()
+        )
         for one in np.unique(group):
             for values in (found.probability, found.standard_error, low, high):
                 assert np.ptp(values[group == one]) <= 1e-12
-        rms = math.sqrt(np.mean(found.standard_error ** 2))
+        rms = math.sqrt(np.mean(found.standard_error**2))
         assert found.expected_error == pytest.approx(rms, abs=1e-9)
         order = list(range(len(group)))
         random.shuffle(order)
-        other = PosePrior(estimate[order], group[order], error, 0.5).updated(counts[order])
-        np.testing.assert_allclose(other.probability, found.probability[order], rtol=1e-9)
-        assert other.error_quantile() == pytest.approx(found.error_quantile(), rel=1e-6, abs=1e-12)
+        other = PosePrior(estimate[order], group[order], error, 0.5).updated(
+            counts[order]
+        )
+        np.testing.assert_allclose(
+            other.probability, found.probability[order], rtol=1e-9
+        )
+        assert other.error_quantile() == pytest.approx(
+            found.error_quantile(), rel=1e-6, abs=1e-12
+        )
 
 
 class TestLimits:
@@ -53,42 +82,60 @@ class TestLimits:
         """Also in a pose that was ruled out wrongly."""
         estimate, true = np.array((0.6, 0.3, 0.1, 0.0)), np.array((0.1, 0.4, 0.2, 0.3))
         prior = PosePrior(estimate, range(4), 0.02, 0.5)
-        away = [np.abs(prior.updated(true * n).probability - true).max()
-                for n in (0, 10 ** 2, 10 ** 3, 10 ** 4, 10 ** 6)]
+        away = [
+            np.abs(prior.updated(true * n).probability - true).max()
+            for n in (0, 10**2, 10**3, 10**4, 10**6)
+        ]
         assert away == sorted(away, reverse=True) and away[-1] < 1e-4
-        assert prior.updated(true * 10 ** 6).expected_error == pytest.approx(
-            math.sqrt(np.mean(true * (1.0 - true)) / 10 ** 6), rel=1e-3)
+        assert prior.updated(true * 10**6).expected_error == pytest.approx(
+            math.sqrt(np.mean(true * (1.0 - true)) / 10**6), rel=1e-3
+        )
 
     def test_symmetry_leaves_nothing_to_learn(self):
         for estimate, counts in ((np.full(6, 1 / 6), [9, 0, 0, 0, 0, 0]), ([1.0], [3])):
-            found = PosePrior(estimate, np.zeros(len(counts), int), 0.0, 0.5).updated(counts)
+            found = PosePrior(estimate, np.zeros(len(counts), int), 0.0, 0.5).updated(
+                counts
+            )
             np.testing.assert_allclose(found.probability, estimate)
             np.testing.assert_allclose(found.interval(), [estimate, estimate])
-            assert max(found.expected_error, found.error_quantile(), found.largest_error()) < 1e-9
+            assert (
+                max(found.expected_error, found.error_quantile(), found.largest_error())
+                < 1e-9
+            )
 
     def test_the_evidence_of_all_outcomes_is_one(self):
         prior = PosePrior((0.7, 0.2, 0.1), range(3), 0.05, 0.5)
-        total = sum(math.exp(prior.log_evidence(np.bincount(drops, minlength=3)))
-                    for drops in product(range(3), repeat=4))
+        total = sum(
+            math.exp(prior.log_evidence(np.bincount(drops, minlength=3)))
+            for drops in product(range(3), repeat=4)
+        )
         assert total == pytest.approx(1.0, abs=1e-9)
 
     def test_broken_sticks_of_equal_strengths_are_a_dirichlet_distribution(self):
         mean, counts = np.array((0.05, 0.15, 0.3, 0.5)), np.array((1.0, 0.0, 7.0, 2.0))
-        prior = ConnorMosimann.around(mean, np.full((2, 1, 4), 20.0), np.array((0.3, 0.7)))
+        prior = ConnorMosimann.around(
+            mean, np.full((2, 1, 4), 20.0), np.array((0.3, 0.7))
+        )
         found, same = prior.updated(counts)[0], dirichlet(20.0 * mean + counts)
         np.testing.assert_allclose(found.moments()[0][0], same.mean(), rtol=1e-12)
         np.testing.assert_allclose(found.moments()[1][0], same.var(), rtol=1e-9)
 
-@given(st.floats(1.01, 500.0), st.floats(1.01, 500.0), st.sampled_from((0.5, 0.9, 0.99)))
+
+@given(
+    st.floats(1.01, 500.0), st.floats(1.01, 500.0), st.sampled_from((0.5, 0.9, 0.99))
+)
 def test_the_shortest_interval_of_a_beta_distribution(a, b, level):
     """Against scipy's: it holds its share, and none between other quantiles is shorter."""
     own = beta(a, b)
-    (low,), (high,) = shortest_interval(np.ones((1, 1)), np.array([[own.mean()]]),
-                                        np.array([[own.var()]]), level)
+    (low,), (high,) = shortest_interval(
+        np.ones((1, 1)), np.array([[own.mean()]]), np.array([[own.var()]]), level
+    )
     assert own.cdf(high) - own.cdf(low) == pytest.approx(level, abs=1e-4)
     below = np.linspace(0.0, 1.0 - level, 20)
     widths = own.ppf(np.minimum(below + level, 1.0)) - own.ppf(below)
-    assert widths.min() >= (high - low) * (1.0 - 1e-2)  # of a grid, half a percent each end
+    assert widths.min() >= (high - low) * (
+        1.0 - 1e-2
+    )  # of a grid, half a percent each end
 
 
 @pytest.mark.parametrize("probability", [(0.5, 0.5), (0.98, 0.01, 0.01), (1 / 6,) * 6])
@@ -101,7 +148,8 @@ def test_the_bound_of_all_errors_of_counted_shares(probability, level):
     kept = np.abs(drawn / drops - p).max(axis=1) <= found
     assert kept.mean() == pytest.approx(level, abs=0.06 if level == 0.5 else 0.035)
     assert largest_error([0.03], level) == pytest.approx(
-        0.03 * norm.ppf(0.5 + level / 2.0), rel=6e-3)
+        0.03 * norm.ppf(0.5 + level / 2.0), rel=6e-3
+    )
 
 
 def drawn_parts(number, seed=4):
@@ -111,9 +159,12 @@ def drawn_parts(number, seed=4):
         poses = int(random.integers(2, 15))
         estimate = random.dirichlet(np.full(poses, 0.5))
         told = math.exp(random.uniform(-5.8, -2.8))
-        worth = float(np.mean(estimate * (1.0 - estimate))) / told ** 2 - 1.0
-        yield (PosePrior(estimate, np.arange(poses), told, 0.5),
-               random.dirichlet(max(worth, 1.0) * estimate + 1e-9), random)
+        worth = float(np.mean(estimate * (1.0 - estimate))) / told**2 - 1.0
+        yield (
+            PosePrior(estimate, np.arange(poses), told, 0.5),
+            random.dirichlet(max(worth, 1.0) * estimate + 1e-9),
+            random,
+        )
 
 
 @pytest.mark.parametrize("drops", [10, 300, 10_000])
@@ -137,12 +188,18 @@ def test_only_an_estimate_off_by_far_more_than_it_says_is_refuted():
     """Off by twenty points in the first pose and by ten in two others; a drop refutes nothing."""
     estimate, off = (0.4, 0.3, 0.15, 0.1, 0.05), (0.2, -0.1, -0.1, 0.0, 0.0)
     counts = (1000 * np.add(estimate, off)).round()
-    wrong = [PosePrior(estimate, range(5), told, 0.5).contradicted(counts).tolist()
-             for told in (0.01, 0.15, math.nan)]
+    wrong = [
+        PosePrior(estimate, range(5), told, 0.5).contradicted(counts).tolist()
+        for told in (0.01, 0.15, math.nan)
+    ]
     assert wrong == [[True, True, True, False, False], [False] * 5, [False] * 5]
     for one in ((0, 0, 0, 0, 0), (0, 0, 0, 0, 1)):
         assert not PosePrior(estimate, range(5), 0.02, 0.5).contradicted(one).any()
-    assert PosePrior((0.4, 0.4, 0.2), (0, 0, 1), 0.005, 0.5).contradicted((100, 100, 800)).all()
+    assert (
+        PosePrior((0.4, 0.4, 0.2), (0, 0, 1), 0.005, 0.5)
+        .contradicted((100, 100, 800))
+        .all()
+    )
 
 
 def test_an_estimate_far_off_costs_next_to_nothing():
@@ -151,10 +208,13 @@ def test_an_estimate_far_off_costs_next_to_nothing():
     A strange kind starts at a single pseudo-drop; a tenth of the drops would cost 1.1.
     """
     drops, truth = 200, np.array([0.65, 0.75, 0.9])
-    prior = PosePrior([0.4, 0.6], [0, 1], 0.02, 0.5, prior_fit(0.5)._replace(strange=0.8))
+    prior = PosePrior(
+        [0.4, 0.6], [0, 1], 0.02, 0.5, prior_fit(0.5)._replace(strange=0.8)
+    )
     k = np.arange(drops + 1)
-    middle = np.array([prior.updated([count, drops - count]).probability[0]
-                       for count in k.tolist()])
+    middle = np.array(
+        [prior.updated([count, drops - count]).probability[0] for count in k.tolist()]
+    )
     square = binom.pmf(k, drops, truth[:, None]) * (middle - truth[:, None]) ** 2
     assert (np.sqrt(square.sum(axis=1) / (truth * (1.0 - truth) / drops)) < 1.1).all()
 
@@ -162,12 +222,24 @@ def test_an_estimate_far_off_costs_next_to_nothing():
 def test_what_a_plate_errs_by_is_learnt_from_other_parts():
     """Counts as the estimate has them say little error, turned round they say much; none, none."""
     model = estimated(part_from_mesh(*shapes.box(0.02, 0.03, 0.012)), "split")
-    told = [round(1000 * p) for _, p in sorted((it.index, it.probability) for it in model.poses)]
+    told = [
+        round(1000 * p)
+        for _, p in sorted((it.index, it.probability) for it in model.poses)
+    ]
     like, unlike = plate_evidence(model, told), plate_evidence(model, told[::-1])
     assert learnt_plate_error([]) == pytest.approx(0.05)
-    assert learnt_plate_error([like] * 5) < 0.02 < 0.1 < learnt_plate_error([unlike] * 5)
-    other = [count / sum(told) for count in told[::-1]]  # what a plate says without these counts
+    assert (
+        learnt_plate_error([like] * 5) < 0.02 < 0.1 < learnt_plate_error([unlike] * 5)
+    )
+    other = [
+        count / sum(told) for count in told[::-1]
+    ]  # what a plate says without these counts
     found = observe_counts(model, [1, 0, 0, 0, 0, 0], other)
-    assert [found.poses[0].index, found.poses[0].probability] == pytest.approx([4, 0.38], abs=0.01)
+    assert [found.poses[0].index, found.poses[0].probability] == pytest.approx(
+        [4, 0.38], abs=0.01
+    )
     foreign = observe_counts(model, [1, 0, 0, 0, 0, 0], other[:5])  # of other poses
-    assert foreign.expected_error == observe_counts(model, [1, 0, 0, 0, 0, 0]).expected_error
+    assert (
+        foreign.expected_error
+        == observe_counts(model, [1, 0, 0, 0, 0, 0]).expected_error
+    )

@@ -42,12 +42,16 @@ def test_intervals_cover_as_they_promise(hundreds, truth):
 
     Within the central 99.99 % of the binomial around that.
     """
-    low, high = (np.array([by_index(run, f"probability_{end}") for run in hundreds])
-                 for end in ("low", "high"))
+    low, high = (
+        np.array([by_index(run, f"probability_{end}") for run in hundreds])
+        for end in ("low", "high")
+    )
     covered = ((low <= truth) & (truth <= high)).sum(axis=0)
     count = np.arange(101)
-    ends = (np.where(count == 0, 0.0, beta.ppf(0.05, count + 0.5, 100.5 - count)),
-            np.where(count == 100, 1.0, beta.ppf(0.95, count + 0.5, 100.5 - count)))
+    ends = (
+        np.where(count == 0, 0.0, beta.ppf(0.05, count + 0.5, 100.5 - count)),
+        np.where(count == 100, 1.0, beta.ppf(0.95, count + 0.5, 100.5 - count)),
+    )
     for pose, p in enumerate(truth):
         promised = binom.pmf(count, 100, p)[(ends[0] <= p) & (p <= ends[1])].sum()
         least, most = binom.ppf((5e-5, 1.0 - 5e-5), 200, promised)
@@ -57,17 +61,23 @@ def test_intervals_cover_as_they_promise(hundreds, truth):
 def test_errors_and_the_bound_of_every_pose(hundreds, truth):
     """A mean square over 200 runs of some five free shares is known to 5 %."""
     away = np.array([by_index(run, "probability") for run in hundreds]) - truth
-    told = np.mean([run.expected_error ** 2 for run in hundreds])
-    assert np.mean(away ** 2) / told == pytest.approx(1.0, abs=0.2)
+    told = np.mean([run.expected_error**2 for run in hundreds])
+    assert np.mean(away**2) / told == pytest.approx(1.0, abs=0.2)
     kept = np.abs(away).max(axis=1) <= [run.largest_error for run in hundreds]
     assert kept.mean() == pytest.approx(0.9, abs=4.0 * math.sqrt(0.09 / 200))
 
 
-@pytest.mark.parametrize(("surface", "true", "target"), [
-    pytest.param(shapes.box(1.0, 1.0, 1.0), 1.0 / 6.0, 0.02, marks=pytest.mark.long),
-    (shapes.tetrahedron(), 0.25, 0.03),
-    pytest.param(shapes.box(1.0, 1.0, 2.0), None, 0.02, marks=pytest.mark.long)],
-    ids=["cube", "tetrahedron", "bar"])
+@pytest.mark.parametrize(
+    ("surface", "true", "target"),
+    [
+        pytest.param(
+            shapes.box(1.0, 1.0, 1.0), 1.0 / 6.0, 0.02, marks=pytest.mark.long
+        ),
+        (shapes.tetrahedron(), 0.25, 0.03),
+        pytest.param(shapes.box(1.0, 1.0, 2.0), None, 0.02, marks=pytest.mark.long),
+    ],
+    ids=["cube", "tetrahedron", "bar"],
+)
 def test_a_target_is_kept_in_nine_of_ten_runs(surface, true, target):
     """Though the counts choose when to stop; three standard errors of 150 runs are 0.07."""
     solid, runs, kept = part_from_mesh(*surface), 150, []
@@ -75,7 +85,7 @@ def test_a_target_is_kept_in_nine_of_ten_runs(surface, true, target):
     for seed in range(runs):
         found = simulate(solid, 10**6, 0.0, seed, target_error=target, workers=1)
         away = by_index(found, "probability") - true
-        kept.append(math.sqrt(np.mean(away ** 2)) <= target)
+        kept.append(math.sqrt(np.mean(away**2)) <= target)
     assert np.mean(kept) >= 0.9 - 3.0 * math.sqrt(0.09 / runs)
 
 
@@ -86,8 +96,10 @@ def test_stopping_at_a_target_hardly_biases(part, truth):
     even; few looks, far apart, keep that small.
     """
     runs = 150
-    found = [simulate(part, 225, 0.3, 5000 + seed, target_error=0.0429, workers=1)
-             for seed in range(runs)]
+    found = [
+        simulate(part, 225, 0.3, 5000 + seed, target_error=0.0429, workers=1)
+        for seed in range(runs)
+    ]
     assert 0.1 < np.mean([run.drops < 225 for run in found]) < 0.9
     shares = np.array([by_index(run, "probability") for run in found])
     error = shares.std(axis=0, ddof=1) / math.sqrt(runs) + np.sqrt(truth / LONG)
@@ -106,7 +118,10 @@ def test_auto_keeps_a_target_whatever_it_answers_by():
         scene = {"restitution": (0.2, 0.5, 0.8)[number % 3], "cluster_tolerance": 0.0}
         true = by_index(simulate(part, 6000, seed=number, **scene), "probability")
         noise = true * (1.0 - true) / 6000
-        away = [by_index(auto(part, target, seed=900 + number, **scene), "probability") - true
-                for target in targets]
+        away = [
+            by_index(auto(part, target, seed=900 + number, **scene), "probability")
+            - true
+            for target in targets
+        ]
         kept.append(np.mean(np.square(away) - noise, axis=1) <= np.square(targets))
     assert np.mean(kept, axis=0).min() >= 0.9 - 3.0 * math.sqrt(0.09 / 40)

@@ -8,8 +8,11 @@ from ros_pose_stats.tolerances import number_equal
 TOLERANCE = 1e-10
 
 
-@given(st.lists(st.integers(0, 50), min_size=1, max_size=12), st.floats(0.0, 1.0),
-       st.randoms(use_true_random=False))
+@given(
+    st.lists(st.integers(0, 50), min_size=1, max_size=12),
+    st.floats(0.0, 1.0),
+    st.randoms(use_true_random=False),
+)
 def test_noise_below_the_tolerance_changes_no_number(levels, start, random):
     """Levels ten tolerances apart, also about a half of any decimal, shaken by a rounding."""
     plain = [start + 10.0 * TOLERANCE * level for level in levels]

@@ -6,8 +6,20 @@ import re
 import struct
 from typing import Any
 
-CODES = {"double": "d", "float": "f", "int8": "b", "uint8": "B", "octet": "B", "boolean": "?",
-         "int16": "h", "uint16": "H", "int32": "i", "uint32": "I", "int64": "q", "uint64": "Q"}
+CODES = {
+    "double": "d",
+    "float": "f",
+    "int8": "b",
+    "uint8": "B",
+    "octet": "B",
+    "boolean": "?",
+    "int16": "h",
+    "uint16": "H",
+    "int32": "i",
+    "uint32": "I",
+    "int64": "q",
+    "uint64": "Q",
+}
 LITTLE, BIG = "<", ">"
 HEADERS = {LITTLE: b"\x00\x01\x00\x00", BIG: b"\x00\x00\x00\x00"}
 

@@ -41,20 +41,31 @@ from .mutations import fuzzed
 from .raw_requests import SERVICES
 from .seeds import HOSTILE_NAMES
 
-TOPICS = {PartMesh: ("part_mesh", 3500), Mesh: ("cad", 2500), PoseCounts: ("pose_counts", 1500),
-          ObservedParts: ("observed_parts", 1500)}
+TOPICS = {
+    PartMesh: ("part_mesh", 3500),
+    Mesh: ("cad", 2500),
+    PoseCounts: ("pose_counts", 1500),
+    ObservedParts: ("observed_parts", 1500),
+}
 """Name and number of messages; together with the requests over ten thousand."""
 
 REQUESTS, RAW, AT_ONCE = 450, 60, 40
 MOST_GROWTH, MOST_THREADS = 150 * MEGABYTE, 12
 """Of memory, and of threads: each goal that was cancelled has one for a moment."""
 
-SMALL = {"max_drops": 60, "drops": 20, "max_parts": 30, "workers": 1, "max_mesh_bytes": 20_000,
-         "mesh_topics": "[/tried/cad]"}
+SMALL = {
+    "max_drops": 60,
+    "drops": 20,
+    "max_parts": 30,
+    "workers": 1,
+    "max_mesh_bytes": 20_000,
+    "mesh_topics": "[/tried/cad]",
+}
 
 OWN_NAMES = re.compile(
     r"\.lock|metadata\.yaml(\.half)?|pose_stats_\d{8}T\d{6}_\d{6}_\d+(_\d+\.mcap)?"
-    r"|tried\.pose_stats\.(sqlite3(-wal|-shm|\.lock)?|meshes)|[0-9a-f]{64}(\.half)?")
+    r"|tried\.pose_stats\.(sqlite3(-wal|-shm|\.lock)?|meshes)|[0-9a-f]{64}(\.half)?"
+)
 """Files of bags and of the state, and large meshes by their digest."""
 
 ELSEWHERE = [Path("/etc/x"), Path("/tmp/x"), Path("/x"), Path("/x.mcap")]
@@ -71,38 +82,57 @@ def bytes_on_topics(setting: Setting) -> Outcome:
         for kind, (name, number) in TOPICS.items():
             messages = list(fuzzed(kind, setting.seed, setting.of(number, 300)))
             topic = "/tried/cad" if kind is Mesh else ""
-            publisher = MeshPublisher(client, topic or f"{client.prefix}/{name}", kind).matched()
+            publisher = MeshPublisher(
+                client, topic or f"{client.prefix}/{name}", kind
+            ).matched()
             begin = quiet(health)
-            for first in range(0, len(messages), AT_ONCE):  # a few, so that most are not overrun
-                publisher.publish(*messages[first:first + AT_ONCE])
+            for first in range(
+                0, len(messages), AT_ONCE
+            ):  # a few, so that most are not overrun
+                publisher.publish(*messages[first : first + AT_ONCE])
                 publish_in_turn(client, WEDGE, [new_id()])
             more = quiet(health)["refused"] - begin["refused"]
             sent, refused = sent + len(messages), refused + more
-            if len(messages) > 300 and not len(messages) / 20 < more < 0.97 * len(messages):
+            if len(messages) > 300 and not len(messages) / 20 < more < 0.97 * len(
+                messages
+            ):
                 thin.append(f"{more} of {len(messages)} refused on {name}")
         grown = status(node, "VmHWM") - before
         more_threads = status(node, "Threads") - threads
         assert_serves(client)
-    return judged(sent, f"{refused} refused, {grown / MEGABYTE:.0f} MiB and {more_threads} "
-                  f"threads more {'; '.join(thin)}", memory_is_bounded=grown < MOST_GROWTH,
-                  threads_are_bounded=more_threads <= MOST_THREADS,
-                  some_are_taken_and_some_refused=not thin)
+    return judged(
+        sent,
+        f"{refused} refused, {grown / MEGABYTE:.0f} MiB and {more_threads} "
+        f"threads more {'; '.join(thin)}",
+        memory_is_bounded=grown < MOST_GROWTH,
+        threads_are_bounded=more_threads <= MOST_THREADS,
+        some_are_taken_and_some_refused=not thin,
+    )
 
 
 def requests_and_goals(setting: Setting) -> Outcome:
     """Four thousand requests and goals changed at random, and bytes that are none at all."""
     became: Counter[str] = Counter()
-    with tried_node(setting.folder, **SMALL) as (node, client), Client(
-            domain(), client.prefix) as goals_client:
+    with (
+        tried_node(setting.folder, **SMALL) as (node, client),
+        Client(domain(), client.prefix) as goals_client,
+    ):
         publish_in_turn(client, WEDGE, [f"part_{number}" for number in range(8)], 0.0)
         threads = status(node, "Threads")
         for name in SERVICES:
             _ask(client, name, setting, became)
-        for kind, name in ((SimulateDrops, "simulate_drops"), (SimulateFlips, "simulate_flips")):
+        for kind, name in (
+            (SimulateDrops, "simulate_drops"),
+            (SimulateFlips, "simulate_flips"),
+        ):
             goals = Goals(goals_client, name)
-            for goal in _readable(kind.Goal, setting.seed, setting.of(REQUESTS // 6, 20), became):
+            for goal in _readable(
+                kind.Goal, setting.seed, setting.of(REQUESTS // 6, 20), became
+            ):
                 fields = kind.Goal.get_fields_and_field_types()
-                _, result = goals.send(**{name: getattr(goal, name) for name in fields}).result()
+                _, result = goals.send(
+                    **{name: getattr(goal, name) for name in fields}
+                ).result()
                 _judge(result, became)
             goals.close()
         cancel_all(client)
@@ -111,21 +141,28 @@ def requests_and_goals(setting: Setting) -> Outcome:
         more = status(node, "Threads") - threads
         assert_serves(client)
     return judged(
-        became.total() + raw, f"{became['taken']} taken, {became['refused']} refused, "
+        became.total() + raw,
+        f"{became['taken']} taken, {became['refused']} refused, "
         f"{became['dropped']} that are none, {raw} of arbitrary bytes, {more} threads more",
-        some_are_taken=became["taken"] > 0, some_are_refused=became["refused"] > 0,
-        threads_are_bounded=more <= MOST_THREADS)
+        some_are_taken=became["taken"] > 0,
+        some_are_refused=became["refused"] > 0,
+        threads_are_bounded=more <= MOST_THREADS,
+    )
 
 
 def _ask(client, name, setting, became):
     """Requests of one service, some at once; what cannot be read as one is not sent."""
     kind = client.service(name).srv_type.Request
-    if not kind.get_fields_and_field_types().keys() - {"structure_needs_at_least_one_member"}:
+    if not kind.get_fields_and_field_types().keys() - {
+        "structure_needs_at_least_one_member"
+    }:
         return
     requests = _readable(kind, setting.seed, setting.of(REQUESTS, 60), became)
     for first in range(0, len(requests), AT_ONCE):
-        for future in [client.service(name).call_async(request)
-                       for request in requests[first:first + AT_ONCE]]:
+        for future in [
+            client.service(name).call_async(request)
+            for request in requests[first : first + AT_ONCE]
+        ]:
             _judge(wait_for(future), became)
 
 
@@ -165,10 +202,21 @@ def _strange_bytes(client, setting):
     """As only a broken client sends them: the middleware drops most; how many were sent."""
     before = len(client.call("list_drop_simulations").job_id)
     number = setting.of(RAW, 5)
-    command = [sys.executable, "-m", f"{__package__}.raw_requests", client.prefix, str(number),
-               str(setting.seed)]
-    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-                          env=os.environ) as stranger:
+    command = [
+        sys.executable,
+        "-m",
+        f"{__package__}.raw_requests",
+        client.prefix,
+        str(number),
+        str(setting.seed),
+    ]
+    with subprocess.Popen(
+        command,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        env=os.environ,
+    ) as stranger:
         sent = stranger.stdout.readline()
         assert sent == f"sent {number * len(SERVICES)}\n", sent
         for name, known in (("estimate", "part_id"), ("get_drop_simulation", "job_id")):
@@ -183,30 +231,45 @@ def _strange_bytes(client, setting):
 def hostile_names(setting: Setting) -> Outcome:
     """Names of parts, jobs, methods, plates and frames that would leave the log directory."""
     bags, work = setting.folder / "deep" / "er" / "bags", setting.folder / "work"
-    environment = {"TMPDIR": str(setting.folder / "tmp"), "HOME": str(setting.folder / "home"),
-                   "XDG_CACHE_HOME": os.environ.get("XDG_CACHE_HOME")
-                   or str(Path.home() / ".cache")}  # where the kernels are
+    environment = {
+        "TMPDIR": str(setting.folder / "tmp"),
+        "HOME": str(setting.folder / "home"),
+        "XDG_CACHE_HOME": os.environ.get("XDG_CACHE_HOME")
+        or str(Path.home() / ".cache"),
+    }  # where the kernels are
     for name in ("tmp", "home", "work"):
         (setting.folder / name).mkdir()
 
     def listing():
-        inside = {path for path in setting.folder.rglob("*") if not path.is_relative_to(bags)}
+        inside = {
+            path for path in setting.folder.rglob("*") if not path.is_relative_to(bags)
+        }
         return inside | {path for path in ELSEWHERE if path.exists()}
 
-    with tried_node(bags, max_parts=20, max_drops=1000, environment=environment,
-                    folder=work) as (_, client):
+    with tried_node(
+        bags, max_parts=20, max_drops=1000, environment=environment, folder=work
+    ) as (_, client):
         before = listing()
         publisher = MeshPublisher(client).matched()
-        camera = MeshPublisher(client, f"{client.prefix}/pose_counts", PoseCounts).matched()
+        camera = MeshPublisher(
+            client, f"{client.prefix}/pose_counts", PoseCounts
+        ).matched()
         for name in HOSTILE_NAMES:
-            _use(client, publisher, camera, name.replace("\0", "\x01"))  # rclpy cuts at zero
+            _use(
+                client, publisher, camera, name.replace("\0", "\x01")
+            )  # rclpy cuts at zero
         publish_in_turn(client, WEDGE, [new_id()])
         written = listing() - before
-        strange = [path.name for path in bags.rglob("*") if not OWN_NAMES.fullmatch(path.name)]
+        strange = [
+            path.name for path in bags.rglob("*") if not OWN_NAMES.fullmatch(path.name)
+        ]
         assert_serves(client)
-    return judged(len(HOSTILE_NAMES), f"written elsewhere: {sorted(map(str, written))}, strange: "
-                  f"{strange}", nothing_is_written_elsewhere=not written,
-                  files_have_their_own_names=not strange)
+    return judged(
+        len(HOSTILE_NAMES),
+        f"written elsewhere: {sorted(map(str, written))}, strange: {strange}",
+        nothing_is_written_elsewhere=not written,
+        files_have_their_own_names=not strange,
+    )
 
 
 def _use(client, publisher, camera, name):

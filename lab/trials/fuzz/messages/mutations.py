@@ -10,11 +10,29 @@ from .cdr import BIG, HEADERS, LITTLE, encoded
 from .seeds import HOSTILE_NUMBERS, Seeds
 
 HEADER = 4
-CLAIMS = (0, 1, 2, 3, 255, 65_535, 10**6, 44_739_243, 2**28, 357_913_942, 10**9, 2**31 - 1,
-          2**31, 1_431_655_766, 2**32 - 2, 2**32 - 1)
+CLAIMS = (
+    0,
+    1,
+    2,
+    3,
+    255,
+    65_535,
+    10**6,
+    44_739_243,
+    2**28,
+    357_913_942,
+    10**9,
+    2**31 - 1,
+    2**31,
+    1_431_655_766,
+    2**32 - 2,
+    2**32 - 1,
+)
 """Counts that lie; 3, 8, 12 or 24 times some of them overflow 32 bits."""
 
-ENCAPSULATIONS = tuple(bytes((high, low)) for high in (0, 1, 255) for low in range(0x0C))
+ENCAPSULATIONS = tuple(
+    bytes((high, low)) for high in (0, 1, 255) for low in range(0x0C)
+)
 
 
 def fuzzed(kind: type, seed: int, number: int) -> Iterator[bytes]:
@@ -48,7 +66,7 @@ def _flip(chance, data, _):
 
 
 def _truncate(chance, data, _):
-    return data[:chance.randrange(len(data) + 1)]
+    return data[: chance.randrange(len(data) + 1)]
 
 
 def _extend(chance, data, _):
@@ -59,20 +77,29 @@ def _extend(chance, data, _):
 def _lie(chance, data, _):
     """Claim another number where a count may be: a small number in a word of its own."""
     code = ("<" if data[:2] == HEADERS[LITTLE][:2] else ">") + "I"
-    places = [place for place in range(HEADER, len(data) - 3, 4)
-              if 0 < struct.unpack_from(code, data, place)[0] <= len(data)]
+    places = [
+        place
+        for place in range(HEADER, len(data) - 3, 4)
+        if 0 < struct.unpack_from(code, data, place)[0] <= len(data)
+    ]
     if places:
         place = chance.choice(places)
         true = struct.unpack_from(code, data, place)[0]
-        struct.pack_into(code, data, place, chance.choice(
-            (*CLAIMS, true + 1, true - 1, 2 * true, 3 * true)))
+        struct.pack_into(
+            code,
+            data,
+            place,
+            chance.choice((*CLAIMS, true + 1, true - 1, 2 * true, 3 * true)),
+        )
     return data
 
 
 def _poison(chance, data, _):
     """Write hostile numbers where numbers may be, or everywhere."""
     places = list(range(HEADER, len(data) - 7, 8))
-    some = places if chance.random() < 0.1 else chance.sample(places, min(len(places), 2))
+    some = (
+        places if chance.random() < 0.1 else chance.sample(places, min(len(places), 2))
+    )
     for place in some:
         struct.pack_into("<d", data, place, chance.choice(HOSTILE_NUMBERS))
     return data
@@ -84,19 +111,19 @@ def _swap(chance, data, _):
     places = range(HEADER, len(data) - size + 1, 4)
     if len(places) > 1:
         here, there = chance.choice(places), chance.choice(places)
-        kept = data[here:here + size]
-        data[here:here + size] = data[there:there + size]
-        data[there:there + size] = kept
+        kept = data[here : here + size]
+        data[here : here + size] = data[there : there + size]
+        data[there : there + size] = kept
     return data
 
 
 def _splice(chance, data, other):
-    return data[:_word(chance, data)] + other[_word(chance, other):]
+    return data[: _word(chance, data)] + other[_word(chance, other) :]
 
 
 def _repeat(chance, data, _):
     begin = _word(chance, data)
-    return data[:begin + chance.choice((4, 8, 24, 64))] + data[begin:]
+    return data[: begin + chance.choice((4, 8, 24, 64))] + data[begin:]
 
 
 def _relabel(chance, data, _):
@@ -105,4 +132,15 @@ def _relabel(chance, data, _):
     return data
 
 
-MUTATIONS = (_flip, _truncate, _extend, _lie, _lie, _poison, _swap, _splice, _repeat, _relabel)
+MUTATIONS = (
+    _flip,
+    _truncate,
+    _extend,
+    _lie,
+    _lie,
+    _poison,
+    _swap,
+    _splice,
+    _repeat,
+    _relabel,
+)

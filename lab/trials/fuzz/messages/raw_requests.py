@@ -23,11 +23,16 @@ from rclpy.serialization import serialize_message
 from ros_pose_stats_msgs import srv
 
 SERVICES = {
-    "estimate": srv.EstimatePoses, "start_drop_simulation": srv.StartDropSimulation,
-    "get_statistics": srv.GetStatistics, "forget_part": srv.ForgetPart,
-    "get_drop_simulation": srv.GetDropSimulation, "feeding": srv.FeedingAnswer,
-    "cancel_drop_simulation": srv.CancelDropSimulation, "fit_plate": srv.FitPlate,
-    "list_drop_simulations": srv.ListDropSimulations}
+    "estimate": srv.EstimatePoses,
+    "start_drop_simulation": srv.StartDropSimulation,
+    "get_statistics": srv.GetStatistics,
+    "forget_part": srv.ForgetPart,
+    "get_drop_simulation": srv.GetDropSimulation,
+    "feeding": srv.FeedingAnswer,
+    "cancel_drop_simulation": srv.CancelDropSimulation,
+    "fit_plate": srv.FitPlate,
+    "list_drop_simulations": srv.ListDropSimulations,
+}
 SIZE = 8 * (3 + 4 + 36)
 """Bytes of a PoseWithCovariance."""
 
@@ -44,19 +49,29 @@ def _head(name, *fields):
 # message_type_support_callbacks_t, rosidl_message_type_support_t,
 # service_type_support_callbacks_t, rosidl_service_type_support_t
 _Callbacks = _head("_Callbacks", *((name, ctypes.c_void_p) for name in CALLBACKS))
-_Type = _head("_Type", ("identifier", ctypes.c_char_p), ("data", ctypes.POINTER(_Callbacks)))
-_Members = _head("_Members", ("namespace", ctypes.c_char_p), ("name", ctypes.c_char_p),
-                 ("request", ctypes.POINTER(_Type)))
-_Service = _head("_Service", ("identifier", ctypes.c_char_p), ("data", ctypes.POINTER(_Members)))
+_Type = _head(
+    "_Type", ("identifier", ctypes.c_char_p), ("data", ctypes.POINTER(_Callbacks))
+)
+_Members = _head(
+    "_Members",
+    ("namespace", ctypes.c_char_p),
+    ("name", ctypes.c_char_p),
+    ("request", ctypes.POINTER(_Type)),
+)
+_Service = _head(
+    "_Service", ("identifier", ctypes.c_char_p), ("data", ctypes.POINTER(_Members))
+)
 
 
 def _support(package, kind, name, structure):
     """Type support of a message or service."""
     library = f"lib{package}__rosidl_typesupport_fastrtps_c.so"
     built = Path(sys.prefix) / "lib" / library
-    get = getattr(ctypes.CDLL(str(built) if built.exists() else library),
-                  f"rosidl_typesupport_fastrtps_c__get_{kind}_type_support_handle__"
-                  f"{package}__{name}")
+    get = getattr(
+        ctypes.CDLL(str(built) if built.exists() else library),
+        f"rosidl_typesupport_fastrtps_c__get_{kind}_type_support_handle__"
+        f"{package}__{name}",
+    )
     get.restype = ctypes.POINTER(structure)
     return get().contents.data.contents
 
@@ -65,19 +80,28 @@ def disguise():
     """Give all requests the serialiser of plain numbers."""
     donor = _support("geometry_msgs", "message", "msg__PoseWithCovariance", _Type)
     for kind in SERVICES.values():
-        service = _support("ros_pose_stats_msgs", "service", f"srv__{kind.__name__}", _Service)
+        service = _support(
+            "ros_pose_stats_msgs", "service", f"srv__{kind.__name__}", _Service
+        )
         changed = service.request.contents.data.contents
-        changed.serialize, changed.size, changed.most = donor.serialize, donor.size, donor.most
+        changed.serialize, changed.size, changed.most = (
+            donor.serialize,
+            donor.size,
+            donor.most,
+        )
 
 
 def payload(chance):
     """Bytes of a request that is none."""
     made = bytearray(SIZE)
     for _ in range(6):
-        struct.pack_into("<I", made, 4 * chance.randrange(SIZE // 4), chance.choice(CLAIMS))
+        struct.pack_into(
+            "<I", made, 4 * chance.randrange(SIZE // 4), chance.choice(CLAIMS)
+        )
     claim = struct.pack("<I", chance.choice(CLAIMS)) + b"a\0" * SIZE
-    return chance.choice((chance.randbytes(SIZE), b"\xff" * SIZE, bytes(SIZE), claim[:SIZE],
-                          bytes(made)))
+    return chance.choice(
+        (chance.randbytes(SIZE), b"\xff" * SIZE, bytes(SIZE), claim[:SIZE], bytes(made))
+    )
 
 
 def message_of(data):
@@ -96,7 +120,9 @@ def main(prefix, number, seed):
     serialize_message(PoseWithCovariance())  # loads what converts it
     rclpy.init()
     node, chance = rclpy.create_node("stranger"), Random(seed)
-    clients = [node.create_client(kind, f"{prefix}/{name}") for name, kind in SERVICES.items()]
+    clients = [
+        node.create_client(kind, f"{prefix}/{name}") for name, kind in SERVICES.items()
+    ]
     if not all(client.wait_for_service(PATIENCE) for client in clients):
         raise TimeoutError("a service is not there")
     for _ in range(int(number)):

@@ -11,23 +11,88 @@ from ros_pose_stats_msgs.msg import PartMesh
 from shape_msgs.msg import Mesh, MeshTriangle
 
 HOSTILE_NAMES = (
-    "", ".", "..", "../../x", "../" * 40 + "etc/x", "/etc/x", "/tmp/x", "~/x", "..\\x", "C:\\x",
-    "a\0b", "a\nb", "\x1b[31mred", "\r\nFATAL", "\u202egnp.exe", "\u200b", "\ufeff", "x" * 201,
-    "y" * 5000, "%s%n%x", "$(touch x)", "`touch x`", "; touch x", "part/1", "*", "🗿", "a b",
-    "{}", "{0}", "'", '"', "nul", "-rf", "part.mcap", ".lock", "metadata.yaml")
+    "",
+    ".",
+    "..",
+    "../../x",
+    "../" * 40 + "etc/x",
+    "/etc/x",
+    "/tmp/x",
+    "~/x",
+    "..\\x",
+    "C:\\x",
+    "a\0b",
+    "a\nb",
+    "\x1b[31mred",
+    "\r\nFATAL",
+    "\u202egnp.exe",
+    "\u200b",
+    "\ufeff",
+    "x" * 201,
+    "y" * 5000,
+    "%s%n%x",
+    "$(touch x)",
+    "`touch x`",
+    "; touch x",
+    "part/1",
+    "*",
+    "🗿",
+    "a b",
+    "{}",
+    "{0}",
+    "'",
+    '"',
+    "nul",
+    "-rf",
+    "part.mcap",
+    ".lock",
+    "metadata.yaml",
+)
 HOSTILE_NUMBERS = (
-    float("nan"), float("inf"), -float("inf"), 0.0, -0.0, 5e-324, -5e-324, 1e-300, 1e-30, 1e30,
-    1e160, 1.7976931348623157e308, -1.7976931348623157e308, -1.0, 1.0, 0.5, 1.0 - 2**-53)
+    float("nan"),
+    float("inf"),
+    -float("inf"),
+    0.0,
+    -0.0,
+    5e-324,
+    -5e-324,
+    1e-300,
+    1e-30,
+    1e30,
+    1e160,
+    1.7976931348623157e308,
+    -1.7976931348623157e308,
+    -1.0,
+    1.0,
+    0.5,
+    1.0 - 2**-53,
+)
 HOSTILE_COUNTS = (0, 1, 2**31 - 1, 2**31, 2**32 - 1, 2**63 - 1, 2**63, 2**64 - 1)
-SECONDS = (0, 1_700_000_000, -2**31, 2**31 - 1)
+SECONDS = (0, 1_700_000_000, -(2**31), 2**31 - 1)
 METHODS = ("", "combined", "csae", "simulation", "nothing", *HOSTILE_NAMES)
 
-GOOD = {"restitution": -1.0, "drop_height": -1.0, "unit": 1.0, "target_error": 0.0,
-        "max_seconds": 0.0, "cluster_tolerance": 0.0025, "w": 0.8, "m": 0.1, "ixx": 1e-5,
-        "iyy": 1e-5, "izz": 1e-5, "drops": 20, "round_sides": 192, "index": 0, "from_pose": -1}
+GOOD = {
+    "restitution": -1.0,
+    "drop_height": -1.0,
+    "unit": 1.0,
+    "target_error": 0.0,
+    "max_seconds": 0.0,
+    "cluster_tolerance": 0.0025,
+    "w": 0.8,
+    "m": 0.1,
+    "ixx": 1e-5,
+    "iyy": 1e-5,
+    "izz": 1e-5,
+    "drops": 20,
+    "round_sides": 192,
+    "index": 0,
+    "from_pose": -1,
+}
 """Values that the node takes, by the name of the field."""
 
-CORNERS = np.array([(0.0, 0.0, 0.0), (0.04, 0.0, 0.0), (0.0, 0.03, 0.0), (0.01, 0.01, 0.02)])
+CORNERS = np.array(
+    [(0.0, 0.0, 0.0), (0.04, 0.0, 0.0), (0.0, 0.03, 0.0), (0.01, 0.01, 0.02)]
+)
 FACES = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)])
 HOSTILE = 0.3
 """Share of fields that get a hostile value."""
@@ -74,12 +139,16 @@ class Seeds:
             return self.chance.choice(SECONDS)
         if kind.startswith(("uint", "int")):
             bits = int(kind.lstrip("uint")) - kind.startswith("int")
-            return self.chance.choice(HOSTILE_COUNTS) % 2**bits if self._odd() else GOOD.get(
-                name, 3)
+            return (
+                self.chance.choice(HOSTILE_COUNTS) % 2**bits
+                if self._odd()
+                else GOOD.get(name, 3)
+            )
         package, _, short = kind.partition("/")
         of = getattr(import_module(f"{package}.msg"), short)
         left_out = (short == "Inertia" and not self._odd()) or (
-            short == "PartMesh" and self.chance.random() < 0.3)
+            short == "PartMesh" and self.chance.random() < 0.3
+        )
         return of() if left_out else self.make(of)
 
     def _surface(self):
@@ -102,8 +171,12 @@ class Seeds:
 
     def _fill(self, part):
         """Flat, nested, both or neither."""
-        form = self.chance.choice(("flat", "flat", "flat", "nested", "nested", "both", "none"))
+        form = self.chance.choice(
+            ("flat", "flat", "flat", "nested", "nested", "both", "none")
+        )
         part.mesh = self._mesh() if form in ("nested", "both") else Mesh()
-        vertices, triangles = self._surface() if form in ("flat", "both") else (CORNERS[:0],) * 2
+        vertices, triangles = (
+            self._surface() if form in ("flat", "both") else (CORNERS[:0],) * 2
+        )
         part.vertices = array("d", vertices.tobytes())
         part.triangles = array("I", triangles.astype(np.uint32).tobytes())

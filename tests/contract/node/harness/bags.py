@@ -13,8 +13,11 @@ from ros_pose_stats_msgs import msg
 from tests.matching import same
 
 KINDS = {
-    "part_mesh": msg.PartMesh, "pose_statistics": msg.PoseStatistics,
-    "answers": msg.PoseStatistics, "job_events": msg.JobEvent, "pose_counts": msg.PoseCounts,
+    "part_mesh": msg.PartMesh,
+    "pose_statistics": msg.PoseStatistics,
+    "answers": msg.PoseStatistics,
+    "job_events": msg.JobEvent,
+    "pose_counts": msg.PoseCounts,
     "drop_records": msg.DropRecords,
 }
 """Types by topic."""
@@ -32,7 +35,9 @@ def bags_of(log_directory):
 
 def files_of(bag):
     """Files of a bag in the order in which they were begun."""
-    return sorted(bag.glob("*.mcap"), key=lambda path: int(path.stem.rpartition("_")[2]))
+    return sorted(
+        bag.glob("*.mcap"), key=lambda path: int(path.stem.rpartition("_")[2])
+    )
 
 
 def raw(bag):
@@ -62,7 +67,12 @@ def values_of(topic, data):
 
 def raw_of(log_directory, topic):
     """Bytes of one topic's messages in all bags of a folder."""
-    return [data for bag in bags_of(log_directory) for name, data in raw(bag) if name == topic]
+    return [
+        data
+        for bag in bags_of(log_directory)
+        for name, data in raw(bag)
+        if name == topic
+    ]
 
 
 def recorded(log_directory, topic):
@@ -75,7 +85,11 @@ def ends(log_directory):
     """Events that end a job, by job."""
     found = {}
     for event in recorded(log_directory, "job_events"):
-        if event.event in (msg.JobEvent.DONE, msg.JobEvent.CANCELLED, msg.JobEvent.FAILED):
+        if event.event in (
+            msg.JobEvent.DONE,
+            msg.JobEvent.CANCELLED,
+            msg.JobEvent.FAILED,
+        ):
             found.setdefault(event.job_id, []).append(event)
     return found
 
@@ -96,8 +110,14 @@ def by_rosbags(bag):
     with AnyReader([bag]) as reader:
         for connection in reader.connections:
             assert reader.typestore.hash_rihs01(connection.msgtype) == connection.digest
-        return [(connection.topic, bytes(data), reader.deserialize(data, connection.msgtype))
-                for connection, _, data in reader.messages()]
+        return [
+            (
+                connection.topic,
+                bytes(data),
+                reader.deserialize(data, connection.msgtype),
+            )
+            for connection, _, data in reader.messages()
+        ]
 
 
 def by_mcap_ros2(bag):
@@ -109,8 +129,10 @@ def by_mcap_ros2(bag):
     for file in files_of(bag):
         with file.open("rb") as stream:
             reader = make_reader(stream, decoder_factories=[DecoderFactory()])
-            found += [(channel.topic, bytes(message.data), decoded) for
-                      _, channel, message, decoded in reader.iter_decoded_messages()]
+            found += [
+                (channel.topic, bytes(message.data), decoded)
+                for _, channel, message, decoded in reader.iter_decoded_messages()
+            ]
     return found
 
 

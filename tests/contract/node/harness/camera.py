@@ -22,20 +22,37 @@ def stamped(message, frame_id=""):
 
 def counted(model, numbers, **fields):
     """Counts of the poses of a result, in its order, with its numbering."""
-    index = [pose.index for pose in model.poses][:len(numbers)]
-    return stamped(PoseCounts(**{
-        "part_id": model.part_id, "part_digest": model.part_digest, "plate": model.plate,
-        "cluster_tolerance": model.cluster_tolerance, "round_sides": model.round_sides,
-        "index": index, "count": numbers, **fields}), "camera")
+    index = [pose.index for pose in model.poses][: len(numbers)]
+    return stamped(
+        PoseCounts(
+            **{
+                "part_id": model.part_id,
+                "part_digest": model.part_digest,
+                "plate": model.plate,
+                "cluster_tolerance": model.cluster_tolerance,
+                "round_sides": model.round_sides,
+                "index": index,
+                "count": numbers,
+                **fields,
+            }
+        ),
+        "camera",
+    )
 
 
 def lying(pose, yaw=0.0, lean=0.0):
     """Where a part is seen in a stable pose, turned and leaning."""
     turn = pose.pose.orientation
-    seen = (Rotation.from_euler("z", yaw) * Rotation.from_euler("x", lean)
-            * Rotation.from_quat([turn.x, turn.y, turn.z, turn.w]))
+    seen = (
+        Rotation.from_euler("z", yaw)
+        * Rotation.from_euler("x", lean)
+        * Rotation.from_quat([turn.x, turn.y, turn.z, turn.w])
+    )
     x, y, z, w = seen.as_quat().tolist()
-    return Pose(position=Point(x=0.1, y=-0.2, z=0.03), orientation=Quaternion(x=x, y=y, z=z, w=w))
+    return Pose(
+        position=Point(x=0.1, y=-0.2, z=0.03),
+        orientation=Quaternion(x=x, y=y, z=z, w=w),
+    )
 
 
 def picture(part_id, *poses, frame="", **fields):
@@ -50,11 +67,14 @@ def counting(client):
 
 def seeing(client):
     """Publishes on ~/observed_parts."""
-    return MeshPublisher(client, f"{client.prefix}/observed_parts", ObservedParts).matched()
+    return MeshPublisher(
+        client, f"{client.prefix}/observed_parts", ObservedParts
+    ).matched()
 
 
 def learnt(client, part_id, observed):
     """What is latched, once it has learnt from so many parts."""
+
     def told():
         result = latched(client, part_id)
         return result if result.observed == observed else None

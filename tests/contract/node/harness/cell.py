@@ -15,8 +15,12 @@ from .node import PATIENCE, NodeProcess
 @contextmanager
 def cell_of(domain, log_directory, namespace, *arguments, **values):
     """A node that is ready, and a client of it."""
-    with (Client(domain, f"/{namespace}/pose_stats") as client,
-          NodeProcess(log_directory, "-r", f"__ns:=/{namespace}", *arguments, **values) as node):
+    with (
+        Client(domain, f"/{namespace}/pose_stats") as client,
+        NodeProcess(
+            log_directory, "-r", f"__ns:=/{namespace}", *arguments, **values
+        ) as node,
+    ):
         node.ready()
         yield node, client
 
@@ -25,17 +29,23 @@ class MeshPublisher:
     """Publishes meshes, or what else a cell tells the node of a client."""
 
     def __init__(self, client, topic="", kind=PartMesh, *, latched=False):
-        durability = DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE
-        quality = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE,
-                             durability=durability)
+        durability = (
+            DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE
+        )
+        quality = QoSProfile(
+            depth=1000, reliability=ReliabilityPolicy.RELIABLE, durability=durability
+        )
         self._client = client
         self._publisher = client.node.create_publisher(
-            kind, topic or f"{client.prefix}/part_mesh", quality)
+            kind, topic or f"{client.prefix}/part_mesh", quality
+        )
         self._takers = 2 if latched else 1
 
     def matched(self):
         """Wait until the node listens."""
-        until(lambda: self._publisher.get_subscription_count() >= self._takers, "the node")
+        until(
+            lambda: self._publisher.get_subscription_count() >= self._takers, "the node"
+        )
         return self
 
     def publish(self, *messages):
@@ -51,6 +61,7 @@ class MeshPublisher:
 
 def latched(client, part_id):
     """What is latched for a part, once there is something."""
+
     def found():
         answer = client.call("get_statistics", part_id=part_id)
         return answer.statistics
@@ -69,8 +80,11 @@ class Health:
         client.subscribe(DiagnosticArray, "/diagnostics", self._take, depth=10)
 
     def _take(self, message):
-        lines = {line.name.removeprefix(self._name): line for line in message.status
-                 if line.name.startswith(self._name)}
+        lines = {
+            line.name.removeprefix(self._name): line
+            for line in message.status
+            if line.name.startswith(self._name)
+        }
         with self._news:
             self._heard += bool(lines)
             self._lines.update(lines)
@@ -95,6 +109,7 @@ class Health:
 
     def eventually(self, about, condition=lambda line, values: True):
         """A line that fulfils a condition, be it the last one or one to come, and its values."""
+
         def there():
             found = self.latest(about) if about in self._lines else None
             return found if found and condition(*found) else None

@@ -16,9 +16,12 @@ from ros_pose_stats_msgs.msg import PoseStatistics
 from .node import PATIENCE
 
 SERVICES = {
-    "estimate": srv.EstimatePoses, "get_statistics": srv.GetStatistics,
-    "feeding": srv.FeedingAnswer, "fit_plate": srv.FitPlate,
-    "forget_part": srv.ForgetPart, "start_drop_simulation": srv.StartDropSimulation,
+    "estimate": srv.EstimatePoses,
+    "get_statistics": srv.GetStatistics,
+    "feeding": srv.FeedingAnswer,
+    "fit_plate": srv.FitPlate,
+    "forget_part": srv.ForgetPart,
+    "start_drop_simulation": srv.StartDropSimulation,
     "get_drop_simulation": srv.GetDropSimulation,
     "list_drop_simulations": srv.ListDropSimulations,
     "cancel_drop_simulation": srv.CancelDropSimulation,
@@ -33,7 +36,8 @@ QUEUED, RUNNING, DONE, CANCELLED, FAILED = range(1, 6)
 def is_farewell(statistics):
     """Whether a result is the last word about a part: the node has forgotten it."""
     return not statistics.poses and any(
-        line.startswith("FORGOTTEN: ") for line in statistics.warnings)
+        line.startswith("FORGOTTEN: ") for line in statistics.warnings
+    )
 
 
 def until(condition, what="it"):
@@ -55,6 +59,7 @@ def wait_for(future, what="an answer"):
 
 def ask_until_answered(client, request):
     """The answer of a service whose first ones are lost where it has not found the client yet."""
+
     def ask():
         future, heard = client.call_async(request), threading.Event()
         future.add_done_callback(lambda _: heard.set())
@@ -125,8 +130,11 @@ class Client:
         By itself rclpy loses all answers but ten.
         """
         if name not in self._clients:
-            found = self.node.create_client(SERVICES[name], f"{self.prefix}/{name}",
-                                            qos_profile=QoSProfile(depth=1000))
+            found = self.node.create_client(
+                SERVICES[name],
+                f"{self.prefix}/{name}",
+                qos_profile=QoSProfile(depth=1000),
+            )
             ask_until_answered(found, found.srv_type.Request())  # for nothing
             self._clients[name] = found
         return self._clients[name]
@@ -155,16 +163,24 @@ class Client:
 
     def set(self, **values):
         """Set parameters one by one; the reasons of those that were refused."""
-        messages = [Parameter(name, value=value).to_parameter_msg()
-                    for name, value in values.items()]
+        messages = [
+            Parameter(name, value=value).to_parameter_msg()
+            for name, value in values.items()
+        ]
         results = self.call("set_parameters", parameters=messages).results
-        return {name: result.reason for name, result in zip(values, results, strict=True)
-                if not result.successful}
+        return {
+            name: result.reason
+            for name, result in zip(values, results, strict=True)
+            if not result.successful
+        }
 
     def subscribe(self, kind, topic, take, *, latched=False, depth=300, raw=False):
-        durability = DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE
-        quality = QoSProfile(depth=depth, reliability=ReliabilityPolicy.RELIABLE,
-                             durability=durability)
+        durability = (
+            DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE
+        )
+        quality = QoSProfile(
+            depth=depth, reliability=ReliabilityPolicy.RELIABLE, durability=durability
+        )
         return self.node.create_subscription(kind, topic, take, quality, raw=raw)
 
     def late_joiner(self):
@@ -180,7 +196,8 @@ class Joiner:
         self._lock = threading.Lock()
         self._all = []
         self._subscription = client.subscribe(
-            PoseStatistics, f"{client.prefix}/pose_statistics", self._take, latched=True)
+            PoseStatistics, f"{client.prefix}/pose_statistics", self._take, latched=True
+        )
 
     def _take(self, message):
         with self._lock:
@@ -195,12 +212,16 @@ class Joiner:
         """Parts with a result; for a moment, the farewell of one just forgotten is latched."""
         with self._lock:
             newest = {message.part_id: message for message in self._all}
-        return {part_id for part_id, message in newest.items() if not is_farewell(message)}
+        return {
+            part_id for part_id, message in newest.items() if not is_farewell(message)
+        }
 
     def wait(self, part_id, condition=lambda message: True):
         """The first message of a part that fulfils a condition."""
-        return until(lambda: next((one for one in self.of(part_id) if condition(one)), None),
-                     f"a result of {part_id}")
+        return until(
+            lambda: next((one for one in self.of(part_id) if condition(one)), None),
+            f"a result of {part_id}",
+        )
 
     def close(self):
         self._client.node.destroy_subscription(self._subscription)

@@ -24,9 +24,15 @@ class Goals:
     def _answers(self):
         """Whether a goal that is refused comes back: the first answers may be lost."""
         heard = threading.Event()
-        self.client.run(lambda: self._actions.send_goal_async(
-            self._kind.Goal())).add_done_callback(lambda accepted: accepted.result(
-                ).get_result_async().add_done_callback(lambda _: heard.set()))
+        self.client.run(
+            lambda: self._actions.send_goal_async(self._kind.Goal())
+        ).add_done_callback(
+            lambda accepted: (
+                accepted.result()
+                .get_result_async()
+                .add_done_callback(lambda _: heard.set())
+            )
+        )
         return heard.wait(5.0)
 
     def send(self, **fields):
@@ -48,8 +54,12 @@ class Goal:
         self._client = client
         self._lock = threading.Lock()
         self._feedback = []
-        self.handle = wait_for(client.run(
-            lambda: actions.send_goal_async(request, feedback_callback=self._take)), "acceptance")
+        self.handle = wait_for(
+            client.run(
+                lambda: actions.send_goal_async(request, feedback_callback=self._take)
+            ),
+            "acceptance",
+        )
         assert self.handle.accepted
         self._result = client.run(self.handle.get_result_async)
 
@@ -67,7 +77,9 @@ class Goal:
 
     def cancel(self):
         """Ask for the cancel; the answer."""
-        return wait_for(self._client.run(self.handle.cancel_goal_async), "an answer to a cancel")
+        return wait_for(
+            self._client.run(self.handle.cancel_goal_async), "an answer to a cancel"
+        )
 
     @property
     def ended(self):

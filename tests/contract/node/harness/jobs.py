@@ -16,7 +16,9 @@ def known_part(client, surface=WEDGE, **fields):
 
 def start(client, part_id, drops, **fields):
     """Start a drop simulation; its id."""
-    return client.good("start_drop_simulation", part_id=part_id, drops=drops, **fields).job_id
+    return client.good(
+        "start_drop_simulation", part_id=part_id, drops=drops, **fields
+    ).job_id
 
 
 def get(client, job_id):
@@ -25,8 +27,10 @@ def get(client, job_id):
 
 def reached(client, job_id, state):
     """Wait for a state, or for the end; what Get says then."""
-    found = until(lambda: (answer := get(client, job_id)).state >= state and answer,
-                  f"state {state} of {job_id}")
+    found = until(
+        lambda: (answer := get(client, job_id)).state >= state and answer,
+        f"state {state} of {job_id}",
+    )
     assert found.state == state, (found.state, found.message)
     return found
 
@@ -37,8 +41,14 @@ def finished(client, job_id):
 
 def running_with_results(client, job_id):
     """Wait until a job has some drops to show."""
-    return until(lambda: (answer := get(client, job_id)).state != QUEUED
-                 and answer.statistics.drops > 0 and answer, f"drops of {job_id}")
+    return until(
+        lambda: (
+            (answer := get(client, job_id)).state != QUEUED
+            and answer.statistics.drops > 0
+            and answer
+        ),
+        f"drops of {job_id}",
+    )
 
 
 def cancelled(client, job_id):
@@ -50,10 +60,17 @@ def cancelled(client, job_id):
 def cancel_all(client):
     """Empty the queue."""
     listed = client.call("list_drop_simulations")
-    left = [job_id for job_id, state in zip(listed.job_id, listed.state, strict=True)
-            if state in (QUEUED, RUNNING)]
+    left = [
+        job_id
+        for job_id, state in zip(listed.job_id, listed.state, strict=True)
+        if state in (QUEUED, RUNNING)
+    ]
     for job_id in reversed(left):
         client.call("cancel_drop_simulation", job_id=job_id)
     for job_id in left:
-        until(lambda job_id=job_id: client.call(
-            "get_drop_simulation", job_id=job_id).state not in (QUEUED, RUNNING))
+        until(
+            lambda job_id=job_id: (
+                client.call("get_drop_simulation", job_id=job_id).state
+                not in (QUEUED, RUNNING)
+            )
+        )

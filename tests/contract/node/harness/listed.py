@@ -22,10 +22,20 @@ class Row(NamedTuple):
 def rows(client):
     """All jobs, in the order of their acceptance."""
     listed = client.call("list_drop_simulations")
-    found = list(map(Row, listed.job_id, listed.part_id, listed.state, listed.drops_done,
-                     listed.drops_total))
-    assert found == [(job.job_id, job.part_id, job.state, job.drops_done, job.drops_total)
-                     for job in listed.jobs]
+    found = list(
+        map(
+            Row,
+            listed.job_id,
+            listed.part_id,
+            listed.state,
+            listed.drops_done,
+            listed.drops_total,
+        )
+    )
+    assert found == [
+        (job.job_id, job.part_id, job.state, job.drops_done, job.drops_total)
+        for job in listed.jobs
+    ]
     return found
 
 
@@ -48,5 +58,9 @@ def job_named(message):
 def recorded_of(node, topic, part_id):
     """What the bag of a node has of a part on a topic."""
     name, sign = on_topic(topic), part_id.encode()
-    found = (message_of(name, data) for data in raw_of(node.log_directory, name) if sign in data)
+    found = (
+        message_of(name, data)
+        for data in raw_of(node.log_directory, name)
+        if sign in data
+    )
     return [message for message in found if message.part_id == part_id]

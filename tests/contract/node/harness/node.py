@@ -26,7 +26,11 @@ class Running:
 
     def __init__(self, *command):
         self.process = subprocess.Popen(
-            list(map(str, command)), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+            list(map(str, command)),
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
 
     def says(self, text, stream="stdout"):
         """The next line on this stream that holds `text`."""
@@ -51,16 +55,34 @@ class Running:
 class NodeProcess:
     """A node in its `folder`, with parameters by `values`, and what it says on standard error."""
 
-    def __init__(self, log_directory, *arguments, environment=None, folder=None,
-                 program=("-m", "ros_pose_stats", "node"), **values):
-        command = [sys.executable, *program, "--ros-args",
-                   *parameters(log_directory=log_directory, **values), *arguments]
+    def __init__(
+        self,
+        log_directory,
+        *arguments,
+        environment=None,
+        folder=None,
+        program=("-m", "ros_pose_stats", "node"),
+        **values,
+    ):
+        command = [
+            sys.executable,
+            *program,
+            "--ros-args",
+            *parameters(log_directory=log_directory, **values),
+            *arguments,
+        ]
         self.log_directory = log_directory
         self.lines = []
         self._news = threading.Condition()
         self.process = subprocess.Popen(
-            command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True,
-            errors="replace", env={**os.environ, **(environment or {})}, cwd=folder)
+            command,
+            stderr=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            text=True,
+            errors="replace",
+            env={**os.environ, **(environment or {})},
+            cwd=folder,
+        )
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 
@@ -80,6 +102,7 @@ class NodeProcess:
 
     def says(self, text, patience=PATIENCE):
         """Wait until a line holds `text`."""
+
         def said():
             return any(text in line for line in self.lines)
 
@@ -120,8 +143,15 @@ class NodeProcess:
 
     def assert_sound(self):
         """Nothing in the log speaks of a fault of the program."""
-        for sign in ("Traceback", "internal failure", "Error raised", "[ERROR]", "[FATAL]",
-                     "terminate called", "Warning:"):
+        for sign in (
+            "Traceback",
+            "internal failure",
+            "Error raised",
+            "[ERROR]",
+            "[FATAL]",
+            "terminate called",
+            "Warning:",
+        ):
             assert sign not in self.log, self.log
 
     def __enter__(self):

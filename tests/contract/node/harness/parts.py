@@ -13,9 +13,19 @@ from ros_pose_stats import part_from_mesh
 
 NUMBERS = itertools.count(1)
 
-_HULL = trimesh.convex.convex_hull(np.array([
-    (0.0, 0.0, 0.0), (0.04, 0.0, 0.0), (0.04, 0.03, 0.0), (0.0, 0.03, 0.0), (0.01, 0.005, 0.02),
-    (0.03, 0.01, 0.025), (0.012, 0.028, 0.018)]))
+_HULL = trimesh.convex.convex_hull(
+    np.array(
+        [
+            (0.0, 0.0, 0.0),
+            (0.04, 0.0, 0.0),
+            (0.04, 0.03, 0.0),
+            (0.0, 0.03, 0.0),
+            (0.01, 0.005, 0.02),
+            (0.03, 0.01, 0.025),
+            (0.012, 0.028, 0.018),
+        ]
+    )
+)
 WEDGE = np.asarray(_HULL.vertices), np.asarray(_HULL.faces)
 """A body with several stable poses and no symmetry, in metres."""
 
@@ -28,20 +38,26 @@ def scaled(factor):
 def fine_box(triangles, length=0.04):
     """A box of 4 : 3 : 2 whose faces are grids of about so many triangles, with eight corners."""
     cells = max(1, round((triangles / 12) ** 0.5))
-    u, v = (grid.ravel() for grid in np.mgrid[:cells + 1, :cells + 1])
+    u, v = (grid.ravel() for grid in np.mgrid[: cells + 1, : cells + 1])
     corner = np.flatnonzero((u < cells) & (v < cells))
     below, right = corner + cells + 1, corner + 1
-    top = np.concatenate([np.stack((corner, below, right), 1), np.stack((right, below, below + 1),
-                                                                        1)])
+    top = np.concatenate(
+        [np.stack((corner, below, right), 1), np.stack((right, below, below + 1), 1)]
+    )
     face = np.column_stack((u, v, np.full(u.shape, cells)))
     turned = [np.roll(face, axis, axis=1) for axis in range(3)]
-    sides = [*turned, *(cells - corners for corners in turned)]  # seen through the middle
+    sides = [
+        *turned,
+        *(cells - corners for corners in turned),
+    ]  # seen through the middle
     faces = [top, top, top, *3 * [top[:, ::-1]]]
     points = np.concatenate(sides)
     rows = np.concatenate([face + k * len(u) for k, face in enumerate(faces)])
     _, first, place = np.unique(points, axis=0, return_index=True, return_inverse=True)
-    return (points[first] / cells * (length, 0.75 * length, 0.5 * length),
-            place.ravel()[rows].astype(np.uint32))
+    return (
+        points[first] / cells * (length, 0.75 * length, 0.5 * length),
+        place.ravel()[rows].astype(np.uint32),
+    )
 
 
 def new_id():
@@ -54,16 +70,23 @@ def mesh(surface):
     vertices, triangles = surface
     return Mesh(
         vertices=[Point(x=float(x), y=float(y), z=float(z)) for x, y, z in vertices],
-        triangles=[MeshTriangle(vertex_indices=np.array(row, dtype=np.uint32))
-                   for row in triangles])
+        triangles=[
+            MeshTriangle(vertex_indices=np.array(row, dtype=np.uint32))
+            for row in triangles
+        ],
+    )
 
 
 def flat(surface, part_id="", **fields):
     """A `PartMesh` with the flat arrays."""
     vertices, triangles = surface
     message = PartMesh(part_id=part_id, **fields)
-    message.vertices = array("d", np.ascontiguousarray(vertices, dtype=np.float64).tobytes())
-    message.triangles = array("I", np.ascontiguousarray(triangles, dtype=np.uint32).tobytes())
+    message.vertices = array(
+        "d", np.ascontiguousarray(vertices, dtype=np.float64).tobytes()
+    )
+    message.triangles = array(
+        "I", np.ascontiguousarray(triangles, dtype=np.uint32).tobytes()
+    )
     return message
 
 
@@ -76,8 +99,9 @@ def inertia_of(part):
     """Mass properties of a part as a message."""
     x, y, z = part.inertia.tolist()
     com = Vector3(**dict(zip("xyz", part.center_of_mass.tolist(), strict=True)))
-    return Inertia(m=part.mass, com=com,
-                   ixx=x[0], ixy=x[1], ixz=x[2], iyy=y[1], iyz=y[2], izz=z[2])
+    return Inertia(
+        m=part.mass, com=com, ixx=x[0], ixy=x[1], ixz=x[2], iyy=y[1], iyz=y[2], izz=z[2]
+    )
 
 
 def library_part(surface, part_id="", **mass_properties):

@@ -55,8 +55,14 @@ def builder_at_work(pid):
     at_first = {}
 
     def found():
-        return next((child for child in children(pid)
-                     if _ticks(child) > at_first.setdefault(child, _ticks(child))), None)
+        return next(
+            (
+                child
+                for child in children(pid)
+                if _ticks(child) > at_first.setdefault(child, _ticks(child))
+            ),
+            None,
+        )
 
     return until(found, "a process that builds")
 

@@ -36,8 +36,11 @@ class Told:
 
     def assert_in(self, recorded):
         """It is all in what was recorded, given as (topic, message bytes)."""
-        answers = {values_of(topic, data) for topic, data in recorded
-                   if topic == on_topic("answers")}
+        answers = {
+            values_of(topic, data)
+            for topic, data in recorded
+            if topic == on_topic("answers")
+        }
         assert set(self.answers) <= answers
         found = events(recorded)
         assert self.accepted <= found.keys()
@@ -68,16 +71,26 @@ class Witness:
     def __init__(self, client, told, seed):
         self._client, self._told = client, told
         self._over = threading.Event()
-        self._actions = ActionClient(client.node, SimulateDrops,
-                                     f"{client.prefix}/simulate_drops")
+        self._actions = ActionClient(
+            client.node, SimulateDrops, f"{client.prefix}/simulate_drops"
+        )
         until(self._actions.server_is_ready, "the action")
-        for name in ("estimate", "start_drop_simulation", "get_drop_simulation",
-                     "cancel_drop_simulation"):
+        for name in (
+            "estimate",
+            "start_drop_simulation",
+            "get_drop_simulation",
+            "cancel_drop_simulation",
+        ):
             client.service(name)
         self._failures = []
         self._threads = [
-            threading.Thread(target=self._go, args=(act, random.Random(f"{seed} {place}")))
-            for place, act in enumerate((self._estimate, self._simulate, self._follow_goal))]
+            threading.Thread(
+                target=self._go, args=(act, random.Random(f"{seed} {place}"))
+            )
+            for place, act in enumerate(
+                (self._estimate, self._simulate, self._follow_goal)
+            )
+        ]
         for thread in self._threads:
             thread.start()
 
@@ -115,15 +128,20 @@ class Witness:
         return flat((scale * WEDGE[0], WEDGE[1]), chance.choice(NAMES))
 
     def _estimate(self, chance):
-        answer = self._ask("estimate", part=self._part(chance),
-                           method=chance.choice(("", "csae", "area")))
+        answer = self._ask(
+            "estimate",
+            part=self._part(chance),
+            method=chance.choice(("", "csae", "area")),
+        )
         if answer is not None:
             assert answer.success, answer.message
             self._told.answer(answer.statistics)
 
     def _simulate(self, chance):
         drops = chance.choice((30, 300, 3000, 5_000_000))
-        answer = self._ask("start_drop_simulation", part=self._part(chance), drops=drops)
+        answer = self._ask(
+            "start_drop_simulation", part=self._part(chance), drops=drops
+        )
         if answer is None:
             return
         assert answer.success, answer.message
@@ -131,14 +149,19 @@ class Witness:
         if drops > 3000 or chance.random() < 0.3:
             self._over.wait(0.1 * chance.random())
             self._ask("cancel_drop_simulation", job_id=answer.job_id)
-        while (job := self._ask("get_drop_simulation", job_id=answer.job_id)) is not None:
+        while (
+            job := self._ask("get_drop_simulation", job_id=answer.job_id)
+        ) is not None:
             if job.state >= DONE:
                 self._told.end(answer.job_id, job.state, job.statistics)
                 return
 
     def _follow_goal(self, chance):
-        goal = SimulateDrops.Goal(part=self._part(chance), drops=chance.choice((20, 200, 10**6)),
-                                  max_seconds=0.2 * chance.random() + 0.01)
+        goal = SimulateDrops.Goal(
+            part=self._part(chance),
+            drops=chance.choice((20, 200, 10**6)),
+            max_seconds=0.2 * chance.random() + 0.01,
+        )
         handle = self._wait(self._actions.send_goal_async(goal))
         answer = None if handle is None else self._wait(handle.get_result_async())
         if answer is not None:

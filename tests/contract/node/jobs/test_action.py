@@ -15,7 +15,10 @@ from ..harness.jobs import LONG, get, known_part, reached, start
 from ..harness.parts import WEDGE, counts, library_part, nested, new_id, whole
 
 SUCCEEDED, CANCELED, ABORTED = (
-    GoalStatus.STATUS_SUCCEEDED, GoalStatus.STATUS_CANCELED, GoalStatus.STATUS_ABORTED)
+    GoalStatus.STATUS_SUCCEEDED,
+    GoalStatus.STATUS_CANCELED,
+    GoalStatus.STATUS_ABORTED,
+)
 
 
 @pytest.fixture
@@ -28,12 +31,17 @@ def goals(cell):
 class TestSuccess:
     def test_the_result_is_that_of_the_library_and_what_get_says(self, goals, cell):
         part_id = new_id()
-        status, result = goals.send(part=nested(WEDGE, part_id), drops=1000, seed=3).result()
+        status, result = goals.send(
+            part=nested(WEDGE, part_id), drops=1000, seed=3
+        ).result()
         assert (status, result.success, result.message) == (SUCCEEDED, True, "")
         expected = simulate(library_part(WEDGE), 1000, seed=3)
         assert counts(result.statistics.poses) == counts(expected.poses)
         answer = get(cell, result.job_id)
-        assert (answer.state, whole(answer.statistics)) == (DONE, whole(result.statistics))
+        assert (answer.state, whole(answer.statistics)) == (
+            DONE,
+            whole(result.statistics),
+        )
         assert cell.good("get_statistics", part_id=part_id).statistics
 
     def test_feedback_rises(self, goals, cell):
@@ -51,9 +59,15 @@ class TestSuccess:
 
 
 class TestRefusals:
-    @pytest.mark.parametrize(("asked", "said"), [
-        ({"part_id": "nobody"}, "'nobody'"), ({"drops": 10_000_001}, "10000001"),
-        ({"restitution": 1.5}, "1.5"), ({"target_error": 2.0}, "2.0")])
+    @pytest.mark.parametrize(
+        ("asked", "said"),
+        [
+            ({"part_id": "nobody"}, "'nobody'"),
+            ({"drops": 10_000_001}, "10000001"),
+            ({"restitution": 1.5}, "1.5"),
+            ({"target_error": 2.0}, "2.0"),
+        ],
+    )
     def test_aborted_with_the_reason(self, goals, cell, asked, said):
         status, result = goals.send(**{"part_id": known_part(cell), **asked}).result()
         assert (status, result.success, result.job_id) == (ABORTED, False, "")
@@ -97,7 +111,9 @@ class TestSharing:
         assert (first, second, one.job_id) == (SUCCEEDED, SUCCEEDED, job_id)
         assert whole(one) == whole(other)
 
-    def test_a_goal_that_joins_a_running_job_gets_feedback_and_result(self, goals, cell):
+    def test_a_goal_that_joins_a_running_job_gets_feedback_and_result(
+        self, goals, cell
+    ):
         asked = {"part_id": known_part(cell), "drops": LONG, "seed": 4}
         job_id = start(cell, **asked)
         reached(cell, job_id, RUNNING)

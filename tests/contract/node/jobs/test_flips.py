@@ -16,7 +16,10 @@ from ..harness.jobs import known_part
 from ..harness.parts import WEDGE, library_part
 
 SUCCEEDED, CANCELED, ABORTED = (
-    GoalStatus.STATUS_SUCCEEDED, GoalStatus.STATUS_CANCELED, GoalStatus.STATUS_ABORTED)
+    GoalStatus.STATUS_SUCCEEDED,
+    GoalStatus.STATUS_CANCELED,
+    GoalStatus.STATUS_ABORTED,
+)
 KICK = 0.012
 MANY = 500_000
 """Flips of a pose that take minutes: whoever asks for them cancels them."""
@@ -36,15 +39,23 @@ def matrix(values):
 
 def test_the_matrix_is_the_library_s(goals, cell):
     part_id = known_part(cell)
-    status, result = goals.send(part_id=part_id, kick_height=KICK, drops=300, seed=3).result()
+    status, result = goals.send(
+        part_id=part_id, kick_height=KICK, drops=300, seed=3
+    ).result()
     assert (status, result.success, result.message) == (SUCCEEDED, True, "")
     expected = simulate_flips(library_part(WEDGE), KICK, 300, seed=3)
     np.testing.assert_allclose(matrix(result.transition), expected.transition, 1e-12)
-    np.testing.assert_allclose(matrix(result.standard_error), expected.standard_error, 1e-12)
+    np.testing.assert_allclose(
+        matrix(result.standard_error), expected.standard_error, 1e-12
+    )
     assert list(result.flips) == [300] * len(expected.poses)
     assert list(result.unsettled) == expected.unsettled.tolist()
     assert (result.part_id, result.part_digest, result.kick_height, result.seed) == (
-        part_id, expected.part_digest, KICK, 3)
+        part_id,
+        expected.part_digest,
+        KICK,
+        3,
+    )
     assert result.restitution == 0.5
 
 
@@ -54,9 +65,15 @@ def test_the_node_s_number_is_shared_out_and_no_kick_leaves_all_as_it_is(goals, 
     np.testing.assert_array_equal(matrix(result.transition), np.eye(len(result.flips)))
 
 
-@pytest.mark.parametrize(("asked", "said"), [
-    ({"part_id": "nobody"}, "'nobody'"), ({"drops": 10_000_000}, "max_drops"),
-    ({"kick_height": -1.0}, "flip_height is 0"), ({"kick_height": math.nan}, "a kick_height")])
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        ({"part_id": "nobody"}, "'nobody'"),
+        ({"drops": 10_000_000}, "max_drops"),
+        ({"kick_height": -1.0}, "flip_height is 0"),
+        ({"kick_height": math.nan}, "a kick_height"),
+    ],
+)
 def test_a_refused_goal_is_aborted_with_the_reason(goals, cell, asked, said):
     asked = {"part_id": known_part(cell), "kick_height": KICK, **asked}
     status, result = goals.send(**asked).result()
@@ -69,7 +86,10 @@ def test_feedback_rises_and_a_cancelled_goal_has_what_was_done(goals, cell):
     until(lambda: len(goal.feedback) > 2)
     assert goal.cancel().return_code == CancelGoal.Response.ERROR_NONE
     status, result = goal.result()
-    assert (status, result.success) == (CANCELED, False) and "cancelled" in result.message
+    assert (status, result.success) == (
+        CANCELED,
+        False,
+    ) and "cancelled" in result.message
     told = goal.feedback
     assert {one.flips_total for one in told} == {MANY * len(result.flips)}
     assert all(b.flips_done > a.flips_done for a, b in pairwise(told))

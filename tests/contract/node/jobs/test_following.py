@@ -43,8 +43,15 @@ def test_first_come_first_served(cell, shared_node):
     events = until(all_events, "all events")
     for kind in kinds:
         assert [one.job_id for one in events if one.event == kind] == jobs
-    last = next(one for one in events if (one.event, one.job_id) == (JobEvent.DONE, jobs[-1]))
-    assert (last.drops, last.drops_done, last.seed, last.refinement) == (108, 108, 8, False)
+    last = next(
+        one for one in events if (one.event, one.job_id) == (JobEvent.DONE, jobs[-1])
+    )
+    assert (last.drops, last.drops_done, last.seed, last.refinement) == (
+        108,
+        108,
+        8,
+        False,
+    )
     assert last.part_digest == library_part(WEDGE).digest
 
 
@@ -52,14 +59,22 @@ def test_waiting_then_running_then_done_and_listed_in_the_order_of_acceptance(ce
     part_id = known_part(cell)
     done = start(cell, part_id, 100, seed=1)
     finished(cell, done)
-    first, second = start(cell, part_id, LONG, seed=1), start(cell, part_id, 500, seed=1)
+    first, second = (
+        start(cell, part_id, LONG, seed=1),
+        start(cell, part_id, 500, seed=1),
+    )
     reached(cell, first, RUNNING)
     waiting = get(cell, second)
     assert (waiting.state, waiting.drops_done, waiting.drops_total) == (QUEUED, 0, 500)
     assert waiting.statistics.part_id == "" and len(waiting.statistics.poses) == 0
-    listed = [row._replace(done=0) if row.state == RUNNING else row for row in rows(cell)[-3:]]
-    assert listed == [Row(done, part_id, DONE, 100, 100), Row(first, part_id, RUNNING, 0, LONG),
-                      Row(second, part_id, QUEUED, 0, 500)]
+    listed = [
+        row._replace(done=0) if row.state == RUNNING else row for row in rows(cell)[-3:]
+    ]
+    assert listed == [
+        Row(done, part_id, DONE, 100, 100),
+        Row(first, part_id, RUNNING, 0, LONG),
+        Row(second, part_id, QUEUED, 0, 500),
+    ]
     cancelled(cell, first)
     assert finished(cell, second).statistics.drops == 500
 
@@ -67,8 +82,13 @@ def test_waiting_then_running_then_done_and_listed_in_the_order_of_acceptance(ce
 def test_a_running_job_shows_a_prefix_that_grows(cell):
     job_id = start(cell, known_part(cell), LONG, seed=6)
     early = running_with_results(cell, job_id)
-    late = until(lambda: (now := get(cell, job_id)).drops_done > early.drops_done
-                 and now.statistics.drops > 4 * early.statistics.drops and now)
+    late = until(
+        lambda: (
+            (now := get(cell, job_id)).drops_done > early.drops_done
+            and now.statistics.drops > 4 * early.statistics.drops
+            and now
+        )
+    )
     assert late.state == RUNNING and not late.statistics.final
     assert late.statistics.revision > early.statistics.revision
     assert late.statistics.expected_error < early.statistics.expected_error
@@ -93,7 +113,8 @@ class TestCancel:
         first = start(cell, part_id, LONG, seed=1)
         running_with_results(cell, first)
         cell.send("cancel_drop_simulation", job_id=first)
-        other = wait_for(cell.send("start_drop_simulation", part_id=part_id, drops=LONG,
-                                   seed=1)).job_id
+        other = wait_for(
+            cell.send("start_drop_simulation", part_id=part_id, drops=LONG, seed=1)
+        ).job_id
         reached(cell, first, CANCELLED)
         assert other == first or get(cell, other).state in UNFINISHED

@@ -11,11 +11,18 @@ from ..harness.cell import latched
 from ..harness.client import until
 from ..harness.parts import flat, library_part, new_id
 
-BOXES = {"flat": shapes.box(0.020, 0.016, 0.012), "bar": shapes.box(0.030, 0.010, 0.020)}
+BOXES = {
+    "flat": shapes.box(0.020, 0.016, 0.012),
+    "bar": shapes.box(0.030, 0.010, 0.020),
+}
 TRUTH = 0.25, 0.12
 """Restitution and drop height of the plate that is counted on."""
 
-FITTED = [name + end for name in ("restitution", "drop_height") for end in ("", "_low", "_high")]
+FITTED = [
+    name + end
+    for name in ("restitution", "drop_height")
+    for end in ("", "_low", "_high")
+]
 
 
 def model_of(client, surface, part_id):
@@ -25,10 +32,14 @@ def model_of(client, surface, part_id):
 def count_boxes(client, parts):
     """What a camera counts of both on the true plate; the node has learnt from it."""
     for seed, (name, surface) in enumerate(BOXES.items(), start=1):
-        seen = simulate(library_part(surface), parts, TRUTH[0], seed, TRUTH[1], workers=1)
+        seen = simulate(
+            library_part(surface), parts, TRUTH[0], seed, TRUTH[1], workers=1
+        )
         numbers = {pose.index: pose.count for pose in seen.poses}
         model = model_of(client, surface, name)
-        counting(client).publish(counted(model, [numbers[pose.index] for pose in model.poses]))
+        counting(client).publish(
+            counted(model, [numbers[pose.index] for pose in model.poses])
+        )
         learnt(client, name, parts)
 
 
@@ -50,7 +61,9 @@ class TestRefusals:
         model = model_of(tuned, BOXES["flat"], new_id())
         counting(tuned).publish(counted(model, [100] * 6))
         learnt(tuned, model.part_id, 600)
-        assert "parameter plates" in tuned.refused("fit_plate", plate="glass", apply=True)
+        assert "parameter plates" in tuned.refused(
+            "fit_plate", plate="glass", apply=True
+        )
         tuned.set(plates=str(tmp_path / "plates.yaml"))
         assert "a plate's name" in tuned.refused("fit_plate", apply=True)
 
@@ -67,15 +80,27 @@ def test_a_plate_is_learnt_written_and_used(tuned, tmp_path):
         np.testing.assert_allclose(profile[name], getattr(answer, name))
     assert (profile["counted"], profile["parts"]) == (800, list(answer.parts))
     for name in BOXES:
-        told = until(lambda name=name: (one := latched(tuned, name)).plate == "glass" and one)
-        assert (told.restitution, told.drop_height) == (answer.restitution, answer.drop_height)
+        told = until(
+            lambda name=name: (one := latched(tuned, name)).plate == "glass" and one
+        )
+        assert (told.restitution, told.drop_height) == (
+            answer.restitution,
+            answer.drop_height,
+        )
         assert (told.method, told.observed) == ("observed", 400)
-        assert told.plate_error < answer.plate_error  # surer than its plate alone makes it
+        assert (
+            told.plate_error < answer.plate_error
+        )  # surer than its plate alone makes it
     assert latched(tuned, "bar").revision > before.revision
-    assert tuned.good("estimate", part_id="bar").statistics.plate_error == answer.plate_error
+    assert (
+        tuned.good("estimate", part_id="bar").statistics.plate_error
+        == answer.plate_error
+    )
 
 
-def test_a_fit_that_cannot_be_written_is_refused_and_known_all_the_same(tuned, tmp_path):
+def test_a_fit_that_cannot_be_written_is_refused_and_known_all_the_same(
+    tuned, tmp_path
+):
     (tmp_path / "a file").touch()
     tuned.set(plates=str(tmp_path / "a file" / "plates.yaml"))
     model = model_of(tuned, BOXES["flat"], new_id())
@@ -83,5 +108,8 @@ def test_a_fit_that_cannot_be_written_is_refused_and_known_all_the_same(tuned, t
     learnt(tuned, model.part_id, 130)
     answer = tuned.call("fit_plate", plate="glass", apply=True)
     assert not answer.success and "can be written (parameter plates)" in answer.message
-    assert answer.counted == 130 and 0.0 <= answer.restitution_low <= answer.restitution < 1.0
+    assert (
+        answer.counted == 130
+        and 0.0 <= answer.restitution_low <= answer.restitution < 1.0
+    )
     assert latched(tuned, model.part_id).plate == ""

@@ -18,6 +18,7 @@ ENDS = {JobEvent.DONE: DONE, JobEvent.CANCELLED: CANCELLED}
 
 def assert_each_ended_once(client, node, part_id):
     """Every job of a part, as it was accepted, in the bag and to whoever asks."""
+
     def told():
         ended, accepted = {}, set()
         for event in recorded_of(node, "job_events", part_id):
@@ -28,7 +29,9 @@ def assert_each_ended_once(client, node, part_id):
         return ended if accepted == ended.keys() else None
 
     ended = until(told, "the ends of all jobs in the bag")
-    assert ended.keys() == {row.job_id for row in rows(client) if row.part_id == part_id}
+    assert ended.keys() == {
+        row.job_id for row in rows(client) if row.part_id == part_id
+    }
     for job_id, states in ended.items():
         assert states == [get(client, job_id).state]
     return ended
@@ -56,8 +59,11 @@ def test_random_requests_goals_and_cancels_from_several_clients(tuned, node):
     part_id, goals, sent = known_part(tuned), Goals(tuned), []
 
     def act(chance, mine):
-        asked = {"part_id": part_id, "seed": chance.randrange(1, 40),
-                 "drops": chance.choice((1, 300, 3000, LONG))}
+        asked = {
+            "part_id": part_id,
+            "seed": chance.randrange(1, 40),
+            "drops": chance.choice((1, 300, 3000, LONG)),
+        }
         match chance.choice(("start", "start", "goal", "cancel", "cancel", "list")):
             case "start":
                 answer = wait_for(tuned.send("start_drop_simulation", **asked))
@@ -84,7 +90,10 @@ def test_random_requests_goals_and_cancels_from_several_clients(tuned, node):
             tuned.call("cancel_drop_simulation", job_id=row.job_id)
     statuses = {goal.result()[0] for goal in sent}
     assert GoalStatus.STATUS_CANCELED in statuses and statuses <= {
-        GoalStatus.STATUS_CANCELED, GoalStatus.STATUS_SUCCEEDED, GoalStatus.STATUS_ABORTED}
+        GoalStatus.STATUS_CANCELED,
+        GoalStatus.STATUS_SUCCEEDED,
+        GoalStatus.STATUS_ABORTED,
+    }
     goals.close()
     until(lambda: all(row.state not in UNFINISHED for row in rows(tuned)))
     assert len(assert_each_ended_once(tuned, node, part_id)) > 20

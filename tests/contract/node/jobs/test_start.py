@@ -17,24 +17,39 @@ class TestResults:
         answer = finished(cell, start(cell, part_id, 3000, seed=7))
         expected = simulate(library_part(WEDGE), 3000, seed=7)
         assert counts(answer.statistics.poses) == counts(expected.poses)
-        assert answer.statistics.expected_error == pytest.approx(expected.expected_error)
-        assert (answer.drops_done, answer.drops_total, answer.message) == (3000, 3000, "")
+        assert answer.statistics.expected_error == pytest.approx(
+            expected.expected_error
+        )
+        assert (answer.drops_done, answer.drops_total, answer.message) == (
+            3000,
+            3000,
+            "",
+        )
 
     def test_they_say_what_was_asked_for(self, cell):
         part_id = known_part(cell)
-        job_id = start(cell, part_id, 200, seed=2**64 - 1, restitution=0.25, drop_height=0.75)
+        job_id = start(
+            cell, part_id, 200, seed=2**64 - 1, restitution=0.25, drop_height=0.75
+        )
         told = finished(cell, job_id).statistics
-        assert (told.part_id, told.method, told.job_id) == (part_id, "simulation", job_id)
+        assert (told.part_id, told.method, told.job_id) == (
+            part_id,
+            "simulation",
+            job_id,
+        )
         assert (told.restitution, told.drop_height) == (0.25, 0.75)
         assert (told.drops, told.seed, told.final) == (200, 2**64 - 1, True)
         assert told.drops - told.unsettled == sum(pose.count for pose in told.poses)
         estimated = cell.good("estimate", part_id=part_id).statistics
         assert {pose.index: pose.down for pose in told.poses} == {
-            pose.index: pose.down for pose in estimated.poses}
+            pose.index: pose.down for pose in estimated.poses
+        }
 
     def test_seed_zero_is_drawn_and_reported(self, cell):
         part_id = known_part(cell)
-        first, second = (finished(cell, start(cell, part_id, 300)).statistics for _ in range(2))
+        first, second = (
+            finished(cell, start(cell, part_id, 300)).statistics for _ in range(2)
+        )
         assert 0 != first.seed != second.seed != 0
         again = finished(cell, start(cell, part_id, 300, seed=first.seed)).statistics
         assert counts(again.poses) == counts(first.poses)
@@ -52,7 +67,8 @@ class TestResults:
         assert 0 < told.drops < LONG
         assert any(warning.startswith("TIME_LIMIT: ") for warning in told.warnings)
         assert counts(told.poses) == counts(
-            simulate(library_part(WEDGE), told.drops, seed=5).poses)
+            simulate(library_part(WEDGE), told.drops, seed=5).poses
+        )
 
 
 class TestIdenticalRequests:
@@ -68,32 +84,53 @@ class TestIdenticalRequests:
         assert start(cell, part_id, LONG, seed=2) == waiting
         assert start(cell, part_id, LONG) == drawn
 
-    @pytest.mark.parametrize("other", [
-        {"seed": 2}, {"drops": LONG - 1}, {"restitution": 0.4}, {"drop_height": 0.9},
-        {"target_error": 1e-6}, {"max_seconds": 500.0}])
+    @pytest.mark.parametrize(
+        "other",
+        [
+            {"seed": 2},
+            {"drops": LONG - 1},
+            {"restitution": 0.4},
+            {"drop_height": 0.9},
+            {"target_error": 1e-6},
+            {"max_seconds": 500.0},
+        ],
+    )
     def test_anything_else_is_another_job(self, cell, other):
         part_id, asked = known_part(cell), {"drops": LONG, "seed": 1}
-        assert start(cell, part_id, **asked) != start(cell, part_id, **{**asked, **other})
+        assert start(cell, part_id, **asked) != start(
+            cell, part_id, **{**asked, **other}
+        )
 
     def test_the_node_s_own_values_spelled_out_are_the_same_request(self, cell):
         part_id = known_part(cell)
         first = start(cell, part_id, LONG, seed=1)
-        assert start(cell, part_id, LONG, seed=1, restitution=0.5, max_seconds=600.0) == first
+        assert (
+            start(cell, part_id, LONG, seed=1, restitution=0.5, max_seconds=600.0)
+            == first
+        )
 
 
 class TestRefusals:
-    @pytest.mark.parametrize(("asked", "said"), [
-        ({"drops": 10_000_001}, ("10000000", "10000001", "max_drops")),
-        ({"drops": 2**64 - 1}, ("10000000", "max_drops")),
-        *[({"target_error": value}, (str(value), "below 1")) for value in (-0.1, 1.0, math.nan)],
-        ({"max_seconds": -1.0}, ("-1", "600")),
-        ({"max_seconds": 601.0}, ("601", "600", "max_job_seconds")),
-        ({"max_seconds": math.nan}, ("nan", "600")),
-        ({"restitution": 1.0}, ("1.0", "below 1")),
-        ({"drop_height": math.inf}, ("inf", "above 0 m")),
-    ])
+    @pytest.mark.parametrize(
+        ("asked", "said"),
+        [
+            ({"drops": 10_000_001}, ("10000000", "10000001", "max_drops")),
+            ({"drops": 2**64 - 1}, ("10000000", "max_drops")),
+            *[
+                ({"target_error": value}, (str(value), "below 1"))
+                for value in (-0.1, 1.0, math.nan)
+            ],
+            ({"max_seconds": -1.0}, ("-1", "600")),
+            ({"max_seconds": 601.0}, ("601", "600", "max_job_seconds")),
+            ({"max_seconds": math.nan}, ("nan", "600")),
+            ({"restitution": 1.0}, ("1.0", "below 1")),
+            ({"drop_height": math.inf}, ("inf", "above 0 m")),
+        ],
+    )
     def test_numbers_out_of_range(self, cell, asked, said):
-        message = cell.refused("start_drop_simulation", part_id=known_part(cell), **asked)
+        message = cell.refused(
+            "start_drop_simulation", part_id=known_part(cell), **asked
+        )
         assert all(word in message for word in said), message
 
     def test_a_full_queue(self, cell):
@@ -103,6 +140,8 @@ class TestRefusals:
         reached(cell, running, RUNNING)
         for seed in range(2, 18):
             start(cell, part_id, LONG, seed=seed)
-        message = cell.refused("start_drop_simulation", part_id=part_id, drops=LONG, seed=99)
+        message = cell.refused(
+            "start_drop_simulation", part_id=part_id, drops=LONG, seed=99
+        )
         assert "16" in message and "max_queued_jobs" in message
         assert start(cell, part_id, LONG, seed=1) == running

@@ -56,7 +56,10 @@ def test_small_meshes_known_parts_and_lists_do_not_wait(tuned, publisher, pid):
 def test_a_large_part_is_the_library_s(tuned):
     told = tuned.good("estimate", part=flat(MEDIUM, new_id())).statistics
     expected = estimate(library_part(MEDIUM))
-    assert (told.part_digest, told.warnings) == (expected.part_digest, list(expected.warnings))
+    assert (told.part_digest, told.warnings) == (
+        expected.part_digest,
+        list(expected.warnings),
+    )
     assert probabilities(told.poses) == pytest.approx(probabilities(expected.poses))
 
 
@@ -86,23 +89,35 @@ def test_all_requests_that_wait_share_one_bound_in_bytes(tuned, pid):
     assert tuned.set(max_mesh_bytes=size) == {}
     asked = [tuned.send("estimate", part=flat(SLOWISH, new_id()))]
     with standing(builder_at_work(pid)):
-        asked += [tuned.send("estimate", part=flat(sized(SLOWISH, k), new_id()))
-                  for k in range(1, 6)]
+        asked += [
+            tuned.send("estimate", part=flat(sized(SLOWISH, k), new_id()))
+            for k in range(1, 6)
+        ]
         tuned.good("estimate", part=flat(WEDGE, new_id()))
     refused = [answer.message for answer in map(wait_for, asked) if not answer.success]
     assert len(refused) == 4  # one is built and another one waits
-    assert all(f"at most {2 * size} bytes of large meshes waiting (2 times max_mesh_bytes)"
-               in message for message in refused)
+    assert all(
+        f"at most {2 * size} bytes of large meshes waiting (2 times max_mesh_bytes)"
+        in message
+        for message in refused
+    )
 
 
-def test_a_mesh_whose_process_is_killed_is_refused_and_the_next_one_served(tuned, publisher, pid):
+def test_a_mesh_whose_process_is_killed_is_refused_and_the_next_one_served(
+    tuned, publisher, pid
+):
     asked, published = tuned.send("estimate", part=flat(SLOW, new_id())), new_id()
     kill(builder_at_work(pid))
     assert "send the mesh again" in wait_for(asked).message
     publisher.publish(flat(SLOW, published))
     kill(builder_at_work(pid))
-    Health(tuned).line("parts", lambda line, _: f"part '{published}'" in line.message
-                       and "send the mesh again" in line.message)
+    Health(tuned).line(
+        "parts",
+        lambda line, _: (
+            f"part '{published}'" in line.message
+            and "send the mesh again" in line.message
+        ),
+    )
     tuned.good("estimate", part=flat(MEDIUM, new_id()))
 
 
@@ -148,19 +163,32 @@ def test_a_thousand_meshes_as_fast_as_can_be(tuned, node):
     ball = np.random.default_rng(3).standard_normal((1200, 3))
     ball /= np.linalg.norm(ball, axis=1)[:, None]
     vertices, triangles = shapes.hull_mesh(ball * (0.02, 0.03, 0.04))
-    publisher.publish(flat(WEDGE, "first"))  # else the node would not know what it has missed
+    publisher.publish(
+        flat(WEDGE, "first")
+    )  # else the node would not know what it has missed
     latched(tuned, "first")
     overrun = int(health.line("parts")[1]["overrun"])
-    before = memory(node.process.pid, "VmRSS"), len(recorded(node.log_directory, "part_mesh"))
+    before = (
+        memory(node.process.pid, "VmRSS"),
+        len(recorded(node.log_directory, "part_mesh")),
+    )
     sizes = 1.0 + 1e-3 * np.arange(1000)
     tuned.service("estimate")
     with standing(node.process.pid):
-        publisher.publish(*[flat((size * vertices, triangles), f"part {number % 8}")
-                            for number, size in enumerate(sizes)])
+        publisher.publish(
+            *[
+                flat((size * vertices, triangles), f"part {number % 8}")
+                for number, size in enumerate(sizes)
+            ]
+        )
         asked = tuned.send("estimate", part=flat(WEDGE, "asked for"))
     digest = library_part((sizes[-1] * vertices, triangles)).digest
-    last = until(lambda: (told := latched(tuned, "part 7")).part_digest == digest and told)
-    answer, shown = (Time.from_msg(one.header.stamp) for one in (wait_for(asked).statistics, last))
+    last = until(
+        lambda: (told := latched(tuned, "part 7")).part_digest == digest and told
+    )
+    answer, shown = (
+        Time.from_msg(one.header.stamp) for one in (wait_for(asked).statistics, last)
+    )
     assert answer < shown
     assert memory(node.process.pid, "VmHWM") - before[0] < MOST_GROWTH
     _, values = health.line("parts", lambda _, values: values["meshes waiting"] == "0")

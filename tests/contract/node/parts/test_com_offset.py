@@ -12,7 +12,15 @@ from tests.running import refusal_of
 from ..harness.cell import latched
 from ..harness.jobs import known_part
 from ..harness.listed import jobs_of, recorded_of
-from ..harness.parts import WEDGE, fine_box, flat, library_part, new_id, probabilities, whole
+from ..harness.parts import (
+    WEDGE,
+    fine_box,
+    flat,
+    library_part,
+    new_id,
+    probabilities,
+    whole,
+)
 
 OFFSET = (0.004, -0.002, 0.001)
 STEP = Vector3(x=OFFSET[0], y=OFFSET[1], z=OFFSET[2])
@@ -26,9 +34,14 @@ def shifted(client, **fields):
 def test_the_answer_is_that_of_the_library(cell, method):
     part_id = known_part(cell)
     told = shifted(cell, part_id=part_id, method=method)
-    expected = estimate(shift_center(library_part(WEDGE, part_id), OFFSET), method or "auto")
+    expected = estimate(
+        shift_center(library_part(WEDGE, part_id), OFFSET), method or "auto"
+    )
     assert (told.part_id, told.part_digest, told.method) == (
-        part_id, expected.part_digest, expected.method)
+        part_id,
+        expected.part_digest,
+        expected.method,
+    )
     assert probabilities(told.poses) == pytest.approx(probabilities(expected.poses))
     (said,) = (line for line in told.warnings if line.startswith("COM_SHIFTED:"))
     assert "4, -2 and 1 mm" in said
@@ -37,7 +50,9 @@ def test_the_answer_is_that_of_the_library(cell, method):
 def test_given_mass_properties_stay(cell):
     plain, part = library_part(WEDGE, mass=0.3), flat(WEDGE, new_id())
     part.inertia.m = 0.3
-    part.inertia.com = Vector3(**dict(zip("xyz", plain.center_of_mass.tolist(), strict=True)))
+    part.inertia.com = Vector3(
+        **dict(zip("xyz", plain.center_of_mass.tolist(), strict=True))
+    )
     expected = part_from_mesh(*WEDGE, plain.center_of_mass + np.array(OFFSET), 0.3)
     assert shifted(cell, part=part).part_digest == expected.digest
 
@@ -62,9 +77,14 @@ def test_the_part_stays_as_it_was_sent_and_nothing_is_latched(cell, shared_node)
     assert not any(line.startswith("COM_SHIFTED:") for line in before.warnings)
     assert whole(shifted(cell, part_id=part_id)) == whole(told)
     missed = shifted(cell, part_id=part_id, target_error=0.0001).warnings
-    assert any(line.startswith("TARGET_MISSED:")
-               and "send the part with this centre of mass" in line for line in missed)
-    other = cell.good("estimate", part_id=part_id, com_offset=Vector3(z=0.002)).statistics
+    assert any(
+        line.startswith("TARGET_MISSED:")
+        and "send the part with this centre of mass" in line
+        for line in missed
+    )
+    other = cell.good(
+        "estimate", part_id=part_id, com_offset=Vector3(z=0.002)
+    ).statistics
     assert other.part_digest != told.part_digest
     plain = cell.good("estimate", part_id=part_id, com_offset=Vector3()).statistics
     assert whole(plain) == whole(latched(cell, part_id)) == whole(before)
@@ -77,12 +97,18 @@ def test_the_part_stays_as_it_was_sent_and_nothing_is_latched(cell, shared_node)
 @pytest.mark.parametrize("value", [math.nan, -math.inf])
 def test_numbers_that_are_none_are_refused(cell, value):
     part_id = new_id()
-    message = cell.refused("estimate", part=flat(WEDGE, part_id), com_offset=Vector3(y=value))
+    message = cell.refused(
+        "estimate", part=flat(WEDGE, part_id), com_offset=Vector3(y=value)
+    )
     assert "a shift of the centre of mass of three finite numbers in metres" in message
-    assert part_id in cell.refused("estimate", part_id=part_id)  # it was not taken either
+    assert part_id in cell.refused(
+        "estimate", part_id=part_id
+    )  # it was not taken either
 
 
 def test_out_of_the_hull_it_is_refused_as_a_given_centre_is(cell):
-    message = cell.refused("estimate", part_id=known_part(cell), com_offset=Vector3(z=0.05))
+    message = cell.refused(
+        "estimate", part_id=known_part(cell), com_offset=Vector3(z=0.05)
+    )
     beyond = library_part(WEDGE).center_of_mass + np.array((0.0, 0.0, 0.05))
     assert message == refusal_of(part_from_mesh, *WEDGE, beyond)

@@ -10,7 +10,15 @@ from ros_pose_stats import estimate
 from tests.bodies import METHODS
 
 from ..harness.jobs import finished, known_part, start
-from ..harness.parts import WEDGE, flat, library_part, nested, new_id, probabilities, whole
+from ..harness.parts import (
+    WEDGE,
+    flat,
+    library_part,
+    nested,
+    new_id,
+    probabilities,
+    whole,
+)
 
 ROUNDING = 1e-12
 """Between two processes of this machine that compute the same."""
@@ -18,31 +26,69 @@ ROUNDING = 1e-12
 
 def assert_like_library(told, expected):
     """Every field that the library's answer has too."""
-    for name in ("part_id", "part_digest", "method", "seed", "drops", "unsettled", "round_sides",
-                 "version", "scene"):
+    for name in (
+        "part_id",
+        "part_digest",
+        "method",
+        "seed",
+        "drops",
+        "unsettled",
+        "round_sides",
+        "version",
+        "scene",
+    ):
         assert getattr(told, name) == getattr(expected, name), name
     assert tuple(told.warnings) == expected.warnings
-    for name in ("radius", "restitution", "drop_height", "cluster_tolerance", "expected_error",
-                 "largest_error", "plate_error"):
-        np.testing.assert_allclose(getattr(told, name), getattr(expected, name), ROUNDING, 0.0)
+    for name in (
+        "radius",
+        "restitution",
+        "drop_height",
+        "cluster_tolerance",
+        "expected_error",
+        "largest_error",
+        "plate_error",
+    ):
+        np.testing.assert_allclose(
+            getattr(told, name), getattr(expected, name), ROUNDING, 0.0
+        )
     for pose, twin in zip(told.poses, expected.poses, strict=True):
         assert pose.pose_id == f"{told.part_id}/{twin.index}"
         for name in ("index", "group", "count", "group_size", "yaw_symmetry", "rolls"):
             assert getattr(pose, name) == getattr(twin, name), name
         down, axis, turn = pose.down, pose.roll_axis, pose.pose.orientation
-        np.testing.assert_allclose((down.x, down.y, down.z), twin.down, ROUNDING, ROUNDING)
-        np.testing.assert_allclose((axis.x, axis.y, axis.z), twin.roll_axis, ROUNDING, ROUNDING)
-        np.testing.assert_allclose((turn.x, turn.y, turn.z, turn.w), twin.orientation,
-                                   ROUNDING, ROUNDING)
-        for name in ("height", "top", "margin", "barrier", "spread", "probability",
-                     "probability_low", "probability_high", "standard_error",
-                     "group_probability"):
-            np.testing.assert_allclose(getattr(pose, name), getattr(twin, name), ROUNDING,
-                                       ROUNDING)
-        np.testing.assert_allclose(np.reshape(pose.outline, (-1, 2)), twin.outline,
-                                   ROUNDING, ROUNDING)
-        np.testing.assert_allclose(np.reshape(pose.support_polygon, (-1, 2)),
-                                   twin.support_polygon, ROUNDING, ROUNDING)
+        np.testing.assert_allclose(
+            (down.x, down.y, down.z), twin.down, ROUNDING, ROUNDING
+        )
+        np.testing.assert_allclose(
+            (axis.x, axis.y, axis.z), twin.roll_axis, ROUNDING, ROUNDING
+        )
+        np.testing.assert_allclose(
+            (turn.x, turn.y, turn.z, turn.w), twin.orientation, ROUNDING, ROUNDING
+        )
+        for name in (
+            "height",
+            "top",
+            "margin",
+            "barrier",
+            "spread",
+            "probability",
+            "probability_low",
+            "probability_high",
+            "standard_error",
+            "group_probability",
+        ):
+            np.testing.assert_allclose(
+                getattr(pose, name), getattr(twin, name), ROUNDING, ROUNDING
+            )
+        np.testing.assert_allclose(
+            np.reshape(pose.outline, (-1, 2)), twin.outline, ROUNDING, ROUNDING
+        )
+        np.testing.assert_allclose(
+            np.reshape(pose.support_polygon, (-1, 2)),
+            twin.support_polygon,
+            ROUNDING,
+            ROUNDING,
+        )
 
 
 class TestWhichPart:
@@ -50,17 +96,28 @@ class TestWhichPart:
     def test_a_carried_one_is_estimated_and_remembered(self, cell, make):
         part_id = new_id()
         found = cell.good("estimate", part=make(WEDGE, part_id)).statistics
-        assert (found.part_id, found.part_digest) == (part_id, library_part(WEDGE).digest)
+        assert (found.part_id, found.part_digest) == (
+            part_id,
+            library_part(WEDGE).digest,
+        )
         (kept,) = cell.good("get_statistics", part_id=part_id).statistics
-        for again in (kept, cell.good("estimate", part_id=part_id).statistics,
-                      cell.good("estimate", part=make(WEDGE, part_id)).statistics):
+        for again in (
+            kept,
+            cell.good("estimate", part_id=part_id).statistics,
+            cell.good("estimate", part=make(WEDGE, part_id)).statistics,
+        ):
             assert whole(again) == whole(found)
-        assert part_id in {one.part_id for one in cell.good("get_statistics").statistics}
+        assert part_id in {
+            one.part_id for one in cell.good("get_statistics").statistics
+        }
 
     def test_a_name_beside_it(self, cell):
         part_id = new_id()
         for part in (flat(WEDGE), flat(WEDGE, part_id)):
-            assert cell.good("estimate", part_id=part_id, part=part).statistics.part_id == part_id
+            assert (
+                cell.good("estimate", part_id=part_id, part=part).statistics.part_id
+                == part_id
+            )
         message = cell.refused("estimate", part_id="this", part=flat(WEDGE, "other"))
         assert "'this'" in message and "'other'" in message
 
@@ -73,15 +130,23 @@ class TestWhichPart:
         found = cell.good("estimate", part=flat(WEDGE, "Winkel 4×5 – 支架")).statistics
         assert found.poses[0].pose_id.startswith("Winkel 4×5 – 支架/")
 
-    @pytest.mark.parametrize("service", ["estimate", "get_statistics", "forget_part",
-                                         "start_drop_simulation"])
+    @pytest.mark.parametrize(
+        "service",
+        ["estimate", "get_statistics", "forget_part", "start_drop_simulation"],
+    )
     def test_unknown_ones_are_refused_with_some_that_are_known(self, cell, service):
         known_part(cell)
         message = cell.refused(service, part_id="nobody")
-        assert "'nobody'" in message and "known part (" in message and len(message) < 500
-        assert message.endswith("; publish its mesh on ~/part_mesh, or send it to ~/estimate")
+        assert (
+            "'nobody'" in message and "known part (" in message and len(message) < 500
+        )
+        assert message.endswith(
+            "; publish its mesh on ~/part_mesh, or send it to ~/estimate"
+        )
 
-    @pytest.mark.parametrize("service", ["estimate", "forget_part", "start_drop_simulation"])
+    @pytest.mark.parametrize(
+        "service", ["estimate", "forget_part", "start_drop_simulation"]
+    )
     def test_none_at_all(self, cell, service):
         message = cell.refused(service)
         assert "part_id" in message or "''" in message
@@ -103,9 +168,14 @@ class TestValues:
         assert told.final and told.revision > 0 and told.header.stamp.sec > 0
         assert told.compute_time.sec + told.compute_time.nanosec > 0
 
-    @pytest.mark.parametrize(("method", "said"), [
-        ("guess", "combined"), ("simulation", "start a drop simulation"),
-        ("hybrid", "auto with a target_error")])
+    @pytest.mark.parametrize(
+        ("method", "said"),
+        [
+            ("guess", "combined"),
+            ("simulation", "start a drop simulation"),
+            ("hybrid", "auto with a target_error"),
+        ],
+    )
     def test_what_is_no_estimator_is_refused(self, cell, method, said):
         message = cell.refused("estimate", part_id=known_part(cell), method=method)
         assert f"'{method}'" in message and said in message
@@ -114,28 +184,48 @@ class TestValues:
 class TestScene:
     def test_request_before_part_before_node(self, cell):
         part_id = known_part(cell, restitution=0.3, drop_height=2.0)
-        for asked, scene in (({}, (0.3, 2.0)), ({"restitution": 0.1}, (0.1, 2.0)),
-                             ({"drop_height": 5.0}, (0.3, 5.0)),
-                             ({"restitution": 0.0, "drop_height": 4.0}, (0.0, 4.0))):
+        for asked, scene in (
+            ({}, (0.3, 2.0)),
+            ({"restitution": 0.1}, (0.1, 2.0)),
+            ({"drop_height": 5.0}, (0.3, 5.0)),
+            ({"restitution": 0.0, "drop_height": 4.0}, (0.0, 4.0)),
+        ):
             told = cell.good("estimate", part_id=part_id, **asked).statistics
             dropped = finished(cell, start(cell, part_id, 50, **asked)).statistics
             assert (told.restitution, dropped.restitution, dropped.drop_height) == (
-                scene[0], *scene)
+                scene[0],
+                *scene,
+            )
 
     def test_a_carried_part_brings_its_wishes(self, cell):
         part = flat(WEDGE, new_id(), restitution=0.3)
         assert cell.good("estimate", part=part).statistics.restitution == 0.3
-        assert cell.good("estimate", part=part, restitution=0.4).statistics.restitution == 0.4
+        assert (
+            cell.good("estimate", part=part, restitution=0.4).statistics.restitution
+            == 0.4
+        )
 
     @pytest.mark.parametrize("restitution", [-1.0, -0.001, -math.inf])
     def test_negative_is_the_nodes(self, cell, restitution):
-        told = cell.good("estimate", part_id=known_part(cell), restitution=restitution).statistics
+        told = cell.good(
+            "estimate", part_id=known_part(cell), restitution=restitution
+        ).statistics
         assert told.restitution == 0.5
 
-    @pytest.mark.parametrize(("asked", "said"), [
-        *[({"restitution": value}, "below 1") for value in (1.0, math.nan, math.inf)],
-        *[({"drop_height": value}, "above 0 m") for value in (0.0, math.nan, math.inf)],
-        *[({"target_error": value}, "below 1") for value in (-0.1, 1.0, math.nan)]])
+    @pytest.mark.parametrize(
+        ("asked", "said"),
+        [
+            *[
+                ({"restitution": value}, "below 1")
+                for value in (1.0, math.nan, math.inf)
+            ],
+            *[
+                ({"drop_height": value}, "above 0 m")
+                for value in (0.0, math.nan, math.inf)
+            ],
+            *[({"target_error": value}, "below 1") for value in (-0.1, 1.0, math.nan)],
+        ],
+    )
     def test_out_of_range(self, cell, asked, said):
         ((_, value),) = asked.items()
         message = cell.refused("estimate", part_id=known_part(cell), **asked)
@@ -145,19 +235,37 @@ class TestScene:
 class TestMassProperties:
     def test_mass_centre_and_inertia_are_used(self, cell):
         tensor = [[3e-5, 1e-6, -2e-6], [1e-6, 4e-5, 5e-7], [-2e-6, 5e-7, 5e-5]]
-        inertia = Inertia(m=0.4, com=Vector3(x=0.02, y=0.012, z=0.006), ixx=3e-5, iyy=4e-5,
-                          izz=5e-5, ixy=1e-6, ixz=-2e-6, iyz=5e-7)
+        inertia = Inertia(
+            m=0.4,
+            com=Vector3(x=0.02, y=0.012, z=0.006),
+            ixx=3e-5,
+            iyy=4e-5,
+            izz=5e-5,
+            ixy=1e-6,
+            ixz=-2e-6,
+            iyz=5e-7,
+        )
         part_id = new_id()
-        told = cell.good("estimate", part=flat(WEDGE, part_id, inertia=inertia)).statistics
+        told = cell.good(
+            "estimate", part=flat(WEDGE, part_id, inertia=inertia)
+        ).statistics
         expected = library_part(
-            WEDGE, part_id, mass=0.4, center_of_mass=(0.02, 0.012, 0.006), inertia=tensor)
+            WEDGE,
+            part_id,
+            mass=0.4,
+            center_of_mass=(0.02, 0.012, 0.006),
+            inertia=tensor,
+        )
         assert_like_library(told, estimate(expected))
 
     def test_the_centre_is_in_metres_whatever_the_unit(self, cell):
         inertia = Inertia(m=1.0, com=Vector3(x=0.02, y=0.012, z=0.006))
-        part = flat((1000.0 * WEDGE[0], WEDGE[1]), new_id(), unit=0.001, inertia=inertia)
+        part = flat(
+            (1000.0 * WEDGE[0], WEDGE[1]), new_id(), unit=0.001, inertia=inertia
+        )
         told = cell.good("estimate", part=part, method="split").statistics
-        expected = estimate(library_part(
-            WEDGE, mass=1.0, center_of_mass=(0.02, 0.012, 0.006)), "split")
+        expected = estimate(
+            library_part(WEDGE, mass=1.0, center_of_mass=(0.02, 0.012, 0.006)), "split"
+        )
         assert told.radius == pytest.approx(expected.radius)
         assert probabilities(told.poses) == pytest.approx(probabilities(expected.poses))

@@ -29,7 +29,9 @@ rclpy.spin(node)
 
 
 def publishers(client):
-    return len(client.node.get_publishers_info_by_topic(f"{client.prefix}/pose_statistics"))
+    return len(
+        client.node.get_publishers_info_by_topic(f"{client.prefix}/pose_statistics")
+    )
 
 
 def test_a_subscriber_hears_it_once_and_last(cell, shared_node):
@@ -39,18 +41,29 @@ def test_a_subscriber_hears_it_once_and_last(cell, shared_node):
         cell.good("forget_part", part_id=part_id)
         last = listener.wait(part_id, is_farewell)
         assert (last.part_digest, last.header.frame_id, last.radius, last.final) == (
-            before.part_digest, before.header.frame_id, before.radius, True)
+            before.part_digest,
+            before.header.frame_id,
+            before.radius,
+            True,
+        )
         assert not last.poses and math.isnan(last.expected_error)
         assert last.revision > before.revision
-        assert last.warnings == ["FORGOTTEN: a client had the part forgotten; send the mesh again "
-                                 "to get results."]
+        assert last.warnings == [
+            "FORGOTTEN: a client had the part forgotten; send the mesh again "
+            "to get results."
+        ]
         listener.wait(known_part(cell))
         assert [is_farewell(one) for one in listener.of(part_id)] == [False, True]
     for service in ("get_statistics", "estimate", "forget_part"):
         assert f"'{part_id}'" in cell.refused(service, part_id=part_id)
-    assert part_id not in {one.part_id for one in cell.good("get_statistics").statistics}
+    assert part_id not in {
+        one.part_id for one in cell.good("get_statistics").statistics
+    }
     (event,) = recorded_of(shared_node, "job_events", part_id)
-    assert (event.event, event.header.stamp) == (JobEvent.PART_FORGOTTEN, last.header.stamp)
+    assert (event.event, event.header.stamp) == (
+        JobEvent.PART_FORGOTTEN,
+        last.header.stamp,
+    )
 
 
 def test_late_joiners_hear_nothing_and_its_publisher_goes(tuned):
@@ -67,7 +80,12 @@ def test_late_joiners_hear_nothing_and_its_publisher_goes(tuned):
 def test_a_part_that_comes_again_has_higher_numbers(cell):
     part_id = known_part(cell)
     with cell.late_joiner() as listener:
-        for factor in (1.0, 1.0, 2.0, 3.0):  # at once: its publisher may not have gone yet
+        for factor in (
+            1.0,
+            1.0,
+            2.0,
+            3.0,
+        ):  # at once: its publisher may not have gone yet
             cell.good("forget_part", part_id=part_id)
             cell.good("estimate", part=flat((factor * WEDGE[0], WEDGE[1]), part_id))
         shown = latched(cell, part_id)
@@ -75,7 +93,10 @@ def test_a_part_that_comes_again_has_higher_numbers(cell):
         numbers = [message.revision for message in listener.of(part_id)]
         assert numbers == sorted(set(numbers))
     with cell.late_joiner() as joiner:
-        assert joiner.wait(part_id, lambda message: message.poses).revision == shown.revision
+        assert (
+            joiner.wait(part_id, lambda message: message.poses).revision
+            == shown.revision
+        )
 
 
 def test_its_simulations_go_on(cell):
@@ -85,7 +106,9 @@ def test_its_simulations_go_on(cell):
     assert finished(cell, short).statistics.drops == 2000
     reached(cell, long, RUNNING)
     assert cancelled(cell, long).statistics.part_id == part_id
-    assert part_id not in {one.part_id for one in cell.good("get_statistics").statistics}
+    assert part_id not in {
+        one.part_id for one in cell.good("get_statistics").statistics
+    }
 
 
 def size_of_a_part(client):
@@ -113,14 +136,26 @@ def test_parts_that_make_room_go_with_the_reason(tuned, bound):
         assert bound in listener.wait(third, is_farewell).warnings[0]
         listener.wait(first, is_farewell)
         assert not is_farewell(listener.of(fourth)[-1])
-    assert [known.part_id for known in tuned.good("get_statistics").statistics] == [fourth]
+    assert [known.part_id for known in tuned.good("get_statistics").statistics] == [
+        fourth
+    ]
 
 
 def test_a_subscriber_that_hangs_holds_up_nobody(domain, tuned):
     parts = [known_part(tuned) for _ in range(20)]
-    with subprocess.Popen([sys.executable, "-W", "ignore", "-c", LISTENER, str(domain),
-                           f"{tuned.prefix}/pose_statistics"],
-                          stdout=subprocess.PIPE, text=True) as hangs:
+    with subprocess.Popen(
+        [
+            sys.executable,
+            "-W",
+            "ignore",
+            "-c",
+            LISTENER,
+            str(domain),
+            f"{tuned.prefix}/pose_statistics",
+        ],
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as hangs:
         heard = set()
         while not heard >= set(parts):
             heard.add(hangs.stdout.readline().split()[0])

@@ -11,12 +11,23 @@ from ros_pose_stats import estimate
 
 from ..harness.cell import MeshPublisher, latched
 from ..harness.client import until
-from ..harness.jobs import LONG, cancelled, finished, get, known_part, running_with_results, start
+from ..harness.jobs import (
+    LONG,
+    cancelled,
+    finished,
+    get,
+    known_part,
+    running_with_results,
+    start,
+)
 from ..harness.parts import WEDGE, flat, library_part, whole
 from .test_estimate import assert_like_library
 
-OTHERS = {"other method": {"method": "csae"}, "restitution": {"restitution": 0.2},
-          "drop height": {"drop_height": 3.0}}
+OTHERS = {
+    "other method": {"method": "csae"},
+    "restitution": {"restitution": 0.2},
+    "drop height": {"drop_height": 3.0},
+}
 
 
 def test_late_joiners_get_the_result_of_every_part(cell):
@@ -27,7 +38,11 @@ def test_late_joiners_get_the_result_of_every_part(cell):
             assert whole(joiner.wait(part_id)) == whole(latched(cell, part_id))
             assert len(joiner.of(part_id)) == 1
         first = joiner.wait(parts[0])
-    assert (first.method, first.final, first.job_id) == ("simulation", True, done.job_id)
+    assert (first.method, first.final, first.job_id) == (
+        "simulation",
+        True,
+        done.job_id,
+    )
     assert first.poses == done.poses
     assert {latched(cell, part_id).method for part_id in parts[1:]} == {"hybrid"}
 
@@ -41,7 +56,9 @@ def test_a_larger_error_never_replaces_a_smaller_one(cell):
     assert (best.method, best.drops) == ("simulation", 4000)
     assert finished(cell, start(cell, part_id, 1000, seed=2)).statistics.drops == 1000
     for method in ("area", ""):
-        assert not cell.good("estimate", part_id=part_id, method=method).statistics.job_id
+        assert not cell.good(
+            "estimate", part_id=part_id, method=method
+        ).statistics.job_id
     cell.good("estimate", part=flat(WEDGE, part_id))
     assert whole(latched(cell, part_id)) == whole(best)
     finished(cell, start(cell, part_id, 8000, seed=2))
@@ -59,12 +76,20 @@ def test_an_estimate_gives_way_to_its_check_whatever_its_error(cell):
     with cell.late_joiner() as joiner:
         joiner.wait(part_id)
         MeshPublisher(cell).matched().publish(flat(surface, part_id))
-        joiner.wait(part_id, lambda told: told.part_digest == expected.part_digest and told.drops)
+        joiner.wait(
+            part_id,
+            lambda told: told.part_digest == expected.part_digest and told.drops,
+        )
         *_, estimated, checked = joiner.of(part_id)
-    assert estimated.method == "split" and estimated.expected_error < checked.expected_error
+    assert (
+        estimated.method == "split"
+        and estimated.expected_error < checked.expected_error
+    )
     assert_like_library(checked, expected)
     for _ in range(2):
-        assert whole(cell.good("estimate", part_id=part_id).statistics) == whole(checked)
+        assert whole(cell.good("estimate", part_id=part_id).statistics) == whole(
+            checked
+        )
 
 
 def test_a_cancelled_simulation_counts_with_what_it_has(cell):
@@ -82,14 +107,19 @@ def test_answers_to_other_questions_are_not_latched(cell, asked):
     before = latched(cell, part_id)
     assert not cell.good("estimate", part_id=part_id, **asked).statistics.job_id
     if "method" not in asked:
-        assert finished(cell, start(cell, part_id, 3000, **asked)).statistics.drops == 3000
+        assert (
+            finished(cell, start(cell, part_id, 3000, **asked)).statistics.drops == 3000
+        )
     assert whole(latched(cell, part_id)) == whole(before)
 
 
 def test_the_scene_of_the_part_is_its_own_and_may_be_spelled_out(cell):
     scene = {"restitution": 0.3, "drop_height": 2.0}
-    for part_id, asked in ((known_part(cell, **scene), {}), (known_part(cell, **scene), scene),
-                           (known_part(cell), {"restitution": 0.5})):
+    for part_id, asked in (
+        (known_part(cell, **scene), {}),
+        (known_part(cell, **scene), scene),
+        (known_part(cell), {"restitution": 0.5}),
+    ):
         before = latched(cell, part_id)
         finished(cell, start(cell, part_id, 3000, **asked))
         shown = latched(cell, part_id)

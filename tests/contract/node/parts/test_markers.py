@@ -13,9 +13,13 @@ from ..harness.client import until
 from ..harness.parts import WEDGE, fine_box, flat, new_id
 from ..harness.slow import ellipsoid
 
-SURFACES = {"wedge": WEDGE, "box": shapes.box(0.02, 0.03, 0.05),
-            "prism": shapes.prism(7, 0.02, 0.01), "needle": shapes.box(0.06, 0.003, 0.002),
-            "clamp": moved(clamp_hull(), scale=0.001)}
+SURFACES = {
+    "wedge": WEDGE,
+    "box": shapes.box(0.02, 0.03, 0.05),
+    "prism": shapes.prism(7, 0.02, 0.01),
+    "needle": shapes.box(0.06, 0.003, 0.002),
+    "clamp": moved(clamp_hull(), scale=0.001),
+}
 
 
 class Drawing:
@@ -24,7 +28,12 @@ class Drawing:
     def __init__(self, client):
         self._client, self._arrays = client, []
         self._subscription = client.subscribe(
-            MarkerArray, f"{client.prefix}/markers", self._arrays.append, latched=True, depth=1)
+            MarkerArray,
+            f"{client.prefix}/markers",
+            self._arrays.append,
+            latched=True,
+            depth=1,
+        )
 
     def wait(self, condition):
         """The first array that fulfils a condition."""
@@ -44,36 +53,56 @@ class Drawing:
 
 def bodies(array, part_id=None):
     """Drawn bodies, of one part or of all."""
-    return [one for one in array.markers if one.type == Marker.TRIANGLE_LIST
-            and part_id in (None, one.ns.removesuffix("/poses"))]
+    return [
+        one
+        for one in array.markers
+        if one.type == Marker.TRIANGLE_LIST
+        and part_id in (None, one.ns.removesuffix("/poses"))
+    ]
 
 
 def labels(array, part_id):
-    return [one for one in array.markers if one.type == Marker.TEXT_VIEW_FACING
-            and one.ns == f"{part_id}/labels"]
+    return [
+        one
+        for one in array.markers
+        if one.type == Marker.TEXT_VIEW_FACING and one.ns == f"{part_id}/labels"
+    ]
 
 
 def placed(marker):
     """Corners of a drawn body in the plate's frame."""
     turn, place = marker.pose.orientation, marker.pose.position
     turned = Rotation.from_quat((turn.x, turn.y, turn.z, turn.w)).apply(
-        [(point.x, point.y, point.z) for point in marker.points])
+        [(point.x, point.y, point.z) for point in marker.points]
+    )
     return turned + np.array((place.x, place.y, place.z))
 
 
 @pytest.fixture
 def results(tuned):
     """Of a part of each body, by name."""
-    told = [tuned.good("estimate", part=flat(surface, new_id())).statistics
-            for surface in SURFACES.values()]
+    told = [
+        tuned.good("estimate", part=flat(surface, new_id())).statistics
+        for surface in SURFACES.values()
+    ]
     return {one.part_id: one for one in told}
 
 
-def test_every_pose_rests_on_the_plate_beside_the_others_and_says_its_share(tuned, results):
+def test_every_pose_rests_on_the_plate_beside_the_others_and_says_its_share(
+    tuned, results
+):
     def says_all(array):
-        return all([one.text for one in labels(array, part_id)] == [part_id, *(
-            f"{pose.index}: {100.0 * pose.probability:.1f} %" for pose in told.poses[:16])]
-            for part_id, told in results.items())
+        return all(
+            [one.text for one in labels(array, part_id)]
+            == [
+                part_id,
+                *(
+                    f"{pose.index}: {100.0 * pose.probability:.1f} %"
+                    for pose in told.poses[:16]
+                ),
+            ]
+            for part_id, told in results.items()
+        )
 
     with Drawing(tuned) as drawing:
         array = drawing.wait(says_all)  # once the checked estimates are drawn
@@ -85,7 +114,7 @@ def test_every_pose_rests_on_the_plate_beside_the_others_and_says_its_share(tune
     boxes = []
     for part_id, told in results.items():
         row, texts = bodies(array, part_id), labels(array, part_id)
-        poses = told.poses[:len(row)]
+        poses = told.poses[: len(row)]
         assert len(row) == min(len(told.poses), 16)
         assert [one.id for one in row] == [pose.index for pose in poses]
         for body, label, pose in zip(row, texts[1:], poses, strict=True):
@@ -100,12 +129,16 @@ def test_every_pose_rests_on_the_plate_beside_the_others_and_says_its_share(tune
         middles = [placed(one)[:, 0].mean() for one in row]
         assert all(right > left for left, right in pairwise(middles))
     for place, (low, high) in enumerate(boxes):
-        assert all((low > other[1]).any() or (high < other[0]).any() for other in boxes[:place])
+        assert all(
+            (low > other[1]).any() or (high < other[0]).any() for other in boxes[:place]
+        )
 
 
 def assert_seen_from_outside(triangles):
     """They are counter-clockwise: true of convex bodies only."""
-    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    normals = np.cross(
+        triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
+    )
     outward = triangles.mean(axis=1) - triangles.mean(axis=(0, 1))
     assert (np.einsum("ij,ij->i", normals, outward) > 0.0).all()
 
@@ -138,7 +171,12 @@ def test_it_follows_parts_and_frame(tuned):
     with Drawing(tuned) as drawing:
         drawing.of([told.part_id])
         assert tuned.set(plate_frame="feeder") == {}
-        drawing.wait(lambda array: {one.header.frame_id for one in array.markers[1:]} == {
-            "feeder"})
+        drawing.wait(
+            lambda array: (
+                {one.header.frame_id for one in array.markers[1:]} == {"feeder"}
+            )
+        )
         tuned.good("forget_part", part_id=told.part_id)
-        drawing.wait(lambda array: [one.action for one in array.markers] == [Marker.DELETEALL])
+        drawing.wait(
+            lambda array: [one.action for one in array.markers] == [Marker.DELETEALL]
+        )

@@ -8,7 +8,14 @@ from ros_pose_stats_msgs.msg import PoseStatistics
 
 from ..harness.cell import MeshPublisher, latched
 from ..harness.client import until
-from ..harness.jobs import LONG, cancelled, finished, known_part, running_with_results, start
+from ..harness.jobs import (
+    LONG,
+    cancelled,
+    finished,
+    known_part,
+    running_with_results,
+    start,
+)
 from ..harness.listed import recorded_of
 from ..harness.parts import WEDGE, flat, library_part, nested, new_id, scaled, whole
 
@@ -23,27 +30,37 @@ class TestCopies:
         """Also of another form, in another unit, and from a latched publisher."""
         part_id = new_id()
         with cell.late_joiner() as joiner:
-            publisher.publish(*[flat(WEDGE, part_id)] * 50, nested(WEDGE, part_id),
-                              flat(scaled(2.0), part_id, unit=0.5))
+            publisher.publish(
+                *[flat(WEDGE, part_id)] * 50,
+                nested(WEDGE, part_id),
+                flat(scaled(2.0), part_id, unit=0.5),
+            )
             before = until(lambda: (told := latched(cell, part_id)).drops and told)
             MeshPublisher(cell, latched=True).matched().publish(flat(WEDGE, part_id))
-            again = cell.good("estimate", part=flat(scaled(2.0), part_id, unit=0.5)).statistics
+            again = cell.good(
+                "estimate", part=flat(scaled(2.0), part_id, unit=0.5)
+            ).statistics
             assert whole(again) == whole(before)
             last = new_id()  # taken in its turn: by then all others have been
             publisher.publish(flat(WEDGE, last))
             joiner.wait(last)
             joiner.wait(part_id, lambda message: message.drops)
             assert whole(joiner.of(part_id)[-1]) == whole(before)
-            assert {message.part_digest for message in joiner.of(part_id)} == {before.part_digest}
+            assert {message.part_digest for message in joiner.of(part_id)} == {
+                before.part_digest
+            }
         assert len(recorded_of(shared_node, "part_mesh", part_id)) == 1
 
 
 class TestNewMeshes:
-    def test_fifty_under_one_name_beside_other_parts(self, cell, shared_node, publisher):
+    def test_fifty_under_one_name_beside_other_parts(
+        self, cell, shared_node, publisher
+    ):
         """The last one wins, numbers rise, and late joiners get every part's own."""
         factors = {new_id(): 1.0 + 0.01 * number for number in range(8)}
-        publisher.publish(*[flat(scaled(factor), part_id)
-                            for part_id, factor in factors.items()])
+        publisher.publish(
+            *[flat(scaled(factor), part_id) for part_id, factor in factors.items()]
+        )
         for part_id in factors:
             latched(cell, part_id)
         swapped = next(iter(factors))
@@ -51,16 +68,22 @@ class TestNewMeshes:
         end = library_part(scaled(2.5)).digest
         with cell.late_joiner() as joiner:
             joiner.wait(swapped)
-            publisher.publish(*[flat(scaled(factor), swapped)
-                                for factor in np.linspace(2.0, 2.5, 50)])
+            publisher.publish(
+                *[flat(scaled(factor), swapped) for factor in np.linspace(2.0, 2.5, 50)]
+            )
             joiner.wait(swapped, lambda message: message.part_digest == end)
             told = joiner.of(swapped)
         shown = recorded_of(shared_node, "pose_statistics", swapped)
         assert len({message.part_digest for message in shown}) == 51
-        assert all(b.revision > a.revision for a, b in (*pairwise(told), *pairwise(shown)))
+        assert all(
+            b.revision > a.revision for a, b in (*pairwise(told), *pairwise(shown))
+        )
         with cell.late_joiner() as joiner:
             for part_id, factor in factors.items():
-                assert joiner.wait(part_id).part_digest == library_part(scaled(factor)).digest
+                assert (
+                    joiner.wait(part_id).part_digest
+                    == library_part(scaled(factor)).digest
+                )
 
     def test_late_joiners_need_no_more_room_than_there_are_parts(self, tuned):
         parts = {known_part(tuned) for _ in range(5)}
@@ -70,27 +93,41 @@ class TestNewMeshes:
         heard = {}
 
         def take(message):
-            if message.poses:  # the farewell of a part just forgotten is latched for a moment
+            if (
+                message.poses
+            ):  # the farewell of a part just forgotten is latched for a moment
                 heard[message.part_id] = message.part_digest
 
-        subscription = tuned.subscribe(PoseStatistics, f"{tuned.prefix}/pose_statistics", take,
-                                       latched=True, depth=len(parts))
+        subscription = tuned.subscribe(
+            PoseStatistics,
+            f"{tuned.prefix}/pose_statistics",
+            take,
+            latched=True,
+            depth=len(parts),
+        )
         until(lambda: heard.keys() == parts, "all parts")
         tuned.node.destroy_subscription(subscription)
         assert set(heard.values()) == {library_part(scaled(4.0)).digest}
 
-    def test_back_to_an_earlier_mesh_its_best_result_counts_again(self, cell, shared_node):
+    def test_back_to_an_earlier_mesh_its_best_result_counts_again(
+        self, cell, shared_node
+    ):
         part_id = known_part(cell)
         finished(cell, start(cell, part_id, 3000))
         best = latched(cell, part_id)
         for factor in (2.0, 1.0, 2.0):
-            between = cell.good("estimate", part=flat(scaled(factor), part_id)).statistics
+            between = cell.good(
+                "estimate", part=flat(scaled(factor), part_id)
+            ).statistics
         assert not between.job_id
         assert between.part_digest != best.part_digest
         cell.good("estimate", part=flat(WEDGE, part_id))
         shown = latched(cell, part_id)
         assert (shown.part_digest, shown.drops, shown.header.stamp) == (
-            best.part_digest, 3000, best.header.stamp)
+            best.part_digest,
+            3000,
+            best.header.stamp,
+        )
         assert shown.revision > between.revision > best.revision
         assert len(recorded_of(shared_node, "part_mesh", part_id)) == 2  # each once
 

@@ -9,8 +9,11 @@ from tests.bodies import clamp_hull, moved, rotation
 
 from ..harness.parts import WEDGE, flat, library_part, new_id
 
-SURFACES = {"wedge": WEDGE, "away from the origin": moved(WEDGE, rotation(3), (0.3, -0.7, 0.2)),
-            "clamp": moved(clamp_hull(), scale=0.001)}
+SURFACES = {
+    "wedge": WEDGE,
+    "away from the origin": moved(WEDGE, rotation(3), (0.3, -0.7, 0.2)),
+    "clamp": moved(clamp_hull(), scale=0.001),
+}
 NEAR = 1e-9
 """Metres; of parts of some centimetres, a metre from the origin."""
 
@@ -45,17 +48,23 @@ def poses(cell, surface):
     return cell.good("estimate", part=flat(surface, new_id())).statistics.poses
 
 
-def test_the_lowest_point_is_on_the_plate_and_the_centre_above_the_origin(poses, surface):
+def test_the_lowest_point_is_on_the_plate_and_the_centre_above_the_origin(
+    poses, surface
+):
     centre = library_part(surface).center_of_mass
     for pose in poses:
         z = at_rest(pose, surface[0])[:, 2]
         assert (z.min(), z.max()) == pytest.approx((0.0, pose.top), abs=NEAR)
-        np.testing.assert_allclose(at_rest(pose, centre), (0.0, 0.0, pose.height), atol=NEAR)
+        np.testing.assert_allclose(
+            at_rest(pose, centre), (0.0, 0.0, pose.height), atol=NEAR
+        )
 
 
 def test_down_points_down_by_the_smallest_rotation(poses):
     for pose in poses:
-        np.testing.assert_allclose(turn_of(pose).apply(array(pose.down)), (0, 0, -1), atol=NEAR)
+        np.testing.assert_allclose(
+            turn_of(pose).apply(array(pose.down)), (0, 0, -1), atol=NEAR
+        )
         angle = np.arctan2(np.hypot(pose.down.x, pose.down.y), -pose.down.z)
         assert turn_of(pose).magnitude() == pytest.approx(angle, abs=1e-7)
 
@@ -76,5 +85,7 @@ def test_support_polygon_is_the_contact_and_outline_the_silhouette(poses, surfac
         support = np.reshape(pose.support_polygon, (-1, 2))
         contact = ConvexHull(resting[resting[:, 2] < NEAR][:, :2]).volume
         assert area(support) == pytest.approx(contact)
-        ends = np.roll(support, -1, axis=0)  # it holds the point below the centre of mass
+        ends = np.roll(
+            support, -1, axis=0
+        )  # it holds the point below the centre of mass
         assert np.all(support[:, 0] * ends[:, 1] - support[:, 1] * ends[:, 0] > 0.0)

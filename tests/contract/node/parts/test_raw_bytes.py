@@ -28,7 +28,9 @@ def encoded(message, order):
 def _number(data, kind, value, order):
     size = SIZES[kind]
     data += bytes(-len(data) % size)
-    data += struct.pack(order + {"double": "d", "uint32": "I", "int32": "i"}[kind], value)
+    data += struct.pack(
+        order + {"double": "d", "uint32": "I", "int32": "i"}[kind], value
+    )
 
 
 def _append(data, message, order):
@@ -70,7 +72,8 @@ class TestOtherMachines:
     def test_standard_meshes_in_either_order(self, tuned, order):
         surface = (2.0 + (order == BIG)) * WEDGE[0], WEDGE[1]
         MeshPublisher(tuned, "/tuned/cad", Mesh).matched().publish(
-            encoded(mesh(surface), order))
+            encoded(mesh(surface), order)
+        )
         digest = library_part(surface).digest
         until(lambda: latched(tuned, "cad").part_digest == digest, "the mesh")
 
@@ -78,7 +81,9 @@ class TestOtherMachines:
     def test_pictures_of_a_camera_in_either_order(self, tuned, order):
         part_id = known_part(tuned)
         pose = lying(latched(tuned, part_id).poses[0], 0.3)
-        message = picture(part_id, pose, pose, pose, confidence=[0.9, float("nan"), 0.2])
+        message = picture(
+            part_id, pose, pose, pose, confidence=[0.9, float("nan"), 0.2]
+        )
         seeing(tuned).publish(encoded(message, order))
         assert learnt(tuned, part_id, 1).method == "observed"
 
@@ -89,27 +94,38 @@ def odd_bytes(message):
     yield from (chance.randbytes(size) for size in (9, 65, 999))
     yield from (b"\0\1\0\0" + chance.randbytes(size) for size in (10, 83, 1000))
     yield from (b"\0\1\0\0" + b"\xff" * size for size in (20, 87))
-    yield from (b"\0\1\0\0" + struct.pack("<I", count) + bytes(size)
-                for size, count in ((32, 9), (36, 2**31), (40, 2**32 - 1)))
+    yield from (
+        b"\0\1\0\0" + struct.pack("<I", count) + bytes(size)
+        for size, count in ((32, 9), (36, 2**31), (40, 2**32 - 1))
+    )
     yield from (whole[:size] for size in range(56, len(whole) - 8, 61))
 
 
-@pytest.mark.parametrize(("topic", "kind", "good"), [
-    ("~/part_mesh", PartMesh, flat(WEDGE, "cad")), ("/tuned/cad", Mesh, mesh(WEDGE))])
+@pytest.mark.parametrize(
+    ("topic", "kind", "good"),
+    [("~/part_mesh", PartMesh, flat(WEDGE, "cad")), ("/tuned/cad", Mesh, mesh(WEDGE))],
+)
 def test_bytes_that_are_no_mesh_are_refused_and_the_next_mesh_is_taken(
-        tuned, node, topic, kind, good):
+    tuned, node, topic, kind, good
+):
     health = Health(tuned)
     before = int(health.line("parts")[1]["refused"])
     publisher = MeshPublisher(tuned, topic.replace("~", tuned.prefix), kind).matched()
     bad = list(odd_bytes(good))
     for data in bad:
         publisher.publish(data)
-        node.says(f"{topic}: mesh refused: expected a serialised {kind.__name__}, "
-                  f"got {4 * -(-len(data) // 4)} bytes that are none")
+        node.says(
+            f"{topic}: mesh refused: expected a serialised {kind.__name__}, "
+            f"got {4 * -(-len(data) // 4)} bytes that are none"
+        )
     expected = before + len(bad)
-    _, values = health.line("parts", lambda _, values: int(values["refused"]) >= expected)
+    _, values = health.line(
+        "parts", lambda _, values: int(values["refused"]) >= expected
+    )
     assert int(values["refused"]) == expected
-    publisher.publish(bytes(serialize_message(good)) + bytes(64), good)  # more than it should have
+    publisher.publish(
+        bytes(serialize_message(good)) + bytes(64), good
+    )  # more than it should have
     assert latched(tuned, "cad").part_digest == library_part(WEDGE).digest
 
 

@@ -22,7 +22,8 @@ def test_what_is_latched_gets_sharper_step_by_step(tuned):
     assert (final.drops, final.method) == (40_000, "hybrid")
     assert told[0].final and not told[0].job_id
     assert [one.final for one in told if one.job_id][:-1] == [False] * sum(
-        not one.final for one in told)
+        not one.final for one in told
+    )
     assert all(b.revision > a.revision and b.drops > a.drops for a, b in pairwise(told))
 
 
@@ -40,8 +41,11 @@ def test_a_change_of_the_parameter_refines_known_parts(tuned):
     parts = [known_part(tuned) for _ in range(2)]
     tuned.set(refine_drops=2000)
     for part_id in parts:
-        final = until(lambda part_id=part_id: (told := latched(tuned, part_id)).drops == 2000
-                      and told.final and told)
+        final = until(
+            lambda part_id=part_id: (
+                (told := latched(tuned, part_id)).drops == 2000 and told.final and told
+            )
+        )
         assert final.method == "hybrid"
 
 
@@ -54,12 +58,16 @@ def test_a_copy_of_the_mesh_is_not_refined_again(tuned):
     assert jobs_of(tuned, part_id) == [job_id]
 
 
-@pytest.mark.parametrize("end", [
-    lambda client, part_id: client.good("estimate", part=flat(LARGER, part_id)),
-    lambda client, part_id: client.good("forget_part", part_id=part_id),
-    lambda client, part_id: client.set(refine_drops=0),
-    lambda client, part_id: client.set(restitution=0.3)],
-    ids=["a new mesh", "forgotten", "switched off", "another scene"])
+@pytest.mark.parametrize(
+    "end",
+    [
+        lambda client, part_id: client.good("estimate", part=flat(LARGER, part_id)),
+        lambda client, part_id: client.good("forget_part", part_id=part_id),
+        lambda client, part_id: client.set(refine_drops=0),
+        lambda client, part_id: client.set(restitution=0.3),
+    ],
+    ids=["a new mesh", "forgotten", "switched off", "another scene"],
+)
 def test_a_refinement_ends_with_what_it_was_for(tuned, end):
     tuned.set(refine_drops=LONG)
     part_id = known_part(tuned)
@@ -74,4 +82,6 @@ def test_a_full_queue_refuses_clients_only(tuned):
     tuned.set(refine_drops=1000)
     part_id = known_part(tuned)
     assert get(tuned, only_job_of(tuned, part_id)).state == QUEUED
-    assert "max_queued_jobs" in tuned.refused("start_drop_simulation", part_id=part_id, drops=9)
+    assert "max_queued_jobs" in tuned.refused(
+        "start_drop_simulation", part_id=part_id, drops=9
+    )

@@ -31,8 +31,12 @@ def other_corner(value):
 
 
 def weighing(mass=1.0, com=(0.02, 0.014, 0.007), **tensor):
-    return flat(WEDGE, inertia=Inertia(
-        m=mass, com=Vector3(**dict(zip("xyz", com, strict=True))), **tensor))
+    return flat(
+        WEDGE,
+        inertia=Inertia(
+            m=mass, com=Vector3(**dict(zip("xyz", com, strict=True))), **tensor
+        ),
+    )
 
 
 def uneven(name):
@@ -49,9 +53,18 @@ BAD = {
     "no volume": (flat(moved_corner((slice(None), 2), 0.0)), "thick"),
     "points only": (flat((VERTICES, TRIANGLES[:0])), "triangle"),
     "triangles only": (flat((VERTICES[:0], TRIANGLES)), "expected"),
-    "both forms": (flat(WEDGE, "2", mesh=mesh(WEDGE)), "part '2', got mesh and the flat arrays"),
-    "uneven vertices": (uneven("vertices"), "multiple of three numbers in vertices, part 'part_"),
-    "uneven triangles": (uneven("triangles"), "multiple of three numbers in triangles, part 'pa"),
+    "both forms": (
+        flat(WEDGE, "2", mesh=mesh(WEDGE)),
+        "part '2', got mesh and the flat arrays",
+    ),
+    "uneven vertices": (
+        uneven("vertices"),
+        "multiple of three numbers in vertices, part 'part_",
+    ),
+    "uneven triangles": (
+        uneven("triangles"),
+        "multiple of three numbers in triangles, part 'pa",
+    ),
     "centre outside": (weighing(com=(1.0, 1.0, 1.0)), "centre of mass"),
     "centre nan": (weighing(com=(NAN, 0.0, 0.0)), "nan"),
     "centre without mass": (weighing(0.0, (0.01, 0.0, 0.0)), "inertia.m = 0"),
@@ -65,9 +78,18 @@ BAD = {
     "restitution 1": (flat(WEDGE, restitution=1.0), "restitution"),
     "restitution nan": (flat(WEDGE, restitution=NAN), "restitution"),
     "drop height nan": (flat(WEDGE, drop_height=NAN), "drop height"),
-    "long name": (flat(WEDGE, "x" * 201), "part_id of at most 200 printable characters"),
-    "escape": (flat(WEDGE, "part\x1b[31m"), "part_id of at most 200 printable characters"),
-    "newline": (flat(WEDGE, "part\nFATAL"), "part_id of at most 200 printable characters"),
+    "long name": (
+        flat(WEDGE, "x" * 201),
+        "part_id of at most 200 printable characters",
+    ),
+    "escape": (
+        flat(WEDGE, "part\x1b[31m"),
+        "part_id of at most 200 printable characters",
+    ),
+    "newline": (
+        flat(WEDGE, "part\nFATAL"),
+        "part_id of at most 200 printable characters",
+    ),
 }
 
 
@@ -121,21 +143,31 @@ class TestTopic:
         before, sent = int(health.line("parts")[1]["refused"]), list(map(bad, BAD))
         publisher.publish(*[message for message, _ in sent], PartMesh())
         expected = before + len(BAD) + 1
-        line, values = health.line("parts", lambda _, values: int(values["refused"]) >= expected)
+        line, values = health.line(
+            "parts", lambda _, values: int(values["refused"]) >= expected
+        )
         assert line.level == line.WARN and int(values["refused"]) == expected
         reasons = ["got none", *[said for _, said in sent]]
         listed = [value for key, value in values.items() if key.startswith("refused ")]
-        assert len(listed) == 20 and all("~/part_mesh" in line and any(
-            said in line for said in reasons) for line in listed)  # the latest ones
+        assert len(listed) == 20 and all(
+            "~/part_mesh" in line and any(said in line for said in reasons)
+            for line in listed
+        )  # the latest ones
         for said in reasons:
-            until(lambda said=said: any("~/part_mesh" in line and "mesh refused: " in line
-                                        and said in line for line in shared_node.lines), said)
+            until(
+                lambda said=said: any(
+                    "~/part_mesh" in line and "mesh refused: " in line and said in line
+                    for line in shared_node.lines
+                ),
+                said,
+            )
         part_id = new_id()
         publisher.publish(flat(WEDGE, part_id))
         assert latched(cell, part_id).part_digest == library_part(WEDGE).digest
 
-    def test_a_flood_of_the_same_bad_mesh_is_not_logged_each_time(self, cell, shared_node,
-                                                                  publisher):
+    def test_a_flood_of_the_same_bad_mesh_is_not_logged_each_time(
+        self, cell, shared_node, publisher
+    ):
         publisher.publish(*[flat(WEDGE, new_id(), unit=-7.5)] * 50)
         shared_node.says("-7.5")
         part_id = new_id()
@@ -147,10 +179,14 @@ class TestTopic:
 class TestLargeOnes:
     """A look at them takes a while, which the acceptance of a job does not wait for."""
 
-    def test_jobs_and_goals_fail_with_the_reason_while_others_are_served(self, cell, ball):
+    def test_jobs_and_goals_fail_with_the_reason_while_others_are_served(
+        self, cell, ball
+    ):
         sheet = ball[0] * (1.0, 1.0, 0.0), ball[1]
         part_id, other, goals = new_id(), known_part(cell), Goals(cell)
-        job_id = cell.good("start_drop_simulation", part=flat(sheet, part_id), drops=100).job_id
+        job_id = cell.good(
+            "start_drop_simulation", part=flat(sheet, part_id), drops=100
+        ).job_id
         goal = goals.send(part=flat((2.0 * sheet[0], sheet[1]), new_id()), drops=100)
         assert finished(cell, start(cell, other, 100)).drops_done == 100
         failed = reached(cell, job_id, FAILED)
@@ -162,6 +198,8 @@ class TestLargeOnes:
 
     def test_a_nameless_one_twice_is_one_job(self, cell, ball):
         asked = {"part": flat(ball), "drops": 5_000_000, "seed": 3}
-        first, second = (cell.good("start_drop_simulation", **asked).job_id for _ in range(2))
+        first, second = (
+            cell.good("start_drop_simulation", **asked).job_id for _ in range(2)
+        )
         until(lambda: get(cell, first).drops_done > 0)
         assert first == second == cell.good("start_drop_simulation", **asked).job_id

@@ -49,9 +49,13 @@ class TestARequest:
             part_id = known_part(tuned)
             answer = tuned.good("estimate", part_id=part_id, target_error=TARGET)
             first = answer.statistics
-            final = joiner.wait(part_id, lambda message: message.job_id and message.final)
+            final = joiner.wait(
+                part_id, lambda message: message.job_id and message.final
+            )
         assert (first.method, first.drops) == ("split", 0) and missed(first)
-        assert "split alone is within" in answer.message and "1 points" in answer.message
+        assert (
+            "split alone is within" in answer.message and "1 points" in answer.message
+        )
         assert final.job_id == job_named(answer.message)
         assert_kept(final, TARGET)
         assert finished(tuned, final.job_id).statistics.poses == final.poses
@@ -63,24 +67,32 @@ class TestARequest:
 
     def test_below_the_error_but_not_with_confidence_needs_drops_too(self, tuned):
         best, part_id = estimate(library_part(WEDGE), "split"), known_part(tuned)
-        answer = tuned.good("estimate", part_id=part_id, target_error=1.05 * best.expected_error)
+        answer = tuned.good(
+            "estimate", part_id=part_id, target_error=1.05 * best.expected_error
+        )
         assert whole(answer.statistics) == whole(latched(tuned, part_id))
         assert answer.statistics.drops and "drops already made" in answer.message
 
     def test_by_a_method_by_name_is_never_refined(self, tuned):
         part_id = known_part(tuned)
-        told = tuned.good("estimate", part_id=part_id, method="csae", target_error=TARGET)
+        told = tuned.good(
+            "estimate", part_id=part_id, method="csae", target_error=TARGET
+        )
         assert any("method auto" in line for line in told.statistics.warnings)
         assert told.statistics.method == "csae" and jobs_of(tuned, part_id) == []
         tuned.set(default_method="area")
         assert tuned.good("estimate", part_id=part_id).statistics.method == "area"
-        answer = tuned.good("estimate", part_id=part_id, method="auto", target_error=TARGET)
+        answer = tuned.good(
+            "estimate", part_id=part_id, method="auto", target_error=TARGET
+        )
         assert finished(tuned, job_named(answer.message)).statistics.method == "hybrid"
 
     def test_again_while_it_waits_is_the_same_job(self, tuned):
         start(tuned, known_part(tuned), LONG)  # which keeps the queue busy
         asked = {"part_id": known_part(tuned), "target_error": TARGET}
-        first, again = (job_named(tuned.good("estimate", **asked).message) for _ in range(2))
+        first, again = (
+            job_named(tuned.good("estimate", **asked).message) for _ in range(2)
+        )
         other = tuned.good("estimate", **{**asked, "target_error": 0.005}).message
         assert first == again != job_named(other)
 
@@ -89,7 +101,9 @@ class TestARequest:
         start(tuned, known_part(tuned), LONG)
         part_id = known_part(tuned)
         answer = tuned.good("estimate", part_id=part_id, target_error=TARGET)
-        assert "max_queued_jobs" in answer.message and answer.statistics.method == "split"
+        assert (
+            "max_queued_jobs" in answer.message and answer.statistics.method == "split"
+        )
         assert jobs_of(tuned, part_id) == []
 
     def test_beyond_the_node_s_drops_is_tried_once(self, tuned):
@@ -103,7 +117,9 @@ class TestARequest:
             ended = finished(tuned, job_named(tuned.good("estimate", **asked).message))
             assert ended.statistics.drops == drops and "TARGET_MISSED" in ended.message
             again = tuned.good("estimate", **asked)
-            assert again.statistics.drops == drops and "parameter drops" in again.message
+            assert (
+                again.statistics.drops == drops and "parameter drops" in again.message
+            )
         assert len(jobs_of(tuned, part_id)) == len(scenes)
 
     def test_in_another_scene_is_not_latched_but_remembered(self, tuned):
@@ -119,14 +135,19 @@ class TestARequest:
     def test_its_job_can_be_cancelled(self, tuned):
         tuned.set(drops=LONG)
         part_id = known_part(tuned)
-        job_id = job_named(tuned.good("estimate", part_id=part_id, target_error=1e-5).message)
+        job_id = job_named(
+            tuned.good("estimate", part_id=part_id, target_error=1e-5).message
+        )
         until(lambda: get(tuned, job_id).drops_done > 5000)
         assert not tuned.good("estimate", part_id=part_id).statistics.job_id
         ended = cancelled(tuned, job_id)
         assert ended.state == CANCELLED and ended.statistics.method == "hybrid"
         shown = latched(tuned, part_id)
         assert (shown.method, shown.drops, shown.final) == (
-            "hybrid", ended.statistics.drops, True)
+            "hybrid",
+            ended.statistics.drops,
+            True,
+        )
 
     def test_drops_that_contradict_the_estimate_answer_in_its_place(self, tuned):
         """A body with a heavy core, which turns so quickly that the estimate is misled.
@@ -136,8 +157,12 @@ class TestARequest:
         vertices, triangles = random_polyhedron(6, 25)
         surface = 0.02 * vertices, triangles
         uniform = part_from_mesh(*surface)
-        part = part_from_mesh(*surface, mass=1.0, center_of_mass=uniform.center_of_mass,
-                              inertia=0.3 * uniform.inertia / uniform.mass)
+        part = part_from_mesh(
+            *surface,
+            mass=1.0,
+            center_of_mass=uniform.center_of_mass,
+            inertia=0.3 * uniform.inertia / uniform.mass,
+        )
         part_id = new_id()
         tuned.good("estimate", part=flat(surface, part_id, inertia=inertia_of(part)))
         asked = tuned.good("estimate", part_id=part_id, target_error=0.005)
@@ -147,14 +172,22 @@ class TestARequest:
         assert answer.message.startswith("Drops already made contradict split.")
         assert whole(answer.statistics) == whole(latched(tuned, part_id))
         assert (answer.statistics.method, answer.statistics.drops) == (
-            "simulation", dropped.drops)
+            "simulation",
+            dropped.drops,
+        )
         counted = simulate(part, dropped.drops, seed=dropped.seed)
         assert counts(dropped.poses) == counts(counted.poses)
-        assert probabilities(dropped.poses) == pytest.approx(probabilities(counted.poses))
-        assert tuned.set(refine_drops=5000) == {}  # and so they do when the node drops by itself
+        assert probabilities(dropped.poses) == pytest.approx(
+            probabilities(counted.poses)
+        )
+        assert (
+            tuned.set(refine_drops=5000) == {}
+        )  # and so they do when the node drops by itself
         refined = new_id()
         tuned.good("estimate", part=flat(surface, refined, inertia=inertia_of(part)))
-        told = until(lambda: (one := latched(tuned, refined)).final and one.drops == 5000 and one)
+        told = until(
+            lambda: (one := latched(tuned, refined)).final and one.drops == 5000 and one
+        )
         assert any(line.startswith("CONFLICT:") for line in told.warnings)
 
 
@@ -163,7 +196,9 @@ class TestTheNodesOwn:
         tuned.set(target_error=TARGET)
         with tuned.late_joiner() as joiner:
             part_id = known_part(tuned)
-            final = joiner.wait(part_id, lambda message: message.job_id and message.final)
+            final = joiner.wait(
+                part_id, lambda message: message.job_id and message.final
+            )
         assert_kept(final, TARGET)
         tuned.set(target_error=0.2)
         assert jobs_of(tuned, known_part(tuned)) == []
@@ -172,11 +207,14 @@ class TestTheNodesOwn:
         tuned.set(default_method="combined", target_error=TARGET)
         with tuned.late_joiner() as joiner:
             part_id = known_part(tuned)
-            final = joiner.wait(part_id, lambda message: message.job_id and message.final)
+            final = joiner.wait(
+                part_id, lambda message: message.job_id and message.final
+            )
         assert final.method == "simulation" and final.expected_error <= TARGET
 
     def test_drops_that_are_asked_for_stay_plain(self, tuned):
         told = finished(tuned, start(tuned, known_part(tuned), 500)).statistics
         assert told.method == "simulation"
-        assert [pose.probability for pose in told.poses] == pytest.approx([
-            pose.count / (told.drops - told.unsettled) for pose in told.poses])
+        assert [pose.probability for pose in told.poses] == pytest.approx(
+            [pose.count / (told.drops - told.unsettled) for pose in told.poses]
+        )

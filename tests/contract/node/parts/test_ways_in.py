@@ -28,33 +28,61 @@ COMMAND = sys.executable, "-m", "ros_pose_stats"
 
 @pytest.fixture(scope="module")
 def clamp(tmp_path_factory):
-    return write_stl(tmp_path_factory.mktemp("cad") / "clamp 7.stl", (1000.0 * WEDGE[0], WEDGE[1]))
+    return write_stl(
+        tmp_path_factory.mktemp("cad") / "clamp 7.stl", (1000.0 * WEDGE[0], WEDGE[1])
+    )
 
 
 @pytest.fixture(scope="module")
 def workshop(domain, tmp_path_factory, clamp):
     """A node whose latched publishers were there before it; two in this process, one command."""
-    with (Client(domain, "/workshop/pose_stats") as early,
-          Running(*COMMAND, "publish", clamp, "--unit", "mm", "--mass", "0.06", "--restitution",
-                  "0.2", "--drop-height", "0.3", "--topic", "meshes", "--ros-args",
-                  "-r", f"meshes:={PART_MESH}") as command):
+    with (
+        Client(domain, "/workshop/pose_stats") as early,
+        Running(
+            *COMMAND,
+            "publish",
+            clamp,
+            "--unit",
+            "mm",
+            "--mass",
+            "0.06",
+            "--restitution",
+            "0.2",
+            "--drop-height",
+            "0.3",
+            "--topic",
+            "meshes",
+            "--ros-args",
+            "-r",
+            f"meshes:={PART_MESH}",
+        ) as command,
+    ):
         MeshPublisher(early, latched=True).publish(flat(WEDGE, "early part"))
         MeshPublisher(early, "/cad/early", Mesh, latched=True).publish(mesh(BOX))
         said = command.says("")
-        with cell_of(domain, tmp_path_factory.mktemp("bags"), "workshop", mesh_topics=TOPICS,
-                     mesh_unit=0.001) as (node, client):
+        with cell_of(
+            domain,
+            tmp_path_factory.mktemp("bags"),
+            "workshop",
+            mesh_topics=TOPICS,
+            mesh_unit=0.001,
+        ) as (node, client):
             yield client, said
             status, complained = command.end()
             assert status == 0
             # Whether it waited for longer than five seconds, and for what, is up to the machine.
             assert len(complained) <= 1
-            assert all(line.endswith("Publishing on until one answers, or Ctrl-C")
-                       for line in complained)
+            assert all(
+                line.endswith("Publishing on until one answers, or Ctrl-C")
+                for line in complained
+            )
             node.assert_sound()
 
 
-@pytest.mark.parametrize(("part_id", "expected"), [
-    ("early part", library_part(WEDGE)), ("early", library_part(BOX, unit="mm"))])
+@pytest.mark.parametrize(
+    ("part_id", "expected"),
+    [("early part", library_part(WEDGE)), ("early", library_part(BOX, unit="mm"))],
+)
 def test_latched_publishers_that_were_there_before(workshop, part_id, expected):
     client, _ = workshop
     assert latched(client, part_id).part_digest == expected.digest
@@ -69,8 +97,10 @@ def test_the_command_publishes_a_file_for_nodes_that_start_later(workshop, clamp
     assert (shown.restitution, shown.drop_height) == (0.2, 0.3)
 
 
-@pytest.mark.parametrize(("topic", "part_id", "is_latched"), [
-    ("/cad/bracket", "bracket", False), ("/cad/wheel", "gear", True)])
+@pytest.mark.parametrize(
+    ("topic", "part_id", "is_latched"),
+    [("/cad/bracket", "bracket", False), ("/cad/wheel", "gear", True)],
+)
 def test_standard_meshes_on_mesh_topics(workshop, topic, part_id, is_latched):
     client, _ = workshop
     MeshPublisher(client, topic, Mesh, latched=is_latched).matched().publish(mesh(BOX))
@@ -85,8 +115,11 @@ def test_a_mesh_by_the_file_that_holds_it(cell, clamp):
     digest = load_part(clamp, "mm").digest
     assert latched(cell, part_id).part_digest == digest
     assert cell.good("estimate", part=sent).statistics.part_digest == digest
-    for name, said in (("file:///nowhere/part.stl", "No such file"), ("part.stl", "file:///FILE"),
-                       ("package://no_such_package/part.stl", "a package that is installed")):
+    for name, said in (
+        ("file:///nowhere/part.stl", "No such file"),
+        ("part.stl", "file:///FILE"),
+        ("package://no_such_package/part.stl", "a package that is installed"),
+    ):
         assert said in cell.refused("estimate", part=PartMesh(mesh_resource=name))
 
 
@@ -100,12 +133,23 @@ def test_a_nameless_part_is_named_by_its_digest(cell):
 def test_unit_and_mass_properties(cell):
     """The mesh is in its unit; centre and inertia are in metres."""
     part_id, large = new_id(), (1000.0 * WEDGE[0], WEDGE[1])
-    inertia = Inertia(m=0.2, com=Vector3(x=0.02, y=0.014, z=0.007), ixx=2e-5, ixy=1e-6,
-                      ixz=-2e-6, iyy=3e-5, iyz=5e-7, izz=4e-5)
-    MeshPublisher(cell).matched().publish(flat(large, part_id, unit=0.001, inertia=inertia))
+    inertia = Inertia(
+        m=0.2,
+        com=Vector3(x=0.02, y=0.014, z=0.007),
+        ixx=2e-5,
+        ixy=1e-6,
+        ixz=-2e-6,
+        iyy=3e-5,
+        iyz=5e-7,
+        izz=4e-5,
+    )
+    MeshPublisher(cell).matched().publish(
+        flat(large, part_id, unit=0.001, inertia=inertia)
+    )
     tensor = np.array([[2e-5, 1e-6, -2e-6], [1e-6, 3e-5, 5e-7], [-2e-6, 5e-7, 4e-5]])
-    expected = library_part(large, unit=0.001, mass=0.2, inertia=tensor,
-                            center_of_mass=(0.02, 0.014, 0.007))
+    expected = library_part(
+        large, unit=0.001, mass=0.2, inertia=tensor, center_of_mass=(0.02, 0.014, 0.007)
+    )
     assert latched(cell, part_id).part_digest == expected.digest
 
 
@@ -115,7 +159,10 @@ def test_the_unit_of_standard_meshes_follows_the_parameter(tuned):
         assert tuned.set(mesh_unit=unit) == {}
         publisher.publish(mesh(BOX))
         digest = library_part((unit * BOX[0], BOX[1])).digest
-        until(lambda digest=digest: latched(tuned, "cad").part_digest == digest, "the new unit")
+        until(
+            lambda digest=digest: latched(tuned, "cad").part_digest == digest,
+            "the new unit",
+        )
 
 
 @pytest.fixture
@@ -128,45 +175,108 @@ class TestTheCommand:
     """How it ends, and what it refuses as the node would."""
 
     def test_it_gives_up_after_the_time_given(self, wedge):
-        done = call("publish", wedge, "--part-id", "Winkel 4×5", "--com", 0.02, 0.014, 0.007,
-                    "--seconds", 0, "--topic", "/nobody/part_mesh")
+        done = call(
+            "publish",
+            wedge,
+            "--part-id",
+            "Winkel 4×5",
+            "--com",
+            0.02,
+            0.014,
+            0.007,
+            "--seconds",
+            0,
+            "--topic",
+            "/nobody/part_mesh",
+        )
         assert done.stdout.startswith("Winkel 4×5: ")
-        assert done.returncode == 2 and "no node answers on /nobody/pose_stat" in done.stderr
+        assert (
+            done.returncode == 2
+            and "no node answers on /nobody/pose_stat" in done.stderr
+        )
 
-    def test_it_prints_what_the_node_answers_and_show_what_is_latched(self, cell, wedge):
+    def test_it_prints_what_the_node_answers_and_show_what_is_latched(
+        self, cell, wedge
+    ):
         part_id = new_id()
-        given = ("publish", wedge, "--part-id", part_id, "--unit", "m", "--restitution", 0.25,
-                 "--json")
+        given = (
+            "publish",
+            wedge,
+            "--part-id",
+            part_id,
+            "--unit",
+            "m",
+            "--restitution",
+            0.25,
+            "--json",
+        )
         call(*given)
-        until(lambda: latched(cell, part_id).drops)  # else it may have printed what they check
+        until(
+            lambda: latched(cell, part_id).drops
+        )  # else it may have printed what they check
         published = strict_json(call(*given).stdout)
         assert (published["method"], published["restitution"]) == ("hybrid", 0.25)
         assert answer_json("show", part_id) == published
         found = latched(cell, part_id)
         table = answer("show", part_id)
         assert f"{found.scene}\n{len(found.poses)} stable poses" in table
-        assert all(f" {100.0 * pose.probability:.2f}% " in table for pose in found.poses)
+        assert all(
+            f" {100.0 * pose.probability:.2f}% " in table for pose in found.poses
+        )
         [row] = [line for line in answer("show").splitlines() if f" {part_id} " in line]
-        assert f"{found.poses[0].index}: {100.0 * found.poses[0].probability:.1f}, " in row
+        assert (
+            f"{found.poses[0].index}: {100.0 * found.poses[0].probability:.1f}, " in row
+        )
 
-    def test_an_answer_about_another_scene_is_not_taken_for_its_own(self, cell, tmp_path):
+    def test_an_answer_about_another_scene_is_not_taken_for_its_own(
+        self, cell, tmp_path
+    ):
         """Of a mesh so fine that the node builds it while the answer before is still latched."""
-        fine, part_id = trimesh.creation.box((0.02, 0.03, 0.04)).subdivide_loop(6), new_id()
+        fine, part_id = (
+            trimesh.creation.box((0.02, 0.03, 0.04)).subdivide_loop(6),
+            new_id(),
+        )
         path = write_stl(tmp_path / "fine.stl", (fine.vertices, fine.faces))
         for height in (0.3, 0.4):
-            done = call("publish", path, "--unit", "m", "--part-id", part_id, "--drop-height",
-                        height, "--json")
+            done = call(
+                "publish",
+                path,
+                "--unit",
+                "m",
+                "--part-id",
+                part_id,
+                "--drop-height",
+                height,
+                "--json",
+            )
             assert strict_json(done.stdout)["drop_height"] == height
 
-    def test_a_method_that_knows_no_heights_answers_whatever_the_height(self, tuned, wedge):
+    def test_a_method_that_knows_no_heights_answers_whatever_the_height(
+        self, tuned, wedge
+    ):
         assert tuned.set(default_method="csae") == {}
-        done = call("publish", wedge, "--unit", "m", "--topic", f"{tuned.prefix}/part_mesh",
-                    "--drop-height", 0.3, "--seconds", 60, "--json")
+        done = call(
+            "publish",
+            wedge,
+            "--unit",
+            "m",
+            "--topic",
+            f"{tuned.prefix}/part_mesh",
+            "--drop-height",
+            0.3,
+            "--seconds",
+            60,
+            "--json",
+        )
         assert strict_json(done.stdout)["method"] == "csae"
 
-    def test_show_names_the_parts_that_there_are_and_says_where_nobody_answers(self, cell):
+    def test_show_names_the_parts_that_there_are_and_says_where_nobody_answers(
+        self, cell
+    ):
         assert known_part(cell) in refusal("show", "nothing of that name")
-        assert "on /nobody/get_statistics, got none" in refusal("show", "--node", "/nobody")
+        assert "on /nobody/get_statistics, got none" in refusal(
+            "show", "--node", "/nobody"
+        )
 
     def test_show_goes_on_with_new_results(self, cell, tmp_path, monkeypatch):
         """And prints nothing else, whatever the middleware complains of."""
@@ -177,10 +287,13 @@ class TestTheCommand:
             cell.good("forget_part", part_id=part_id)
             last = json.loads(shown.says(""))
             assert shown.end()[0] == 0
-        assert first["poses"] and not last["poses"] and "FORGOTTEN" in last["warnings"][0]
+        assert (
+            first["poses"] and not last["poses"] and "FORGOTTEN" in last["warnings"][0]
+        )
 
-    @pytest.mark.parametrize("content", [
-        b"", b"solid nothing\nendsolid nothing\n", b"\0" * 84, b"\0" * 100])
+    @pytest.mark.parametrize(
+        "content", [b"", b"solid nothing\nendsolid nothing\n", b"\0" * 84, b"\0" * 100]
+    )
     def test_files_that_hold_no_mesh(self, tmp_path, content):
         path = tmp_path / "bad.stl"
         path.write_bytes(content)
@@ -189,16 +302,27 @@ class TestTheCommand:
 
     def test_a_flat_part(self, tmp_path):
         vertices, triangles = WEDGE
-        path = write_stl(tmp_path / "plane.stl", (vertices * (1.0, 1.0, 0.0), triangles))
+        path = write_stl(
+            tmp_path / "plane.stl", (vertices * (1.0, 1.0, 0.0), triangles)
+        )
         assert "thick" in refusal("publish", path)
 
-    @pytest.mark.parametrize(("given", "said"), [
-        (["--com", 1000.0, 0.0, 0.0], "centre of mass"), (["--mass", 0], "finite mass above 0 kg"),
-        (["--seconds", -1], "seconds"), (["--part-id", "x" * 300], "at most 200"),
-        (["--part-id", "a\nb"], "printable"), (["--topic", "two words"], "ROS topic"),
-        (["--ros-args", "-r", "x"], "ROS arguments that rcl can read"),
-        *[(["--restitution", value], "restitution from 0") for value in (1.0, -0.5, "nan")],
-        *[(["--drop-height", value], "drop height above 0") for value in (0, -1.0)],
-    ])
+    @pytest.mark.parametrize(
+        ("given", "said"),
+        [
+            (["--com", 1000.0, 0.0, 0.0], "centre of mass"),
+            (["--mass", 0], "finite mass above 0 kg"),
+            (["--seconds", -1], "seconds"),
+            (["--part-id", "x" * 300], "at most 200"),
+            (["--part-id", "a\nb"], "printable"),
+            (["--topic", "two words"], "ROS topic"),
+            (["--ros-args", "-r", "x"], "ROS arguments that rcl can read"),
+            *[
+                (["--restitution", value], "restitution from 0")
+                for value in (1.0, -0.5, "nan")
+            ],
+            *[(["--drop-height", value], "drop height above 0") for value in (0, -1.0)],
+        ],
+    )
     def test_what_the_node_would_refuse(self, wedge, given, said):
         assert said in refusal("publish", wedge, *given)

@@ -28,17 +28,25 @@ class Killings:
     def have_met_enough(self):
         """Whether there was all that a kill may come upon, which it does where it happens to."""
         return self.ended_by_start > 3 < len(self.told.ends) and any(
-            topic == on_topic("drop_records") for topic, _ in self.recorded())
+            topic == on_topic("drop_records") for topic, _ in self.recorded()
+        )
 
     def live(self, answers):
         """Start, look at what the last life left, work for a number of answers, and die."""
         left, cut_off = bags_of(self.folder), unfinished(events(self.recorded()))
-        node = NodeProcess(self.folder, *NAMESPACE, environment=UDP_ONLY, log_drops=bool(
-            self.chance.randrange(2)))
+        node = NodeProcess(
+            self.folder,
+            *NAMESPACE,
+            environment=UDP_ONLY,
+            log_drops=bool(self.chance.randrange(2)),
+        )
         try:
             if not answers:  # somewhere in its start
                 lines = self.chance.randrange(4)
-                until(lambda: len(node.lines) >= lines or "]: ready" in node.log, "its start")
+                until(
+                    lambda: len(node.lines) >= lines or "]: ready" in node.log,
+                    "its start",
+                )
                 return
             client = Client(self.domain, "/killed/pose_stats")
             node.ready()
@@ -48,7 +56,10 @@ class Killings:
             before = len(self.told.answers)
             witness = Witness(client, self.told, self.chance.random())
             try:
-                until(lambda: len(self.told.answers) >= before + answers, "so many answers")
+                until(
+                    lambda: len(self.told.answers) >= before + answers,
+                    "so many answers",
+                )
                 node.kill()
             finally:
                 witness.stop()
@@ -72,12 +83,18 @@ def test_nothing_acknowledged_is_lost(domain, tmp_path, seed):
         killings.live(0 if number % 4 == 3 else killings.chance.randrange(1, 60))
         killings.told.assert_in(killings.recorded())
         number += 1
-    with (NodeProcess(tmp_path, *NAMESPACE) as node,
-          Client(domain, "/killed/pose_stats") as client):
+    with (
+        NodeProcess(tmp_path, *NAMESPACE) as node,
+        Client(domain, "/killed/pose_stats") as client,
+    ):
         node.ready()
         recorded = killings.recorded()
         lives = events(recorded)
-        for job_id in unfinished(lives):  # killed before the end of its job was on record
+        for job_id in unfinished(
+            lives
+        ):  # killed before the end of its job was on record
             assert client.good("get_drop_simulation", job_id=job_id).state >= DONE
     killings.told.assert_in(recorded)
-    assert all(len([kind for kind in kinds if kind >= DONE]) <= 1 for kinds in lives.values())
+    assert all(
+        len([kind for kind in kinds if kind >= DONE]) <= 1 for kinds in lives.values()
+    )

@@ -15,7 +15,16 @@ from ..harness.cell import Health, MeshPublisher, cell_of, latched
 from ..harness.client import CANCELLED, Client, until, wait_for
 from ..harness.jobs import LONG, finished, get, running_with_results, start
 from ..harness.node import NodeProcess
-from ..harness.parts import WEDGE, counts, flat, library_part, mesh, probabilities, scaled, whole
+from ..harness.parts import (
+    WEDGE,
+    counts,
+    flat,
+    library_part,
+    mesh,
+    probabilities,
+    scaled,
+    whole,
+)
 from ..harness.slow import builder_at_work, ellipsoid, standing
 
 
@@ -29,7 +38,9 @@ def first_life(client):
     client.good("estimate", part=flat(WEDGE, "estimated", restitution=-0.0))
     client.good("estimate", part=flat(scaled(1.1), "simulated"))
     finished(client, start(client, "simulated", 5000, seed=3))
-    client.good("estimate", part=flat(WEDGE, "own scene", restitution=0.2, drop_height=1.5))
+    client.good(
+        "estimate", part=flat(WEDGE, "own scene", restitution=0.2, drop_height=1.5)
+    )
     finished(client, start(client, "own scene", 2000, seed=4))
     client.good("estimate", part=flat(WEDGE, "refined"))
     finished(client, start(client, "refined", 100_000, target_error=0.02))
@@ -42,16 +53,24 @@ def first_life(client):
     MeshPublisher(client, "/lives/cad", Mesh).matched().publish(mesh(scaled(1.4)))
     until(lambda: latched(client, "cad").drops, "its check")
     seen = client.good("estimate", part=flat(scaled(1.5), "seen")).statistics
-    counting(client).publish(counted(seen, [9, 1], from_pose=seen.poses[1].index,
-                                     feeder_speed="slow"),
-                             counted(seen, [30, 70])).acknowledged()
+    counting(client).publish(
+        counted(seen, [9, 1], from_pose=seen.poses[1].index, feeder_speed="slow"),
+        counted(seen, [30, 70]),
+    ).acknowledged()
     learnt(client, "seen", 100)
 
 
 def fed(client):
     """What a feeder gets at a speed whose flips were counted."""
-    return client.good("feeding", part_id="seen", wanted=[0], rate=60.0, cycle_time=1.0,
-                       kick_height=0.012, feeder_speed="slow")
+    return client.good(
+        "feeding",
+        part_id="seen",
+        wanted=[0],
+        rate=60.0,
+        cycle_time=1.0,
+        kick_height=0.012,
+        feeder_speed="slow",
+    )
 
 
 def assert_restored(client, before):
@@ -64,7 +83,14 @@ def assert_restored(client, before):
     for part_id, message in now.items():
         old = before[part_id]
         assert whole(message) == whole(asked[part_id])
-        for field in ("part_digest", "method", "drops", "observed", "seed", "restitution"):
+        for field in (
+            "part_digest",
+            "method",
+            "drops",
+            "observed",
+            "seed",
+            "restitution",
+        ):
             assert getattr(message, field) == getattr(old, field), (part_id, field)
         assert counts(message.poses) == counts(old.poses)
         assert probabilities(message.poses) == pytest.approx(probabilities(old.poses))
@@ -79,8 +105,9 @@ def folder(tmp_path_factory):
 @pytest.fixture(scope="module")
 def begin(domain, folder):
     """Starts one node after the other on the same folder."""
-    return lambda **values: cell_of(domain, folder, "lives", mesh_topics="[/lives/cad]",
-                                    plate="glass", **values)
+    return lambda **values: cell_of(
+        domain, folder, "lives", mesh_topics="[/lives/cad]", plate="glass", **values
+    )
 
 
 @pytest.fixture(scope="module")
@@ -93,25 +120,37 @@ def lives(begin, domain, folder):
         left.done = client.call("list_drop_simulations").job_id
         left.answers = {job_id: get(client, job_id) for job_id in left.done}
     with begin() as (node, client):
-        assert_restored(client, left.first)  # here, since it is over when the next one begins
+        assert_restored(
+            client, left.first
+        )  # here, since it is over when the next one begins
         left.fed_again = fed(client)
         left.again = {job_id: get(client, job_id) for job_id in left.done}
         left.process = node.process.pid
-        left.second = refusal("node", "--ros-args", "-p", f"log_directory:={folder}",
-                              "-r", "__ns:=/lives")
-        left.better = finished(client, start(client, "simulated", 20_000, seed=5)).statistics
+        left.second = refusal(
+            "node", "--ros-args", "-p", f"log_directory:={folder}", "-r", "__ns:=/lives"
+        )
+        left.better = finished(
+            client, start(client, "simulated", 20_000, seed=5)
+        ).statistics
         camera = counting(client)
         camera.publish(counted(left.first["seen"], [1, 0]))
         learnt(client, "seen", 101)
         left.job_id = start(client, "own scene", LONG)
         running_with_results(client, left.job_id)
         with cell_of(domain, folder, "other") as (other, guest):
-            left.others = shown(guest), guest.call("list_drop_simulations").job_id, other.log
+            left.others = (
+                shown(guest),
+                guest.call("list_drop_simulations").job_id,
+                other.log,
+            )
             for part_id in ("unwanted", "asked for", "first"):
                 guest.good("estimate", part=flat(ellipsoid(6000), part_id))
         left.bag = bags_of(folder)[1]
         camera.publish(counted(left.first["seen"], [0, 1]))
-        until(lambda: len(recorded(folder, "pose_counts")) == 4, "the last count on record")
+        until(
+            lambda: len(recorded(folder, "pose_counts")) == 4,
+            "the last count on record",
+        )
         node.kill()
     return left
 
@@ -119,21 +158,36 @@ def lives(begin, domain, folder):
 def test_finished_jobs_answer_as_before(lives):
     assert len(lives.done) == 3
     for job_id, before in lives.answers.items():
-        assert whole(lives.again[job_id]) == whole(before) and before.statistics.drops > 0
+        assert (
+            whole(lives.again[job_id]) == whole(before) and before.statistics.drops > 0
+        )
 
 
 def test_counted_flips_are_known_again_and_are_no_landings(lives):
-    assert all(told.message.endswith("and 10 seen.") for told in (lives.fed, lives.fed_again))
+    assert all(
+        told.message.endswith("and 10 seen.") for told in (lives.fed, lives.fed_again)
+    )
     assert lives.first["seen"].observed == 100
 
 
 def test_a_second_node_of_the_name_is_refused_with_the_first_one_s_process(lives):
-    assert f"process {lives.process} has in use" in lives.second and "state_file" in lives.second
+    assert (
+        f"process {lives.process} has in use" in lives.second
+        and "state_file" in lives.second
+    )
 
 
 def test_all_parts_of_a_node_that_ended_well_come_back(lives):
-    assert set(lives.first) == {"estimated", "simulated", "own scene", "refined", "back again",
-                                "remembered", "cad", "seen"}
+    assert set(lives.first) == {
+        "estimated",
+        "simulated",
+        "own scene",
+        "refined",
+        "back again",
+        "remembered",
+        "cad",
+        "seen",
+    }
     assert lives.first["back again"].part_digest == library_part(scaled(1.2)).digest
     assert lives.first["seen"].method == "observed"
     assert lives.better.drops == 20_000
@@ -150,28 +204,43 @@ def test_another_node_of_the_same_folder_is_left_alone(lives):
 @pytest.fixture(scope="module")
 def third(lives, begin, folder):
     """The life after a kill, beside garbage; what its clients saw."""
-    for name, text in (("pose_stats_20200101T000000_000000_1", ""),
-                       ("pose_stats_20200101T000000_000001_1", "no bag")):
+    for name, text in (
+        ("pose_stats_20200101T000000_000000_1", ""),
+        ("pose_stats_20200101T000000_000001_1", "no bag"),
+    ):
         (folder / name).mkdir()
         if text:
             (folder / name / f"{name}_0.mcap").write_text(text)
     with begin() as (node, client):
-        told = SimpleNamespace(shown=shown(client), job=get(client, lives.job_id), log=node.log,
-                               repair=Health(client).eventually("recording")[1]["last repair"])
-        expected = {**lives.first, "simulated": lives.better, "seen": told.shown["seen"]}
+        told = SimpleNamespace(
+            shown=shown(client),
+            job=get(client, lives.job_id),
+            log=node.log,
+            repair=Health(client).eventually("recording")[1]["last repair"],
+        )
+        expected = {
+            **lives.first,
+            "simulated": lives.better,
+            "seen": told.shown["seen"],
+        }
         assert_restored(client, {**expected, "own scene": told.shown["own scene"]})
     return told
 
 
 def test_a_kill_loses_nothing_that_was_acknowledged(lives, third, folder):
-    assert third.shown["simulated"].drops == 20_000 and third.shown["seen"].observed == 102
+    assert (
+        third.shown["simulated"].drops == 20_000 and third.shown["seen"].observed == 102
+    )
     assert third.shown["own scene"].part_digest == lives.first["own scene"].part_digest
     assert third.job.state == CANCELLED and "the node ended" in third.job.message
     assert third.job.statistics.final is bool(third.job.statistics.drops)
     assert lives.bag.name in third.repair and f"{lives.bag.name} mended" in third.log
     assert_readable_by_others(lives.bag)
-    ends = [event.event for event in recorded(folder, "job_events")
-            if event.job_id == lives.job_id and event.event >= JobEvent.DONE]
+    ends = [
+        event.event
+        for event in recorded(folder, "job_events")
+        if event.job_id == lives.job_id and event.event >= JobEvent.DONE
+    ]
     assert ends == [JobEvent.CANCELLED]
 
 
@@ -190,8 +259,11 @@ def test_bags_may_go_and_a_new_scene_is_estimated(lives, third, begin, folder):
         client.good("forget_part", part_id="own scene")
         kept = set(now) - {"own scene"}
         node.kill()
-    cancelled = [event.job_id for event in recorded(folder, "job_events")
-                 if event.event == JobEvent.CANCELLED and event.job_id == lives.job_id]
+    cancelled = [
+        event.job_id
+        for event in recorded(folder, "job_events")
+        if event.event == JobEvent.CANCELLED and event.job_id == lives.job_id
+    ]
     assert len(cancelled) == 1
     for bag in bags_of(folder):
         shutil.rmtree(bag)
@@ -211,14 +283,20 @@ def test_bags_may_go_and_a_new_scene_is_estimated(lives, third, begin, folder):
 @pytest.mark.usefixtures("lives")
 def test_large_parts_that_are_still_to_be_built_hold_up_nobody(domain, folder):
     """Nor is one refused that is not wanted any more."""
-    with (Client(domain, "/other/pose_stats") as client,
-          NodeProcess(folder, "-r", "__ns:=/other") as node):
+    with (
+        Client(domain, "/other/pose_stats") as client,
+        NodeProcess(folder, "-r", "__ns:=/other") as node,
+    ):
         with standing(builder_at_work(node.process.pid)):
             node.ready()
-            outlines = [client.send("get_statistics", part_id="asked for", heights=[-1.0])
-                        for _ in range(2)]
+            outlines = [
+                client.send("get_statistics", part_id="asked for", heights=[-1.0])
+                for _ in range(2)
+            ]
             client.good("forget_part", part_id="unwanted")
             assert not any(answer.done() for answer in outlines)
         assert all(wait_for(answer).outlines for answer in outlines)
-        _, values = Health(client).line("parts", lambda _, values: values["meshes waiting"] == "0")
+        _, values = Health(client).line(
+            "parts", lambda _, values: values["meshes waiting"] == "0"
+        )
         assert values["refused"] == "0"
