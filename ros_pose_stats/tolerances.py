@@ -203,9 +203,12 @@ def number_equal(values: Sequence[float], tolerance: float) -> list[int]:
     A tie begins at its smallest value and holds all within the tolerance of that one, so that
     equal values never fall apart at a decimal, as they do when they are rounded to it.
     """
-    numbers, number, begin = [0] * len(values), -1, -float("inf")
+    numbers = [0] * len(values)
+    number = -1
+    begin = -float("inf")
     for place in sorted(range(len(values)), key=values.__getitem__):
         if values[place] > begin + tolerance:
-            number, begin = number + 1, values[place]
+            number = number + 1
+            begin = values[place]
         numbers[place] = number
     return numbers

@@ -197,7 +197,8 @@ CURVED = "qse"
 
 def draw_noise(dataset: Dataset, found: TableResults) -> Figure:
     """Fig. 2: the simulated probabilities against binomial numbers drawn from them."""
-    drops, simulated = found.first, _first(dataset, found)
+    drops = found.first
+    simulated = _first(dataset, found)
     drawn = np.random.default_rng(dataset.spec.seed).binomial(
         drops, simulated.probability
     )

@@ -37,7 +37,8 @@ from ros_pose_stats.resting.poses import resting_poses
 
 Array = NDArray[np.float64]
 
-IMPACTS, CORRECTIONS = 64, 4
+IMPACTS = 64
+CORRECTIONS = 4
 
 
 @dataclass(frozen=True)
@@ -72,7 +73,8 @@ class Setting:
 
 def contact(restitution: float, depth: float, steps: int) -> tuple[float, float, float]:
     """Stiffness, damping and time step by the closed forms above, for a fall from 20 radii."""
-    low, high = 0.0, 1e3  # of zeta; restitution falls with it
+    low = 0.0
+    high = 1e3  # of zeta; restitution falls with it
     for _ in range(100):
         zeta = 0.5 * (low + high)
         phi = cmath.acos(zeta)
@@ -93,8 +95,10 @@ def setting(
 ) -> Setting:
     """Find a contact of so many time steps, correcting the aim by first impacts."""
     rng = np.random.default_rng(0)
-    turns, phases = random_turns(rng, IMPACTS), rng.random(IMPACTS)
-    aim, depth = restitution, penetration
+    turns = random_turns(rng, IMPACTS)
+    phases = rng.random(IMPACTS)
+    aim = restitution
+    depth = penetration
     for _ in range(CORRECTIONS + 1):
         found = contact(aim, depth, steps)
         plate.soften(*found)
@@ -193,7 +197,9 @@ class Plate:
             )
         self.engine: Any = import_module("mujoco")
         resting = resting_poses(part, cluster_tolerance, 0)
-        body, found, groups = resting.body, resting.equilibria, resting.clusters
+        body = resting.body
+        found = resting.equilibria
+        groups = resting.clusters
         self.moment, self.axes = np.linalg.eigh(
             part.inertia / (part.mass * body.radius**2)
         )
@@ -242,14 +248,13 @@ class Plate:
         self.place(
             turn, phase * speed * self.model.opt.timestep - heights[vertex], speed
         )
-        depth, touched = 0.0, False
+        depth = 0.0
+        touched = False
         while not touched or heights[vertex] < 0.0:
             self.engine.mj_step(self.model, self.data)
             heights = self.points @ self.up() + self.data.qpos[2]
-            depth, touched = (
-                max(depth, -heights.min()),
-                touched or heights[vertex] < 0.0,
-            )
+            depth = max(depth, -heights.min())
+            touched = touched or heights[vertex] < 0.0
         turning = np.cross(self.data.qvel[3:], self.points[vertex]) @ self.up()
         return float(depth), float((self.data.qvel[2] + turning) / speed)
 
@@ -260,8 +265,11 @@ class Plate:
         vertices are pressed in, the energy in up to three springs counts. A spin about the
         vertical does not: it should be zero, but grows with MuJoCo's errors and never ends.
         """
-        seconds, chunks = 0.0, 0
-        mj_step, model, data = self.engine.mj_step, self.model, self.data
+        seconds = 0.0
+        chunks = 0
+        mj_step = self.engine.mj_step
+        model = self.model
+        data = self.data
         self.place(turn, HEIGHT, 0.0)
         spring = -1.5 * float(model.geom_solref[0, 0])
         while (
@@ -271,7 +279,9 @@ class Plate:
             mj_step(model, data, nstep=CHECK_EVERY)
             seconds += time.perf_counter() - begin
             chunks += 1
-            down, height, velocity = -self.up(), data.qpos[2], data.qvel
+            down = -self.up()
+            height = data.qpos[2]
+            velocity = data.qvel
             face = int(np.argmax(self.nearness @ down))
             depth = max(0.0, (self.points @ down).max() - height)
             spin = (self.moment * down) @ velocity[3:]

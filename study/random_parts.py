@@ -45,18 +45,21 @@ def random_part(seed: int, number: int) -> Surface:
 
 def shaft(draw: Generator) -> Manifold:
     """Two to five turned steps with chamfers; one in four has a flat."""
-    sides, at = _sides(draw), 0.0
+    sides = _sides(draw)
+    at = 0.0
     corners = [(0.0, 0.0)]
     widest = 0.0
     for _ in range(int(draw.integers(2, 6))):
-        radius, length = draw.uniform(3.0, 12.0), 3.0 * math.exp(draw.uniform(0.0, 2.0))
+        radius = draw.uniform(3.0, 12.0)
+        length = 3.0 * math.exp(draw.uniform(0.0, 2.0))
         chamfer = min(0.15 * radius, 0.2 * length) * float(draw.random() < 0.6)
         corners += [
             (radius - chamfer, at),
             (radius, at + chamfer),
             (radius, at + length),
         ]
-        at, widest = at + length, max(widest, radius)
+        at = at + length
+        widest = max(widest, radius)
     solid = revolve(np.array([*corners, (0.0, at)]), sides)
     if draw.random() < 0.25:
         depth = widest * draw.uniform(0.6, 0.9)
@@ -66,11 +69,10 @@ def shaft(draw: Generator) -> Manifold:
 
 def ring(draw: Generator) -> Manifold:
     """A ring, bushing or washer, half of them with a collar; one in three is a cup."""
-    sides, height = (
-        _sides(draw),
-        10.0 * math.exp(draw.uniform(math.log(0.15), math.log(3.0))),
-    )
-    bore, collar = draw.uniform(3.5, 9.0), draw.uniform(10.0, 15.0)
+    sides = _sides(draw)
+    height = 10.0 * math.exp(draw.uniform(math.log(0.15), math.log(3.0)))
+    bore = draw.uniform(3.5, 9.0)
+    collar = draw.uniform(10.0, 15.0)
     solid = revolve(
         np.array([(0.0, 0.0), (10.0, 0.0), (10.0, height), (0.0, height)]), sides
     )
@@ -82,10 +84,12 @@ def ring(draw: Generator) -> Manifold:
 
 def gear(draw: Generator) -> Manifold:
     """A spur gear of 16 to 48 teeth with a bore, most with a hub on one side."""
-    teeth, sides = int(draw.integers(16, 49)), _sides(draw)
+    teeth = int(draw.integers(16, 49))
+    sides = _sides(draw)
     root = 0.5 * teeth - 1.25
     width = root * math.exp(draw.uniform(math.log(0.2), math.log(1.5)))
-    hub, top = root * draw.uniform(0.4, 0.8), width
+    hub = root * draw.uniform(0.4, 0.8)
+    top = width
     solid = extrude(spur_gear(teeth, 1.0), "z", 0.0, width)
     if draw.random() < 0.65:
         top = width * draw.uniform(1.2, 2.0)
@@ -97,7 +101,9 @@ def gear(draw: Generator) -> Manifold:
 
 def screw(draw: Generator) -> Manifold:
     """A hexagon or a round head on a shank."""
-    sides, length, head = _sides(draw), draw.uniform(4.0, 40.0), draw.uniform(2.5, 8.0)
+    sides = _sides(draw)
+    length = draw.uniform(4.0, 40.0)
+    head = draw.uniform(2.5, 8.0)
     flat = extrude(
         7.5 * unit_circle(6 if draw.random() < 0.6 else sides), "z", -head, 0.0
     )
@@ -142,7 +148,8 @@ def bracket(draw: Generator) -> Manifold:
 def plate(draw: Generator) -> Manifold:
     """A milled plate with rounded corners, a boss, and one or two holes."""
     wide, deep = draw.uniform(20.0, 50.0, 2)
-    thick, corner = draw.uniform(3.0, 15.0), draw.uniform(0.5, 6.0)
+    thick = draw.uniform(3.0, 15.0)
+    corner = draw.uniform(0.5, 6.0)
     outline = rounded_polygon(
         [
             (0.0, 0.0, corner),
@@ -151,9 +158,11 @@ def plate(draw: Generator) -> Manifold:
             (0.0, deep, corner),
         ]
     )
-    least, x = min(wide, deep), draw.uniform(0.35, 0.65) * wide
+    least = min(wide, deep)
+    x = draw.uniform(0.35, 0.65) * wide
     body = extrude(outline, "z", 0.0, thick)
-    boss, top = 0.2 * least, thick + draw.uniform(1.0, 12.0)
+    boss = 0.2 * least
+    top = thick + draw.uniform(1.0, 12.0)
     body += drill(boss, "z", (x, 0.5 * deep), 0.5 * thick, top, 64)
     body -= drill(
         boss * draw.uniform(0.3, 0.8), "z", (x, 0.5 * deep), -1.0, top + 1.0, 64

@@ -30,7 +30,8 @@ from .shapes import hull_mesh
 _STREAM: Final = 3
 """Second word of the generator's key; 1 and 2 are the starting directions'."""
 
-_LN2_HIGH, _LN2_LOW = 0.6931471803691238, 1.9082149292705877e-10
+_LN2_HIGH = 0.6931471803691238
+_LN2_LOW = 1.9082149292705877e-10
 """ln 2 in two parts; the products of the first with binary exponents are exact."""
 
 
@@ -59,7 +60,8 @@ def logarithms(values: NDArray[np.float64]) -> NDArray[np.float64]:
     """
     m, n = np.frexp(values)
     small = m <= 0.5 * 1.4142135623730951
-    m, n = np.where(small, 2.0 * m, m), n - small
+    m = np.where(small, 2.0 * m, m)
+    n = n - small
     s = (m - 1.0) / (m + 1.0)
     q = s * s
     series = q * (1 / 21)
@@ -70,9 +72,12 @@ def logarithms(values: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def failures(numbers: Iterator[float], chance: float) -> int:
     """Draw the number of failures before the first success of this chance (geometric)."""
-    left, count, still = 1.0 - next(numbers), 0, 1.0 - chance
+    left = 1.0 - next(numbers)
+    count = 0
+    still = 1.0 - chance
     while left <= still:
-        count, still = count + 1, still * (1.0 - chance)
+        count = count + 1
+        still = still * (1.0 - chance)
     return count
 
 

@@ -5,10 +5,17 @@ from manifold3d import CrossSection, Manifold, Mesh64
 
 from ros_pose_stats.shapes.profiles import unit_circle
 
-TEETH, TIP, ROOT, BORE, FACE = 60, 0.031, 0.0265, 0.006, 0.010
+TEETH = 60
+TIP = 0.031
+ROOT = 0.0265
+BORE = 0.006
+FACE = 0.010
 """Of the gear: radii, and the width of its teeth."""
 
-TURNS, PITCH, CREST, CORE = 16, 0.00125, 0.004, 0.0033
+TURNS = 16
+PITCH = 0.00125
+CREST = 0.004
+CORE = 0.0033
 """Of the screw's thread: radii of crests and core."""
 
 
@@ -62,8 +69,10 @@ def screw(sides=64):
     ends = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, heights[-1, 0]]])
     here = np.arange(rings * sides)
     beside = here // sides * sides + (here + 1) % sides
-    rim, after = np.arange(sides), (np.arange(sides) + 1) % sides
-    last, middle = rings * sides, len(corners)
+    rim = np.arange(sides)
+    after = (np.arange(sides) + 1) % sides
+    last = rings * sides
+    middle = len(corners)
     triangles = np.concatenate(
         [
             np.stack([here, beside, beside + sides], axis=1),

@@ -79,7 +79,8 @@ def call(*arguments, program=cli.main):
 
     Signals that it takes over are given back.
     """
-    out, err = io.StringIO(), io.StringIO()
+    out = io.StringIO()
+    err = io.StringIO()
     handlers = {
         number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)
     }

@@ -123,7 +123,8 @@ def flattened_ellipsoid(vertices: int) -> Body:
     )  # leave a gap to the rims
     curved = 1.0 - float(((1.0 - limit) / 2.0).sum())
     k = np.arange(int((vertices - len(rims)) / curved)) + 0.5
-    z, turn = 1.0 - 2.0 * k / k.size, k * np.pi * (1.0 + 5.0**0.5)
+    z = 1.0 - 2.0 * k / k.size
+    turn = k * np.pi * (1.0 + 5.0**0.5)
     around = np.sqrt(1.0 - z * z)
     lattice = np.column_stack((around * np.cos(turn), around * np.sin(turn), z))
     outside = (lattice < limit[1]).all(axis=1) & (-lattice < limit[0]).all(axis=1)

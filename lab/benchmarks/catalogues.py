@@ -32,8 +32,12 @@ from study.random_parts import random_part
 from .report import NUMBERS, machine, table, write_page
 from .results import Results, Row, Section, Target, save
 
-SEED, PARTS, WARM, ROUNDS = 61, 1000, 60, 3
-SECONDS, FASTER = 60.0, 1.8
+SEED = 61
+PARTS = 1000
+WARM = 60
+ROUNDS = 3
+SECONDS = 60.0
+FASTER = 1.8
 """Aims: seconds for all parts on two cores, and two workers over one."""
 
 MEASURED = (
@@ -123,7 +127,8 @@ def measure(folder: Path, count: int, rounds: int) -> Section:
             )
     rows = []
     for name, found in times.items():
-        one, two = min(found[1]), min(found[2])
+        one = min(found[1])
+        two = min(found[2])
         target = Target("two workers over one", one / two, FASTER, at_least=True)
         if name == "processes":
             target = Target(

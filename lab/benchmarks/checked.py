@@ -33,16 +33,21 @@ KNOWN = (
 )
 """Families of the fits for comparison, in bodies that they have not seen."""
 
-SERIES, BODIES, QUICK = 4321, 8, 1
+SERIES = 4321
+BODIES = 8
+QUICK = 1
 RESTITUTIONS = (0.2, 0.5, 0.8)
 TARGETS = (0.05, 0.03, 0.02)
-EVENTS, FEWEST, MOST = 600_000, 800, 6000
+EVENTS = 600_000
+FEWEST = 800
+MOST = 6000
 """Impacts that the reference drops of a case may take, and bounds of their number."""
 
 LARGEST = 1.645
 """Standard errors of the reference that are added to a bound of every pose."""
 
-KEPT, TRUE = 0.9, 1.2
+KEPT = 0.9
+TRUE = 1.2
 
 ABOUT = (
     "Root mean square errors over the poses in points, against {} to {} other drops with their "
@@ -95,11 +100,10 @@ def judged(part: Part, restitution: float, options: dict[str, Any]) -> Case:
     def square(shares: Array) -> float:
         return float(np.mean(np.square(shares - true) - noise))
 
-    alone, found = estimate(part, "split", **scene), auto(part, **scene)
-    counts, away = (
-        by_index(found, "count"),
-        np.abs(by_index(found, "probability") - true),
-    )
+    alone = estimate(part, "split", **scene)
+    found = auto(part, **scene)
+    counts = by_index(found, "count")
+    away = np.abs(by_index(found, "probability") - true)
     return Case(
         square(by_index(alone, "probability")),
         alone.expected_error**2,
@@ -160,7 +164,8 @@ def sections(bodies: int) -> Iterator[Section]:
         ("checked", "Checked estimates of parts that rock", tuple(ROCKING)),
         ("checked_known", "Checked estimates of other families", KNOWN),
     ):
-        rows, every = [], []
+        rows = []
+        every = []
         for family in families:
             tolerance, sides = family_options(family)
             options = {"cluster_tolerance": tolerance, "round_sides": sides}

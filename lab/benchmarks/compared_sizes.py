@@ -18,7 +18,8 @@ from ros_pose_stats.design.comparison import SHOWN
 from ros_pose_stats.design.paired_drops import PairedDrops, paired_difference
 from study import shapes
 
-TRUE_DROPS, TRUE_SEED = 100_000, 10**6
+TRUE_DROPS = 100_000
+TRUE_SEED = 10**6
 
 
 def pairs():
@@ -51,7 +52,8 @@ def main() -> None:
     for name, parts, wanted in pairs():
         many = PairedDrops(parts, DropScene(), TRUE_SEED, len(os.sched_getaffinity(0)))
         many.drop_until(TRUE_DROPS)
-        shown, drops = [], []
+        shown = []
+        drops = []
         for seed in range(seeds):
             found = compare(parts, wanted, seed=seed)
             share = found.variants[0].feeder.share

@@ -13,7 +13,8 @@ from .report import collect_results, command
 from .results import Results, Section
 from .timing import Pace
 
-MESHES, CALLS = Pace(15, 8.0), Pace(300, 2.0)
+MESHES = Pace(15, 8.0)
+CALLS = Pace(300, 2.0)
 
 
 @dataclass(frozen=True)

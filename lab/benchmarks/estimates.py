@@ -99,7 +99,8 @@ def _row(
     own = f"{tolerance:g}"
     resting = resting_poses(part, tolerance, round_sides=0)
     stable = len(resting.equilibria.order)
-    hulls, trimeshes = timings.ratio(own, "hull"), timings.ratio(own, "trimesh")
+    hulls = timings.ratio(own, "hull")
+    trimeshes = timings.ratio(own, "trimesh")
     targets = [Target("all / trimesh", trimeshes, 1.0)]
     if stable <= FEW_POSES and len(body.vertices) >= HULLS_FROM:
         targets.append(Target("all / hull", hulls, MOST_HULLS))
@@ -150,8 +151,10 @@ def paper_size(bodies: Sequence[Body], pace: Pace) -> Section:
 def _paper_row(body: Body, pace: Pace) -> Row:
     known = part_from_mesh(body.vertices, body.triangles)
     resting = resting_poses(known, TOLERANCE, round_sides=0)
-    points, arrays = resting.body.points, resting.body.arrays
-    tree, wanted = resting.equilibria.arrays.tree, resting.clusters.split
+    points = resting.body.points
+    arrays = resting.body.arrays
+    tree = resting.equilibria.arrays.tree
+    wanted = resting.clusters.split
 
     def with_body() -> Part:
         part = part_from_mesh(body.vertices, body.triangles)

@@ -40,7 +40,10 @@ PARTS = ("clamp", "bracket", "hex_bolt", "gear", "prism", "cylinder")
 PLATES = ((8.0, 6.0, 0.0), (12.0, 9.0, 0.3), (20.0, 8.0, 0.1))
 """Sides, and the clearance of the gripper, in part radii."""
 
-KICK, FLIPS, SEED, LIMIT = 0.5, 2000, 17, 5.0
+KICK = 0.5
+FLIPS = 2000
+SEED = 17
+LIMIT = 5.0
 """Kick in radii, flips a pose, and percent that told numbers may be off."""
 
 MEASURED = (
@@ -147,11 +150,13 @@ def row(
         (long, wide),
         clearance,
     )
-    seen, until = [], time.monotonic() + seconds
+    seen = []
+    until = time.monotonic() + seconds
     while time.monotonic() < until:
         pose = random.choice(len(poses), numbers[best], p=shares / shares.sum())
         seen.append(int(thrown.free(pose, wanted, random).sum()))
-    mean, error = float(np.mean(seen)), float(np.std(seen)) / len(seen) ** 0.5
+    mean = float(np.mean(seen))
+    error = float(np.std(seen)) / len(seen) ** 0.5
     cell = FeederCell(60.0, (long, wide), clearance)
     plan = plan_feeding(
         dropped, np.flatnonzero(wanted).tolist(), cell, [flips], part
@@ -166,10 +171,8 @@ def row(
         seconds,
         random,
     )
-    off, rate_off = (
-        100.0 * (told[best] / mean - 1.0),
-        100.0 * (plan.per_minute.value / rate - 1.0),
-    )
+    off = 100.0 * (told[best] / mean - 1.0)
+    rate_off = 100.0 * (plan.per_minute.value / rate - 1.0)
     return Row(
         f"{name}, {plate[0]:g} x {plate[1]:g}, {plate[2]:g}",
         {
@@ -203,9 +206,13 @@ def simulated_rate(
     random: Generator,
 ) -> float:
     """Parts picked a minute over whole cycles, at least one."""
-    ends, picked, took, until = moves.cumsum(axis=1), 0, 0.0, time.monotonic() + seconds
+    ends = moves.cumsum(axis=1)
+    picked = 0
+    took = 0.0
+    until = time.monotonic() + seconds
     while not picked or time.monotonic() < until:
-        pose, fresh = random.choice(len(shares), plan.parts, p=shares), plan.parts
+        pose = random.choice(len(shares), plan.parts, p=shares)
+        fresh = plan.parts
         for kick in range(plan.kicks + 1):
             free = plate.free(pose, wanted, random)
             taken = int(free.sum())
@@ -226,7 +233,8 @@ def simulated_rate(
 
 def measure(seconds: float) -> Section:
     """All parts on all plates."""
-    rows, random = [], np.random.default_rng(SEED)
+    rows = []
+    random = np.random.default_rng(SEED)
     for name in PARTS:
         vertices, triangles = getattr(demo_parts, name)()
         part = part_from_mesh(vertices * 1e-3, triangles, part_id=name)

@@ -24,13 +24,12 @@ DECADE = 1.1
 """Factor by which a body may lie outside the last decade and still count."""
 TOLERANCE = 0.0
 
-HULL, MESH, BODY, SPLITS = (
-    "scipy hull",
-    "mesh to part",
-    "body + equilibria",
-    "MEAE splits",
-)
-AFTER, ALL = "MEAE after the hull", "all estimators from the mesh"
+HULL = "scipy hull"
+MESH = "mesh to part"
+BODY = "body + equilibria"
+SPLITS = "MEAE splits"
+AFTER = "MEAE after the hull"
+ALL = "all estimators from the mesh"
 STAGES = (HULL, MESH, BODY, SPLITS, AFTER, ALL)
 
 TIMED = (
@@ -104,7 +103,8 @@ def fit_slope(vertices: ArrayLike, seconds: ArrayLike) -> Slope:
     """
     if np.size(vertices) < 3:
         raise ValueError(f"a slope needs three points, not {np.size(vertices)}")
-    x, y = np.log(np.asarray(vertices, float)), np.log(np.asarray(seconds, float))
+    x = np.log(np.asarray(vertices, float))
+    y = np.log(np.asarray(seconds, float))
     away = x - x.mean()
     spread = float(away @ away)
     value = float(away @ y) / spread

@@ -15,7 +15,8 @@ STEPS = (3, 4, 5, 6, 8, 10, 13, 16, 20, 30)
 """Time steps in the duration of a contact, the longest step first."""
 DEPTHS = (0.7, 1.4)
 """Accepted median depth of first impacts, as a fraction of the wanted one."""
-MEDIAN, TYPICAL = 0.1, 0.05
+MEDIAN = 0.1
+TYPICAL = 0.05
 """Accepted relative error of the median restitution, and median absolute error of restitution."""
 
 

@@ -33,8 +33,13 @@ from .drops.soundness import thresholds
 from .report import NUMBERS, machine, table, write_page
 from .results import Results, Row, Section, Target, save
 
-FIRST, SECONDS, CALLS = 100, 1.0, 5
-MEDIAN, TENTH, LEAST, MILLISECONDS = 15_000.0, 4_000.0, 1_000.0, 10.0
+FIRST = 100
+SECONDS = 1.0
+CALLS = 5
+MEDIAN = 15_000.0
+TENTH = 4_000.0
+LEAST = 1_000.0
+MILLISECONDS = 10.0
 """Aims: drops a second, and milliseconds that nine of ten estimates are to stay below."""
 
 MEASURED = (
@@ -51,7 +56,8 @@ class FileDropper(Dropper):
     """A part as it is dropped by default."""
 
     def __init__(self, part: Part, number: int) -> None:
-        self.prepared, self.name = drop_body(part, DropScene()), f"file {number}"
+        self.prepared = drop_body(part, DropScene())
+        self.name = f"file {number}"
         self.vertices, self.poses = (
             len(self.prepared.corner),
             len(self.prepared.resting.poses),
@@ -121,8 +127,10 @@ def summary(rows: Sequence[Row]) -> Section:
     """Median, tenth percentile and least of all files, with the targets."""
     rate = np.array([float(row.cells["drops/s"]) for row in rows])
     took = np.array([float(row.cells["estimate, ms"]) for row in rows])
-    tenth, ninth = float(np.percentile(rate, 10)), float(np.percentile(took, 90))
-    middle, least = float(np.median(rate)), float(rate.min())
+    tenth = float(np.percentile(rate, 10))
+    ninth = float(np.percentile(took, 90))
+    middle = float(np.median(rate))
+    least = float(rate.min())
     return Section(
         "real_files",
         "Files of real parts",
@@ -177,7 +185,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         "and render benchmarks.md in docs/measured",
     )
     options = parser.parse_args(arguments)
-    rows, parts = [], {}
+    rows = []
+    parts = {}
     for name, part in loaded(files_in(options.folders)):
         if not rows:
             measure(part)  # compiles or loads every kernel

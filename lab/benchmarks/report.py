@@ -46,7 +46,8 @@ def collect_results(
     sections: Iterable[Section], say: Callable[[str], object]
 ) -> Results:
     """Collect the sections as they are measured, and say each table as it comes."""
-    found, where = [], machine()
+    found = []
+    where = machine()
     begin = time.monotonic()
     for section in sections:
         found.append(section)

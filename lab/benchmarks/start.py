@@ -20,9 +20,13 @@ from .results import Results, Row, Section, Target, save
 from .timing import Contender, Pace, Timings, race
 
 ROOT = DOCS.parent
-FIRST, LIMIT, AIM, DROPS = 1.5, 1.2, 0.8, 1.2
+FIRST = 1.5
+LIMIT = 1.2
+AIM = 0.8
+DROPS = 1.2
 """Limits in seconds: the first command after set-up, a warm one, its aim, one with 1000 drops."""
-COMPILE_CPU, COMPILE_WALL = 60.0, 35.0
+COMPILE_CPU = 60.0
+COMPILE_WALL = 35.0
 
 COMMAND = "ros_pose_stats estimate clamp.stl --unit mm"
 DROPPING = "ros_pose_stats simulate clamp.stl --unit mm --drops 1000"
@@ -132,7 +136,8 @@ def _compile_section(call: list[str], cache: Path) -> Section:
 
 
 def _wall_section(first: Timings, warm: Timings) -> Section:
-    whole, dropping = warm.median(COMMAND), warm.median(DROPPING)
+    whole = warm.median(COMMAND)
+    dropping = warm.median(DROPPING)
     targets = {
         COMMAND: (Target("wall, s", whole, LIMIT), Target("aim: wall, s", whole, AIM)),
         DROPPING: (Target("wall, s", dropping, DROPS),),
@@ -178,7 +183,8 @@ def _import_section(runs: int, traced: list[str], cache: Path) -> Section:
     wall, trace = sorted(found)[len(found) // 2]
     spent = by_package(trace)
     largest = spent.most_common(MOST_PACKAGES)
-    imports, whole = sum(spent.values()), round(1e6 * wall)
+    imports = sum(spent.values())
+    whole = round(1e6 * wall)
     others = imports - sum(own for _, own in largest)
     cells = [
         *largest,

@@ -32,7 +32,8 @@ BEGIN = (0.0, math.log(0.5), math.log(5e-4), math.log(0.03), math.log(0.25))
 MOST = (0.0, 0.0, 0.0, math.log(0.9))
 STEP = 0.4
 """Size of the first simplex of the search, in logarithms."""
-CLOSE, LIKELY = 0.01, 0.1
+CLOSE = 0.01
+LIKELY = 0.1
 """Tolerances at which the search ends: of the logarithms, and of the log likelihood."""
 
 

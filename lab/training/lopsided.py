@@ -100,8 +100,10 @@ def _judge(
     resting: RestingPoses, told: np.ndarray, expected: ExpectedError, count: np.ndarray
 ) -> Case:
     drops = float(count.sum())
-    share, likely = count / drops, (count + 0.5) / (drops + 1.0)
-    away, noise = share - told, likely * (1.0 - likely) / drops
+    share = count / drops
+    likely = (count + 0.5) / (drops + 1.0)
+    away = share - told
+    noise = likely * (1.0 - likely) / drops
     bound = largest_of(expected.each, resting.group, ERROR_FITS["split"], noise)
     return Case(
         float(resting.axis_offsets.max()),

@@ -14,10 +14,13 @@ from ros_pose_stats.estimators.fitted import TanhNetwork
 Array = NDArray[np.float64]
 Floats = NDArray[np.floating]
 
-RATE, WARMING = 0.01, 0.05
+RATE = 0.01
+WARMING = 0.05
 """Highest rate of `descend`, and the share of its steps over which it rises to that."""
 
-KEPT_MEAN, KEPT_SQUARE, LEAST_SLOPE = 0.9, 0.999, 1e-8
+KEPT_MEAN = 0.9
+KEPT_SQUARE = 0.999
+LEAST_SLOPE = 1e-8
 """Constants of Adam as its authors give them."""
 
 
@@ -90,7 +93,9 @@ def descend(
     draw : Generator
         For the order of the batches.
     """
-    found, mean, square = values.copy(), np.zeros_like(values), np.zeros_like(values)
+    found = values.copy()
+    mean = np.zeros_like(values)
+    square = np.zeros_like(values)
     order = np.concatenate([draw.permutation(batches) for _ in range(epochs)])
     for step, batch in enumerate(order.tolist(), 1):
         at = step / len(order)
@@ -109,7 +114,8 @@ def descend(
 
 def undo_scaling(network: TanhNetwork, mean: Floats, scale: Floats) -> TanhNetwork:
     """The same function of x as a network, from a network of (x - mean) / scale."""
-    skip, hidden = network.skip / scale, network.hidden_weights / scale[:, None]
+    skip = network.skip / scale
+    hidden = network.hidden_weights / scale[:, None]
     return TanhNetwork(
         network.bias - float(mean @ skip),
         skip,

@@ -27,8 +27,12 @@ from study.output import markdown_table, points, write_page
 from .families import CURVED, ROCKING, family_part, family_poses
 from .lopsided import DOCS
 
-SERIES, DROPS, RESTITUTIONS, HEIGHTS = 4711, 400, (0.2, 0.5, 0.8), (20.0, 2.0)
-BOUNDS, BOUNDS_ACROSS = (0.01, 5.0), (0.0, 40.0)
+SERIES = 4711
+DROPS = 400
+RESTITUTIONS = (0.2, 0.5, 0.8)
+HEIGHTS = (20.0, 2.0)
+BOUNDS = (0.01, 5.0)
+BOUNDS_ACROSS = (0.0, 40.0)
 """Of the coefficient of expected errors, and of the effect of curves across a pose."""
 
 
@@ -59,7 +63,8 @@ class Case(NamedTuple):
 
 def measure(family: str, number: int) -> list[Case]:
     """Estimate and drop a body at every restitution, from one of the heights."""
-    part, cases = family_part(family, SERIES, number), []
+    part = family_part(family, SERIES, number)
+    cases = []
     resting = family_poses(family, part)
     for restitution in RESTITUTIONS:
         scene = DropScene(
@@ -73,7 +78,8 @@ def measure(family: str, number: int) -> list[Case]:
             pose.count for pose in found.poses
         ]
         drops = count.sum()
-        share, likely = count / drops, (count + 0.5) / (drops + 1.0)
+        share = count / drops
+        likely = (count + 0.5) / (drops + 1.0)
         bound = largest_of(
             expected.each,
             resting.group,

@@ -28,7 +28,8 @@ Fits = dict[float, PriorFit]
 RARE = 0.01
 DROPS = (0, 10, 100, 500)
 MANY = (0, 100, 1000, 10_000)
-PARTS, USUAL = 80, 0.5
+PARTS = 80
+USUAL = 0.5
 """Of the long references: so many parts, at this restitution."""
 NO_SCATTER = 1e-9
 PAGE = MEASURED / "posterior.md"
@@ -60,7 +61,8 @@ def _simplest(some: Sequence[Sample], begin: tuple[float, ...]) -> PriorFit:
 
 def halve_drops(known: Sequence[Sample]) -> list[Case]:
     """Half of each body's drops in a row, in any order, and the counts of the other half."""
-    draw, cases = np.random.default_rng(1), []
+    draw = np.random.default_rng(1)
+    cases = []
     for one in known:
         outcomes = draw.permutation(np.repeat(np.arange(one.count.size), one.count))
         half = outcomes.size // 2

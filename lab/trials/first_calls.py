@@ -28,7 +28,9 @@ from ros_pose_stats_msgs.srv import CancelDropSimulation
 from . import ROOT
 
 SERVICE = "/first_calls/service"
-PATIENCE, TIMEOUT, AT_ONCE = 12.0, 1.0, 6
+PATIENCE = 12.0
+TIMEOUT = 1.0
+AT_ONCE = 6
 WAYS = ("eager", "wait_for_service", "again")
 BUSY = "while True: sum(range(100_000))"
 

@@ -145,7 +145,8 @@ def program(name: str, trials: Sequence[Trial], short: float) -> int:
     if options.write and options.only:
         parser.error("--write wants all trials; leave --only out")
     size = short if options.short else options.size
-    where, begin = machine(), time.monotonic()
+    where = machine()
+    begin = time.monotonic()
     rows = [
         _row(one, size, options.seed)
         for one in trials

@@ -193,7 +193,8 @@ def failure(checkout: Path, mutation: Mutation) -> tuple[str, str] | None:
 
 def tried(checkout: Path, mutation: Mutation) -> bool:
     """Make one mistake, print which test sees it, and take it back; whether one does."""
-    begin, before = time.monotonic(), mutate(checkout, mutation)
+    begin = time.monotonic()
+    before = mutate(checkout, mutation)
     try:
         caught = failure(checkout, mutation)
     finally:

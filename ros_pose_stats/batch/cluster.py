@@ -20,7 +20,9 @@ from .processes import POLL_SECONDS, Made, Piece, in_flight
 
 WORKER_SECONDS = 60.0  # time that a run waits while there is no worker at all
 LOOK_SECONDS = 1.0  # time between two checks for workers
-CONNECT_SECONDS, ANSWER_SECONDS, CLOSE_SECONDS = 10.0, 5.0, 5.0
+CONNECT_SECONDS = 10.0
+ANSWER_SECONDS = 5.0
+CLOSE_SECONDS = 5.0
 
 LOSSES = 3
 """Times that a piece whose workers died is handed out anew.

@@ -25,11 +25,9 @@ class WorkFolder:
         has_work: Callable[[], bool],
         what: str,
     ) -> None:
-        self.directory, self._has_work, self._claimed = (
-            directory,
-            has_work,
-            directory / claim,
-        )
+        self.directory = directory
+        self._has_work = has_work
+        self._claimed = directory / claim
         try:
             directory.mkdir(parents=True, exist_ok=True)
             lock = files.DirectoryLock.take(directory)

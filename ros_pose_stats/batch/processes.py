@@ -82,7 +82,8 @@ class _Lanes(Generic[Piece, Made]):
         call: Callable[[WorkerProcess, Piece], Made],
         stand_in: Callable[[Piece, ProcessDiedError], Made],
     ) -> None:
-        self._call, self._stand_in = call, stand_in
+        self._call = call
+        self._stand_in = stand_in
         self._processes: dict[int, WorkerProcess] = {}
         self._ended = False
         self._lock = threading.Lock()

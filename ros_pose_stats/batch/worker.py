@@ -96,7 +96,8 @@ class WorkerProcess:
     @contextmanager
     def _ended_after(self, seconds: float) -> Iterator[None]:
         """End the process if what is done meanwhile takes longer."""
-        done, late = threading.Event(), threading.Event()
+        done = threading.Event()
+        late = threading.Event()
 
         def guard() -> None:
             left = seconds

@@ -127,7 +127,9 @@ class _Run:
         store: RowStore,
         on_progress: Callable[[CatalogueProgress], object],
     ) -> None:
-        self._folder, self._parts, self._store = folder, parts, store
+        self._folder = folder
+        self._parts = parts
+        self._store = store
         self._on_progress = on_progress
 
     def missing(self) -> list[PartFile]:
@@ -154,7 +156,8 @@ class _Run:
         should_stop: Callable[[], bool],
     ) -> None:
         """Have parts made and keep them as they come."""
-        begin, bound = time.monotonic(), len(self._parts)
+        begin = time.monotonic()
+        bound = len(self._parts)
         found = done = bound - len(parts)
         self._on_progress(CatalogueProgress(done, bound, found, dropping, 0.0))
         with closing(make([(part, dropping) for part in parts], should_stop)) as made:
@@ -291,11 +294,13 @@ def died(piece: Piece, how: worker.ProcessDiedError) -> Described:
     return Described(refused(part.name, why), None, False, 0.0)
 
 
-MOST_TOGETHER, FEWEST_BUNDLES = 8, 50
+MOST_TOGETHER = 8
+FEWEST_BUNDLES = 50
 """Estimates that are handed out in a bundle, since a scheduler takes milliseconds for each; fewer
 where there would be too few bundles to share out."""
 
-FEWEST_IN_HAND, IN_HAND_A_THREAD = 4, 4
+FEWEST_IN_HAND = 4
+IN_HAND_A_THREAD = 4
 """Bundles handed out at a time: what files hold is sent along, into the scheduler's memory."""
 
 Bundle = tuple[Piece, ...]

@@ -82,7 +82,8 @@ def write_page(
 
 def _settings(folder: Path, request: CatalogueRequest) -> dict[str, Any]:
     """What the command of a report is put together from."""
-    asked, usual = request.as_dict(), CatalogueRequest().as_dict()
+    asked = request.as_dict()
+    usual = CatalogueRequest().as_dict()
     names = (
         "density",
         "drop_height",

@@ -53,17 +53,17 @@ def describe_part(
     try:
         row, picture, open_ = _described(name, content, request, drop, threads)
     except errors.PoseStatsError as refusal:
-        row, picture, open_ = refused(name, str(refusal)), None, False
+        row = refused(name, str(refusal))
+        picture = None
+        open_ = False
     except Exception as error:  # one part must not cost all others their rows
-        row, picture, open_ = (
-            refused(
-                name,
-                f"failed inside the program ({type(error).__name__}: {error}); please report "
-                "it with the file",
-            ),
-            None,
-            False,
+        row = refused(
+            name,
+            f"failed inside the program ({type(error).__name__}: {error}); please report "
+            "it with the file",
         )
+        picture = None
+        open_ = False
     return Described(row, picture, open_, time.perf_counter() - begin)
 
 
@@ -87,7 +87,8 @@ def _described(
     drop: bool,
     threads: int,
 ) -> tuple[Row, bytes, bool]:
-    path, scene = Path(name), request.scene
+    path = Path(name)
+    scene = request.scene
     held = content_of(name) if content is None else content
     if isinstance(held, errors.PoseStatsError):
         raise held
@@ -195,7 +196,8 @@ def footprint(outline: Array) -> tuple[float, float]:
     lengths = np.hypot(*sides.T)
     along = sides[lengths > 0.0] / lengths[lengths > 0.0, None]
     across = np.stack([-along[:, 1], along[:, 0]], axis=1)
-    one, other = np.ptp(outline @ along.T, axis=0), np.ptp(outline @ across.T, axis=0)
+    one = np.ptp(outline @ along.T, axis=0)
+    other = np.ptp(outline @ across.T, axis=0)
     # About a triangle all three have one area but for rounding: then the narrowest.
     wide = np.minimum(one, other) / np.maximum(one, other)
     least = int(np.argmin(one * other * (1.0 + 1e-9 * wide)))

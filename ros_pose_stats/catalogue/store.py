@@ -242,7 +242,8 @@ POSE_COLUMNS: dict[str, type] = {
 }
 """Of `poses.csv`."""
 
-PARTS, POSES = "catalogue", "poses"
+PARTS = "catalogue"
+POSES = "poses"
 TABLES = tuple(
     f"{name}.{kind}" for name in (PARTS, POSES) for kind in ("csv", "parquet")
 )

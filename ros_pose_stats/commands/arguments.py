@@ -115,7 +115,8 @@ def read_count(text: str) -> int:
 
 def read_length(text: str) -> float:
     """A length in metres, from a number of metres, or one with a unit behind it."""
-    found, unit = LENGTH.match(text), None
+    found = LENGTH.match(text)
+    unit = None
     if found is not None:
         from ..mesh.units import METRES_PER_UNIT, named_unit  # numpy comes with it
 

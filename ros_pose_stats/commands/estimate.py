@@ -87,7 +87,8 @@ def run(options: argparse.Namespace) -> int:
         from ..estimators import ESTIMATORS
         from ..estimators.estimate import estimate_in
 
-        part, scene = given.load_named_part(options), given.scene_of(options)
+        part = given.load_named_part(options)
+        scene = given.scene_of(options)
         answers = [
             estimate_in(part, scene, method)
             for method in (ESTIMATORS if options.method == ALL else [options.method])

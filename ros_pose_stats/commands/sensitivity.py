@@ -172,7 +172,8 @@ def sensitivity_table(found: "sensitivity.Sensitivity") -> list[str]:
     """Lines: what gains most, the share as it is, and the steps that gain, with their checks."""
     from ..design import describe
 
-    space, best = found.space, found.best
+    space = found.space
+    best = found.best
     heads = [
         Column("step", left=True),
         Column("alike"),

@@ -21,7 +21,8 @@ def feature_images(space: changes.DesignSpace) -> tuple[Array, Index]:
     """Rotations (k, 3, 3) that take faces to faces, and where each takes every feature, (k, n)."""
     anchor = np.array([one.anchor for one in space.features[6:]])
     size = np.array([one.size for one in space.features[6:]])
-    held, images = [], []
+    held = []
+    images = []
     for rotation in proper_rotations(space):
         apart = np.linalg.norm(
             (anchor @ rotation.T)[:, None] - anchor[None], axis=2
@@ -51,7 +52,8 @@ def symmetric_steps(space: changes.DesignSpace, within: float) -> Array:
     Each is the mean of what all rotations make of one feature.
     """
     rotations, images = feature_images(space)
-    count, order = len(space.features), len(rotations)
+    count = len(space.features)
+    order = len(rotations)
     mean = np.zeros((count, count))
     mean[:3, :3] = rotations.mean(axis=0).T
     # What is stretched along axis i is stretched along the i-th column of R: a tensor, which
@@ -82,7 +84,8 @@ def symmetric_steps(space: changes.DesignSpace, within: float) -> Array:
 
 def proper_rotations(space: changes.DesignSpace) -> Array:
     """Rotation group (k, 3, 3) of a part, the identity first; in doubt the identity alone."""
-    identity, found = np.eye(3), space.resting.equilibria
+    identity = np.eye(3)
+    found = space.resting.equilibria
     if found.order.shape[0] > symmetry.MOST_FACES:
         return identity[None]
     kind = symmetry.kinds_of(found)

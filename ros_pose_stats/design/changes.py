@@ -45,7 +45,9 @@ class Feature:
 
 def find_features(resting: poses.RestingPoses) -> tuple[Feature, ...]:
     """Centre of mass along x, y and z, stretching along them, then faces that poses rest on."""
-    found, body, grouped = resting.equilibria, resting.body, resting.clusters
+    found = resting.equilibria
+    body = resting.body
+    grouped = resting.clusters
     features: dict[tuple[int, ...], Feature] = {}
     for pose, lowest in enumerate(grouped.lowest.tolist()):
         face = int(found.faces[lowest])
@@ -89,7 +91,8 @@ class DesignSpace:
     """A part and all that can be changed on it; `resting` is of the part as it is."""
 
     def __init__(self, part: Part, scene: DropScene | None = None) -> None:
-        self.part, self.scene = part, scene or DropScene()
+        self.part = part
+        self.scene = scene or DropScene()
         self.resting: poses.RestingPoses = poses.poses_in(part, self.scene)
         self.body: convex_body.ConvexBody = self.resting.body
         self.features: tuple[Feature, ...] = find_features(self.resting)
@@ -105,14 +108,19 @@ class DesignSpace:
         They are in metres, those of stretching fractions.
         """
         values = np.asarray(steps, dtype=np.float64)
-        stretch, before = 1.0 + values[3:6], self.body.arrays
-        corners, hull = self._corners * stretch, self._hull
+        stretch = 1.0 + values[3:6]
+        before = self.body.arrays
+        corners = self._corners * stretch
+        hull = self._hull
         normals = before.normal / stretch
         size = lengths(normals)
-        normals, distances = normals / size[:, None], before.distance / size
+        normals = normals / size[:, None]
+        distances = before.distance / size
         # In masses and radii before: the material is carried along, and a sliver that is added or
         # cut off has the mean density.
-        linear, inertia, mass = np.diag(stretch), self.resting.inertia, 1.0
+        linear = np.diag(stretch)
+        inertia = self.resting.inertia
+        mass = 1.0
         center: Array = np.zeros(3)
         second = linear @ (0.5 * np.trace(inertia) * np.eye(3) - inertia) @ linear
         if values[6:].any():
@@ -124,7 +132,8 @@ class DesignSpace:
             hull = hull_of_corners(corners)
             volume, first, squares = self._moments
             grown = float(np.linalg.det(linear))
-            density, after = 1.0 / (volume * grown), _moments_of(corners, hull[0])
+            density = 1.0 / (volume * grown)
+            after = _moments_of(corners, hull[0])
             mass += density * (after[0] - grown * volume)
             if mass <= 0.0:
                 raise MeshError(
@@ -160,7 +169,8 @@ class DesignSpace:
         inertia: Array,
     ) -> ChangedPart:
         """The hull as a part, with its body, which is not to be rounded once more."""
-        part, before = self.part, self.body
+        part = self.part
+        before = self.body
         points = corners - center
         farthest = float(lengths(points).max())
         points /= farthest

@@ -13,7 +13,8 @@ from ..version import VERSION
 from . import paired_drops
 from .correspondence import Correspondence, MatchedPoses
 
-SHOWN, NONE_SHOWN = "difference shown", "none shown"
+SHOWN = "difference shown"
+NONE_SHOWN = "none shown"
 
 LEVEL = 0.05  # chance that a difference is shown between variants that do not differ
 

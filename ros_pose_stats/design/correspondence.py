@@ -18,18 +18,22 @@ from ..simulation.drops import random_starts
 
 FOOTPRINT = slice(0, 3)  # what of a pose's sizes does not hang on the centre of mass
 
-SAME_SIZE, SCALED = math.log(1.05), math.log(1.4)
+SAME_SIZE = math.log(1.05)
+SCALED = math.log(1.4)
 """Largest logarithm of the ratio of sizes that are nearly the same, and of corresponding poses."""
 
-NEARLY, WIDEST = math.cos(math.radians(5.0)), math.radians(20.0)
+NEARLY = math.cos(math.radians(5.0))
+WIDEST = math.radians(20.0)
 """Of directions down that are nearly the same the least cosine; of corresponding poses the largest
 angle."""
 
-MOSTLY, LEAST_ALIKE = 0.75, 3
+MOSTLY = 0.75
+LEAST_ALIKE = 3
 """Share of the poses, and number of them, that a changed part must have nearly as before for it to
 be found turned in its file; as it lies there, no more than half as many."""
 
-SAME_BODY, SAME_INERTIA = 0.003, 0.02
+SAME_BODY = 0.003
+SAME_INERTIA = 0.02
 """Distance between the surfaces of two exports of one body, in radii: a circle of 48 sides; and
 difference between their inertias, as a share of it."""
 
@@ -158,7 +162,9 @@ def find_turn(first: RestingPoses, second: RestingPoses) -> tuple[Array | None, 
 def _turns(first: RestingPoses, second: RestingPoses) -> Iterator[Array]:
     """Rotations that lay the two poses with the fewest equals on two of the second variant."""
     same = _size_ratios(first, second) <= SAME_SIZE
-    equals, downs, others = same.sum(axis=1), first.downs, second.downs
+    equals = same.sum(axis=1)
+    downs = first.downs
+    others = second.downs
     order = np.argsort(np.where(equals > 0, equals, len(others) + 1), kind="stable")
     lead = int(order[0])
     aside = order[np.linalg.norm(np.cross(downs[lead], downs[order]), axis=1) > 0.1]

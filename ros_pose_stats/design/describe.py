@@ -22,7 +22,8 @@ CONTRADICTED = "drops contradict the estimate"
 
 def name_step(space: changes.DesignSpace, number: int, step: float) -> str:
     """What a step does, in words."""
-    feature, length = space.features[number], f"{1e3 * abs(step):.3g} mm"
+    feature = space.features[number]
+    length = f"{1e3 * abs(step):.3g} mm"
     if feature.kind == "centre":
         return (
             f"centre of mass {length} towards "
@@ -86,7 +87,8 @@ def describe_gain(found: "sensitivity.Sensitivity") -> str:
 
 def feature_as_dict(space: changes.DesignSpace, number: int) -> dict[str, Any]:
     """Plain values; its place is in the part frame, metres, of axes the centre of mass."""
-    feature, radius = space.features[number], space.body.radius
+    feature = space.features[number]
+    radius = space.body.radius
     place = space.part.center_of_mass + feature.anchor * radius
     return {
         "kind": feature.kind,
@@ -179,7 +181,8 @@ def _points(share: comparison.ShareDifference, sign: float) -> str:
 
 def describe_matching(one: comparison.VariantComparison) -> list[str]:
     """What is to be known about which poses correspond; nothing where all do, in one frame."""
-    match, other = one.correspondence, letter(one.second)
+    match = one.correspondence
+    other = letter(one.second)
     lines = []
     if match.turn is not None:
         what = "is the same body as A" if match.same_body else "is A with changes"

@@ -42,8 +42,10 @@ class PairedDrops:
         turns: Sequence[Array | None] = (),
         first: int = 0,
     ) -> None:
-        self.parts, self.seed = parts, seed
-        self._workers, self._should_stop = workers, should_stop
+        self.parts = parts
+        self.seed = seed
+        self._workers = workers
+        self._should_stop = should_stop
         self.resting = tuple(poses_in(part, scene) for part in parts)
         self.scene = replace(
             scene, drop_height=scene.release_height(self.resting[0].body.radius)
@@ -51,7 +53,8 @@ class PairedDrops:
         # (V, n): pose that each variant came to rest in, or -1; whether it was released touching
         self.outcome: Index = np.zeros((len(parts), 0), dtype=np.int64)
         self.touched: Index = self.outcome
-        self._turns, self._first = turns or (None,) * len(parts), first
+        self._turns = turns or (None,) * len(parts)
+        self._first = first
 
     @property
     def drops(self) -> int:
@@ -76,7 +79,8 @@ class PairedDrops:
         """
         if self._should_stop():
             return
-        done, rows = self.outcome.size, []
+        done = self.outcome.size
+        rows = []
         for place in range(len(self.parts)):
             each = []
             for outcomes in self._drop(place, drops):
@@ -91,14 +95,10 @@ class PairedDrops:
         )
 
     def _drop(self, place: int, drops: int) -> Iterator[motions.DropOutcomes]:
-        body, turn = (
-            drop_body.drop_body(self.parts[place], self.scene),
-            self._turns[place],
-        )
-        rules, begin = (
-            motions.drop_rules(self.scene, body.radius),
-            self._first + self.drops,
-        )
+        body = drop_body.drop_body(self.parts[place], self.scene)
+        turn = self._turns[place]
+        rules = motions.drop_rules(self.scene, body.radius)
+        begin = self._first + self.drops
 
         def drop(first: int, count: int) -> motions.DropOutcomes:
             starts = motions.random_starts(self.seed, begin + first, count)
@@ -133,7 +133,8 @@ def paired_difference(first: Mask, second: Mask) -> PairedDifference:
     comparing matched proportions", Statistics in Medicine 24 (2005): half a trial of each kind is
     added.
     """
-    gained, lost = int((second & ~first).sum()), int((first & ~second).sum())
+    gained = int((second & ~first).sum())
+    lost = int((first & ~second).sum())
     if first.size == 0:
         return PairedDifference(math.nan, math.nan, -1.0, 1.0, 0, 0, 0, 1.0)
     z = -float(ndtri(0.5 * (1.0 - DEFAULT_LEVEL)))

@@ -267,7 +267,8 @@ def _effects(
 ) -> list[Effect]:
     """Effects of all features; those of which no body remains after the step are left out."""
     first = alike.first_alike(space, model.kept)
-    numbers, base = np.unique(first).tolist(), model.estimate(space.change_one(0, 0.0))
+    numbers = np.unique(first).tolist()
+    base = model.estimate(space.change_one(0, 0.0))
     done = iter(range(1, len(numbers) + 1))
 
     def effect_of(number: int) -> list[Effect]:

@@ -14,7 +14,8 @@ from . import changes, paired_drops
 
 def counted_share(happened: Mask) -> feeding.Bounded:
     """How often something happened, with its 90 % interval."""
-    count, total = int(happened.sum()), happened.size
+    count = int(happened.sum())
+    total = happened.size
     low, high = errors.jeffreys_interval(count, total)
     return feeding.Bounded(count / total if total else 0.0, float(low), float(high))
 
@@ -26,7 +27,8 @@ class WantedShare:
     """
 
     def __init__(self, space: changes.DesignSpace, wanted: Sequence[int]) -> None:
-        resting, body = space.resting, space.body
+        resting = space.resting
+        body = space.body
         self.scene = replace(
             space.scene, drop_height=space.scene.release_height(body.radius)
         )

@@ -249,9 +249,11 @@ def _climb(
 
 def outline_move(space: changes.DesignSpace, changed: changes.ChangedPart) -> float:
     """How far the outline has moved, metres, measured across the faces before and after."""
-    before, after = space.body, convex_body(changed.part, space.scene.round_sides)
+    before = space.body
+    after = convex_body(changed.part, space.scene.round_sides)
     shift = changed.part.center_of_mass - space.part.center_of_mass
-    old, new = before.points * before.radius, after.points * after.radius + shift
+    old = before.points * before.radius
+    new = after.points * after.radius + shift
     beyond = (
         new @ before.arrays.normal.T - before.arrays.distance * before.radius
     ).max()

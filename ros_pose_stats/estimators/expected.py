@@ -103,9 +103,12 @@ def expected_error(
         return ExpectedError(
             math.nan, math.nan, math.nan, np.full(probability.shape, math.nan)
         )
-    fit, known = fits[name], fitted.known_answers(resting)
+    fit = fits[name]
+    known = fitted.known_answers(resting)
     scale = fitted.error_scale(resting, probability, known)
-    mean_scale, square, outside = float(scale.mean()), 0.0, 0.0
+    mean_scale = float(scale.mean())
+    square = 0.0
+    outside = 0.0
     if mean_scale > DECIDED:
         inputs = fitted.error_inputs(resting, probability, scene, known, scale)
         outside = fit.outside(inputs)
@@ -126,11 +129,10 @@ def expected_error(
     by_rolling = rolling_errors(resting, probability)
     for beside in (rocking_errors(resting, probability), by_rolling):
         if beside.any():
-            here, each = (
-                math.hypot(here, root_mean_square(beside)),
-                np.hypot(each, beside),
-            )
-    here, each = min(here, 1.0), np.minimum(each, 1.0)
+            here = math.hypot(here, root_mean_square(beside))
+            each = np.hypot(each, beside)
+    here = min(here, 1.0)
+    each = np.minimum(each, 1.0)
     return ExpectedError(
         here,
         math.sqrt(_usual_square(name, scene.restitution)),

@@ -153,7 +153,8 @@ def rolling_inputs(resting: RestingPoses) -> Array:
     The share of the facets of runs in the solid angle of a component's faces, and the mean over
     that angle of the log of how many facets their run has, 0 off all runs.
     """
-    body, tree = resting.body, resting.equilibria.arrays.tree
+    body = resting.body
+    tree = resting.equilibria.arrays.tree
     joins = np.flatnonzero(resting.clusters.split)
     nodes = np.column_stack(
         (tree.child[joins], tree.level.shape[0] + 1 + joins)
@@ -163,7 +164,8 @@ def rolling_inputs(resting: RestingPoses) -> Array:
         return np.zeros((nodes.shape[0], 2))
     run = body.run_of_face[rolls]
     measures = np.zeros((rolls.shape[0], 3))
-    measures[:, 0], measures[rolls, 1] = 1.0, 1.0
+    measures[:, 0] = 1.0
+    measures[rolls, 1] = 1.0
     measures[rolls, 2] = np.log(np.bincount(run)[run])
     measures *= body.arrays.angle[:, None]
     sums = np.concatenate((np.zeros((1, 3)), measures[tree.face_order].cumsum(axis=0)))

@@ -42,7 +42,8 @@ def split(resting: RestingPoses, scene: DropScene) -> Array:
     are those of the nearest.
     """
     rows = split_inputs(resting, scene)
-    tree, wanted = resting.equilibria.arrays.tree, resting.clusters.split
+    tree = resting.equilibria.arrays.tree
+    wanted = resting.clusters.split
     weight = np.zeros((tree.level.shape[0], 3))
     weight[wanted] = component_weights(rows).reshape(-1, 3)
     probability = descend_splits(weight, kept_shares(resting), tree, wanted)
@@ -74,7 +75,8 @@ def kept_shares(resting: RestingPoses) -> Array:
     A ridge that is low against the growth of the component since its split is forgotten: a face
     that breaks in two changes nothing at first. Of splits at a level the shallowest ridge counts.
     """
-    tree, features = resting.equilibria.arrays.tree, resting.split_features
+    tree = resting.equilibria.arrays.tree
+    features = resting.split_features
     leaves = resting.equilibria.order.shape[0]
     below = tree.child - leaves
     joined = resting.clusters.split[:, None] & (below >= 0)
@@ -84,7 +86,8 @@ def kept_shares(resting: RestingPoses) -> Array:
     for row, child in np.argwhere(joined):  # from the lowest split upwards
         at = below[row, child]
         depth[row] = min(depth[row], depth[at] + STEEP * (level[row] - level[at]))
-    at, rows = below[joined], np.nonzero(joined)[0]
+    at = below[joined]
+    rows = np.nonzero(joined)[0]
     grown = (level[rows] - level[at]) / np.maximum(FORGOTTEN * depth[at], SHALLOWEST)
     kept = np.zeros(tree.child.shape)
     kept[joined] = 1.0 / (1.0 + grown * grown)

@@ -77,7 +77,8 @@ class EntryKernel(KernelDispatcher):
         super().__init__(function, targetoptions=dict(OPTIONS))
         self._cache = KernelFile(f"{function.__module__}.{function.__qualname__}")
         self.declared = signature_of(function)
-        self._first_call, self._was_called = RLock(), False
+        self._first_call = RLock()
+        self._was_called = False
 
     def __call__(self, *arguments: Any) -> Any:
         """Run the kernel, alone the first time: in other threads numba might find no code."""

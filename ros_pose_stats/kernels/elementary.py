@@ -36,7 +36,8 @@ _ARCTANGENTS = (
 )
 """Of 0, 1/4, 1/2, 3/4 and 1."""
 
-_EXPONENT_LEAST, _EXPONENT_MOST = -708.0, 709.0
+_EXPONENT_LEAST = -708.0
+_EXPONENT_MOST = 709.0
 
 
 @kernel
@@ -109,8 +110,10 @@ def sine_cosine(x: float) -> tuple[float, float]:
 @kernel
 def arctangent(y: float, x: float) -> float:
     """Angle of the point (x, y) in radians, from -pi to pi; 0 for the origin, NaN for none."""
-    along, across = abs(x), abs(y)
-    least, most = min(along, across), max(along, across)
+    along = abs(x)
+    across = abs(y)
+    least = min(along, across)
+    most = max(along, across)
     if most == 0.0:
         return 0.0
     ratio = least / most
@@ -157,7 +160,8 @@ def split_binary(x: float) -> tuple[float, int]:
     n = (bits >> 52) - 1023
     m = np.int64(bits & 0x000FFFFFFFFFFFFF | 0x3FF0000000000000).view(np.float64)
     if m > 1.4142135623730951:
-        m, n = 0.5 * m, n + 1
+        m = 0.5 * m
+        n = n + 1
     return float(m), int(n)
 
 
@@ -240,7 +244,8 @@ def rough_root(x: float, order: int) -> float:
 @entry_kernel
 def sines_cosines(angles: Fixed1) -> tuple[Array, Array]:
     """Sines (n,) and cosines (n,) of angles (n,) in radians."""
-    sines, cosines = np.empty(angles.shape[0]), np.empty(angles.shape[0])
+    sines = np.empty(angles.shape[0])
+    cosines = np.empty(angles.shape[0])
     for i in range(angles.shape[0]):
         sines[i], cosines[i] = sine_cosine(angles[i])
     return sines, cosines

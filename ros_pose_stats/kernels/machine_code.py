@@ -289,7 +289,8 @@ class KernelFile:
         rtsys.initialize(context)
         stored = self.read()
         if stored is None and KernelFile.fill_store is not None:
-            fill, KernelFile.fill_store = KernelFile.fill_store, None
+            fill = KernelFile.fill_store
+            KernelFile.fill_store = None
             fill()
             stored = self.read()
         return (

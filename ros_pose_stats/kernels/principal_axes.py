@@ -41,7 +41,8 @@ def principal_axes(tensor: Fixed2) -> tuple[Array, Array]:
     Golub and Van Loan, Matrix Computations, section 8.5. In the first two the largest component is
     positive.
     """
-    a, axes = tensor.copy(), np.eye(3)
+    a = tensor.copy()
+    axes = np.eye(3)
     for _ in range(_SWEEPS):
         if a[0, 1] == 0.0 and a[0, 2] == 0.0 and a[1, 2] == 0.0:
             break
@@ -66,7 +67,10 @@ def _annihilate(a: Array, axes: Array, p: int, q: int, other: int) -> None:
     s = t * c
     a[p, p] -= t * entry
     a[q, q] += t * entry
-    i, j, k, m = min(p, other), max(p, other), min(q, other), max(q, other)
+    i = min(p, other)
+    j = max(p, other)
+    k = min(q, other)
+    m = max(q, other)
     a[i, j], a[k, m] = c * a[i, j] - s * a[k, m], s * a[i, j] + c * a[k, m]
     for r in range(3):
         axes[r, p], axes[r, q] = (
@@ -84,7 +88,8 @@ def _put_in_order(moment: Array, axes: Array) -> None:
             for r in range(3):
                 axes[r, i], axes[r, j] = axes[r, j], axes[r, i]
     for i in range(2):
-        length, largest = 0.0, 0
+        length = 0.0
+        largest = 0
         for r in range(3):
             length += axes[r, i] * axes[r, i]
             if abs(axes[r, i]) > abs(axes[largest, i]):
@@ -93,5 +98,6 @@ def _put_in_order(moment: Array, axes: Array) -> None:
         for r in range(3):
             axes[r, i] /= length
     for r in range(3):
-        i, j = (r + 1) % 3, (r + 2) % 3
+        i = (r + 1) % 3
+        j = (r + 2) % 3
         axes[r, 2] = axes[i, 0] * axes[j, 1] - axes[j, 0] * axes[i, 1]

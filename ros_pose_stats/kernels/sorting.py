@@ -5,7 +5,8 @@ import numpy as np
 from .array_types import Array, Fixed1, FixedIndex1, Index
 from .compilation import entry_kernel, kernel
 
-DIGIT, SHORT_DIGIT = 11, 6
+DIGIT = 11
+SHORT_DIGIT = 6
 """Bits looked at in one pass: the counters of a digit stay in the fastest memory; and where there
 are fewer keys than counters."""
 
@@ -17,8 +18,10 @@ RUN = 16
 def rising_order(keys: Index) -> Index:
     """Order (N,) that sorts keys (N,), which are 0 or more; equal ones stay as they were."""
     count = keys.shape[0]
-    order, other = np.arange(count), np.empty(count, np.int64)
-    sorted_keys, other_keys = keys.copy(), np.empty(count, np.int64)
+    order = np.arange(count)
+    other = np.empty(count, np.int64)
+    sorted_keys = keys.copy()
+    other_keys = np.empty(count, np.int64)
     largest = 0
     for i in range(count):
         largest = max(largest, keys[i])
@@ -61,7 +64,8 @@ def falling_order(values: Array) -> Index:
 def stable_order(values: Array) -> Index:
     """Order (N,) that sorts values (N,) without NaN; equal ones stay as they were."""
     count = values.shape[0]
-    order, other = np.arange(count), np.empty(count, np.int64)
+    order = np.arange(count)
+    other = np.empty(count, np.int64)
     for begin in range(0, count, RUN):
         for i in range(begin + 1, min(begin + RUN, count)):
             k = order[i]
@@ -72,8 +76,10 @@ def stable_order(values: Array) -> Index:
     width = RUN
     while width < count:
         for begin in range(0, count, 2 * width):
-            middle, end = min(begin + width, count), min(begin + 2 * width, count)
-            left, right = begin, middle
+            middle = min(begin + width, count)
+            end = min(begin + 2 * width, count)
+            left = begin
+            right = middle
             for k in range(begin, end):
                 if right == end or (
                     left < middle and values[order[left]] <= values[order[right]]
@@ -97,7 +103,8 @@ def number_ties(
     `order` (S,): by rising group, within a group by rising value.
     """
     numbers = np.empty(values.shape[0], np.int64)
-    number, opened = -1, 0
+    number = -1
+    opened = 0
     for i in range(order.shape[0]):
         here = order[i]
         if (

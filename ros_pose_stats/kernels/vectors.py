@@ -52,13 +52,17 @@ def triangle_at(points: Array, triangles: Index, t: int) -> tuple[Vec3, Vec3, Ve
 @inlined
 def write_vector(values: Array, first: int, a: Vec3) -> None:
     """Set three numbers of an array (n,), from `first` on."""
-    values[first], values[first + 1], values[first + 2] = a.x, a.y, a.z
+    values[first] = a.x
+    values[first + 1] = a.y
+    values[first + 2] = a.z
 
 
 @inlined
 def write_row(table: Array, row: int, first: int, a: Vec3) -> None:
     """Set three numbers in a row of an array (n, m), from the column `first` on."""
-    table[row, first], table[row, first + 1], table[row, first + 2] = a.x, a.y, a.z
+    table[row, first] = a.x
+    table[row, first + 1] = a.y
+    table[row, first + 2] = a.z
 
 
 @inlined
@@ -136,9 +140,11 @@ def inverse_of(matrix: Array) -> Array:
     """Inverse (3, 3) of a regular matrix (3, 3), by cofactors."""
     cofactors = np.empty((3, 3))
     for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
+        j = (i + 1) % 3
+        k = (i + 2) % 3
         for c in range(3):
-            d, e = (c + 1) % 3, (c + 2) % 3
+            d = (c + 1) % 3
+            e = (c + 2) % 3
             cofactors[c, i] = matrix[j, d] * matrix[k, e] - matrix[j, e] * matrix[k, d]
     determinant = (
         matrix[0, 0] * cofactors[0, 0]
@@ -162,6 +168,8 @@ def solid_angle(p: Vec3, q: Vec3, r: Vec3) -> float:
     The arctangent form of Van Oosterom and Strackee (1983); it keeps full precision for
     small triangles, where the form by arc cosines does not.
     """
-    lp, lq, lr = length(p), length(q), length(r)
+    lp = length(p)
+    lq = length(q)
+    lr = length(r)
     below = lp * lq * lr + dot(p, q) * lr + dot(p, r) * lq + dot(q, r) * lp
     return 2.0 * math.atan2(dot(p, cross(q, r)), below)

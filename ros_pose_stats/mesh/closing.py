@@ -90,8 +90,10 @@ def _wall_lost(points: Array, edges: "OpenEdges", rims: Sequence[Index]) -> bool
     for rim in rims:
         if len(rim) < _FEWEST_AROUND:
             continue
-        corners, beside = points[edges.begin[rim]], points[edges.beside[rim]]
-        normal, center = _normal(corners), corners.sum(axis=0) / len(rim)
+        corners = points[edges.begin[rim]]
+        beside = points[edges.beside[rim]]
+        normal = _normal(corners)
+        center = corners.sum(axis=0) / len(rim)
         if (
             np.abs(
                 ((np.concatenate((corners, beside)) - center) * normal).sum(axis=1)
@@ -164,7 +166,8 @@ def _across(points: Array, loops: Sequence[Index]) -> Array:
             np.abs(normal).argmin()
         ]  # the coordinate axis farthest from it
     else:  # any plane that holds the slit will do
-        along, normal = longest, np.cross(longest, np.eye(3)[np.abs(longest).argmin()])
+        along = longest
+        normal = np.cross(longest, np.eye(3)[np.abs(longest).argmin()])
     second = np.cross(normal, along)
     axes = np.array([np.cross(second, normal), second])
     return np.asarray((axes / vectors.lengths(axes)[:, None]).T)
@@ -216,14 +219,16 @@ class OpenEdges(NamedTuple):
 
 def open_edges(triangles: Index) -> OpenEdges | None:
     """Edges that lack a triangle, of triangles (T, 3) wound alike; none where some lack more."""
-    begin, end = triangles.ravel(), triangles[:, [1, 2, 0]].ravel()
+    begin = triangles.ravel()
+    end = triangles[:, [1, 2, 0]].ravel()
     after = np.arange(len(begin)).reshape(-1, 3)[:, [1, 2, 0]].ravel()
     order, forward, first, uses = winding.edges_of(triangles)
     sense = np.where(forward, 1, -1)
     surplus = np.add.reduceat(sense, first)
     if (np.abs(surplus) > 1).any():
         return None
-    one, two = order[first[uses == 2]], order[first[uses == 2] + 1]
+    one = order[first[uses == 2]]
+    two = order[first[uses == 2] + 1]
     links = np.concatenate(
         (np.stack((one, after[two]), axis=1), np.stack((after[one], two), axis=1))
     )
@@ -245,12 +250,14 @@ def join_loops(edges: OpenEdges) -> list[Index]:
     leaving: dict[int, list[int]] = {}
     for edge, vertex in enumerate(edges.begin.tolist()):
         leaving.setdefault(vertex, []).append(edge)
-    begin, end = edges.begin.tolist(), edges.end.tolist()
+    begin = edges.begin.tolist()
+    end = edges.end.tolist()
     loops = []
     for start in begin:
         path: list[int] = []
         at: dict[int, int] = {}
-        vertex, fan = start, -1
+        vertex = start
+        fan = -1
         while leaving[vertex]:
             at[vertex] = len(path)
             ways = leaving[vertex]
@@ -259,7 +266,8 @@ def join_loops(edges: OpenEdges) -> list[Index]:
             )
             edge = ways.pop(other)
             path.append(edge)
-            vertex, fan = end[edge], int(edges.end_fan[edge])
+            vertex = end[edge]
+            fan = int(edges.end_fan[edge])
             if vertex in at:
                 loop = path[at[vertex] :]
                 del path[at[vertex] :]

@@ -67,7 +67,8 @@ def decimate(vertices: Array, triangles: Corners, most: int) -> tuple[Array, Cor
             left = left[(places[left] != apex).any(axis=2).all(axis=1)]
             if len(left) == 0:
                 break
-            vertices, triangles = places, left
+            vertices = places
+            triangles = left
             if len(triangles) <= most:
                 return vertices, triangles
     a, b, c = vertices[triangles].transpose(1, 0, 2) / extent
@@ -85,7 +86,8 @@ def _cone(triangles: Corners, apex: int) -> Corners:
         ends.min(axis=1) * apex + ends.max(axis=1), return_inverse=True
     )
     upward = np.bincount(edge, np.sign(ends[:, 1] - ends[:, 0])).astype(np.int64)
-    low, high = edges // apex, edges % apex
+    low = edges // apex
+    high = edges % apex
     rims = np.stack(
         [
             np.where(upward > 0, high, low),

@@ -211,7 +211,8 @@ def _parsed(path: Path, suffix: str, data: bytes) -> list[Placed]:
 
 def _numbered_forwards(data: bytes) -> bytes:
     """An OBJ file whose faces number vertices from the first on, not back from their own line."""
-    vertices, lines = 0, []
+    vertices = 0
+    lines = []
     for line in data.splitlines():
         word, *corners = line.split() or [b""]
         vertices += word == b"v"
@@ -261,7 +262,8 @@ def _placed(scene: "Scene") -> Iterator[Placed]:
 
 def _placement(scene: "Scene", node: str) -> Array:
     """Matrix (4, 4) that puts a node in place; trimesh would leave its rounding to BLAS."""
-    tree, placed = scene.graph.transforms, np.eye(4)
+    tree = scene.graph.transforms
+    placed = np.eye(4)
     while node != scene.graph.base_frame:
         parent = tree.parents[node]
         step = np.asarray(tree.edge_data[parent, node].get("matrix", np.eye(4)))
@@ -353,9 +355,11 @@ def unpack_3mf(path: Path, data: bytes) -> tuple[str, list[Placed]]:
     if "refused" in head:
         expected, came, remedy = head["refused"]
         raise MeshFileError(f"a 3MF file with {expected}", f"{path} ({came})", remedy)
-    objects, offset = [], 0
+    objects = []
+    offset = 0
     for coordinates, corners in head["sizes"]:
-        split, end = offset + 8 * coordinates, offset + 8 * (coordinates + corners)
+        split = offset + 8 * coordinates
+        end = offset + 8 * (coordinates + corners)
         objects.append(
             (
                 np.frombuffer(arrays[offset:split], np.float64).reshape(-1, 3),

@@ -60,7 +60,8 @@ def hull_of(points: Array) -> Hull:
     """Convex hull of points (N, 3) in space, metres."""
     points = np.ascontiguousarray(points)
     low, high = bounds(points)
-    shift, scale = low + 0.5 * (high - low), float((high - low).max())
+    shift = low + 0.5 * (high - low)
+    scale = float((high - low).max())
     try:
         qhull = _facets((points - shift) / scale)
     except (QhullError, ValueError) as error:

@@ -38,19 +38,22 @@ class Solid(NamedTuple):
 
 def solid_of(vertices: Array, triangles: Index) -> Solid:
     """Integrate over the solid that a closed surface encloses."""
-    vertices, triangles = (
-        np.ascontiguousarray(vertices),
-        np.ascontiguousarray(triangles),
-    )
+    vertices = np.ascontiguousarray(vertices)
+    triangles = np.ascontiguousarray(triangles)
     low, high = bounds(vertices)
-    shift, scale = low + 0.5 * (high - low), float((high - low).max())
+    shift = low + 0.5 * (high - low)
+    scale = float((high - low).max())
     volume, *moments = solid_moments((vertices - shift) / scale, triangles).tolist()
     if volume == 0.0:
         return Solid(0.0, np.full(3, math.nan), np.full((3, 3), math.nan))
     x, y, z = (first / volume for first in moments[:3])
     xx, yy, zz, xy, xz, yz = moments[3:]
-    xx, yy, zz = xx - volume * x * x, yy - volume * y * y, zz - volume * z * z
-    xy, xz, yz = xy - volume * x * y, xz - volume * x * z, yz - volume * y * z
+    xx = xx - volume * x * x
+    yy = yy - volume * y * y
+    zz = zz - volume * z * z
+    xy = xy - volume * x * y
+    xz = xz - volume * x * z
+    yz = yz - volume * y * z
     inertia = np.array([[yy + zz, -xy, -xz], [-xy, xx + zz, -yz], [-xz, -yz, xx + yy]])
     cube = scale * scale * scale
     return Solid(

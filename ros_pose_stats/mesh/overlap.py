@@ -71,11 +71,9 @@ def reach_into_each_other(points: Array, triangles: Index, body: Index) -> bool:
     """Whether bodies, scaled to size one, reach into each other by more than `OVERLAP`."""
     if (body == body[0]).all():
         return False
-    begin, end, far = (
-        triangles.ravel(),
-        triangles[:, [1, 2, 0]],
-        triangles[:, [2, 0, 1]],
-    )
+    begin = triangles.ravel()
+    end = triangles[:, [1, 2, 0]]
+    far = triangles[:, [2, 0, 1]]
     once = begin < end.ravel()  # a closed surface runs along each edge both ways
     corners = np.stack((begin, end.ravel(), far.ravel()), axis=1)[once]
     waiting = [
@@ -118,7 +116,8 @@ def _elements(points: Array, corners: Index, count: int, body: Index) -> _Elemen
     low = high = points[corners[:, 0]]
     for k in range(1, count):
         place = points[corners[:, k]]
-        low, high = np.minimum(low, place), np.maximum(high, place)
+        low = np.minimum(low, place)
+        high = np.maximum(high, place)
     return _Elements(low, high, corners, body)
 
 
@@ -143,7 +142,8 @@ def _halves(
     edges: _Elements, faces: _Elements
 ) -> list[tuple[_Elements, _Elements]] | None:
     """Divide both lists by the best of three planes; None if none is worthwhile."""
-    best, outcome = _WORTHWHILE * len(edges.body) * len(faces.body), None
+    best = _WORTHWHILE * len(edges.body) * len(faces.body)
+    outcome = None
     middle = np.median(0.5 * (faces.low + faces.high), axis=0)
     for axis in range(3):
         below = edges.low[:, axis] <= middle[axis], faces.low[:, axis] <= middle[axis]
@@ -151,7 +151,8 @@ def _halves(
         left = np.count_nonzero(below[0]) * np.count_nonzero(below[1])
         right = np.count_nonzero(above[0]) * np.count_nonzero(above[1])
         if left + right < best:
-            best, outcome = left + right, (below, above)
+            best = left + right
+            outcome = (below, above)
     if outcome is None:
         return None
     return [(edges.pick(side[0]), faces.pick(side[1])) for side in outcome]
@@ -202,8 +203,11 @@ def _through(
         (np.minimum(depth[:, 0], depth[:, 1]) < -OVERLAP)
         & (np.maximum(depth[:, 0], depth[:, 1]) > OVERLAP)
     )
-    ends, depth, normal = ends[deep], depth[deep], normal[deep]
-    edge, face = edge[deep], face[deep]
+    ends = ends[deep]
+    depth = depth[deep]
+    normal = normal[deep]
+    edge = edge[deep]
+    face = face[deep]
     share = (depth[:, 0] / (depth[:, 0] - depth[:, 1]))[:, None]
     place = ends[:, 0] + share * (ends[:, 1] - ends[:, 0])
     near = np.flatnonzero(
@@ -211,8 +215,12 @@ def _through(
             (place > faces.low[face] - _BESIDE) & (place < faces.high[face] + _BESIDE)
         ).all(axis=1)
     )
-    ends, depth, normal, place = ends[near], depth[near], normal[near], place[near]
-    edge, face = edge[near], face[near]
+    ends = ends[near]
+    depth = depth[near]
+    normal = normal[near]
+    place = place[near]
+    edge = edge[near]
+    face = face[near]
     corner = points[faces.corners[face]]
     side = np.roll(corner, -1, axis=1) - corner
     inward = np.cross(normal[:, None], side) / np.linalg.norm(

@@ -14,7 +14,8 @@ from . import arrays, files, mass_properties, units, vectors
 from .hull import Hull, hull_of_part, keep_hull
 from .surface import Surface, beyond_hull, surface_of
 
-LEAST_SHARE, MOST_SHARE = 1e-7, 1e10
+LEAST_SHARE = 1e-7
+MOST_SHARE = 1e10
 """Of mass times squared radius, which a largest moment may have: g mm² are 1e9 too many."""
 
 
@@ -125,7 +126,8 @@ def part_from_mesh(
                 f"{type(mesh).__name__} alone",
                 "give the triangles too",
             )
-        vertices, triangles = mesh.vertices, mesh.faces
+        vertices = mesh.vertices
+        triangles = mesh.faces
     given = mass_properties.check_given(center_of_mass, mass, inertia, density)
     return part_of_file(
         files.FileMesh(vertices, triangles, units.metres_per_unit(unit)), given, part_id
@@ -173,10 +175,8 @@ def _mass_properties(
     given: mass_properties.GivenProperties, surface: Surface
 ) -> tuple[float, Array, Array]:
     """Mass, centre of mass and inertia as they are used: given ones, else those of the solid."""
-    center, kilograms = (
-        surface.solid.centroid,
-        1.0 if given.mass is None else given.mass,
-    )
+    center = surface.solid.centroid
+    kilograms = 1.0 if given.mass is None else given.mass
     if given.density is not None:
         if surface.from_hull:
             raise errors.MassPropertiesError(
@@ -217,7 +217,8 @@ def shift_center(part: Part, offset: ArrayLike) -> Part:
     step = mass_properties.check_offset(offset)
     if not step.any():
         return part
-    center, hull = part.center_of_mass + step, hull_of_part(part)
+    center = part.center_of_mass + step
+    hull = hull_of_part(part)
     _check_inside(center, part.surface_vertices, hull)
     name = "" if part.part_id == parts.digest_name(part.digest) else part.part_id
     shifted = Part(

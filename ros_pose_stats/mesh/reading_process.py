@@ -33,10 +33,12 @@ MOST_EXPANDED = (
     2**29
 )  # bytes of a 3MF file once it is decompressed: some ten million triangles
 
-MOST_INSTANCES, MOST_DEPTH = 100_000, 100
+MOST_INSTANCES = 100_000
+MOST_DEPTH = 100
 """Of the objects in a 3MF file, and of components in components."""
 
-MOST_TRIANGLES, MOST_VERTICES = 10_000_000, 30_000_000
+MOST_TRIANGLES = 10_000_000
+MOST_VERTICES = 30_000_000
 """Of a 3MF file, with every object as often as it is placed."""
 
 UNMOVED = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
@@ -131,7 +133,9 @@ class Archive:
 
     def placed(self) -> list[Reference]:
         """Each object with a mesh as often as it is built, and the matrix that puts it there."""
-        placed, triangles, vertices = [], 0, 0
+        placed = []
+        triangles = 0
+        vertices = 0
         waiting = [(key, matrix, 1) for key, matrix in stacked(self.items)]
         seen = 0
         while waiting:
@@ -175,7 +179,8 @@ class Archive:
     def _read(self, model: str) -> None:
         """Read one model of the file."""
         self._models.add(model)
-        parser, current = expat.ParserCreate(), Object()
+        parser = expat.ParserCreate()
+        current = Object()
 
         def refuse(*_: object) -> None:
             raise RefusedError("no entities of its own", "some", "export it again")

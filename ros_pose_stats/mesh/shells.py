@@ -90,7 +90,8 @@ def _nesting(points: Array, shells: Shells, volumes: Array) -> tuple[Mask, Index
             continue
         in_metal = around >= 0 and outward[around]
         if around >= 0 and untold[around]:
-            outward[shell], untold[shell] = not in_metal, True
+            outward[shell] = not in_metal
+            untold[shell] = True
         elif not in_metal and not outward[shell]:
             outward[shell] = untold[shell] = True
         doubled |= bool(in_metal and outward[shell])
@@ -150,7 +151,8 @@ def _smallest_around(
 def _inner_point(points: Array, triangles: Index) -> Array | None:
     """Find a point well inside one shell: the middle of its widest vertical passage there."""
     a, b, c = (points[triangles[:, k]] for k in range(3))
-    u, v = b - a, c - a
+    u = b - a
+    v = c - a
     widest = int(np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]).argmax())
     x, y = ((a + b + c)[widest, :2] / 3.0).tolist()
     _, height, sign = crossings(points, triangles, x, y)

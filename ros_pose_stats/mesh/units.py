@@ -29,7 +29,8 @@ _SPELLINGS = {
 _PRIOR = {"mm": 0.62, "m": 0.25, "inch": 0.1, "cm": 0.03}
 """How often files are in a unit: CAD systems export millimetres, ROS means metres."""
 
-_USUAL, _POSSIBLE = 40.0, (0.5, 1000.0)
+_USUAL = 40.0
+_POSSIBLE = (0.5, 1000.0)
 """Lengths of parts on feeders, millimetres: of the median one, and of nearly all. Two thirds lie
 between a quarter of the median and four times as much."""
 
@@ -96,7 +97,8 @@ def likely_units(vertices: Array, triangles: Corners) -> list[str]:
 def _lengths(vertices: Array, triangles: Corners) -> tuple[Array, float]:
     """Distinct lengths of a mesh along its axes, and by how much they may be off."""
     corner = vertices[triangles]
-    low, high = corner.min(axis=(0, 1)), corner.max(axis=(0, 1))
+    low = corner.min(axis=(0, 1))
+    high = corner.max(axis=(0, 1))
     rounding = 4e-6 * float((high - low).max())
     if not 0.0 < rounding < math.inf:
         return np.zeros(0), 0.0

@@ -14,7 +14,9 @@ from ..records import Array
 
 def turn_vectors(vectors: Array, matrix: Array) -> Array:
     """Product of rows (n, 3) with a matrix (3, 3) from the right: `vectors @ matrix`."""
-    x, y, z = vectors[:, :1], vectors[:, 1:2], vectors[:, 2:]
+    x = vectors[:, :1]
+    y = vectors[:, 1:2]
+    z = vectors[:, 2:]
     return np.asarray(x * matrix[0] + y * matrix[1] + z * matrix[2])
 
 

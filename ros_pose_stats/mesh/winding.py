@@ -131,7 +131,8 @@ def _turned(
         )
     )
     side = component_labels(2 * size, cover)
-    as_given, turned = side[:size], side[size:]
+    as_given = side[:size]
+    turned = side[size:]
     if (as_given == turned).any():
         return None
     a, b, c = (vertices[triangles[:, k]] for k in range(3))
@@ -175,7 +176,8 @@ def _mixed(vertices: Array, triangles: Index, patch: Index, shell: Index) -> boo
     Crowded edges may balance though one half is inside out; a vertical line shows it.
     """
     a, b, c = (vertices[triangles[:, k]] for k in range(3))
-    u, v = b - a, c - a
+    u = b - a
+    v = c - a
     wide = np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
     order = np.lexsort((-wide, patch))
     widest = order[np.searchsorted(patch[order], np.arange(int(patch.max()) + 1))]
@@ -205,10 +207,13 @@ def crossings(
     vertices: Array, triangles: Index, x: float, y: float
 ) -> tuple[Index, Array, Index]:
     """Triangles crossed by the line at (x, y), at which height, and +1 upward or -1 downward."""
-    across, along = vertices[:, 0], vertices[:, 1]
-    begin, end = triangles, triangles[:, [1, 2, 0]]
+    across = vertices[:, 0]
+    along = vertices[:, 1]
+    begin = triangles
+    end = triangles[:, [1, 2, 0]]
     winding = np.zeros(len(triangles), dtype=np.int64)
-    above_begin, above_end = along[begin] <= y, along[end] <= y
+    above_begin = along[begin] <= y
+    above_end = along[end] <= y
     spans = above_begin != above_end
     row, column = np.nonzero(spans)
     lower = np.minimum(begin[row, column], end[row, column])
@@ -226,13 +231,12 @@ def crossings(
 
 def _heights(corners: Array, x: float, y: float) -> Array:
     """Evaluate z at (x, y) on the planes of triangles (k, 3, 3), never beyond their corners."""
-    a, u, v = (
-        corners[:, 0],
-        corners[:, 1] - corners[:, 0],
-        corners[:, 2] - corners[:, 0],
-    )
+    a = corners[:, 0]
+    u = corners[:, 1] - corners[:, 0]
+    v = corners[:, 2] - corners[:, 0]
     area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
-    dx, dy = x - a[:, 0], y - a[:, 1]
+    dx = x - a[:, 0]
+    dy = y - a[:, 1]
     safe = np.where(area == 0.0, 1.0, area)
     s = (dx * v[:, 1] - dy * v[:, 0]) / safe
     t = (u[:, 0] * dy - u[:, 1] * dx) / safe

@@ -27,12 +27,12 @@ from ..records.statistics import with_units
 from ..statistics import feeding, pose_groups
 from . import plate_fill
 
-PICK, FLIP, LEAVE = "pick", "flip", "leave"
+PICK = "pick"
+FLIP = "flip"
+LEAVE = "leave"
 MOST_KICKS = 100  # kicks between two empty plates; more of them are worth hardly more
-SIZES, MOST_PARTS = (
-    60,
-    10_000,
-)  # numbers of parts that are looked at, and the largest of them
+SIZES = 60
+MOST_PARTS = 10_000  # numbers of parts that are looked at, and the largest of them
 MOST_SIDE = 100.0  # of a plate, metres
 FLIPS_ERROR = (
     0.17  # of rows of the model, rms over groups and kicks (docs/measured/flips.md)
@@ -197,7 +197,8 @@ def plan_feeding(
     kicks = [None, *sorted(flips, key=lambda kick: kick.kick_height)]
     options = [plate.plan(kick) for kick in kicks]
     place = max(range(len(options)), key=lambda at: options[at].per_minute.value)
-    best, chosen = options[place], kicks[place]
+    best = options[place]
+    chosen = kicks[place]
     actions = np.full(picked.size, LEAVE)
     if chosen is not None and best.kicks:
         actions[plate.worth_flipping(best.parts, chosen.transition)] = FLIP
@@ -239,7 +240,8 @@ class Plate:
                 f"none out of pose {int(np.argmin(settled))}",
                 "simulate more flips",
             )
-        fresh, shares = self.dropped.probability, self.dropped.probability
+        fresh = self.dropped.probability
+        shares = self.dropped.probability
         for _ in range(PASSES):
             room = self.fill(shares)
             largest = min(MOST_PARTS, 2.0 + 2.0 / float(room.blocked.mean()))
@@ -275,7 +277,8 @@ class Plate:
 
     def _rates(self, parts: Index, picks: Array) -> Array:
         """Parts picked a minute (N, R) by the picks (N, R) after 0, 1 ... kicks."""
-        cell, kicks = self.cell, np.arange(picks.shape[1])
+        cell = self.cell
+        kicks = np.arange(picks.shape[1])
         total = picks.cumsum(axis=1)
         refilled = parts[:, None] + total - picks
         seconds = (
@@ -295,7 +298,8 @@ class Plate:
         its own counts and by the error of the plate or of its flips. `lying` (R + 1, K): how parts
         lie at each picture.
         """
-        fresh, picks = self.dropped.probability, float((lying @ seen).sum())
+        fresh = self.dropped.probability
+        picks = float((lying @ seen).sum())
         counted = self.drops_as_unsure(fresh, self.dropped.drops, self.plate_error)
         if kick is None:
             return (
@@ -306,7 +310,8 @@ class Plate:
                 )
                 / picks
             )
-        moves, left = kick.transition, 1.0 - seen
+        moves = kick.transition
+        left = 1.0 - seen
         worth = [
             seen
         ]  # of a part that lies so at a picture: picks until the cycle's end
@@ -345,7 +350,8 @@ class Plate:
         By policy iteration over the seconds of the cell that each part takes, of which those on
         the plate share kicks and pictures; it ends where value iteration would.
         """
-        cell, fresh = self.cell, self.dropped.probability
+        cell = self.cell
+        fresh = self.dropped.probability
         seen = self.picked * self.fill(fresh).free(np.array([parts]))[0]
         kick = (cell.cycle_time + cell.drop_time + cell.camera_time) / parts
         drop = 60.0 / cell.rate + (cell.drop_time + cell.camera_time) / parts

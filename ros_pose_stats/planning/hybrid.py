@@ -74,10 +74,8 @@ def hybrid(
         If the part's hull does not enclose its centre of mass.
     """
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
-    begin, request = (
-        time.perf_counter(),
-        requests.drop_request(drops, seed, target_error, workers),
-    )
+    begin = time.perf_counter()
+    request = requests.drop_request(drops, seed, target_error, workers)
     prior = confidence.pose_prior(poses_in(part, scene), scene)
     found = drop_with(
         prior,
@@ -153,11 +151,13 @@ def combined_progress(
     return tell
 
 
-CHECK_DROPS, CHECK_EVENTS = 200, 50_000
+CHECK_DROPS = 200
+CHECK_EVENTS = 50_000
 """Drops beside an estimate that check it, and the impacts and steps that they may take together.
 A part that takes many to calm down is dropped less often, but 50 times."""
 
-MOST_RESTITUTION, MOST_RADII = 0.99, 100.0
+MOST_RESTITUTION = 0.99
+MOST_RADII = 100.0
 """Scenes up to which estimates are checked: a drop that hardly ends takes seconds."""
 
 

@@ -8,11 +8,13 @@ import numpy as np
 from ..records import Array, Index, Mask, Part, StablePose
 from ..resting.outlines import area_and_length, outline_at
 
-PLACES, DIRECTIONS = 6, 96
+PLACES = 6
+DIRECTIONS = 96
 """Nodes along half a side of the plate, and directions in which its edge is looked for."""
 
 GOLDEN = 0.5 * (5.0**0.5 - 1.0)  # turns by it are spread evenly
-NODES, TURNS = 97, 32
+NODES = 97
+TURNS = 32
 """Nodes along a side of the raster on which true silhouettes meet, and ways in which another part
 lies: enough for the fill of real outlines to a percent or two (docs/measured/benchmarks.md)."""
 
@@ -97,7 +99,8 @@ def blocking_with_bays(
     ways = shares.sum() * (np.arange(TURNS) + 0.5) / TURNS
     other = np.searchsorted(shares.cumsum(), ways).clip(max=len(poses) - 1)
     # Of poses that look alike the first stands for all.
-    mine, other = first[group[picked]], first[group[other]]
+    mine = first[group[picked]]
+    other = first[group[other]]
     kinds = sorted(set(mine.tolist()), key=lambda index: -shares[index])[:MOST_OUTLINED]
     hulls = {index: [poses[index].outline] for index in {*kinds, *other.tolist()}}
     # What has no width has no outline of its own.

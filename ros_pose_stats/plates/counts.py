@@ -118,7 +118,8 @@ def read_table(file: Path, columns: str, example: str) -> list[tuple[str, list[i
         for number, row in enumerate(rows, 1)
         if any(cell.strip() for cell in row)
     ]
-    found, width = [], columns.count(",") + 1
+    found = []
+    width = columns.count(",") + 1
     for place, (number, row) in enumerate(filled):
         if place == 0 and len(row) == width and not any(map(str.isdecimal, row[1:])):
             continue

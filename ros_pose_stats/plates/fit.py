@@ -25,8 +25,10 @@ FEWEST_COUNTS = 50  # parts of all kinds together
 MOST_PARTS = 16
 """Kinds; those counted most. More of them hardly change a fit, and each takes its time."""
 
-RESTITUTIONS, HEIGHTS = np.arange(19) / 20.0, 24
-LOWEST_RADII, HIGHEST_RADII = 0.75, 100.0
+RESTITUTIONS = np.arange(19) / 20.0
+HEIGHTS = 24
+LOWEST_RADII = 0.75
+HIGHEST_RADII = 100.0
 """Of the smallest part and of the largest: below, all parts touch the plate at release, and above
 they forget the height."""
 
@@ -134,11 +136,9 @@ class ExplainedPart:
     """A counted part with its expected shares and its likelihood at all scenes."""
 
     def __init__(self, counted: CountedPart, grid: SceneGrid) -> None:
-        self.counted, self.count, self.rolls = (
-            counted,
-            counted.by_group,
-            rolls_about(counted),
-        )
+        self.counted = counted
+        self.count = counted.by_group
+        self.rolls = rolls_about(counted)
         places = grid.scenes[1 : 1 + RESTITUTIONS.size * HEIGHTS]
         ways = {
             stands.numbering: _shares(stands, places)
@@ -188,7 +188,8 @@ def fit_plate(counted: Sequence[CountedPart]) -> PlateFit:
     tested: dict[str, tuple[float, float]] = {}  # weight and square error, by digest
     unknown = scenes.DEFAULT_PLATE_ERROR**2
     for one in parts:
-        part, group = one.counted.part, one.counted.resting.group
+        part = one.counted.part
+        group = one.counted.resting.group
         others = [other for other in parts if other.counted.part.digest != part.digest]
         left = nearest_scene(others, weigh_scenes(others, grid)[1])
         tested[part.digest] = max(
@@ -333,7 +334,9 @@ def _interval(values: Array, profile: Array, found: float) -> Triple:
 
 def _p_value(parts: Sequence[ExplainedPart], place: int, grid: SceneGrid) -> float:
     """Chance of counts this far from the scene, to which two or three numbers were fitted."""
-    statistic, free, scene = 0.0, -2 - (len(grid.sides) > 1), grid.scenes[place]
+    statistic = 0.0
+    free = -2 - (len(grid.sides) > 1)
+    scene = grid.scenes[place]
     for one in parts:
         resting = one.standing(scene.round_sides).resting
         probability = split(resting, scene)
@@ -353,10 +356,8 @@ def log_likelihood(counts: Index, shares: Array) -> Array:
     The true ones scatter around them as by a Dirichlet distribution.
     """
     met = counts > 0
-    of, expected = (
-        counts[met].astype(np.float64),
-        np.maximum(shares[:, met], LEAST_SHARE),
-    )
+    of = counts[met].astype(np.float64)
+    expected = np.maximum(shares[:, met], LEAST_SHARE)
     total = 0.25 / np.square(SCATTERS)[:, None, None] - 1.0
     alpha = expected * total
     constant = gammaln(total + of.sum()) - gammaln(total)

@@ -216,7 +216,8 @@ def _size(node: Any, sizes: dict[int, int]) -> int:
 
 def _profile(file: Path, name: str, values: Any) -> PlateProfile:
     """One plate; numbers may be written as YAML takes for text (1e-3)."""
-    expected, found = "restitution and drop_height of each plate", f"{values!r}"
+    expected = "restitution and drop_height of each plate"
+    found = f"{values!r}"
     try:
         if isinstance(values, Mapping):
             return PlateProfile(
@@ -228,11 +229,14 @@ def _profile(file: Path, name: str, values: Any) -> PlateProfile:
                 },
             )
     except KeyError as error:
-        expected, found = f"{error.args[0]} of each plate", "none"
+        expected = f"{error.args[0]} of each plate"
+        found = "none"
     except errors.RequestError as error:
-        expected, found = error.expected, error.found
+        expected = error.expected
+        found = error.found
     except (TypeError, ValueError, OverflowError, AttributeError) as error:
-        expected, found = "numbers for each plate", re.sub(r"^.*: ", "", str(error))
+        expected = "numbers for each plate"
+        found = re.sub(r"^.*: ", "", str(error))
     raise errors.RequestError(
         expected, f"{found} for {name} in {file}", "fit the plate again"
     )

@@ -12,7 +12,8 @@ from ..resting.convex_body import ConvexBody
 from ..text import name_poses, shortened
 from . import figures, rendering
 
-ADD, TAKE = np.array([0.0, 0.45, 0.70]), np.array([0.84, 0.37, 0.0])
+ADD = np.array([0.0, 0.45, 0.70])
+TAKE = np.array([0.84, 0.37, 0.0])
 PLAIN = np.array([0.86, 0.86, 0.86])
 FAINTEST = 0.35  # strength of the colour of an effect that is hardly above its error
 
@@ -22,10 +23,12 @@ SIDES = (
 )
 """How the part is shown, with the light from above each time."""
 
-ON_FACE, SAME_NORMAL = 0.01, 0.998
+ON_FACE = 0.01
+SAME_NORMAL = 0.998
 """A triangle this close to a face of the hull, in radii, and as steep, is coloured like it."""
 
-PIXELS, LISTED = 620, 4
+PIXELS = 620
+LISTED = 4
 
 SHADES = "the stronger the colour of a face, the more a step gains; grey: no gain beyond the error"
 
@@ -37,7 +40,8 @@ def changes_figure(found: sensitivity.Sensitivity) -> Figure:
     leads the centre of mass to where it is better.
     """
     figure = figures.new_figure(9.0, 5.6)
-    space, colors = found.space, _face_colors(found)
+    space = found.space
+    colors = _face_colors(found)
     triangles = visible_triangles(space.part) - space.part.center_of_mass
     body = space.body
     shades = colors[_faces_of(triangles, body)]

@@ -21,7 +21,8 @@ from PIL import Image
 from ..errors import RequestError
 from ..records import Array
 
-INK, REFERENCE = "#222222", "#767676"
+INK = "#222222"
+REFERENCE = "#767676"
 """Colours of text and outlines, and of the background: grids, notes, lines to compare with."""
 
 BLUE = "#0072B2"
@@ -60,10 +61,12 @@ def _nearest_rising(values: Array) -> Array:
     """Nearest sequence that never falls: neighbours that fall are pooled into their mean."""
     pools: list[tuple[float, int]] = []
     for value in values:
-        mean, size = float(value), 1
+        mean = float(value)
+        size = 1
         while pools and pools[-1][0] > mean:
             before, count = pools.pop()
-            mean, size = (before * count + mean * size) / (count + size), count + size
+            mean = (before * count + mean * size) / (count + size)
+            size = count + size
         pools.append((mean, size))
     return np.array([mean for mean, size in pools for _ in range(size)])
 

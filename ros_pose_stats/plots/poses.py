@@ -19,7 +19,8 @@ MOST = 8  # most poses that are drawn, the most probable ones
 PIXELS = 400  # pixels across a picture
 HEAD = 0.62  # height of the text of a picture, inches
 TITLE = 0.65  # height of the two lines above all pictures, inches
-WIDTH, PLATE = 3.0, 1.05  # width of a picture, and half the side of the plate, in radii
+WIDTH = 3.0
+PLATE = 1.05  # width of a picture, and half the side of the plate, in radii
 
 
 def poses_figure(part: Part, found: PoseStatistics) -> Figure:
@@ -30,13 +31,15 @@ def poses_figure(part: Part, found: PoseStatistics) -> Figure:
     rows = -(-len(shown) // columns)
     pictures = pose_pictures(part, [group.first for group in shown], found.radius)
     shape = pictures[0].shape[0] / pictures[0].shape[1]
-    width, high = 2.9, 2.9 * shape + HEAD
+    width = 2.9
+    high = 2.9 * shape + HEAD
     figure = new_figure(max(width * columns, 6.2), high * rows + TITLE)
     across, up = figure.get_size_inches()
     spare = 0.5 * (across - width * columns)
     for place, (group, picture) in enumerate(zip(shown, pictures, strict=True)):
         row, column = divmod(place, columns)
-        left, bottom = spare + width * column, up - TITLE - high * (row + 1) + 0.3
+        left = spare + width * column
+        bottom = up - TITLE - high * (row + 1) + 0.3
         axes = figure.add_axes(
             (left / across, bottom / up, width / across, (high - HEAD) / up)
         )
@@ -98,7 +101,8 @@ def resting_view(laid: Sequence[Array], radius: float, pixels: int) -> View:
     lean, about = np.radians((sample.elevation, sample.azimuth))
     _, up, _ = view_axes(sample)
     front = PLATE * radius * (abs(np.sin(about)) + abs(np.cos(about))) * np.sin(lean)
-    above, below = max([front, *(float((one @ up).max()) for one in laid)]), front
+    above = max([front, *(float((one @ up).max()) for one in laid)])
+    below = front
     margin = 0.05 * radius
     high = 2 * round(0.5 * pixels * (above + below + 2.0 * margin) / sample.width)
     middle = np.array([0.0, 0.0, 0.5 * (above - below) / np.cos(lean)])

@@ -13,7 +13,9 @@ from ..records import Array, Index, Mask
 
 LIGHT = np.array([-0.25, -0.5, 0.8]) / np.linalg.norm([-0.25, -0.5, 0.8])
 PART = np.array([0.42, 0.64, 0.92])
-PLATE, RIM, SHADOW = 0.925, 0.72, 0.70
+PLATE = 0.925
+RIM = 0.72
+SHADOW = 0.70
 """Greys of the plate, its border and the shadow straight below the part."""
 
 LINE = 0.28  # brightness left on an edge
@@ -53,7 +55,8 @@ def rendered(triangles: Array, view: View, color: Array = PART) -> NDArray[np.ui
     plate, level = _plate(frame, shift, view.plate, wide, high)
     plate &= ~(depth > level)
     parts = int(seen.sum())
-    nearest[plate], depth[plate] = parts, level[plate]
+    nearest[plate] = parts
+    depth[plate] = level[plate]
     bright = 0.38 + 0.68 * (0.5 + 0.5 * normals[seen] @ LIGHT) ** 1.5
     colors = np.broadcast_to(color, (len(triangles), 3))[seen]
     shades = np.concatenate(
@@ -113,7 +116,8 @@ def _edges(
     bright = np.ones(nearest.shape)
     for here, there in ((np.s_[:, :-1], np.s_[:, 1:]), (np.s_[:-1], np.s_[1:])):
         differ = np.nonzero(nearest[here] != nearest[there])
-        one, two = nearest[here][differ], nearest[there][differ]
+        one = nearest[here][differ]
+        two = nearest[there][differ]
         part = ((one >= 0) & (one < parts)) | ((two >= 0) & (two < parts))
         bend = (facing[one] * facing[two]).sum(axis=1) < CREASE
         with np.errstate(invalid="ignore"):
@@ -144,12 +148,14 @@ def nearest_triangles(corners: Array, wide: int, high: int) -> tuple[Index, Arra
     )
     covers = np.flatnonzero(span)
     portion = np.cumsum(span[covers]) // AT_ONCE
-    least, most = corners[:, :, 2].min(axis=1), corners[:, :, 2].max(axis=1)
+    least = corners[:, :, 2].min(axis=1)
+    most = corners[:, :, 2].max(axis=1)
     for some in np.split(covers, np.flatnonzero(np.diff(portion)) + 1):
         row = np.repeat(some, span[some])
         first = np.repeat(np.cumsum(span[some]) - span[some], span[some])
         x = begin[row] + np.arange(len(row)) - first
-        mine, pixel = owner[row], y[row] * wide + x
+        mine = owner[row]
+        pixel = y[row] * wide + x
         origin = corners[mine, 0]
         far = (
             origin[:, 2]
@@ -170,9 +176,11 @@ def _spans(corners: Array, wide: int, high: int) -> tuple[Index, Index, Index, I
     rows = top - low
     owner = np.repeat(np.arange(len(corners)), rows)
     y = low[owner] + np.arange(len(owner)) - np.repeat(np.cumsum(rows) - rows, rows)
-    left, right = np.full(len(owner), np.inf), np.full(len(owner), -np.inf)
+    left = np.full(len(owner), np.inf)
+    right = np.full(len(owner), -np.inf)
     for k in range(3):
-        p, q = corners[owner, k, :2], corners[owner, (k + 1) % 3, :2]
+        p = corners[owner, k, :2]
+        q = corners[owner, (k + 1) % 3, :2]
         crosses = (p[:, 1] <= y + 0.5) != (q[:, 1] <= y + 0.5)
         share = (y + 0.5 - p[:, 1])[crosses] / (q[:, 1] - p[:, 1])[crosses]
         x = p[crosses, 0] + share * (q[:, 0] - p[:, 0])[crosses]

@@ -86,7 +86,8 @@ def _draw_bars(
     )
     for place, indices in zip(places, shown, strict=True):
         group = groups[indices]
-        low, high = group.probability_low, group.probability_high
+        low = group.probability_low
+        high = group.probability_high
         if math.isfinite(low) and math.isfinite(high):
             axes.errorbar(
                 50.0 * (low + high),

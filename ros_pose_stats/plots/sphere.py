@@ -35,7 +35,8 @@ def sphere_figure(
     from outside; lighter is higher. `root`: splitting graph, for the saddles where it splits.
     """
     values = 1e3 * (sphere.r if function == "r" else sphere.R)
-    low, high = float(np.nanmin(values)), float(np.nanmax(values))
+    low = float(np.nanmin(values))
+    high = float(np.nanmax(values))
     span = max(high - low, 1e-12)
     bordered = 1 < len(sphere.downs) <= MOST_BORDERS
     figure, discs = two_discs(1, 0.0, 1.1)
@@ -135,10 +136,12 @@ SIDES = ("around the part's -z", "around the part's +z")
 MOST_MARKS = 40  # most saddles or peaks that are marked; more would cover the map
 MOST_LABELS = 60  # most poses that are numbered, the lowest ones
 
-FEW, NAMED = 20, 3
+FEW = 20
+NAMED = 3
 """A label names up to three poses; where a part has more poses than this, it names the first."""
 
-NEAR, FAR = (0.26, 0.19), (0.38, 0.19)
+NEAR = (0.26, 0.19)
+FAR = (0.38, 0.19)
 """Size of a label, in radii of the disc, of few poses and of many: poses within it share one."""
 
 
@@ -364,7 +367,8 @@ def components_at(
     root: splitting_graph.SplittingNode, energy: float, heights: Array
 ) -> list[tuple[int, ...]]:
     """Poses of each connected component that an energy over weight, metres, leaves in reach."""
-    found, waiting = [], [root]
+    found = []
+    waiting = [root]
     while waiting:
         node = waiting.pop()
         if node.level is None or node.level <= energy:

@@ -18,10 +18,8 @@ LONGEST = 8  # characters that name the poses of a component; a box of more woul
 UNDER = 0.45
 """Distance from the middle of its box, in places of ends, below which a line begins under it."""
 
-ROOM, TALL = (
-    0.62,
-    0.93,
-)  # room below the lowest pose, inches; height of the axes, as a fraction
+ROOM = 0.62
+TALL = 0.93  # room below the lowest pose, inches; height of the axes, as a fraction
 
 
 def splitting_figure(root: SplittingNode, poses: Sequence[StablePose]) -> Figure:
@@ -35,7 +33,8 @@ def splitting_figure(root: SplittingNode, poses: Sequence[StablePose]) -> Figure
     top = drawn_tree(root)
     ends = [branch for branch in top.walk() if not branch.parts]
     levels = place(top, ends, heights)
-    wide, high = max(5.2, 0.58 * len(ends) + 1.0), 2.6 + 0.34 * len(levels)
+    wide = max(5.2, 0.58 * len(ends) + 1.0)
+    high = 2.6 + 0.34 * len(levels)
     figure = new_figure(wide, high)
     axes = figure.add_axes((0.78 / wide, 0.05, 1.0 - 0.83 / wide, TALL))
     for branch in top.walk():
@@ -71,9 +70,11 @@ def _draw_lines(axes: Axes, branch: "Branch") -> None:
         before = branch.node.probability
         share = part.node.probability / before if before > 0.0 else 0.0
         outside = -1.0 if part is branch.parts[0] or part.x < branch.x else 1.0
-        aside, below = 2.5 + 0.5 * _thickness(part), 3.0
+        aside = 2.5 + 0.5 * _thickness(part)
+        below = 3.0
         if abs(part.x - branch.x) < UNDER:  # clear of the box
-            aside, below = 9.5, 9.5
+            aside = 9.5
+            below = 9.5
         axes.annotate(
             _share(share),
             (part.x, branch.y),
@@ -182,7 +183,8 @@ MOST = (
     16  # most ends of the graph; components that would have more are drawn as one end
 )
 
-GAP, DROP = 0.14, 0.11
+GAP = 0.14
+DROP = 0.11
 """Least distance of two levels on the page, and of a level and a pose below it, as fractions of
 the graph's height."""
 
@@ -206,7 +208,8 @@ class Branch:
 
 def drawn_tree(root: SplittingNode) -> Branch:
     """Merge tied splits, and open the graph from the top where it is most probable."""
-    top, order = Branch(root), count()
+    top = Branch(root)
+    order = count()
     waiting = [(-root.probability, next(order), top)]
     ends = 1
     while waiting:

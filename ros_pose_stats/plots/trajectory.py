@@ -17,7 +17,8 @@ from ..text import shortened
 from .figures import INK, REFERENCE, Picture, apart, new_figure, open_axes
 from .rendering import View, rendered
 
-ENERGY, HEIGHT = "#0072B2", "#D55E00"
+ENERGY = "#0072B2"
+HEIGHT = "#D55E00"
 EVENTS = (
     ("impact", "|", "#222222"),
     ("stop", "s", "#009E73"),
@@ -205,10 +206,8 @@ def _draw_events(
     axes.grid(axis="y", color="#e5e5e5", linewidth=0.6)
 
 
-SIZE, DPI = (
-    (6.8, 3.4),
-    100,
-)  # width and height of the animation, inches, and dots an inch
+SIZE = (6.8, 3.4)
+DPI = 100  # width and height of the animation, inches, and dots an inch
 
 SCENE = (0.0, 0.0, 0.44, 0.86)
 """Place of the part in the picture: left, bottom, width, height, as fractions."""
@@ -230,8 +229,10 @@ def animation_frames(
     figure, axes, words, clock = _stage(trajectory, frames, root)
     wide, high = (int(inches * DPI) for inches in SIZE)
     left, bottom, across, up = SCENE
-    left, top = int(left * wide), high - int((bottom + up) * high)
-    wide, high = 2 * int(0.5 * across * wide), 2 * int(0.5 * up * high)
+    left = int(left * wide)
+    top = high - int((bottom + up) * high)
+    wide = 2 * int(0.5 * across * wide)
+    high = 2 * int(0.5 * up * high)
     canvas = FigureCanvasAgg(figure)
     (point,) = axes.plot(
         [],
@@ -250,7 +251,8 @@ def animation_frames(
     levels = levels_above(root, trajectory.pose)
     triangles = decimation.visible_triangles(part) - part.center_of_mass
     turns = vectors.rotation_matrices(frames.orientations)
-    energy, radius = energy_heights(trajectory), trajectory.radius
+    energy = energy_heights(trajectory)
+    radius = trajectory.radius
     for k, time in enumerate(frames.times):
         canvas.restore_region(background)  # type: ignore[no-untyped-call]
         now = float(frames.energies[k]) * (energy[0] / trajectory.energies[0])

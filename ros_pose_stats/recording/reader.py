@@ -82,7 +82,8 @@ def frames(file: BinaryIO, on_damage: Callable[[int, int], None]) -> Iterator[Fr
 def _frame(file: BinaryIO, start: int, size: int) -> Frame | None:
     """The record at a place; None where there is no whole and sound one."""
     file.seek(start)
-    check, head = b"", file.read(RECORD.size)
+    check = b""
+    head = file.read(RECORD.size)
     if head == CHECK_START:
         check = head + file.read(CHECK.size - RECORD.size)
         head = file.read(RECORD.size)

@@ -75,7 +75,8 @@ def _problem(directory: Path, error: OSError) -> Repair:
 
 def _is_finished(run: Path) -> bool:
     """Whether all files are finished, and `metadata.yaml` names them and counts their messages."""
-    messages, files = 0, bag_files(run)
+    messages = 0
+    files = bag_files(run)
     for path in files:
         contents = _finished_contents(path)
         if contents is None:

@@ -79,7 +79,8 @@ class RunLog:
         """Finish the bag and let go of it; OSError: the next start has to finish it."""
         with self._refusals(), self._lock:
             self._closed = True
-            bag, self._bag = self._bag, None
+            bag = self._bag
+            self._bag = None
             if bag is not None:
                 bag.finish()
 
@@ -148,7 +149,9 @@ class _Bag:
     ) -> None:
         self._path = path
         self._lock = _locked_directory(path)
-        self._types, self._node, self._max_bytes = types, node, max_bytes
+        self._types = types
+        self._node = node
+        self._max_bytes = max_bytes
         self.file: bag_file.BagFile | None = None  # that is being written
         self.metadata_size = 0
         self._closed: dict[

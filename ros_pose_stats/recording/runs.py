@@ -88,7 +88,8 @@ class SpaceBound:
     """
 
     def __init__(self, log_directory: Path, limit: int) -> None:
-        self.deleted, self.last_deleted = 0, ""  # runs and files
+        self.deleted = 0
+        self.last_deleted = ""  # runs and files
         self.exceeded = False
         self._log_directory = log_directory
         self._limit = limit
@@ -118,7 +119,8 @@ class SpaceBound:
         self.exceeded = not self._fits(own_bytes)
 
     def _count(self, name: str) -> None:
-        self.deleted, self.last_deleted = self.deleted + 1, name
+        self.deleted = self.deleted + 1
+        self.last_deleted = name
 
     def _fits(self, own_bytes: int) -> bool:
         return self._others + own_bytes <= self._limit

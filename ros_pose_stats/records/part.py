@@ -43,7 +43,9 @@ def digest_name(digest: str) -> str:
 
 def array_bytes(*values: object) -> int:
     """Bytes of all arrays in values, in their fields and items, each counted once."""
-    waiting, seen, total = list(values), set(), 0
+    waiting = list(values)
+    seen = set()
+    total = 0
     while waiting:
         value = waiting.pop()
         if id(value) in seen:

@@ -15,14 +15,17 @@ DEFAULT_CLUSTER_TOLERANCE = 0.0025
 DEFAULT_ROUND_SIDES = 192
 """Sides a turn of the polygons that stand for circles: they roll about as far as real parts."""
 
-FEWEST_ROUND_SIDES, MOST_ROUND_SIDES = 16, 4096
+FEWEST_ROUND_SIDES = 16
+MOST_ROUND_SIDES = 4096
 DEFAULT_DROP_RADII = 20.0
 LOW_DROP_RADII = 5.0
 
-HIGHEST_DROP, HIGHEST_KICK = 2.0, 0.5
+HIGHEST_DROP = 2.0
+HIGHEST_KICK = 0.5
 """Metres; no feeder drops or kicks a part higher, unless the part itself is as large."""
 
-HIGHEST_RADII, LARGE_RADII = 1000.0, 20.0
+HIGHEST_RADII = 1000.0
+LARGE_RADII = 20.0
 """Radii up to which no part goes however low, and those that a large part may go."""
 
 DEFAULT_DROPS = 10_000

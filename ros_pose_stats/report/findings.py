@@ -133,7 +133,8 @@ def investigate(
     `drops`: None for as many as bring the error over the poses within a point, at most 10 000;
     `on_progress`: takes the share done, 0 to 1, and what is done.
     """
-    resting, keywords = poses.poses_in(part, scene), asdict(scene)
+    resting = poses.poses_in(part, scene)
+    keywords = asdict(scene)
     feeder.check(len(resting.poses))
     prepare_kernels()
     target, bound = (TARGET_ERROR, MOST_DROPS) if drops is None else (0.0, drops)

@@ -63,7 +63,8 @@ LIMITS = {
     "MOST_TURNED": 14,  # poses in the table of flips
     "BESIDE": 9,  # ends of it that leave room for another figure beside it
 }
-MOST_FEEDERS, MOST_NAMED = 12, 24
+MOST_FEEDERS = 12
+MOST_NAMED = 24
 """Most rows about the feeder, and characters that name the poses of a group."""
 
 MOST_EFFECTS = 12  # changes of the part that are listed
@@ -72,7 +73,8 @@ ROUNDING = 1e-9  # coordinates of the centre of mass, in radii, that are shown a
 
 def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
     """The page of a part as HTML; `commands`: those that give the same numbers again."""
-    part, found = findings.part, findings.simulated
+    part = findings.part
+    found = findings.simulated
     groups = pose_groups.pose_groups(found)
     shown = groups[:MOST_SHOWN]
     first = [group.first for group in shown]
@@ -129,7 +131,8 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
 
 def _kicks(findings: Findings) -> str | None:
     """What the feeder gets by its own kick and by others, as a picture."""
-    feeder, afresh = findings.feeder, findings.afresh
+    feeder = findings.feeder
+    afresh = findings.afresh
     if not findings.kicks or afresh is None or feeder.rate is None:
         return None
     return figures.svg_address(

@@ -98,12 +98,10 @@ def _build(part: Part, round_sides: int) -> ConvexBody:
             scale, points, arrays, tolerance, (), np.full(len(arrays.area), -1), 0
         )
     plain = convex_body(part, 0)
-    scale, points, arrays, tolerance = (
-        plain.radius,
-        plain.points,
-        plain.arrays,
-        plain.tolerance,
-    )
+    scale = plain.radius
+    points = plain.points
+    arrays = plain.arrays
+    tolerance = plain.tolerance
     qhull = hull_of_part(part).qhull
     rounding = (
         round_surfaces.rounding_of(part, part.surface_vertices[qhull.vertices]) / scale

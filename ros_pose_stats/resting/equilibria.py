@@ -172,7 +172,9 @@ def tilt_margins(found: Equilibria, grouped: Clusters) -> Array:
     pose_of_face[found.faces] = grouped.pose
     margins = np.full(grouped.lowest.shape[0], np.pi / 2.0)
     several = np.bincount(grouped.pose) > 1
-    here, beyond, basin = arrays.face, arrays.face[arrays.twin], found.arrays.basin
+    here = arrays.face
+    beyond = arrays.face[arrays.twin]
+    basin = found.arrays.basin
     # A foot may be outside of a side by rounding, with a higher face beyond it that comes back.
     sides = np.flatnonzero(
         (pose_of_face[here] >= 0)

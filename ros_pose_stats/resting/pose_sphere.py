@@ -13,7 +13,8 @@ import numpy as np
 from ..records import Array, Index
 from . import poses
 
-FINEST, COARSEST = 200, 60  # pixels across a hemisphere
+FINEST = 200
+COARSEST = 60  # pixels across a hemisphere
 MOST_PRODUCTS = (
     2e8  # most directions times faces; parts of many faces get a coarser map
 )
@@ -41,11 +42,9 @@ def pose_sphere(resting: poses.RestingPoses) -> PoseSphere:
     directions = _directions(int(min(max(fine, COARSEST), FINEST)))
     inside = np.isfinite(directions[..., 0])
     asked = directions[inside]
-    r, height, face = (
-        np.empty(len(asked)),
-        np.empty(len(asked)),
-        np.empty(len(asked), dtype=np.int64),
-    )
+    r = np.empty(len(asked))
+    height = np.empty(len(asked))
+    face = np.empty(len(asked), dtype=np.int64)
     step = max(1, AT_ONCE // max(body.faces, len(body.points)))
     for begin in range(0, len(asked), step):
         some = slice(begin, begin + step)
@@ -54,7 +53,8 @@ def pose_sphere(resting: poses.RestingPoses) -> PoseSphere:
         r[some] = 1.0 / steepness.max(axis=1)
         height[some] = body.R(asked[some])
     maps = np.full((2, *inside.shape), np.nan)
-    maps[0][inside], maps[1][inside] = body.radius * r, body.radius * height
+    maps[0][inside] = body.radius * r
+    maps[1][inside] = body.radius * height
     pose = np.full(inside.shape, -1, dtype=np.int64)
     pose[inside] = resting.pose_of_face[face]
     peaks = resting.equilibria.peaks

@@ -23,7 +23,8 @@ from .turns import axis_offsets, curves, rolling_axes, yaw_symmetries
 CORNER_REACHES = np.array([0.05, 0.3125])
 """Distances, in radii, within which corners count as one: for edges and bevels, and for shapes."""
 
-OTHER_SIDES_HEIGHT, OTHER_SIDES_TURN = 0.01, 0.996
+OTHER_SIDES_HEIGHT = 0.01
+OTHER_SIDES_TURN = 0.996
 """Share of its height, and cosine of an angle (5 degrees), within which a pose is the same with
 another number of sides: facets of 48 lie 0.2 % nearer to the axis than the surface."""
 
@@ -271,7 +272,8 @@ def _records(
     level = lengths(across)[:, None]
     on_plate = np.divide(across, level, out=np.zeros_like(across), where=level > 0.0)
     yaw = yaw_symmetries(part, found, grouped.lowest, surface)
-    faces, barriers = found.faces[grouped.lowest], grouped.barrier * body.radius
+    faces = found.faces[grouped.lowest]
+    barriers = grouped.barrier * body.radius
     ordered = np.argsort(grouped.pose, kind="stable")
     members_of = [
         some.tolist()

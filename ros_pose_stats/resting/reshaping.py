@@ -85,7 +85,8 @@ def _redraw(
 ) -> None:
     """Put the rims of one axis on its angles."""
     pieces = [_pieces(outline.points, group, rim, uses) for rim, _ in parts]
-    turn, step = 2.0 * np.pi, 2.0 * np.pi / sides
+    turn = 2.0 * np.pi
+    step = 2.0 * np.pi / sides
     ends = [
         angle
         for (_, refine), one in zip(parts, pieces, strict=True)
@@ -104,12 +105,14 @@ def _redraw(
             Chain(one.rim, numbers, True, sides if ends else one.sides)
         )
     for (rim, refine), mine in zip(parts, pieces, strict=True):
-        height, changed = _height(outline.points, group, rim), False
+        height = _height(outline.points, group, rim)
+        changed = False
         sequence: list[Index] = []
         for corner, angle in mine:
             between = corner[1:-1]
             if _is_redrawn((corner, angle), refine, step):
-                low, high = angle[0] + SAME_ANGLE * step, angle[-1] - SAME_ANGLE * step
+                low = angle[0] + SAME_ANGLE * step
+                high = angle[-1] - SAME_ANGLE * step
                 new = np.sort(grid + turn * np.ceil((low - grid) / turn), kind="stable")
                 new = new[new < high]
                 if refine or len(new) < len(between):
@@ -154,7 +157,8 @@ def _pieces(
 
     An edge that stays is a stretch of its own with a single corner and no end.
     """
-    corner, stays = rim.corner, rim.stays
+    corner = rim.corner
+    stays = rim.stays
     if (rim.axis * group.frame[2]).sum() < 0.0:
         stays = stays[::-1]
         corner = np.append(corner[:1], corner[:0:-1]) if rim.closed else corner[::-1]
@@ -162,9 +166,11 @@ def _pieces(
     if rim.closed:
         fixed |= stays | np.roll(stays, 1)
         begin = int(fixed.argmax())
-        corner, stays = np.roll(corner, -begin), np.roll(stays, -begin)
+        corner = np.roll(corner, -begin)
+        stays = np.roll(stays, -begin)
         fixed = np.roll(fixed, -begin)
-        corner, fixed = np.append(corner, corner[0]), np.append(fixed, True)
+        corner = np.append(corner, corner[0])
+        fixed = np.append(fixed, True)
     else:
         fixed[:-1] |= stays
         fixed[1:] |= stays

@@ -149,7 +149,8 @@ def loops_of(arrays: BodyArrays, faces: Index) -> tuple[Index, Index]:
 def off_axis(points: Array, group: Group) -> Array:
     """Distance (n,) of points from the axis of a group."""
     away = points - group.center
-    x, y = along(away, group.frame[0]), along(away, group.frame[1])
+    x = along(away, group.frame[0])
+    y = along(away, group.frame[1])
     return np.asarray(np.sqrt(x * x + y * y))
 
 
@@ -159,10 +160,8 @@ def group_by_axis(points: Array, rims: list[Rim], rounding: float) -> list[Group
         return []
     reach = np.array([rim.radius * len(rim.side) for rim in rims])
     rims = [rims[k] for k in np.argsort(-reach, kind="stable").tolist()]
-    axis, center = (
-        np.array([rim.axis for rim in rims]),
-        np.array([rim.center for rim in rims]),
-    )
+    axis = np.array([rim.axis for rim in rims])
+    center = np.array([rim.center for rim in rims])
     radius = np.array([rim.radius for rim in rims])
     slack = np.array(
         [(4.0 * rounding + rim.deviation) * _looseness(points, rim) for rim in rims]
@@ -218,7 +217,8 @@ def _looseness(points: Array, rim: Rim) -> float:
 def _with_frame(points: Array, rims: Sequence[Rim]) -> Group:
     """Common axis: of the smallest moment of rims along it and their centres across it."""
     first = rims[0]
-    axis, center = first.axis, first.center
+    axis = first.axis
+    center = first.center
     if len(rims) > 1:
         weight = np.array([float(len(rim.corner)) for rim in rims])
         centers = np.array([rim.center for rim in rims])
@@ -266,7 +266,8 @@ def _number_strips(
     is_corner[arrays.corner] = True
     for k, chain in enumerate(chains):
         there = chain.point[is_corner[chain.point]]
-        rim[there], place[there] = k, np.arange(len(there))
+        rim[there] = k
+        place[there] = np.arange(len(there))
         size[there] = len(there) if chain.closed else -1
     faces = np.flatnonzero(np.bincount(arrays.face[rim[arrays.corner] >= 0]))
     corner, begin = loops_of(arrays, faces)
@@ -286,7 +287,8 @@ def _number_strips(
         found[faces[strip]] = count + numbers
         count += int(numbers.max()) + 1
     # Facets with corners between their rims, as teeth have that wind about the axis.
-    begin, up = arrays.face_start[:-1], along(points - group.center, group.frame[2])
+    begin = arrays.face_start[:-1]
+    up = along(points - group.center, group.frame[2])
     divided = np.logical_or.reduceat((rim < 0)[arrays.corner], begin) & (found < 0)
     if not divided.any():
         return count

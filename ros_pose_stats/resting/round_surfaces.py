@@ -82,7 +82,9 @@ def find_groups(
         corner = (
             ends[edges, 0] if closed else np.append(ends[edges, 0], ends[edges, 1][-1])
         )
-        circle, on, long = runs.circle[k], surface[edges], chord[edges]
+        circle = runs.circle[k]
+        on = surface[edges]
+        long = chord[edges]
         # Edges that bridge a gap, or are too long for a facet of their run, stay.
         usual = _median(long[on]) if on.any() else 0.0
         stays = ~on | (

@@ -73,7 +73,8 @@ def splitting_graph(resting: RestingPoses, function: Function = "r") -> Splittin
     SplittingNode
         The root.
     """
-    found, grouped = resting.equilibria, resting.clusters
+    found = resting.equilibria
+    grouped = resting.clusters
     tree = found.arrays.tree
     leaves = found.order.shape[0]
     areas, probability = resting.passage_R if function == "R" else resting.passage_r

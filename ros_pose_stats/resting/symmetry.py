@@ -100,7 +100,8 @@ def _orbits(
 
 def kinds_of(found: Equilibria) -> Index:
     """Stable faces that agree in height, area, solid angle and number of corners."""
-    arrays, faces = found.body.arrays, found.faces
+    arrays = found.body.arrays
+    faces = found.faces
     corners = (arrays.face_start[faces + 1] - arrays.face_start[faces]).astype(
         np.float64
     )
@@ -116,7 +117,8 @@ def _shared(kind: Index, pose: Index) -> Index:
     """Stable faces whose kind has members in two poses at least, kind by kind."""
     if int(kind.max()) + 1 == kind.shape[0]:
         return np.empty(0, dtype=np.int64)
-    rests, poses = pose >= 0, int(pose.max()) + 1
+    rests = pose >= 0
+    poses = int(pose.max()) + 1
     pairs = np.unique((kind * poses + pose)[rests])
     several = np.bincount(pairs // poses, minlength=int(kind.max()) + 1) > 1
     shared = np.flatnonzero(several[kind] & rests)
@@ -134,8 +136,10 @@ def candidates(
     frames: Callable[[int], Frame], face: int, other: int
 ) -> Iterator[Array]:
     """Rotations but the identity that take one contact polygon to the other, corner to corner."""
-    here, there = frames(face), frames(other)
-    start, count = int(np.argmax(here.size)), len(here.size)
+    here = frames(face)
+    there = frames(other)
+    start = int(np.argmax(here.size))
+    count = len(here.size)
     axes = _axes(here.normal, here.corners[start] / here.size[start])
     like = (np.abs(there.size - here.size[start]) <= SYMMETRY).tolist()
     twice = np.concatenate([there.size, there.size])
@@ -199,7 +203,8 @@ class SurfaceTrial:
 
     def is_turned(self, axis: Array) -> bool:
         """Whether all regions face the axis or away from it, as those of a turned part do."""
-        place, normal = self.regions.rows[:, :3], self.regions.rows[:, 3:6]
+        place = self.regions.rows[:, :3]
+        normal = self.regions.rows[:, 3:6]
         return bool(
             (np.abs((np.cross(place, normal) * axis).sum(axis=1)) < SYMMETRY).all()
         )

@@ -59,7 +59,8 @@ def thin_out(outline: Outline, arrays: convex_body.BodyArrays, sides: int) -> No
             ]
             counts = [int((one & free).sum()) for one in found]
             best = counts.index(min(counts))
-            poles, chosen = turned[best], found[best]
+            poles = turned[best]
+            chosen = found[best]
         else:
             chosen = hull.outermost_corners(
                 outline.points, first, beside, poles, grid, TIE
@@ -147,7 +148,8 @@ def plan_sides(wholes: list[Whole], corners: int, sides: int) -> None:
 def _plan_profile(wholes: list[Whole], tolerance: float) -> None:
     """Mark the rims of one axis to be kept: `sides` is 1 for them, else 0."""
     wholes.sort(key=lambda one: one.height)
-    center, axis = wholes[0].group.center, wholes[0].group.frame[2]
+    center = wholes[0].group.center
+    axis = wholes[0].group.frame[2]
     middle = -float((center * axis).sum())
     profile = np.array([(one.height - middle, one.rim.radius) for one in wholes])
     step = np.diff(profile, axis=0)

@@ -70,7 +70,9 @@ def curve_angle(resting: poses.RestingPoses) -> float:
     A facet of a curve turns little to two neighbours at least, and far to others. That on which
     the part lies is narrow.
     """
-    found, body, arrays = resting.equilibria, resting.body, resting.body.arrays
+    found = resting.equilibria
+    body = resting.body
+    arrays = resting.body.arrays
     there = arrays.face[arrays.twin]
     turn = 2.0 * np.arcsin(
         0.5 * lengths(arrays.normal[arrays.face] - arrays.normal[there])
@@ -159,7 +161,8 @@ def _near_tie(resting: poses.RestingPoses) -> str:
 
 def _smallest_gap(resting: poses.RestingPoses) -> float:
     """Smallest difference in level of a split and the next one below it, in radii."""
-    tree, wanted = resting.equilibria.arrays.tree, resting.clusters.split
+    tree = resting.equilibria.arrays.tree
+    wanted = resting.clusters.split
     below = tree.child[wanted] - tree.level.shape[0] - 1
     split = np.maximum(below, 0)
     gaps = tree.level[wanted][:, None] - tree.level[split]

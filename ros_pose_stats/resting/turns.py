@@ -27,7 +27,8 @@ def axis_offsets(
     body: convex_body.ConvexBody, pose_of_face: Index, downs: Array
 ) -> Array:
     """How far (P,) the centre of mass lies beside the axis of full cylinders poses roll on."""
-    normal, distance = body.arrays.normal, body.arrays.distance
+    normal = body.arrays.normal
+    distance = body.arrays.distance
     found = np.zeros(len(downs))
     for run in body.runs:
         if run.kind != "round" or not run.full:
@@ -58,8 +59,10 @@ def curves(
     on end. Curves of a full turn do not count there; no blow makes a part turn about their axis.
     `inertia` (3, 3): over mass and squared radius; `lowest` (P,) int: faces that poses rest on.
     """
-    arrays, first = body.arrays, body.arrays.face_start[:-1]
-    face, poses = arrays.face, len(lowest)
+    arrays = body.arrays
+    first = body.arrays.face_start[:-1]
+    face = arrays.face
+    poses = len(lowest)
     turn = lengths(arrays.normal[face] - arrays.normal[face[arrays.twin]])
     curve = np.maximum(1.0 - np.square(turn / LARGEST_BEND), 0.0)
     if not curve.any():
@@ -80,7 +83,8 @@ def curves(
     curve *= np.maximum((contact - half) / (contact + half), TINY) ** (
         2.0 / np.maximum(turn, TINY)
     )
-    full, angle = _on_full_turns(body), np.bincount(pose_of_face, arrays.angle, poses)
+    full = _on_full_turns(body)
+    angle = np.bincount(pose_of_face, arrays.angle, poses)
     share = (
         np.bincount(
             pose_of_face,
@@ -112,7 +116,8 @@ def curves(
 
 def _on_full_turns(body: convex_body.ConvexBody) -> Mask:
     """Which faces (F,) touch a run of a full turn, also those of a dome over it."""
-    arrays, found = body.arrays, np.zeros(body.faces, dtype=np.bool_)
+    arrays = body.arrays
+    found = np.zeros(body.faces, dtype=np.bool_)
     for run in body.runs:
         if run.full:
             up = along(arrays.normal, run.axis)
@@ -208,9 +213,12 @@ def _order(
 
 def _turn_matrix(axis: Array, angle: float) -> Array:
     """Turn (3, 3) by an angle, radians, about a unit axis (Rodrigues)."""
-    cos, sin = math.cos(angle), math.sin(angle)
+    cos = math.cos(angle)
+    sin = math.sin(angle)
     x, y, z = axis.tolist()
-    a, b, c = (1.0 - cos) * x, (1.0 - cos) * y, (1.0 - cos) * z
+    a = (1.0 - cos) * x
+    b = (1.0 - cos) * y
+    c = (1.0 - cos) * z
     return np.array(
         [
             (a * x + cos, a * y - sin * z, a * z + sin * y),

@@ -33,15 +33,11 @@ SERVICE_QUALITY = qos.QoSProfile(
 
 THREADS = 3  # those that wait for the disk at the same time wait for it together
 MOST_WAITING = 2000  # requests; the others are left to the middleware
-MOST_NUMBERS, MOST_ALIKE = (
-    1000,
-    16,
-)  # by which clients are told apart; clients of one number
+MOST_NUMBERS = 1000
+MOST_ALIKE = 16  # by which clients are told apart; clients of one number
 MISSES = 2  # in a row, after which a client is taken for one that cannot be reached
-FIRST, AGAIN = (
-    1.0,
-    10.0,
-)  # seconds before such a client is tried; the second for all together
+FIRST = 1.0
+AGAIN = 10.0  # seconds before such a client is tried; the second for all together
 QUIET = 60.0  # seconds between two warnings of a kind
 
 warnings.filterwarnings(
@@ -87,7 +83,8 @@ def answered(
             if not isinstance(error, PoseStatsError):
                 say_failure(f"{type(request).__qualname__}: {words_of(error)}")
             if hasattr(response, "success"):
-                response.success, response.message = False, words_of(error)
+                response.success = False
+                response.message = words_of(error)
         if coming is None:
             coming_answer.set_result(response)
         else:  # no thread waits
@@ -120,13 +117,16 @@ class Answers:
     def __init__(
         self, warn: Callable[[str], object], clock: Callable[[], float] = time.monotonic
     ) -> None:
-        self._warn, self._clock = warn, clock
+        self._warn = warn
+        self._clock = clock
         self._by_number: dict[
             tuple[str, int], list[Client]
         ] = {}  # of their last requests
         self._lines: deque[Client] = deque()  # clients whose requests wait
-        self._waiting, self._closed = 0, False
-        self._next_try, self._warned = 0.0, dict[str, float]()
+        self._waiting = 0
+        self._closed = False
+        self._next_try = 0.0
+        self._warned = dict[str, float]()
         self.lock = threading.RLock()
         self.last = 0.0
         self._pool = ThreadPoolExecutor(THREADS, "answers")
@@ -209,7 +209,8 @@ class Answers:
             if rival is not None:
                 rival.is_mixed_up = False
                 if not reached and rival.misses >= MISSES:  # it was the rival's
-                    client.misses, rival.misses = rival.misses, 0
+                    client.misses = rival.misses
+                    rival.misses = 0
             if reached:
                 if client.misses >= MISSES:  # the try held up nobody
                     self._next_try = 0.0
@@ -284,7 +285,8 @@ class AnsweringNode(nodes.Node):
             qos_profile=SERVICE_QUALITY,
             callback_group=callback_groups.MutuallyExclusiveCallbackGroup(),
         )
-        send_now, answers = service.send_response, self.answers
+        send_now = service.send_response
+        answers = self.answers
 
         def answer(asked: Asked, header: Any, request: Any) -> None:
             coming = answered(

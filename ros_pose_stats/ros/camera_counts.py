@@ -41,17 +41,16 @@ class BatchSubscription:
         noun: str,
         take: Callable[[list[bytes]], object],
     ) -> None:
-        self._log, self._floods = base.node.get_logger(), base.refusals.floods
-        self._kind, self._topic, self._noun = kind, topic, noun
-        self._hand_over, self._count_lost = (
-            take,
-            partial(base.refusals.count_lost, COUNTS),
-        )
-        self._gaps, self._warned, self._lock = (
-            SequenceGaps(),
-            -math.inf,
-            threading.Lock(),
-        )
+        self._log = base.node.get_logger()
+        self._floods = base.refusals.floods
+        self._kind = kind
+        self._topic = topic
+        self._noun = noun
+        self._hand_over = take
+        self._count_lost = partial(base.refusals.count_lost, COUNTS)
+        self._gaps = SequenceGaps()
+        self._warned = -math.inf
+        self._lock = threading.Lock()
         self._came: known_part.Memory[tuple[int, int, int], bool] = known_part.Memory(
             4 * DEPTH
         )
@@ -83,7 +82,8 @@ class BatchSubscription:
 
     def _take_with(self, received: list[tuple[bytes, Mapping[str, int]]]) -> bool:
         """Hand over messages and what waits behind them, up to so many bytes; whether any."""
-        size, handle = sum(len(data) for data, _ in received), self._subscription.handle
+        size = sum(len(data) for data, _ in received)
+        handle = self._subscription.handle
         with self._lock:
             with handle:
                 while (
@@ -126,13 +126,15 @@ class BatchSubscription:
         return is_copy
 
 
-COUNTS_TOPIC, OBSERVED_TOPIC = "~/pose_counts", "~/observed_parts"
+COUNTS_TOPIC = "~/pose_counts"
+OBSERVED_TOPIC = "~/observed_parts"
 MOST_PROBLEMS = 60  # counts that cannot be compared, of which each is told, in a minute
 MOST_PARTS = 10**6  # in one count
 LEAST_CONFIDENCE = (
     0.5  # a camera that is less sure of a part says nothing about its pose
 )
-MOST_SPEEDS, LONGEST_SPEED = 100, 100  # of a feeder, and characters of a name
+MOST_SPEEDS = 100
+LONGEST_SPEED = 100  # of a feeder, and characters of a name
 
 
 class Cameras:
@@ -142,12 +144,11 @@ class Cameras:
     """
 
     def __init__(self, base: Base, stores: result_store.Stores) -> None:
-        self._settings, self._refusals = base.settings, base.refusals
-        self._log, self._recorder, self._state = (
-            base.node.get_logger(),
-            base.recorder,
-            base.state,
-        )
+        self._settings = base.settings
+        self._refusals = base.refusals
+        self._log = base.node.get_logger()
+        self._recorder = base.recorder
+        self._state = base.state
         self._parts, self._counts, _, self._announcer = stores
         self._subscriptions = [
             BatchSubscription(
@@ -207,7 +208,8 @@ class Cameras:
 
     def _learn(self, counts: PoseCounts) -> None:
         """Learn from counts, or say why not."""
-        part, kind = self._parts.current(counts.part_id), "counts of nothing"
+        part = self._parts.current(counts.part_id)
+        kind = "counts of nothing"
         with (
             nullcontext() if part is None else part.revisions.lock
         ):  # nothing comes in between
@@ -216,7 +218,8 @@ class Cameras:
             if not problem and part is not None and part.shown is not None:
                 if self._counts.add_counts(part, part.shown, counts):
                     return
-                stamp, kind = counts.header.stamp, "counts that came before"
+                stamp = counts.header.stamp
+                kind = "counts that came before"
                 problem = "it came before, and counts once" + (
                     ""
                     if stamp.sec or stamp.nanosec
@@ -227,11 +230,10 @@ class Cameras:
 
     def _count_observed(self, data: bytes) -> PoseCounts | None:
         """Count the poses of parts that a camera saw on the plate; None where it saw none."""
-        settings, seen = (
-            self._settings(),
-            part_messages.observed_parts(data, MOST_BYTES),
-        )
-        part, confidence = self._parts.current(seen.part_id), seen.confidence
+        settings = self._settings()
+        seen = part_messages.observed_parts(data, MOST_BYTES)
+        part = self._parts.current(seen.part_id)
+        confidence = seen.confidence
         if len(confidence) not in (0, len(seen.poses)):
             raise RequestError(
                 "a confidence for each of the poses, or none at all",
@@ -258,7 +260,8 @@ class Cameras:
             )
         if not len(seen.poses):
             return None
-        latched, scene = part.shown.latched, part.shown.scene
+        latched = part.shown.latched
+        scene = part.shown.scene
         poses = classify_orientations(
             part.part,
             seen.poses[:, 3:],
@@ -316,7 +319,8 @@ def count_problem(
             return f"flips at {len(speeds)} feeder_speeds have been counted, the most there are"
     if not math.isfinite(counts.drop_height):
         return f"it has the drop_height {counts.drop_height}; a negative one stands for unknown"
-    counted, numbered = numbering_of(counts), numbering_of(latched)
+    counted = numbering_of(counts)
+    numbered = numbering_of(latched)
     if not counted.agrees(numbered):
         return f"it has {counted}, the results have {numbered}; copy both from PoseStatistics"
     named = {*counts.index, *([counts.from_pose] if counts.from_pose >= 0 else [])}

@@ -149,7 +149,8 @@ def publish_part(
         if not newest:
             return False
         came, result = newest[-1]
-        stamp, sent = result.header.stamp, message.header.stamp
+        stamp = result.header.stamp
+        sent = message.header.stamp
         is_new = (stamp.sec, stamp.nanosec) >= (sent.sec, sent.nanosec)
         return (is_new and result.drops > 0) or time.monotonic() - came > (
             PATIENCE if part_builder.is_large(part) and not is_new else UNCHECKED

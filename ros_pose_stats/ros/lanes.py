@@ -191,14 +191,16 @@ class Lanes:
         lane = self._place(task)
         most, noun = MOST_WAITING[lane]
         if (lane, task.rank) == (Lane.SLOW, Rank.SENT):
-            most, noun = MOST_SENT, "large meshes with their requests"
+            most = MOST_SENT
+            noun = "large meshes with their requests"
         waiting = sum(other.rank is task.rank for other in self._waiting[lane])
         if waiting >= most:
             return RequestError(
                 f"at most {most} {noun} waiting", f"{waiting}", "ask again in a moment"
             )
         tasks = list(self._tasks(Lane.QUICK, Lane.SLOW))
-        room, held = ROOM * self._most_bytes(), sum(other.size for other in tasks)
+        room = ROOM * self._most_bytes()
+        held = sum(other.size for other in tasks)
         large = sum(other.size for other in tasks if other.lane is Lane.SLOW)
         for bound, used, kind in ((room, held, ""), (room // 2, large, "large ")):
             if (

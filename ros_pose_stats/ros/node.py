@@ -63,11 +63,9 @@ class PoseStatsNode(AnsweringNode):
         super().__init__("pose_stats", **options)
         follow_clock(self.get_clock())
         self.table = Parameters(self, self._on_change)
-        settings, log, name = (
-            self._settings,
-            self.get_logger(),
-            self.get_fully_qualified_name(),
-        )
+        settings = self._settings
+        log = self.get_logger()
+        name = self.get_fully_qualified_name()
         # What the node keeps, and its bag.
         self.state = state = State(
             settings().state_path(name), definitions(), as_of_today, log.warning
@@ -85,7 +83,8 @@ class PoseStatsNode(AnsweringNode):
         self.results = results = result_store.ResultStore(base, parts, counts, board)
         stores = result_store.Stores(parts, counts, results, board)
         # Simulations. Goals may flip for minutes: ~/feeding does not wait for them.
-        reports, flips = job_reports.JobReports(base, stores), run.FlipReports()
+        reports = job_reports.JobReports(base, stores)
+        flips = run.FlipReports()
         prefix = recorder.log.directory.name.removeprefix("pose_stats_")
         self.jobs = jobs = Jobs(prefix, reports, log.error)
         self.flip_jobs = (
@@ -139,7 +138,8 @@ class PoseStatsNode(AnsweringNode):
 
     def start(self) -> None:
         """Latch what an earlier run has latched, and begin to work; kernels are loaded by now."""
-        log, parts = self.get_logger(), self.parts.all()
+        log = self.get_logger()
+        parts = self.parts.all()
         for known in parts:
             self.results.restore(known)
         if parts:
@@ -233,7 +233,8 @@ class Life:
     """Everything that a node does is done in threads that the end does not wait for for long."""
 
     def __init__(self, node: PoseStatsNode, stop: StopSignals) -> None:
-        self._node, self._stop = node, stop
+        self._node = node
+        self._stop = stop
         self._executor = executors.MultiThreadedExecutor(num_threads=THREADS)
         self._living = threading.Thread(target=self._live, name="executor", daemon=True)
         self._failure: BaseException | None = None

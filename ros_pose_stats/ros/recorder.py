@@ -85,7 +85,8 @@ def as_of_today(kind: str, definition: str, data: bytes) -> bytes | None:
 
 def _filled(message: Any, decoded: Any) -> Any:
     for name, kind in message.get_fields_and_field_types().items():
-        value, default = getattr(decoded, name, None), getattr(message, name)
+        value = getattr(decoded, name, None)
+        default = getattr(message, name)
         if value is None:
             continue
         if hasattr(default, "get_fields_and_field_types"):
@@ -110,7 +111,8 @@ class Recorder:
     def __init__(
         self, settings: Settings, node: str, state: State, warn: Callable[[str], object]
     ) -> None:
-        self._state, self._warn = state, warn
+        self._state = state
+        self._warn = warn
         types = {topic: message_type(kind) for topic, kind in TYPES.items()}
         self.log = run_log.RunLog(
             settings.directory(),
@@ -164,7 +166,8 @@ class Recorder:
             is_new = not problem and bag != self._directory
             if is_new:
                 self._directory = bag
-            self.problem, self.last_problem = problem, problem or self.last_problem
+            self.problem = problem
+            self.last_problem = problem or self.last_problem
             self.lost += bool(problem)
         if changed:
             self._warn(
@@ -185,7 +188,8 @@ class Recorder:
     def health(self, counts_lost: int) -> Health:
         """What diagnostics say about the bag."""
         problem = self.problem or self._state.problem
-        bounds, left = [] if self.log.bytes_left is None else [self.log.bytes_left], ""
+        bounds = [] if self.log.bytes_left is None else [self.log.bytes_left]
+        left = ""
         try:
             home = next(path for path in self.log.directory.parents if path.is_dir())
             bounds.append(shutil.disk_usage(home).free)

@@ -56,7 +56,9 @@ class Floods:
         passed = time.monotonic() - self._began
         if passed >= MINUTE:
             self._began += passed
-            self._last, self._floods, self._counts = self._floods, Counter(), Counter()
+            self._last = self._floods
+            self._floods = Counter()
+            self._counts = Counter()
             for source, count in self._last.items():
                 self._say(f"a flood: {count} of {source} in the last minute")
 
@@ -87,7 +89,8 @@ class SequenceGaps:
         return missing
 
 
-MESHES, COUNTS = "meshes", "counts"  # that may be lost
+MESHES = "meshes"
+COUNTS = "counts"  # that may be lost
 REMEMBERED = 20  # refused meshes listed with their reasons
 COPY_SECONDS = (
     2.0  # in which both copies of a latched mesh, or equal requests, count once
@@ -118,7 +121,8 @@ class Refusals:
         self.floods = Floods(say)
         self._recent: deque[_Refusal] = deque(maxlen=REMEMBERED)
         self._lock = threading.Lock()
-        self.refused, self.lost = 0, Counter[str]()
+        self.refused = 0
+        self.lost = Counter[str]()
 
     def refuse(self, source: str, reason: str, what: str = "mesh") -> None:
         """Count and tell a refusal, unless it is a copy of one just before."""
@@ -154,11 +158,9 @@ class Refusals:
     def health(self, parts: int, waiting: int) -> Health:
         """The line about meshes."""
         with self._lock:
-            recent, refused, overrun = (
-                list(self._recent),
-                self.refused,
-                self.lost[MESHES],
-            )
+            recent = list(self._recent)
+            refused = self.refused
+            overrun = self.lost[MESHES]
         fresh = bool(recent) and time.monotonic() - recent[-1].at < RECENT_SECONDS
         floods = "; ".join(
             f"{count} of {source} within a minute"

@@ -387,7 +387,8 @@ class Parameters:
                     f"there is no parameter '{name}', its value is ignored{hint}"
                 )
         self.settings = settings_of(values)
-        self._node, self._on_change = node, on_change
+        self._node = node
+        self._on_change = on_change
         self._checked = threading.local()
         self._lock = threading.Lock()
         node.add_pre_set_parameters_callback(lambda given: list(map(_widened, given)))
@@ -420,7 +421,8 @@ class Parameters:
 
     def _check(self, parameters: Sequence[Parameter]) -> msg.SetParametersResult:
         try:
-            ours, values = _ours(parameters), dict(vars(self.settings))
+            ours = _ours(parameters)
+            values = dict(vars(self.settings))
             if PLATE & ours.keys():
                 del values["profile"]
             self._checked.settings = settings_of({**values, **ours})
@@ -453,7 +455,8 @@ class Parameters:
 
 
 def _descriptor(setting: Field[Any]) -> msg.ParameterDescriptor:
-    kind, about = TYPES[type(setting.default)], setting.metadata
+    kind = TYPES[type(setting.default)]
+    about = setting.metadata
     descriptor = msg.ParameterDescriptor(
         name=setting.name,
         type=kind.value,

@@ -77,8 +77,10 @@ def spur_gear(teeth: int, module: float) -> Outline:
 
     The first tooth points along x; below the base circle flanks run radially to the root circle.
     """
-    pitch, pressure = teeth * module / 2.0, np.radians(20.0)
-    base, tip = pitch * np.cos(pressure), pitch + module
+    pitch = teeth * module / 2.0
+    pressure = np.radians(20.0)
+    base = pitch * np.cos(pressure)
+    tip = pitch + module
     radii = np.linspace(max(base, pitch - module), tip, 5)
     half_tooth = np.pi / (2.0 * teeth) + np.tan(pressure) - pressure
     roll = np.sqrt(np.maximum((radii / base) ** 2 - 1.0, 0.0))

@@ -88,7 +88,8 @@ class DropWorkers:
 
     def _arrange_outcomes(self) -> Iterator[DropOutcomes]:
         waiting: dict[int, DropOutcomes] = {}
-        wanted, busy = 0, self._workers
+        wanted = 0
+        busy = self._workers
         while busy:
             if self._should_stop():
                 self.stop()

@@ -56,7 +56,8 @@ def _prepare(part: Part, resting: poses.RestingPoses) -> PreparedBody:
     used = np.unique(body.arrays.corner)
     points = vectors.turn_vectors(body.points[used], axes)
     order, ball, ball_range = ball_tree(points)
-    points, corner = points[order], used[order]
+    points = points[order]
+    corner = used[order]
     x, y, z = np.ascontiguousarray(points.T)
     rims = rolling_rims(resting, moment, axes, corner)
     arrays = layout.DropBody(
@@ -151,10 +152,8 @@ def ball_tree(points: Array) -> tuple[Index, Array, Index]:
             order.append(inside)
             placed += inside.shape[0]
         else:
-            axis, middle = (
-                int(np.argmax(np.ptp(points[inside], axis=0))),
-                inside.shape[0] // 2,
-            )
+            axis = int(np.argmax(np.ptp(points[inside], axis=0)))
+            middle = inside.shape[0] // 2
             # Stable, since a partition would order its halves differently on other processors.
             ranked = inside[np.argsort(points[inside, axis], kind="stable")]
             waiting += [ranked[middle:], ranked[:middle]]
@@ -182,7 +181,8 @@ def rolling_rims(
 
     `moment`: of unit mass, lengths in radii; `corner`: hull points that the tables are about.
     """
-    body, pose_of_face = resting.body, resting.pose_of_face
+    body = resting.body
+    pose_of_face = resting.pose_of_face
     place = np.full(body.points.shape[0], -1, dtype=np.int64)
     place[corner] = np.arange(corner.shape[0])
     rims = RollingRims(
@@ -249,11 +249,13 @@ def _rims(body: convex_body.ConvexBody) -> Iterator[tuple[Run, Index, Index]]:
 
     A flat or a slot in the rim leaves a longer facet there, which belongs to no run.
     """
-    normal, face = body.arrays.normal, body.arrays.face
+    normal = body.arrays.normal
+    face = body.arrays.face
     # A changed part may have lost all facets of a run.
     for number in np.unique(body.run_of_face[body.run_of_face >= 0]).tolist():
         first = np.flatnonzero(body.run_of_face == number)
-        distance, directions = body.arrays.distance[first], normal[first]
+        distance = body.arrays.distance[first]
+        directions = normal[first]
         upright = [
             run
             for run in body.runs
@@ -275,7 +277,8 @@ def _rims(body: convex_body.ConvexBody) -> Iterator[tuple[Run, Index, Index]]:
             )
         ]
         ring = np.abs(vectors.along(normal, run.axis)) < turns.LEVEL
-        here, beyond = ring[face], ring[face[body.arrays.twin]]
+        here = ring[face]
+        beyond = ring[face[body.arrays.twin]]
         links = np.bincount(face[here & beyond], minlength=body.faces)
         if (links[ring] == 2).all():
             yield run, np.flatnonzero(ring), np.flatnonzero(here & ~beyond)

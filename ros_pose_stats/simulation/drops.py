@@ -117,7 +117,8 @@ def random_starts(seed: int, first: int, count: int) -> Array:
     Row k is that of drop `first` + k in every call; 0 <= seed < 2**64.
     """
     u, v = _pairs(seed, _RANDOM_STREAM, first, count).T
-    points, radius = np.empty((count, 3)), 2.0 * np.sqrt(u * (1.0 - u))
+    points = np.empty((count, 3))
+    radius = 2.0 * np.sqrt(u * (1.0 - u))
     sine, cosine = sines_cosines((2.0 * np.pi) * v)
     points[:, 0] = radius * cosine
     points[:, 1] = radius * sine

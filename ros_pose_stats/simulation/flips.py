@@ -17,7 +17,9 @@ from .request import ALONE, DropRequest, Watch, drop_request
 
 DEFAULT_FLIPS = 2000  # flips a pose: a share is told to a point
 
-LOWEST_KICK, HIGHEST_KICK, KICKS = 0.05, 5.0, 13
+LOWEST_KICK = 0.05
+HIGHEST_KICK = 5.0
+KICKS = 13
 """Part radii, and how many between them: below the lowest hardly a part leaves its pose, above
 the highest most come to rest as if dropped."""
 
@@ -96,7 +98,8 @@ def count_flips(
         per_pose.drops * len(poses), per_pose.seed, 0.0, per_pose.workers
     )
     outcomes = _count(body, scene, kick, request, watch, on_progress)
-    counts, unsettled = outcomes[:, 1:], outcomes[:, 0]
+    counts = outcomes[:, 1:]
+    unsettled = outcomes[:, 0]
     settled = counts.sum(axis=1)
     with np.errstate(invalid="ignore"):
         transition = counts / settled[:, None]
@@ -142,7 +145,8 @@ def flips_by_kick(
     on_kick: Callable[[int, int], object] | None = None,
 ) -> list[FlipStatistics]:
     """Flips at several kick heights, as far as they are complete, at the same points."""
-    heights, complete = sorted({check_kick(kick) for kick in kicks}), []
+    heights = sorted({check_kick(kick) for kick in kicks})
+    complete = []
     for place, height in enumerate(heights):
         if on_kick is not None:
             on_kick(place, len(heights))
@@ -212,12 +216,15 @@ class Kicks:
     """
 
     def __init__(self, body: drop_body.PreparedBody, height: float) -> None:
-        self.body, self.height, resting = body, height, body.resting
+        self.body = body
+        self.height = height
+        resting = body.resting
         faces = resting.equilibria.faces[resting.clusters.lowest]
         rows: list[tuple[Array, ...]] = []
         for pose, face in enumerate(faces.tolist()):
             polygon = turn_vectors(resting.body.polygon(face), body.axes)
-            first, second = polygon[1:-1] - polygon[0], polygon[2:] - polygon[0]
+            first = polygon[1:-1] - polygon[0]
+            second = polygon[2:] - polygon[0]
             grown = np.cumsum(lengths(np.cross(first, second)))
             share = np.concatenate(([0.0], grown / grown[-1]))
             rows.append(
@@ -242,7 +249,8 @@ class Kicks:
         A vertical impulse J acts at a point r drawn uniformly from the contact polygon: v = J / m
         and w = J I^-1 (r x up), with J such that the energy is m g times the height.
         """
-        resting, moment = self.body.resting, self.body.arrays.moment
+        resting = self.body.resting
+        moment = self.body.arrays.moment
         pose = np.arange(first, first + count) % len(resting.poses)
         lowest = resting.clusters.lowest[pose]
         states = drops.states_at_rest(
@@ -268,7 +276,8 @@ class Kicks:
         at = np.minimum(at, np.searchsorted(self.end, pose + 1.0, side="left"))
         size = self.end[at] - self.begin[at]
         share = np.clip((pose + draws[:, 0] - self.begin[at]) / size, 0.0, 1.0)
-        out, along = np.sqrt(share)[:, None], draws[:, 1:]
+        out = np.sqrt(share)[:, None]
+        along = draws[:, 1:]
         return np.asarray(
             self.corner[at]
             + out * ((1.0 - along) * self.first[at] + along * self.second[at])

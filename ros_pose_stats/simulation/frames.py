@@ -78,7 +78,8 @@ def drop_frames(
     moving = len(motion)
     times: Array = np.append(motion, np.full(round(PAUSE * RATE), end))
     heights, orientations, energies = _interpolate(trajectory, times)
-    heights[moving:], orientations[moving:] = height, orientation
+    heights[moving:] = height
+    orientations[moving:] = orientation
     energies[moving:] = weight * height
     return DropFrames(
         times, heights, orientations, energies, moving, slower, begin, end
@@ -112,7 +113,8 @@ def _interpolate(trajectory: Trajectory, times: Array) -> tuple[Array, Array, Ar
     heights = (1.0 - share) * trajectory.heights[place] + share * trajectory.heights[
         after
     ]
-    one, two = trajectory.orientations[place], trajectory.orientations[after]
+    one = trajectory.orientations[place]
+    two = trajectory.orientations[after]
     sign = np.where(
         (one * two).sum(axis=1) < 0.0, -1.0, 1.0
     )  # q and -q are the same turn

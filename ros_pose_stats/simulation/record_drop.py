@@ -193,20 +193,17 @@ def _samples(
 ) -> tuple[Array, Array, Array]:
     """Times, states and orientations at the events and between them."""
     turn = resting_quaternions(down[None, :])[0]
-    times, states, turns = (
-        [tape[:1, at.TAPE_TIME]],
-        [tape[:1, STATE_ON_TAPE]],
-        [turn[None, :]],
-    )
+    times = [tape[:1, at.TAPE_TIME]]
+    states = [tape[:1, STATE_ON_TAPE]]
+    turns = [turn[None, :]]
     for before, after in pairwise(tape):
-        begin, span = before[at.TAPE_TIME], after[at.TAPE_TIME] - before[at.TAPE_TIME]
+        begin = before[at.TAPE_TIME]
+        span = after[at.TAPE_TIME] - before[at.TAPE_TIME]
         if span > 0.0:
             inner = np.append(np.arange(1, math.ceil(span / frame)) * frame, span)
             np.minimum(inner, span, out=inner)
-            state, orientation = (
-                np.empty((inner.size, at.STATE)),
-                np.empty((inner.size, 4)),
-            )
+            state = np.empty((inner.size, at.STATE))
+            orientation = np.empty((inner.size, 4))
             mode = int(before[at.TAPE_MODE])
             evolve.sample_motion(
                 body.arrays.moment,

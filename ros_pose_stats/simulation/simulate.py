@@ -117,7 +117,9 @@ class _Simulation:
         self, part: Part, scene: DropScene, request: DropRequest, judge: Judge | None
     ) -> None:
         self._begin = time.perf_counter()
-        self._part, self._scene, self._request = part, scene, request
+        self._part = part
+        self._scene = scene
+        self._request = request
         self._body = drop_body(part, scene)
         self._rules = drop_rules(scene, self._body.radius)
         first = min(FEWEST, request.drops) if request.events else request.drops
@@ -128,7 +130,8 @@ class _Simulation:
 
     def run(self, watch: Watch) -> PoseStatistics:
         """Count drops until there are enough of them or the caller stops."""
-        prefix, request = self._prefix, self._request
+        prefix = self._prefix
+        request = self._request
 
         def stop() -> bool:
             return prefix.finished or bool(watch.should_stop())
@@ -144,7 +147,8 @@ class _Simulation:
             prefix.wanted,
         )
         for outcomes in workers.outcomes_in_order():
-            first, kept = prefix.drops, prefix.add(outcomes.pose)
+            first = prefix.drops
+            kept = prefix.add(outcomes.pose)
             if watch.on_drops is not None and kept:
                 watch.on_drops(
                     DropChunk(first, self._downs(first, kept), outcomes.first(kept))
@@ -193,7 +197,8 @@ class _Simulation:
 
     def _statistics(self) -> PoseStatistics:
         """Statistics of the drops counted so far."""
-        prefix, missed = self._prefix, list[str]()
+        prefix = self._prefix
+        missed = list[str]()
         if (
             prefix.finished
             and prefix.target_error > 0.0
@@ -233,7 +238,8 @@ def counted_statistics(
     `touched`: drops that were released touching the plate; `uncertain`: what was not certain of
     those that are left out.
     """
-    remarks, unsettled = trust.pose_remarks(resting), drops - int(counts.sum())
+    remarks = trust.pose_remarks(resting)
+    unsettled = drops - int(counts.sum())
     told = [*remarks.warnings, *warnings]
     if touched:
         told.append(

@@ -50,10 +50,8 @@ def goodness_of_fit(
     parts into a sum over units and one over the bins within each. A bin of probability 0 is pooled
     if something was counted there, else left out; `unit`: bins of one number share their error.
     """
-    observed, weights = (
-        _checked("counts", counts),
-        _checked("probabilities", probabilities),
-    )
+    observed = _checked("counts", counts)
+    weights = _checked("probabilities", probabilities)
     if observed.shape != weights.shape or not weights.sum() > 0.0:
         raise RequestError(
             "as many probabilities as counts, not all 0",
@@ -78,7 +76,8 @@ def goodness_of_fit(
     owner, variance = _join_errors(
         bins, pooled, np.nan_to_num(apart[told]), shared[told]
     )
-    total, whole = foreseen.sum(), np.bincount(owner, foreseen)
+    total = foreseen.sum()
+    whole = np.bincount(owner, foreseen)
     beyond = np.bincount(owner, joined) - whole
     other = np.maximum(1.0 - whole / total, np.finfo(float).tiny)
     scatter = np.where(other > ROUNDING, variance * total * total / other, 0.0)

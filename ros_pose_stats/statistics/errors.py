@@ -77,7 +77,9 @@ def jeffreys_interval(
             f"{counted[bad][0]:g} of {totals[bad][0]:g}",
             "divide both by the same variance factor",
         )
-    a, b, tail = counted + 0.5, totals - counted + 0.5, (1.0 - level) / 2.0
+    a = counted + 0.5
+    b = totals - counted + 0.5
+    tail = (1.0 - level) / 2.0
     low = np.where(counted == 0.0, 0.0, betaincinv(a, b, tail))
     high = np.where(counted == totals, 1.0, betaincinv(a, b, 1.0 - tail))
     return low, high
@@ -113,7 +115,8 @@ def largest_error(
     if np.isnan(spread).any():
         return float(np.nan)
     keep = (spread > 0.0).any(axis=0) | (middle != 0.0).any(axis=0)
-    spread, middle = spread[:, keep], np.abs(middle[:, keep])
+    spread = spread[:, keep]
+    middle = np.abs(middle[:, keep])
     units = spread.shape[1]
     if not units:
         return 0.0
@@ -172,7 +175,8 @@ def counted_bound(counts: Index) -> float:
     mean = float((q * (1.0 - q)).sum())
     if not mean > 0.0:  # the only pose
         return 0.0
-    squares, cubes = float((q * q).sum()), float((q * q * q).sum())
+    squares = float((q * q).sum())
+    cubes = float((q * q * q).sum())
     variance = 2.0 * (squares - 2.0 * cubes + squares * squares)
     spread = variance / (9.0 * mean * mean)
     root = 1.0 - spread + DEVIATE * math.sqrt(spread)

@@ -95,12 +95,14 @@ def flip_wrong_ones(
         )
     if kept.all():
         return drop_afresh(dropped, wanted, rate)
-    wrong, shares = np.flatnonzero(~kept), dropped.probability
+    wrong = np.flatnonzero(~kept)
+    shares = dropped.probability
     moves = flips[wrong] / settled[wrong, None]
     leaving = _that_get_out(moves, kept, wrong)
     if not leaving.all():
         # In the end a part lies there for ever; those that arrive before are accepted.
-        out, moves = wrong[leaving], moves[leaving]
+        out = wrong[leaving]
+        moves = moves[leaving]
         arrive = np.linalg.solve(
             np.eye(out.size) - moves[:, out], moves[:, kept].sum(axis=1)
         )
@@ -168,7 +170,8 @@ def _accepted_share(dropped: PoseShares, kept: Mask) -> Bounded:
     """Share of some poses; symmetry tells how a unit's share is shared out."""
     if kept.all():
         return Bounded(1.0, 1.0, 1.0)
-    drops, share = dropped.drops, min(1.0, float(dropped.probability[kept].sum()))
+    drops = dropped.drops
+    share = min(1.0, float(dropped.probability[kept].sum()))
     if math.isnan(drops):
         return Bounded(share, math.nan, math.nan)
     if 0.0 < share < 1.0:

@@ -36,7 +36,8 @@ class SquareError(NamedTuple):
             return 0.0
         shape = self.mean * self.mean / np.maximum(self.variance, SMALLEST)
         scaled = shape / np.maximum(self.mean, SMALLEST)
-        least, most = -math.log(FARTHEST), math.log(FARTHEST)
+        least = -math.log(FARTHEST)
+        most = math.log(FARTHEST)
         for _ in range(HALVINGS):
             middle = 0.5 * (least + most)
             below = self.weight @ gammainc(shape, scaled * expected * math.exp(middle))
@@ -195,10 +196,8 @@ def _left(
 ) -> tuple[Array, Array]:
     """The same of distributions whose mean is at most 1 / 2, so that only 0 may bind."""
     total = mean * (1.0 - mean) / np.maximum(variance, SMALLEST) - 1.0
-    a, b = (
-        mean * total,
-        (1.0 - mean) * total,
-    )  # of the Beta distributions of these moments
+    a = mean * total
+    b = (1.0 - mean) * total  # of the Beta distributions of these moments
     around = mean[..., None] + np.sqrt(variance)[..., None] * AROUND
     near = mean[..., None] * NEAR_NOTHING
     count = mean.shape[1]
@@ -218,7 +217,8 @@ def _left(
     for _ in range(CELL_HALVINGS):
         middle = 0.5 * (least + most)
         short = _mass(weight, a, b, middle) < wanted
-        least, most = np.where(short, middle, least), np.where(short, most, middle)
+        least = np.where(short, middle, least)
+        most = np.where(short, most, middle)
     return low, np.where(wanted < 1.0, most, 1.0)
 
 
@@ -230,11 +230,10 @@ def _begin(nodes: Array, mass: Array, level: float) -> float:
     best = int(np.argmin(length))
     if not 0 < best < begin.size - 1 or begin[best - 1] == begin[best]:
         return float(begin[best])
-    x, y = begin[best - 1 : best + 2], length[best - 1 : best + 2]
-    left, right = (
-        (y[0] - y[1]) / (x[1] - x[0]),
-        (y[2] - y[1]) / max(x[2] - x[1], 1e-300),
-    )
+    x = begin[best - 1 : best + 2]
+    y = length[best - 1 : best + 2]
+    left = (y[0] - y[1]) / (x[1] - x[0])
+    right = (y[2] - y[1]) / max(x[2] - x[1], 1e-300)
     turn = 0.5 * (x[2] - x[0]) * left / (left + right) if left + right > 0.0 else 0.0
     return float(min(max(0.5 * (x[0] + x[1]) + turn, x[0]), x[2]))
 

@@ -266,7 +266,8 @@ class ConnorMosimann(NamedTuple):
     def updated(self, counts: Array) -> "tuple[ConnorMosimann, Array]":
         """After counts (G,), and the logarithm (M,) of their probability in this very sequence."""
         beyond = np.cumsum(counts[:0:-1])[::-1]
-        taken, left = self.taken + counts[:-1], self.left + beyond
+        taken = self.taken + counts[:-1]
+        left = self.left + beyond
         likely = self.log_share + betaln(taken, left) - betaln(self.taken, self.left)
         top = likely.max(axis=0)
         together = top + np.log(np.exp(likely - top).sum(axis=0))
@@ -302,7 +303,8 @@ class ConnorMosimann(NamedTuple):
         """Shares, means and mean squares (K, M, G) of the units; the last has the last break."""
         share = np.exp(self.log_share)
         total = self.taken + self.left
-        first, rest = self.taken / total, self.left / total
+        first = self.taken / total
+        rest = self.left / total
         twice = first * (self.taken + 1.0) / (total + 1.0)
         rest_twice = rest * (self.left + 1.0) / (total + 1.0)
         before, before_twice = (

@@ -143,7 +143,8 @@ def _dropped(
     round_sides: int,
 ) -> Size:
     """Simulate bodies from 20 radii."""
-    known, simulated = [], []
+    known = []
+    simulated = []
     for number, mesh in enumerate(meshes):
         part = mesh.part()
         known.append(resting_poses(part, cluster_tolerance, round_sides))

@@ -23,12 +23,14 @@ from .methods import point, timed
 
 Array = NDArray[np.float64]
 
-SAME_FACE, SAME_FACET = 1e-3, 0.2
+SAME_FACE = 1e-3
+SAME_FACET = 0.2
 """Angle within which a pose of trimesh is one of our faces, radians; on a round surface, which has
 other facets here than in the file."""
 
 MUJOCO_DROPS = (10, 100)
-MUJOCO_DEPTH, MUJOCO_STEPS = 0.01, 10
+MUJOCO_DEPTH = 0.01
+MUJOCO_STEPS = 10
 """Median depth of first impacts in radii, and time steps a contact, of a good setting."""
 
 MUJOCO_RESTITUTIONS = 0.1, 0.9
@@ -41,7 +43,8 @@ def trimesh_points(size: Size, parts: int) -> Iterator[ChartPoint]:
     Timed on a new `Trimesh` of the same arrays, whose construction does not count.
     """
     chosen = _first(size, parts)
-    probabilities, seconds = [], []
+    probabilities = []
+    seconds = []
     for mesh, known in zip(size.meshes[:chosen], size.known, strict=False):
         body = trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False)
         took, found = timed(

@@ -49,7 +49,8 @@ PLANS = (
     Plan(0, 60, 2_000, Effort(30, 10_000), 60, 0, machined=True),
 )
 
-FEW_DROPS, FEWER_DROPS = (10, 100, 1_000), (10, 100)
+FEW_DROPS = (10, 100, 1_000)
+FEWER_DROPS = (10, 100)
 
 QUICK = (
     Plan(0, 0, 0, Effort(9, 1_000, FEW_DROPS, FEWER_DROPS), 30, 0),

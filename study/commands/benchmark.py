@@ -262,7 +262,8 @@ def run_chart(options: argparse.Namespace) -> int:
         from ..accuracy_documents import write_chart
         from ..chart import PLANS, QUICK, chart, chart_text
 
-        file, dataset = _figure(options.output), _datasets(options)[0]
+        file = _figure(options.output)
+        dataset = _datasets(options)[0]
     with end_on_interrupt():
         found = chart(dataset, QUICK if options.quick else PLANS, on_progress=_say)
     _say_files(write_chart(found, file))

@@ -23,7 +23,9 @@ from ros_pose_stats.commands.running import (
 if TYPE_CHECKING:
     from ..dataset import DatasetProgress, DatasetSpec, Maker
 
-PAPER_BODIES, PAPER_DROPS, PAPER_RESTITUTIONS = 1057, 100, (0.2, 0.5, 0.8)
+PAPER_BODIES = 1057
+PAPER_DROPS = 100
+PAPER_RESTITUTIONS = (0.2, 0.5, 0.8)
 
 
 def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -175,7 +177,8 @@ def _report(file: Path, seconds: float, as_json: bool) -> None:
     from ..dataset import read_dataset
 
     dataset = read_dataset(file)
-    spec, arrays = dataset.spec, dataset.arrays
+    spec = dataset.spec
+    arrays = dataset.arrays
     drops = spec.bodies * len(spec.restitutions) * spec.drops
     unsettled = drops - int(arrays["settled"].sum())
     found = {

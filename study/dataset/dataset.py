@@ -50,7 +50,8 @@ class Dataset:
 
     def polyhedron(self, number: int) -> RandomPolyhedron:
         """One of the bodies."""
-        vertices, triangles = self._vertex_starts, self._triangle_starts
+        vertices = self._vertex_starts
+        triangles = self._triangle_starts
         return RandomPolyhedron(
             self.arrays["vertex"][vertices[number] : vertices[number + 1]],
             self.arrays["triangle"][triangles[number] : triangles[number + 1]].astype(

@@ -93,7 +93,8 @@ def make_dataset(
             unfinished.remove()
             return True
         done = unfinished.done()
-        begin, found = time.monotonic(), sum(count for _, count in done)
+        begin = time.monotonic()
+        found = sum(count for _, count in done)
         bodies = found
         on_progress(DatasetProgress(bodies, spec.bodies, found, 0.0))
         missing = [piece for piece in spec.chunks if piece not in set(done)]

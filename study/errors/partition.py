@@ -165,7 +165,8 @@ def _partition(
     )
     # Resamples of a single body are all alike, so the error is not known.
     known = 1.0 if np.ptp(simulated.body) else math.nan
-    squares, noises = terms[:, 0].mean(), terms[:, 1].mean()
+    squares = terms[:, 0].mean()
+    noises = terms[:, 1].mean()
     at = int(np.argmax(np.abs(difference)))
     return Accuracy(
         deviation=math.sqrt(squares),

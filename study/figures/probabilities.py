@@ -164,7 +164,8 @@ def noise_figure(
     return figure
 
 
-FAINTEST, STRONGEST = 0.12, 0.8
+FAINTEST = 0.12
+STRONGEST = 0.8
 """Opacity of a dot among many and among few."""
 
 OPAQUE_IN_ALL = 2000.0

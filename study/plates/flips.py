@@ -19,11 +19,12 @@ from ros_pose_stats.simulation.flips import usual_kicks
 from ..output import markdown_table, points, write_page
 from .friction import Array, RealPlate, plate_of, poses_reached, strike, study_parts
 
-FEEDERS, KICKS = (
-    (1, 6),
-    (0.2, 0.5, 1.5),
-)  # plates of the study; mean energies, in part radii
-TRUE, MODEL, COUNTED, DRAWS = 300, 500, (30, 100, 300), 10
+FEEDERS = (1, 6)
+KICKS = (0.2, 0.5, 1.5)  # plates of the study; mean energies, in part radii
+TRUE = 300
+MODEL = 500
+COUNTED = (30, 100, 300)
+DRAWS = 10
 PARTS = range(0, 12, 2)
 
 PAGE = """# Counted flips
@@ -45,7 +46,9 @@ def kick_parts(
     resting: RestingPoses, plate: RealPlate, kick: float, seed: int
 ) -> Array:
     """Counts (K, K) from pose to pose of parts that a plate kicks at one speed."""
-    random, radius, poses = default_rng(seed), resting.body.radius, resting.poses
+    random = default_rng(seed)
+    radius = resting.body.radius
+    poses = resting.poses
     pose = np.repeat(np.arange(len(poses)), TRUE)
     turns = rotation_matrices(np.array([each.orientation for each in poses]))[pose]
     yielding = (
@@ -54,18 +57,18 @@ def kick_parts(
         @ turns.transpose(0, 2, 1)
     )
     height = np.array([each.height for each in poses])[pose]
-    velocity, momentum = (
-        np.tile((0.0, 0.0, -1.0), (len(pose), 1)),
-        np.zeros((len(pose), 3)),
-    )
+    velocity = np.tile((0.0, 0.0, -1.0), (len(pose), 1))
+    momentum = np.zeros((len(pose), 3))
     for number, index in enumerate(
         pose.tolist()
     ):  # as a plate sees parts that comes up at 1 m/s
         corners = poses[index].support_polygon
-        first, second = corners[1:-1] - corners[0], corners[2:] - corners[0]
+        first = corners[1:-1] - corners[0]
+        second = corners[2:] - corners[0]
         area = np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])
         triangle = random.choice(len(area), p=area / area.sum())
-        out, along = math.sqrt(random.random()), random.random()
+        out = math.sqrt(random.random())
+        along = random.random()
         at = corners[0] + out * (
             (1.0 - along) * first[triangle] + along * second[triangle]
         )
@@ -91,8 +94,11 @@ def kick_parts(
 
 def measure(number: int) -> dict[tuple[float, int], Array]:
     """Square errors of a part by model, counts and both, and logarithms of told over true."""
-    part, random, found = study_parts()[number], default_rng(number), {}
-    resting, radius = resting_poses(part), resting_poses(part).body.radius
+    part = study_parts()[number]
+    random = default_rng(number)
+    found = {}
+    resting = resting_poses(part)
+    radius = resting_poses(part).body.radius
     kicks = [
         simulate_flips(part, height, MODEL, seed=number)
         for height in usual_kicks(radius)
@@ -110,7 +116,8 @@ def measure(number: int) -> dict[tuple[float, int], Array]:
         ).mean()
 
     for kick, counted in product(KICKS, COUNTED):
-        model, rows = simulate_flips(part, kick * radius, MODEL, seed=number).counts, []
+        model = simulate_flips(part, kick * radius, MODEL, seed=number).counts
+        rows = []
         for truth in DRAWS * [
             kick_parts(resting, plate_of(feeder), kick, number) for feeder in FEEDERS
         ]:
@@ -133,7 +140,8 @@ def measure(number: int) -> dict[tuple[float, int], Array]:
 
 def main() -> None:
     """Measure and write the page."""
-    rows, every = [], [measure(number) for number in PARTS]
+    rows = []
+    every = [measure(number) for number in PARTS]
     for kick, counted in product(KICKS, COUNTED):
         mean = np.mean([each[kick, counted] for each in every], axis=0)
         rows.append(

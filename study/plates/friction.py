@@ -30,7 +30,8 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 FILE = Path(__file__).with_name("counts.json")
-PLATES, DROPS = 10, 500
+PLATES = 10
+DROPS = 500
 
 SHORTEST = 8e-3
 """Of a step, in the time in which a part falls by its radius."""
@@ -41,7 +42,8 @@ TURN = 0.05
 SLOWEST = 0.03
 """Approach below which nothing rebounds, over the speed of a fall by the radius."""
 
-SLICES, FEW_SLICES = 24, 3
+SLICES = 24
+FEW_SLICES = 3
 """Of the normal impulse up to greatest compression; fewer where nothing rebounds."""
 
 MOST_STEPS = 400_000
@@ -69,11 +71,10 @@ class RealPlate(NamedTuple):
 
 def plate_of(number: int) -> RealPlate:
     """One of the plates of the study; every other one is fed by parts that move."""
-    random, moving = np.random.default_rng((1, number)), number % 2
-    restitution, friction = (
-        float(random.uniform(0.1, 0.5)),
-        float(random.uniform(0.1, 0.3)),
-    )
+    random = np.random.default_rng((1, number))
+    moving = number % 2
+    restitution = float(random.uniform(0.1, 0.5))
+    friction = float(random.uniform(0.1, 0.3))
     height = float(np.exp(random.uniform(math.log(0.025), math.log(0.3))))
     return RealPlate(restitution, friction, height, 0.5 * moving, 15.0 * moving)
 
@@ -129,10 +130,8 @@ def count_poses(
     random = np.random.default_rng(seed)
     turns = rotation_matrices(_unit(random.standard_normal((drops, 4))))
     spin = plate.spin * _unit(random.standard_normal((drops, 3)))
-    height, speed = (
-        np.full(drops, plate.drop_height),
-        np.tile((plate.speed, 0.0, 0.0), (drops, 1)),
-    )
+    height = np.full(drops, plate.drop_height)
+    speed = np.tile((plate.speed, 0.0, 0.0), (drops, 1))
     ends = poses_reached(resting, plate, turns, height, speed, spin)
     return np.bincount(ends, minlength=len(resting.poses)).astype(np.int64)
 
@@ -146,7 +145,9 @@ def poses_reached(
     spin: Array,
 ) -> Index:
     """Poses (n,) in which parts come to rest from orientations, heights, velocities and spins."""
-    radius, faces, pose = resting.body.radius, resting.equilibria, resting.clusters.pose
+    radius = resting.body.radius
+    faces = resting.equilibria
+    pose = resting.clusters.pose
     barrier = np.array([each.barrier for each in resting.poses])[pose]
     least = radius * faces.heights + np.minimum(NEAR * barrier, radius)
     inverse = np.linalg.inv(resting.inertia * radius * radius)
@@ -246,7 +247,8 @@ def _turned(turn, rate, seconds):  # type: ignore[no-untyped-def]
 def _touch(arms, z, velocity, momentum, world, restitution, friction, slowest):  # type: ignore[no-untyped-def]
     """Impacts of all corners that touch and approach, the fastest first, in place."""
     for _ in range(50):
-        fastest, found = -0.03 * slowest, -1
+        fastest = -0.03 * slowest
+        found = -1
         rate = world @ momentum
         for number in range(len(arms)):
             if z + arms[number, 2] <= 0.0:
@@ -254,7 +256,8 @@ def _touch(arms, z, velocity, momentum, world, restitution, friction, slowest): 
                     velocity[2] + rate[0] * arms[number, 1] - rate[1] * arms[number, 0]
                 )
                 if rise < fastest:
-                    fastest, found = rise, number
+                    fastest = rise
+                    found = number
         if found < 0:
             return
         bounce = restitution if fastest < -slowest else 0.0
@@ -271,7 +274,10 @@ def strike(arm, velocity, momentum, world, restitution, friction):  # type: igno
     slip = velocity - cross @ (world @ momentum)
     slices = SLICES if restitution > 0.0 else FEW_SLICES
     small = -slip[2] / yielding[2, 2] / slices
-    impulse, work, wanted, direction = np.zeros(3), 0.0, math.inf, np.zeros(3)
+    impulse = np.zeros(3)
+    work = 0.0
+    wanted = math.inf
+    direction = np.zeros(3)
     for _ in range(1000 * SLICES):
         sliding = math.hypot(slip[0], slip[1])
         direction[2] = 1.0

@@ -23,7 +23,8 @@ from .observed import observed_errors
 Array = NDArray[np.float64]
 Say = Callable[[str], object]
 
-FITTED, COUNTED = 5, 200
+FITTED = 5
+COUNTED = 200
 """Kinds that a plate is fitted to, and counts of each on a simulated plate."""
 
 OBSERVED_REPEATS = 2
@@ -145,7 +146,8 @@ def judge_plate(
         counted = by_digest[left.part_digest]
         share = np.bincount(counted.resting.group, left.left_out).astype(np.float64)
         squares["all others"].append(_square_error(counted.by_group, share))
-    told, weights = [], []
+    told = []
+    weights = []
     for split_number in range(splits):
         random = np.random.default_rng((*seed, split_number))
         order = random.permutation(len(parts))

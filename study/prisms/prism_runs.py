@@ -27,10 +27,13 @@ Array = NDArray[np.float64]
 Points = dict[float, tuple[SidesPoint, ...]]
 
 RESTITUTIONS = (0.2, 0.5, 0.8)
-SHORTEST, LONGEST = 0.3, 3.0
+SHORTEST = 0.3
+LONGEST = 3.0
 """Length over width."""
-CURVE_RATIOS, DROPPED_RATIOS = 121, 15
-DROPS, DICE_DROPS = 1000, 2000
+CURVE_RATIOS = 121
+DROPPED_RATIOS = 15
+DROPS = 1000
+DICE_DROPS = 2000
 DEFAULT_SEED = 1
 OF_CURVE, OF_DICE, OF_ERRORS = range(3)
 """Streams of random numbers."""
@@ -86,7 +89,8 @@ def prisms(
         *_plan(of_dice, dice_drops, seed, OF_DICE),
     ]
     done = _run(planned, workers, on_progress, should_stop)
-    dice_estimated, dice_simulated = estimated_sides(of_dice), _gathered(done, OF_DICE)
+    dice_estimated = estimated_sides(of_dice)
+    dice_simulated = _gathered(done, OF_DICE)
     return PrismResults(
         ratios=curve,
         estimated=estimated_sides(curve),
@@ -141,7 +145,8 @@ def _run(
     should_stop: Callable[[], bool] | None,
 ) -> list[tuple[_Drops, SidesPoint]]:
     done: list[tuple[_Drops, SidesPoint]] = []
-    count, total = 0, sum(one.drops for one in planned)
+    count = 0
+    total = sum(one.drops for one in planned)
     for one in planned:
         if (
             should_stop is not None and should_stop()

@@ -62,13 +62,12 @@ def change(
         Whether no values lie in between, so that no jump is looked for.
     """
     jumps: list[Jump] = []
-    slope, at = 0.0, float(places[0])
+    slope = 0.0
+    at = float(places[0])
     end = NARROW * float(places[-1] - places[0])
     for k in range(len(places) - 1):
-        ends, step = (
-            (float(places[k]), float(places[k + 1])),
-            float(values[k + 1] - values[k]),
-        )
+        ends = (float(places[k]), float(places[k + 1]))
+        step = float(values[k + 1] - values[k])
         found = (
             []
             if whole
@@ -79,7 +78,8 @@ def change(
         jumps += found
         steep = abs(step - sum(jump.size for jump in found)) / (ends[1] - ends[0])
         if steep > slope:
-            slope, at = steep, ends[0]
+            slope = steep
+            at = ends[0]
     return Change(slope, at, tuple(jumps))
 
 
@@ -103,9 +103,11 @@ def _jumps(
             break
         at = probability(middle)
         if abs(at - first) >= abs(last - at):
-            high, last = middle, at
+            high = middle
+            last = at
         else:
-            low, first = middle, at
+            low = middle
+            first = at
         if abs(last - first) < JUMP * KEPT:
             return []
     return [Jump(0.5 * (low + high), last - first)]

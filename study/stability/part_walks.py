@@ -18,7 +18,8 @@ GEAR_WIDTH = 0.8
 LUMP = 60, 1, (1.0, 0.8, 0.6)
 """Corners of the lump, its seed, and the semi-axes of the ellipsoid that it follows."""
 
-BLOCK_HEIGHT, HOLE_DEPTH = 1.1, 0.9
+BLOCK_HEIGHT = 1.1
+HOLE_DEPTH = 0.9
 """Height of the block over its width, and depth of its hole over that height."""
 
 

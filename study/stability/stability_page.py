@@ -172,7 +172,8 @@ def walk_text(found: WalkResults) -> str:
     curves = {one.method: one.values for one in found.curves}
     place, apart = spread(list(curves.values()))
     at = {name: float(values[place]) for name, values in curves.items()}
-    low, high = min(at, key=at.__getitem__), max(at, key=at.__getitem__)
+    low = min(at, key=at.__getitem__)
+    high = max(at, key=at.__getitem__)
     steps = np.abs(np.diff(found.simulated.values))
     noise = _noise(found)
     said = (
@@ -229,7 +230,8 @@ PAPER = "the paper's estimators and those before it"
 
 def draw_walk(found: WalkResults) -> Figure:
     """Estimators of the paper on the left, newer ones on the right, the simulation in both."""
-    walk, simulated = found.walk, found.simulated
+    walk = found.walk
+    simulated = found.simulated
     paper = [_curve(found, one) for one in found.curves if one.method in ERRORS]
     ours = [_curve(found, one) for one in found.curves if one.method not in ERRORS]
     with_drops = "drops with it" if len(ours) == 1 else "hybrid"

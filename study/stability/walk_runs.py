@@ -31,8 +31,10 @@ from .walks import walks
 
 Array = NDArray[np.float64]
 
-DROPS, QUICK_DROPS = 4_000, 200
-COMBINED_DROPS, COMBINED_SEED = 100, 10_000
+DROPS = 4_000
+QUICK_DROPS = 200
+COMBINED_DROPS = 100
+COMBINED_SEED = 10_000
 LEVEL = 0.95
 
 
@@ -211,7 +213,8 @@ def _watched(walk: Walk, found: PoseStatistics) -> float:
 
 def _simulated(walk: Walk, steps: Sequence[Step], drops: int) -> SimulatedCurve:
     """Fresh drops at each step, so that neighbours scatter independently."""
-    counts, settled = [], []
+    counts = []
+    settled = []
     for seed, step in enumerate(steps):
         found = simulate(
             step.part,

@@ -69,7 +69,8 @@ def _compared(
     spec = dataset.spec
     single = {one: dataset.simulated(one) for one in spec.restitutions}
     of_first = {one: dataset.simulated(one, first) for one in spec.restitutions}
-    every, every_first = pooled(list(single.values())), pooled(list(of_first.values()))
+    every = pooled(list(single.values()))
+    every_first = pooled(list(of_first.values()))
     apart = (
         sensitivity(single[min(single)], single[max(single)])
         if len(single) > 1
@@ -130,7 +131,8 @@ def _first(found: dict[float, dict[str, Array]]) -> dict[str, Array]:
 
 
 def _shapes(dataset: Dataset, first: dict[float, SimulatedPoses]) -> Shapes:
-    arrays, spec = dataset.arrays, dataset.spec
+    arrays = dataset.arrays
+    spec = dataset.spec
     drops = spec.bodies * len(spec.restitutions) * spec.drops
     vertices = arrays["vertices"].astype(np.int64)
     return Shapes(
@@ -238,11 +240,10 @@ def _again(
     dataset: Dataset, estimate: float, pose: int, which: int, first: float
 ) -> Outlier:
     """Drop an outlier afresh, since the drops by which it was found are biased."""
-    spec, body = dataset.spec, int(dataset.body[pose])
-    restitution, number = (
-        spec.restitutions[which],
-        pose - int(dataset.pose_starts[body]),
-    )
+    spec = dataset.spec
+    body = int(dataset.body[pose])
+    restitution = spec.restitutions[which]
+    number = pose - int(dataset.pose_starts[body])
     part = dataset.part(body)
     found = []
     for run, drops in enumerate(MORE_DROPS, 1):

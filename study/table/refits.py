@@ -106,7 +106,8 @@ def _least_squares(
     terms = np.column_stack((products, basis * target[:, None]))
 
     def solved(sums: Array) -> Array:
-        matrices, sides = sums[: k * k].T.reshape(-1, k, k), sums[k * k :].T[:, :, None]
+        matrices = sums[: k * k].T.reshape(-1, k, k)
+        sides = sums[k * k :].T[:, :, None]
         return np.asarray(np.linalg.solve(matrices, sides)[:, :, 0], dtype=np.float64)
 
     best = solved(terms.sum(axis=0)[:, None])[0]

@@ -102,7 +102,8 @@ def _noise(found: TableResults) -> str:
         f"(paper {points(paper.NOISE, 2)}); {single}."
     ]
     if found.sensitivity is not None:
-        low, high = min(found.spec.restitutions), max(found.spec.restitutions)
+        low = min(found.spec.restitutions)
+        high = max(found.spec.restitutions)
         one = found.sensitivity
         lines.append(
             f"Sensitivity σ(p, p) between restitution {low:g} and {high:g}: "

@@ -61,7 +61,8 @@ def run(*arguments):
     """Status, output and complaints of a command."""
     from ros_pose_stats.cli import main
 
-    out, err = io.StringIO(), io.StringIO()
+    out = io.StringIO()
+    err = io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         try:
             status = main([str(argument) for argument in arguments])
@@ -336,7 +337,9 @@ def answers_of_commands(parts, work, chosen):
         ),
         encoding="utf-8",
     )
-    shapes, page, book = work / "shapes", work / "page.html", work / "book"
+    shapes = work / "shapes"
+    page = work / "page.html"
+    book = work / "book"
     asked = {
         "compare": lambda: ask(
             "compare",

@@ -181,7 +181,8 @@ def test_python_of_the_pages_runs(code, in_demo_folder):
     drawn = re.findall(r'savefig\("([^"]+)"\)', code)
     assert out.getvalue() or drawn
     for file in drawn:
-        picture, shown = in_demo_folder / file, ROOT / "docs/figures" / file
+        picture = in_demo_folder / file
+        shown = ROOT / "docs/figures" / file
         assert imread(picture).std() > 0.0
         if (
             shown.exists()

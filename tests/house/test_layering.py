@@ -76,7 +76,8 @@ def climbing(sources: Sources) -> list[str]:
     """Imports that go up, or sideways into another room."""
     found = []
     for one in sources.internal:
-        here, there = sources.room(one.importer), sources.room(one.target)
+        here = sources.room(one.importer)
+        there = sources.room(one.target)
         if here == there or (here, there) in NEIGHBOURS:
             continue
         if one.importer.startswith(EXAMPLES) and not there:
@@ -91,7 +92,8 @@ def climbing_inside(sources: Sources) -> set[tuple[str, str, str]]:
     met = set()
     for one in sources.internal:
         room = sources.room(one.importer)
-        here, there = sources.inner_room(one.importer), sources.inner_room(one.target)
+        here = sources.inner_room(one.importer)
+        there = sources.inner_room(one.target)
         if room == sources.room(one.target) and here and there and here != there:
             floor = {
                 name: number

@@ -63,7 +63,8 @@ def test_no_folder_is_crowded(tree):
 
 
 def test_few_modules_have_one_importer():
-    sources, importers = Sources(ROOT / PACKAGE), defaultdict(set)
+    sources = Sources(ROOT / PACKAGE)
+    importers = defaultdict(set)
     for one in sources.internal:
         if sources.files[one.target].name != "__init__.py":
             importers[one.target].add(one.importer)

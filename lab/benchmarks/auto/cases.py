@@ -27,7 +27,8 @@ KINDS = FAMILIES
 """Families of the parts, which take turns."""
 
 RESTITUTIONS = (0.2, 0.5, 0.8)
-SEQUENCE, REFERENCE = 10_000, 20_000
+SEQUENCE = 10_000
+REFERENCE = 20_000
 
 
 class Case(NamedTuple):
@@ -102,7 +103,8 @@ def drop_parts(
     reference: int | None = None,
 ) -> list[Case]:
     """Drop that many parts at every restitution; without a number `REFERENCE` times to judge."""
-    drops, cases = REFERENCE if reference is None else reference, []
+    drops = REFERENCE if reference is None else reference
+    cases = []
     for number in range(parts):
         cases += [
             _drop_part(number, restitution, drops) for restitution in restitutions
@@ -114,7 +116,8 @@ def drop_parts(
 
 def _drop_part(number: int, restitution: float, reference_drops: int) -> Case:
     empty = Case(number, restitution, np.zeros(0, np.int16), np.zeros(0, np.int64))
-    part, outcomes = empty.part(), []
+    part = empty.part()
+    outcomes = []
 
     def on_drops(chunk: DropChunk) -> None:
         outcomes.append(chunk.outcomes.pose.astype(np.int16))

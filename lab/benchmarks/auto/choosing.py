@@ -47,7 +47,9 @@ def choosing(cases: Sequence[Case]) -> tuple[Section, Section]:
     """Table of the targets, a row each and one for all, and table of the families."""
     priors = [one.prior() for one in cases]
     some = cases[::TIMED_EVERY]
-    rows, totals, kept_all = [], np.zeros(2), []
+    rows = []
+    totals = np.zeros(2)
+    kept_all = []
     for target in TARGETS:
         answers = [_auto(one, target) for one in cases]
         kept = np.array(
@@ -128,7 +130,8 @@ def _row(
     spent: float,
     methods: Counter[str],
 ) -> Row:
-    share, ratio = float(kept.mean()), seconds / spent
+    share = float(kept.mean())
+    ratio = seconds / spent
     return Row(
         name,
         {

@@ -23,7 +23,8 @@ Answer = Callable[[int], Array]
 DROPS = (1, 3, 10, 30, 100, 300, 1000, 3000, 10_000)
 RARE = 0.01
 WORSE = 1.02
-LEVEL, OFF = 0.9, 0.03
+LEVEL = 0.9
+OFF = 0.03
 ERRORS = (0.03, 0.02, 0.015, 0.01)
 HALF = 0.5
 

@@ -97,7 +97,8 @@ def _race(
     ours: int,
 ) -> Race:
     found = SETTINGS[name](plate, restitution)
-    rules, seconds = dropper.rules(restitution), []
+    rules = dropper.rules(restitution)
+    seconds = []
     for seed in (1, 2):
         begin = time.perf_counter()
         dropper.drop(rules, seed, ours)
@@ -109,10 +110,8 @@ def _race(
 
 def _row(restitution: float, name: str, races: Sequence[Race]) -> Row:
     ratios = [race.theirs / race.ours for race in races]
-    theirs, ours = (
-        fmean(race.theirs for race in races),
-        fmean(race.ours for race in races),
-    )
+    theirs = fmean(race.theirs for race in races)
+    ours = fmean(race.ours for race in races)
     ratio = theirs / ours
     steps = sorted({race.setting.steps for race in races})
     shown = {

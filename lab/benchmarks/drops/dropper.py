@@ -38,7 +38,8 @@ class Dropper:
     """A body with its poses merged at a cluster tolerance."""
 
     def __init__(self, body: Body, tolerance: float = 0.0) -> None:
-        self.body, self.name = body, body.name
+        self.body = body
+        self.name = body.name
         self.vertices = len(body.vertices)
         self.part = part_from_mesh(body.vertices, body.triangles)
         self.prepared = drop_body(
@@ -60,7 +61,8 @@ class Dropper:
         states = states_at_rest(
             self.prepared, rules.height, random_starts(seed, 0, drops)
         )
-        outcome, measure = np.empty((drops, 5), np.int64), np.empty((drops, 2))
+        outcome = np.empty((drops, 5), np.int64)
+        measure = np.empty((drops, 2))
         run_drops(self.prepared.arrays, rules, states, outcome, measure, NO_TAPE)
         impacts = outcome[:, IMPACT_COUNT]
         return Effort(

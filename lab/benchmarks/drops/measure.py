@@ -17,7 +17,9 @@ from .soundness import stopping
 MERGED = 0.005
 """The default cluster tolerance."""
 
-RATES, SCALING, GROWTH = Pace(41, 15.0), Pace(7, 30.0), Pace(5, 2.0)
+RATES = Pace(41, 15.0)
+SCALING = Pace(7, 30.0)
+GROWTH = Pace(5, 2.0)
 
 
 @dataclass(frozen=True)

@@ -54,7 +54,8 @@ def _rows(droppers: Sequence[Dropper], drops: int, pace: Pace) -> list[Row]:
     )
     rows = []
     for restitution in RESTITUTIONS:
-        number, name = drops * len(droppers), str(restitution)
+        number = drops * len(droppers)
+        name = str(restitution)
         efforts = [
             dropper.effort(dropper.rules(restitution), 0, drops) for dropper in droppers
         ]
@@ -96,7 +97,8 @@ def _caller(
     return call
 
 
-LEAST_SCALED, LEAST_OF_ARITHMETIC = 1.8, 0.95
+LEAST_SCALED = 1.8
+LEAST_OF_ARITHMETIC = 0.95
 PIECE = 1_000_000
 """Turns of the arithmetic kernel that a thread fetches at a time, some milliseconds."""
 
@@ -200,13 +202,12 @@ def _in_threads(pieces: int, workers: int) -> None:
 RESTITUTION = 0.5
 STEEPEST = 0.7
 STEEPEST_EVENT = 0.2
-FEWEST, PILOT = 8, 4
-COST, IMPACTS, STEPS, EACH = (
-    "µs a drop",
-    "impacts a drop",
-    "steps a drop",
-    "µs an event",
-)
+FEWEST = 8
+PILOT = 4
+COST = "µs a drop"
+IMPACTS = "impacts a drop"
+STEPS = "steps a drop"
+EACH = "µs an event"
 
 GROWTH = (
     f"Restitution {RESTITUTION}, release 20 radii up. `ellipsoid`: random points on one of axes "

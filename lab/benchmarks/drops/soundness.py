@@ -164,7 +164,8 @@ def _changes(dropper: Dropper, restitution: float, drops: int) -> Iterator[Chang
             for each in (found, known)
         )
         # One row more than poses: drops that did not settle count as a pose of their own.
-        change, error = (came - left) / drops, np.sqrt(came + left) / drops
+        change = (came - left) / drops
+        error = np.sqrt(came + left) / drops
         seen = error > 0.0
         yield Change(
             int(moved.sum()),

@@ -58,7 +58,8 @@ def cut_ball(
 ) -> shapes.Surface:
     """An ellipsoid cut at that share of its lower radius."""
     ball = trimesh.creation.icosphere(subdivisions=subdivisions)
-    points, edges = np.array(ball.vertices), ball.edges_unique
+    points = np.array(ball.vertices)
+    edges = ball.edges_unique
     below = points[:, 2] < -height
     first, last = edges[below[edges[:, 0]] != below[edges[:, 1]]].T
     share = (-height - points[first, 2]) / (points[last, 2] - points[first, 2])
@@ -75,7 +76,8 @@ def lobed(sides: int, lobes: int, depth: float, length: float) -> shapes.Surface
     )
 
 
-BALLS, AROUND = (2, 3, 4, 5), (24, 48, 96, 192)
+BALLS = (2, 3, 4, 5)
+AROUND = (24, 48, 96, 192)
 CURVES = (
     Curve("ball, one flat", cut_ball, BALLS),
     Curve("egg, one flat", partial(cut_ball, axes=(1.0, 0.8, 1.3)), BALLS),
@@ -113,7 +115,9 @@ def _row(curve: Curve, drops: int) -> Row:
         for number in curve.divisions
     ]
     angles = np.degrees([curve_angle(resting_poses(part)) for part in made])
-    estimated, counted, rates = [], [], []
+    estimated = []
+    counted = []
+    rates = []
     for k, part in enumerate(made):
         estimated.append(
             on_flats(

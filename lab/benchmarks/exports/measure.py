@@ -24,7 +24,9 @@ Array = NDArray[np.float64]
 
 SIDES = (16, 24, 32, 64, 128, 512, 2048)
 METHODS = ("split", "meae")
-ESTIMATED, DROPPED, LEAST_CHANCE = 0.5, 1.5, 0.001
+ESTIMATED = 0.5
+DROPPED = 1.5
+LEAST_CHANCE = 0.001
 """Aims: points between estimates, points between drops beyond noise, chi-square probability."""
 
 SAME_KIND = 0.02

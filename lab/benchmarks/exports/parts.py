@@ -32,7 +32,9 @@ def printed(surface, digits=6):
 
 def together(*surfaces):
     """Several closed surfaces as one mesh."""
-    count, vertices, triangles = 0, [], []
+    count = 0
+    vertices = []
+    triangles = []
     for points, corners in surfaces:
         vertices.append(points)
         triangles.append(np.asarray(corners) + count)
@@ -56,7 +58,8 @@ def turned(profile, angles):
         )
         for r, z in profile
     ]
-    n, m = len(angles), len(profile)
+    n = len(angles)
+    m = len(profile)
     here = np.arange(n)
     there = (here + 1) % n
     triangles = []

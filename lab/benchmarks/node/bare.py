@@ -18,8 +18,10 @@ from ros_pose_stats_msgs.srv import CancelDropSimulation
 from shape_msgs.msg import Mesh
 from std_msgs.msg import UInt32
 
-MESHES, RAW_MESHES = "/bare/mesh", "/bare/raw_mesh"
-SIZES, SERVICE = "/bare/size", "/bare/service"
+MESHES = "/bare/mesh"
+RAW_MESHES = "/bare/raw_mesh"
+SIZES = "/bare/size"
+SERVICE = "/bare/service"
 SWITCH_SECONDS = 0.001
 """As in the node."""
 

@@ -18,7 +18,8 @@ from .client import Client
 from .processes import cores
 from .spread import gaps, p99, per_second
 
-ACTION, LIBRARY = "action of the node", "simulate() in this process"
+ACTION = "action of the node"
+LIBRARY = "simulate() in this process"
 
 RATES_TIMED = (
     "{} drops of the clamp at restitution 0.5 on {} workers: through the action, from sending the "

@@ -96,7 +96,8 @@ def wait_for_end(client: Client, job_id: str) -> Any:
 
 def make_many(client: Client, part_id: str, number: int) -> None:
     """Run so many small jobs, so that the node knows of them."""
-    made, last = 0, ""
+    made = 0
+    last = ""
     while made < number:
         try:
             last = start(client, start_request(part_id, 1))

@@ -94,7 +94,8 @@ def _polled(client: Client, large: Body, pace: Pace) -> list[Row]:
     """Calls while a mesh is received, for the patience of the pace."""
     calls = Calls(client)
     timings = race([bare_call(calls), calls.list("list")], pace)
-    fresh, until = Fresh(large), time.monotonic() + pace.patience
+    fresh = Fresh(large)
+    until = time.monotonic() + pace.patience
     seconds: list[float] = []
     while not seconds or time.monotonic() < until:
         vertices = fresh()

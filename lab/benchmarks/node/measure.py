@@ -36,7 +36,8 @@ from .recording import bag_bytes, disk
 from .services import Known, services
 
 MILLIMETRE = 1e-3
-CLAMP, LARGE = "clamp", "large"
+CLAMP = "clamp"
+LARGE = "large"
 
 
 def sections(plan: Plan) -> Iterator[Section]:
@@ -67,7 +68,8 @@ def _of_running(client: Client, plan: Plan, bags: Path) -> Iterator[Section]:
     bodies = [make(size) for size in plan.triangles for make in (ring, rounded)]
     yield mesh_to_estimate(client, bodies, plan.meshes)
     yield subscriptions(client, bodies[-2], plan.ordinary)
-    clamp, carried = _clamp(), rounded(plan.carried)
+    clamp = _clamp()
+    carried = rounded(plan.carried)
     jobs.make_known(client, CLAMP, clamp)
     jobs.make_known(client, LARGE, carried)
     parts = {CLAMP: "clamp", LARGE: carried.name}
@@ -123,8 +125,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
     )
 
 
-MESHES_EACH, PLAIN, DISK = Pace(60, 2.0), Pace(5, 4.0), Pace(300, 2.0)
-CALLS, LIMITS, RATES = Pace(100, 6.0), Pace(40, 3.0), Pace(5, 8.0)
+MESHES_EACH = Pace(60, 2.0)
+PLAIN = Pace(5, 4.0)
+DISK = Pace(300, 2.0)
+CALLS = Pace(100, 6.0)
+LIMITS = Pace(40, 3.0)
+RATES = Pace(5, 8.0)
 
 
 @dataclass(frozen=True)

@@ -24,9 +24,13 @@ from .bare import MESHES, RAW_MESHES, SIZES
 from .client import Client
 from .spread import beyond, spread
 
-PART_TOPIC, CAD_TOPIC = "/pose_stats/part_mesh", "/benchmark/cad"
-FLAT, STANDARD, NEW = "PartMesh", "shape_msgs/Mesh", "PartMesh, new name"
-HULL, LIBRARY = "hull", "library"
+PART_TOPIC = "/pose_stats/part_mesh"
+CAD_TOPIC = "/benchmark/cad"
+FLAT = "PartMesh"
+STANDARD = "shape_msgs/Mesh"
+NEW = "PartMesh, new name"
+HULL = "hull"
+LIBRARY = "library"
 
 TIMED = (
     "From the publishing of an already serialised mesh to the arrival of its latched "
@@ -109,7 +113,8 @@ def _row(timings: Timings, body: Body, name: str) -> Row:
     )
 
 
-ORDINARY, RAW = "ordinary subscription", "raw subscription"
+ORDINARY = "ordinary subscription"
+RAW = "raw subscription"
 TOPICS = {ORDINARY: MESHES, RAW: RAW_MESHES}
 
 ORDINARY_TIMED = (
@@ -182,7 +187,8 @@ def ring(triangles: int) -> Body:
         axis=-1,
     )
     i, j = (grid.ravel() for grid in np.indices((along, around)))
-    here, beside = i * around + j, i * around + (j + 1) % around
+    here = i * around + j
+    beside = i * around + (j + 1) % around
     ahead, across = ((i + 1) % along * around + k for k in (j, (j + 1) % around))
     corners = np.stack((here, ahead, across, here, across, beside), axis=-1)
     return Body(

@@ -170,7 +170,8 @@ TIMED = (
     "middleware of the two finds each other; and from SIGINT to the end. `bare`: a process that "
     "imports rclpy and the messages and has one service, in turns with the node. Seconds."
 )
-NODE, BARE = "node", "bare"
+NODE = "node"
+BARE = "bare"
 CALLS = {
     NODE: (ListDropSimulations, "list_drop_simulations"),
     BARE: (CancelDropSimulation, SERVICE),

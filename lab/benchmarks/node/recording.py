@@ -68,7 +68,8 @@ class _Reader:
         """Messages since the last call."""
         bags = sorted(self._directory.glob("pose_stats_*"))
         found = list(raw_messages(bags[-1])) if bags else []
-        fresh, self._read = found[self._read :], len(found)
+        fresh = found[self._read :]
+        self._read = len(found)
         return fresh
 
 
@@ -122,7 +123,8 @@ def disk(folder: Path, pace: Pace) -> Section:
             assert state.commit(state.put(change))
 
         def commit_mesh(data: bytes) -> None:
-            part_id, number = f"part of {len(data)} bytes", next(numbers)
+            part_id = f"part of {len(data)} bytes"
+            number = next(numbers)
             assert state.commit(
                 state.put_mesh(part_id, number.to_bytes(8, "big") + data)
             )

@@ -89,12 +89,10 @@ def _contenders(
     client: Client, known: Known, job_id: str, drops: int
 ) -> list[Contender]:
     """All calls in the order of the table; `drops` are those of a job that is started."""
-    calls, part_id, body, fresh = (
-        Calls(client),
-        known.part_id,
-        known.carried,
-        Fresh(known.carried),
-    )
+    calls = Calls(client)
+    part_id = known.part_id
+    body = known.carried
+    fresh = Fresh(known.carried)
 
     def again() -> Any:
         return jobs.carry(
@@ -119,7 +117,8 @@ def _contenders(
     ]
 
 
-START, OTHERS = 10.0, 50.0  # milliseconds
+START = 10.0
+OTHERS = 50.0  # milliseconds
 
 
 class Calls:

@@ -20,7 +20,8 @@ SEED = 2024
 INSERT = "prisms with an insert"
 DEMO = "demo parts"
 
-LEAST, MOST = 0.1, 0.9
+LEAST = 0.1
+MOST = 0.9
 """Share of the wanted poses, where a group of poses has one between them."""
 
 INSERTED = 0.2

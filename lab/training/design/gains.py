@@ -15,8 +15,10 @@ from .bodies import Case
 WITHIN = 0.04
 """Bound of a suggestion, in radii: a millimetre on a part of 50 mm."""
 
-TOLD_DROPS, TOLDS = 300, 10
-TRUE_DROPS, FEWEST_DROPS = 4000, 500
+TOLD_DROPS = 300
+TOLDS = 10
+TRUE_DROPS = 4000
+FEWEST_DROPS = 500
 SECONDS = 8.0
 """Drops that tell a gain, how often, and those that stand for the truth; fewer on slow parts."""
 
@@ -43,7 +45,8 @@ class Gain(NamedTuple):
 
 def measure_gain(case: Case, workers: int) -> Gain:
     """Suggest a change of a part, and drop it before and after."""
-    space, model = case.space, case.model
+    space = case.space
+    model = case.model
     begin = time.process_time()
     found = suggest(
         space.part,

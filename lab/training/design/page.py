@@ -55,7 +55,9 @@ def _slope_error(
     slopes = []
     for _ in range(400):
         some = draw.integers(len(estimated), size=len(estimated))
-        p, m, e = estimated[some], measured[some], noise[some]
+        p = estimated[some]
+        m = measured[some]
+        e = noise[some]
         slopes.append((p * m).sum() / (m * m - e * e).sum())
     return float(np.std(slopes))
 

@@ -17,7 +17,8 @@ from .bodies import Case
 CHOSEN = (("centre", 1), ("stretch", 1), ("face", 2))
 """Features of each kind that are drawn from those of a part."""
 
-MOST_DROPS, FEWEST_DROPS = 3000, 200
+MOST_DROPS = 3000
+FEWEST_DROPS = 200
 SECONDS = 5.0
 """Drops of each of two variants, and the time that those of one part may take together."""
 
@@ -41,16 +42,15 @@ class Slope(NamedTuple):
 
 def measure_slopes(case: Case, workers: int) -> list[Slope]:
     """Measure some features of a part, drawn at random."""
-    space, model = case.space, case.model
+    space = case.space
+    model = case.model
     drawn = []
     for kind, count in CHOSEN:
         mine = np.flatnonzero([one.kind == kind for one in space.features])
         drawn += case.draw.choice(mine, min(count, len(mine)), replace=False).tolist()
     base = space.change_one(0, 0.0)
-    share, drops = (
-        model.estimate(base),
-        _affordable(case, base, 2 * len(drawn), workers),
-    )
+    share = model.estimate(base)
+    drops = _affordable(case, base, 2 * len(drawn), workers)
     found = []
     for number in drawn:
         feature = space.features[number]

@@ -38,7 +38,9 @@ from .samples import ErrorSamples
 Array = NDArray[np.float64]
 
 RESTITUTIONS = (0.2, 0.5, 0.8)
-UNITS, RIDGE, ITERATIONS = 6, 1e-4, 400
+UNITS = 6
+RIDGE = 1e-4
+ITERATIONS = 400
 """Hidden units; ridge (weight of the squares of all coefficients, for standardised inputs)."""
 
 WIDTHS = (0.01, 3.0)
@@ -71,8 +73,10 @@ def usual_errors() -> dict[str, Array]:
 
 def fit_errors(samples: ErrorSamples, seed: int = 0) -> ErrorFit:
     """Fit the function of the inputs with the largest likelihood."""
-    lowest, highest = samples.inputs.min(axis=0), samples.inputs.max(axis=0)
-    mean, scale = samples.inputs.mean(axis=0), samples.inputs.std(axis=0)
+    lowest = samples.inputs.min(axis=0)
+    highest = samples.inputs.max(axis=0)
+    mean = samples.inputs.mean(axis=0)
+    scale = samples.inputs.std(axis=0)
     scale[scale < CONSTANT] = 1.0  # such as the distance of MEAE from itself
     inputs = (samples.inputs - mean) / scale
     columns = inputs.shape[1]

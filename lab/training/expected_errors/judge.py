@@ -27,7 +27,8 @@ LEAST = 1e-4
 RATIO = 1.2
 """Largest factor by which the expected error may be off, either way."""
 
-TWICE, KEPT = 3.0, (88.0, 93.0)
+TWICE = 3.0
+KEPT = (88.0, 93.0)
 """Per cent of the parts whose true error may be more than twice the expected one, and of those
 whose largest error is to be within its bound."""
 

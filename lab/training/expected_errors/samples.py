@@ -51,10 +51,12 @@ class ErrorSamples(NamedTuple):
 def error_samples(samples: Sequence[Sample]) -> dict[str, ErrorSamples]:
     """Samples by the name of the method; a body takes some ten milliseconds."""
     rows: dict[str, list[tuple[object, ...]]] = {name: [] for name in ESTIMATORS}
-    known, of_body = np.zeros((3, 0)), None
+    known = np.zeros((3, 0))
+    of_body = None
     for row, resting, scene, answers in answered(samples):
         if resting is not of_body:
-            known, of_body = known_answers(resting), resting
+            known = known_answers(resting)
+            of_body = resting
         share, noise = counted(row)
         for name, estimate in answers.items():
             scale = error_scale(resting, estimate, known)

@@ -58,7 +58,8 @@ def loaves(draw: Generator) -> list[Solid]:
 
 def cams(draw: Generator) -> list[Solid]:
     """Hulls of two circles of different size, some with a flat."""
-    first, away = _arc(draw, 0.0, 2.0 * math.pi)[:-1], (draw.uniform(0.3, 1.8), 0.0)
+    first = _arc(draw, 0.0, 2.0 * math.pi)[:-1]
+    away = (draw.uniform(0.3, 1.8), 0.0)
     outline = np.vstack(
         (first, draw.uniform(0.2, 0.95) * _arc(draw, 0.0, 2.0 * math.pi)[:-1] + away)
     )
@@ -83,7 +84,8 @@ def squircles(draw: Generator) -> list[Solid]:
 
 def cut_cones(draw: Generator) -> list[Solid]:
     """Cones and barrels with one or two flats along them."""
-    segments, high = 4 * int(draw.integers(12, 25)), draw.uniform(0.4, 3.0)
+    segments = 4 * int(draw.integers(12, 25))
+    high = draw.uniform(0.4, 3.0)
     bulge = draw.uniform(0.0, 0.3) if draw.random() < 0.5 else 0.0
     level = np.linspace(0.0, 1.0, 9 if bulge else 2)
     radius = (
@@ -103,7 +105,8 @@ def cut_cones(draw: Generator) -> list[Solid]:
 
 def capsules(draw: Generator) -> list[Solid]:
     """Cylinders with round ends, one or both, with up to two flats."""
-    segments, high = 4 * int(draw.integers(10, 19)), draw.uniform(0.0, 3.0)
+    segments = 4 * int(draw.integers(10, 19))
+    high = draw.uniform(0.0, 3.0)
     turn = np.linspace(0.0, 0.5 * math.pi, segments // 4 + 1)[1:]
     flat = draw.uniform(0.3, 1.0)
     rings = [(math.cos(t), high + flat * math.sin(t)) for t in turn.tolist()]
@@ -136,7 +139,8 @@ def pillows(draw: Generator) -> list[Solid]:
 
 def slices(draw: Generator) -> list[Solid]:
     """Slices of a ball or a spheroid between two planes through its axis."""
-    wide, steps = math.radians(draw.uniform(40.0, 180.0)), int(draw.integers(12, 30))
+    wide = math.radians(draw.uniform(40.0, 180.0))
+    steps = int(draw.integers(12, 30))
     turn = np.linspace(0.0, wide, steps)
     level = np.linspace(-0.5 * math.pi, 0.5 * math.pi, steps)
     ball = np.array(

@@ -39,7 +39,8 @@ def bracket(draw: Generator) -> list[Solid]:
 def shaft(draw: Generator) -> list[Solid]:
     """Two to four round steps on one axis."""
     sides = int(draw.integers(16, 41))
-    solids, at = [], 0.0
+    solids = []
+    at = 0.0
     for _ in range(int(draw.integers(2, 5))):
         length = float(draw.uniform(0.15, 1.0))
         solids.append(_round(sides, float(draw.uniform(0.2, 0.7)), at, at + length))
@@ -59,11 +60,9 @@ def bolt(draw: Generator) -> list[Solid]:
 
 def bossed_plate(draw: Generator) -> list[Solid]:
     """A plate with one to three round or square bosses, and holes."""
-    width, depth, thick = (
-        draw.uniform(0.6, 1.6),
-        draw.uniform(0.6, 1.6),
-        draw.uniform(0.08, 0.5),
-    )
+    width = draw.uniform(0.6, 1.6)
+    depth = draw.uniform(0.6, 1.6)
+    thick = draw.uniform(0.08, 0.5)
     plate = block((0.0, 0.0, 0.0), (width, depth, thick))
     solids = [plate, *_holes(draw, width, depth, 0.0, thick)]
     for place in range(int(draw.integers(1, 4))):
@@ -78,8 +77,10 @@ def bossed_plate(draw: Generator) -> list[Solid]:
 
 def channel(draw: Generator) -> list[Solid]:
     """A U profile with legs of different heights, or a T where they meet."""
-    length, width = draw.uniform(0.4, 2.0), draw.uniform(0.4, 1.2)
-    floor, wall = draw.uniform(0.06, 0.25), draw.uniform(0.06, 0.18)
+    length = draw.uniform(0.4, 2.0)
+    width = draw.uniform(0.4, 1.2)
+    floor = draw.uniform(0.06, 0.25)
+    wall = draw.uniform(0.06, 0.18)
     left, right = draw.uniform(0.1, 1.0, 2)
     place = (width - wall) * (1.0 if draw.random() < 0.7 else 0.5)
     legs = [

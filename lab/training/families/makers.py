@@ -101,7 +101,8 @@ def weighted(draw: Generator) -> list[Solid]:
         share = draw.dirichlet(np.full(corners.shape[0], draw.choice([0.1, 1.0])))
         place = 0.97 * share @ corners + 0.03 * corners.mean(axis=0)
         mass = volume * draw.uniform(0.1, 1.5)
-        low, high = place - 0.5 * size, place + 0.5 * size
+        low = place - 0.5 * size
+        high = place + 0.5 * size
         weight = block((low[0], low[1], low[2]), (high[0], high[1], high[2]))
         solids.append(Solid(weight.corners, mass / size**3))
     return solids

@@ -61,7 +61,8 @@ def ovals(draw: Generator) -> list[Solid]:
 
 def rounded_polygons(draw: Generator) -> list[Solid]:
     """Triangles to pentagons with round corners."""
-    corners, radius = int(draw.integers(3, 6)), draw.uniform(0.15, 1.2)
+    corners = int(draw.integers(3, 6))
+    radius = draw.uniform(0.15, 1.2)
     turn = 2.0 * math.pi / corners
     return _drawn(
         np.vstack(
@@ -86,7 +87,8 @@ def arc_plates(draw: Generator) -> list[Solid]:
 
 def domes(draw: Generator) -> list[Solid]:
     """Caps of a ball or an egg, on a foot of any height."""
-    segments, high = 4 * int(draw.integers(12, 25)), draw.uniform(0.4, 1.8)
+    segments = 4 * int(draw.integers(12, 25))
+    high = draw.uniform(0.4, 1.8)
     level = np.linspace(draw.uniform(-0.3, 0.6), 1.0, segments // 4)
     rings = [(math.sqrt(1.0 - z * z), high * z) for z in level.tolist()]
     if draw.random() < 0.4:

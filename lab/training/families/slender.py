@@ -34,13 +34,15 @@ def bars(draw: Generator) -> list[Solid]:
         ).hole()
         return [rod, hole]
     if kind < 0.55:
-        wide, thick = 1.0, math.exp(draw.uniform(math.log(0.15), 0.0))
+        wide = 1.0
+        thick = math.exp(draw.uniform(math.log(0.15), 0.0))
         return [_tapered(_rectangle(wide, thick), length, draw)]
     if kind < 0.8:
         corners = int(draw.choice([3, 5, 6, 6, 8]))
         outline = _around(corners, 0.15 * float(draw.random() < 0.5), draw) * 0.5
         return [_tapered(outline, length, draw)]
-    wall, leg = float(draw.uniform(0.08, 0.25)), float(draw.uniform(0.4, 1.2))
+    wall = float(draw.uniform(0.08, 0.25))
+    leg = float(draw.uniform(0.4, 1.2))
     solids = [
         block((0.0, 0.0, 0.0), (1.0, wall, length)),
         block((0.0, wall, 0.0), (wall, leg, length)),
@@ -96,8 +98,10 @@ def near_cubes(draw: Generator) -> list[Solid]:
     )
     solids = [Solid(corners)]
     if draw.random() < 0.3:
-        size, place = 0.05, draw.uniform(-0.5, 0.5, 3)
-        low, high = (place - size).tolist(), (place + size).tolist()
+        size = 0.05
+        place = draw.uniform(-0.5, 0.5, 3)
+        low = (place - size).tolist()
+        high = (place + size).tolist()
         weight = block((low[0], low[1], low[2]), (high[0], high[1], high[2]))
         solids.append(
             Solid(weight.corners, float(draw.uniform(0.1, 2.0)) / (2.0 * size) ** 3)
@@ -124,7 +128,8 @@ def _tapered(outline: Array, length: float, draw: Generator) -> Solid:
     if kind < 0.5:
         return extruded(outline, 0.0, length)
     if kind < 0.75:
-        narrow, inset = 0.8, 0.1
+        narrow = 0.8
+        inset = 0.1
         levels = [(narrow, 0.0), (1.0, inset), (1.0, length - inset), (narrow, length)]
     else:
         levels = [(1.0, 0.0), (float(draw.uniform(0.4, 0.95)), length)]

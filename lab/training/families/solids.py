@@ -50,7 +50,8 @@ def extruded(outline: Array, low: float, high: float, axis: int = 2) -> Solid:
 
 def block(low: tuple[float, float, float], high: tuple[float, float, float]) -> Solid:
     """A box between two corners."""
-    x, y = (low[0], high[0]), (low[1], high[1])
+    x = (low[0], high[0])
+    y = (low[1], high[1])
     return extruded(np.array([(a, b) for a in x for b in y]), low[2], high[2])
 
 
@@ -113,7 +114,9 @@ def _surface(solids: list[Solid]) -> tuple[Array, NDArray[np.int64]]:
     """Of the hull of all, or where one has triangles of its own, of each."""
     if all(solid.triangles is None for solid in solids):
         return hull_mesh(np.concatenate([solid.corners for solid in solids]))
-    count, vertices, triangles = 0, [], []
+    count = 0
+    vertices = []
+    triangles = []
     for corners, own in (solid.surface() for solid in solids):
         vertices.append(corners)
         triangles.append(own + count)

@@ -22,7 +22,8 @@ Array = NDArray[np.float64]
 
 def rounds(draw: Generator) -> list[Solid]:
     """Convex profiles of two to five circles with 12 to 48 sides."""
-    sides, circles = int(draw.integers(12, 49)), int(draw.integers(2, 6))
+    sides = int(draw.integers(12, 49))
+    circles = int(draw.integers(2, 6))
     height = math.exp(draw.uniform(-math.log(4.0), math.log(4.0)))
     level = np.concatenate(([0.0, height], draw.uniform(0.0, height, circles - 2)))
     radius = draw.uniform(0.3, 1.0, circles)
@@ -33,9 +34,11 @@ def rounds(draw: Generator) -> list[Solid]:
 
 def stepped(draw: Generator) -> list[Solid]:
     """Shafts and pulleys: two to five steps, most with chamfers, some with a bore or a flat."""
-    sides, steps = _sides(draw), int(draw.integers(2, 6))
+    sides = _sides(draw)
+    steps = int(draw.integers(2, 6))
     stretch = math.exp(draw.uniform(math.log(0.15), math.log(1.5)))
-    radii, at = draw.uniform(0.25, 1.0, steps), 0.0
+    radii = draw.uniform(0.25, 1.0, steps)
+    at = 0.0
     solids: list[Solid] = []
     for radius in radii.tolist():
         length = stretch * math.exp(draw.uniform(math.log(0.1), math.log(1.5)))
@@ -77,12 +80,12 @@ def hollow(draw: Generator) -> list[Solid]:
 def gears(draw: Generator) -> list[Solid]:
     """Spur gears of 8 to 60 teeth; two thirds have a hub, all but few a bore."""
     teeth = round(math.exp(draw.uniform(math.log(8), math.log(60))))
-    module, width = (
-        2.0 / (teeth + 2.0),
-        math.exp(draw.uniform(math.log(0.1), math.log(1.5))),
-    )
-    root, sides = 1.0 - 2.25 * module, _sides(draw)
-    tip, foot = draw.uniform(0.1, 0.35), draw.uniform(0.5, 0.7)
+    module = 2.0 / (teeth + 2.0)
+    width = math.exp(draw.uniform(math.log(0.1), math.log(1.5)))
+    root = 1.0 - 2.25 * module
+    sides = _sides(draw)
+    tip = draw.uniform(0.1, 0.35)
+    foot = draw.uniform(0.5, 0.7)
     turn = (
         2.0
         * math.pi
@@ -93,7 +96,9 @@ def gears(draw: Generator) -> list[Solid]:
     outline = np.stack((reach * np.cos(turn), reach * np.sin(turn)), axis=2).reshape(
         -1, 2
     )
-    solids, top, core = [fan(outline, 0.0, width)], width, root
+    solids = [fan(outline, 0.0, width)]
+    top = width
+    core = root
     if draw.random() < 0.65:
         core = root * float(draw.uniform(0.3, 0.8))
         top = width + float(draw.uniform(0.05, 1.0))
@@ -110,7 +115,8 @@ def flat_balls(draw: Generator) -> list[Solid]:
     segments = 4 * int(draw.integers(10, 19))
     level = np.cos(np.linspace(0.0, math.pi, segments // 2 + 1))
     if draw.random() < 0.4:
-        low, high = -float(draw.uniform(0.6, 0.98)), float(draw.uniform(0.6, 1.0))
+        low = -float(draw.uniform(0.6, 0.98))
+        high = float(draw.uniform(0.6, 1.0))
         level = np.concatenate(([low, high], level[(level > low) & (level < high)]))
         bead = _rings(segments, ((math.sqrt(1.0 - z * z), z) for z in level.tolist()))
         widest = math.sqrt(1.0 - max(low * low, high * high))

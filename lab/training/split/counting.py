@@ -53,14 +53,17 @@ BODIES: dict[str, tuple[int, int]] = {
 }
 """Numbers of bodies of each family for the fit, and for the judgement."""
 
-FIT_DROPS, JUDGE_DROPS = 200, 500
+FIT_DROPS = 200
+JUDGE_DROPS = 500
 RANDOM_SCENES = {FIT_SEED: 3, JUDGE_SEED: 2}
 """Scenes of a body that are drawn from all restitutions and heights."""
 
-LOWEST_DROP, HIGHEST_DROP = 0.5, 100.0
+LOWEST_DROP = 0.5
+HIGHEST_DROP = 100.0
 """Drop heights, in radii; from the lowest most bodies are released touching the plate."""
 
-BOUNCY, HIGHEST_RESTITUTION = 0.95, 0.99
+BOUNCY = 0.95
+HIGHEST_RESTITUTION = 0.99
 SELDOM = 0.08
 """Share of random scenes beyond `BOUNCY`, where drops take long."""
 

@@ -74,8 +74,10 @@ def fit_networks(
     seed : int
         Of the first coefficients, and of the order of the samples.
     """
-    mean, scale = table.inputs.mean(axis=0), table.inputs.std(axis=0) + np.float32(1e-6)
-    columns, draw = table.inputs.shape[1], np.random.default_rng(seed)
+    mean = table.inputs.mean(axis=0)
+    scale = table.inputs.std(axis=0) + np.float32(1e-6)
+    columns = table.inputs.shape[1]
+    draw = np.random.default_rng(seed)
     begin = np.concatenate([random_coefficients(columns, many, draw) for many in units])
     order = draw.permutation(table.splits.shape[0])
     batches = [

@@ -49,19 +49,21 @@ def tree_loss(
     probability : (P,) array
     """
     samples = splits.shape[0]
-    slopes, probability = np.zeros(weight.shape[0]), np.zeros(share.shape[0])
+    slopes = np.zeros(weight.shape[0])
+    probability = np.zeros(share.shape[0])
     most = 2 * splits.max() + 1
-    grown, log, back, pull = (
-        np.zeros(most),
-        np.zeros(most),
-        np.zeros(most),
-        np.zeros(most),
-    )
+    grown = np.zeros(most)
+    log = np.zeros(most)
+    back = np.zeros(most)
+    pull = np.zeros(most)
     passed = np.zeros((most, 2))
     loss = 0.0
     for u in range(samples):
-        count, begin, pose = splits[u], first_split[u], first_pose[u]
-        leaves, leaf = count + 1, first_split[u] + u
+        count = splits[u]
+        begin = first_split[u]
+        pose = first_pose[u]
+        leaves = count + 1
+        leaf = first_split[u] + u
         for j in range(count):
             for c in range(2):
                 node = children[begin + j, c]
@@ -82,11 +84,13 @@ def tree_loss(
         for i in range(leaves):
             probability[pose + leaf_pose[leaf + i]] += math.exp(log[i])
         for i in range(pose, pose + poses[u]):
-            p, told = max(probability[i], SMALLEST), share[i]
+            p = max(probability[i], SMALLEST)
+            told = share[i]
             loss += (square * (p - told) ** 2 - told * math.log(p)) / samples
         for i in range(leaves):
             at = pose + leaf_pose[leaf + i]
-            p, told = max(probability[at], SMALLEST), share[at]
+            p = max(probability[at], SMALLEST)
+            told = share[at]
             back[i] = (
                 (2.0 * square * (p - told) - told / p) * math.exp(log[i]) / samples
             )

@@ -15,7 +15,9 @@ from .fit import fit_networks, predict
 from .samples import FIT_SEED, HEIGHT, JUDGE_SEED, LOW, USUAL, Sample
 from .table import Array, Table, make_table
 
-UNITS, RIDGE, EPOCHS = (60, 20), 2e-6, 100
+UNITS = (60, 20)
+RIDGE = 2e-6
+EPOCHS = 100
 """Hidden units of both networks, ridge, and how often the fit uses each sample."""
 STARTS = 2
 """Number of fits, from random starts, whose logarithms are averaged."""

@@ -15,7 +15,8 @@ Index = NDArray[np.int64]
 
 FILE = Path(__file__).resolve().parent / "samples.npz"
 
-FIT_SEED, JUDGE_SEED = 11, 2
+FIT_SEED = 11
+JUDGE_SEED = 2
 """Seeds of the series of bodies for the fit, and of those for the judgement."""
 
 USUAL = (0.2, 0.5, 0.8)

@@ -22,7 +22,8 @@ from .samples import Sample
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-LEAST_DROPS, MOST_UNSETTLED = 50, 0.01
+LEAST_DROPS = 50
+MOST_UNSETTLED = 0.01
 """Samples with fewer settled drops, or with a larger share that met the step cap, are left out."""
 
 REFERENCES = ("combined", "meae")
@@ -67,7 +68,8 @@ class Table:
         """Samples by their numbers, or those (U,) that are true."""
         samples = np.arange(self.splits.shape[0])
         chosen = samples[which]
-        splits, poses = self.splits[chosen], self.poses[chosen]
+        splits = self.splits[chosen]
+        poses = self.poses[chosen]
         split = _rows(self.first_split[chosen], splits)
         pose = _rows(self.first_pose[chosen], poses)
         leaf = _rows(self.first_split[chosen] + chosen, splits + 1)
@@ -99,7 +101,10 @@ def make_table(samples: Sequence[Sample], compared: bool = True) -> Table:
 
     Unless they are to be compared, there are no references, and expected errors are NaN.
     """
-    inputs, children, leaf_pose, kept = [], [], [], []
+    inputs = []
+    children = []
+    leaf_pose = []
+    kept = []
     poses: dict[str, list[Array]] = {
         name: []
         for name in (
@@ -144,7 +149,8 @@ def make_table(samples: Sequence[Sample], compared: bool = True) -> Table:
                 poses[name].append(np.broadcast_to(value, row.count.shape))
             for name, values in reference.items():
                 values.append(ESTIMATORS[name].function(resting, scene))
-    splits, count = np.array([len(one) for one in children]), poses["share"]
+    splits = np.array([len(one) for one in children])
+    count = poses["share"]
     each = np.array([one.size for one in count])
     return Table(
         np.concatenate(inputs),
@@ -185,7 +191,8 @@ def _expected(resting: RestingPoses, scene: DropScene) -> float:
 
 def split_children(resting: RestingPoses) -> Index:
     """Children (K, 2) of the splits, numbered within the part: leaves first, then splits."""
-    tree, grouped = resting.equilibria.arrays.tree, resting.clusters
+    tree = resting.equilibria.arrays.tree
+    grouped = resting.clusters
     faces = resting.equilibria.order.shape[0]
     number = {node: place for place, node in enumerate(grouped.node.tolist())}
     joins = np.flatnonzero(grouped.split)

@@ -35,10 +35,13 @@ def size_of_bags(folder: Path) -> int:
 
 def a_disk_that_fills(setting: Setting) -> Outcome:
     """Fifty new meshes of 30 kB a second, of one part, with a bound of 3 MB on all bags."""
-    bound, number, most = 3_000_000, setting.of(750, 300), 0
+    bound = 3_000_000
+    number = setting.of(750, 300)
+    most = 0
     vertices, triangles = fine_box(1200)
     with tried_node(setting.folder, max_log_bytes=bound) as (_, client):
-        publisher, health = MeshPublisher(client).matched(), Health(client)
+        publisher = MeshPublisher(client).matched()
+        health = Health(client)
         for message in _paced(
             (
                 flat((vertices * (1.0 + 1e-3 * k), triangles), "grows")
@@ -94,7 +97,8 @@ def a_flood_of_counts(setting: Setting) -> Outcome:
             return len(recorded(setting.folder, "pose_counts"))
 
         until(lambda: kept() + lost() >= number, "the counts")
-        said, there = lost(), kept()
+        said = lost()
+        there = kept()
     return judged(
         number,
         f"{there} recorded, {said} told as lost",
@@ -110,7 +114,8 @@ def a_signal_during_an_estimate(setting: Setting) -> Outcome:
         assert not waiting.done(), "the estimate was too quick for this attack"
         begin = time.monotonic()
         node.send(signal.SIGTERM)
-        status, seconds = node.ended(), time.monotonic() - begin
+        status = node.ended()
+        seconds = time.monotonic() - begin
         time.sleep(0.5)
         answered = waiting.done()
     return judged(

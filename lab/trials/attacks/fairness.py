@@ -28,7 +28,8 @@ what they take alone: machines differ and are shared."""
 MOST_SECONDS = 0.05
 """Within which 99 of 100 answers about a known part come, on a machine that does nothing else."""
 
-CALLS, PAUSE = 300, 0.02
+CALLS = 300
+PAUSE = 0.02
 FIRST_SECONDS = 5.0
 """In which clients that do not hear are met, each of which holds everybody up twice for 0.1 s."""
 
@@ -162,7 +163,8 @@ def stopped_subscribers(client, count):
 @contextmanager
 def many_outlines(client, heights, at_once):
     """Somebody asks for so many outlines of the known part, again and again."""
-    step, over = [1e-6 * k for k in range(heights)], threading.Event()
+    step = [1e-6 * k for k in range(heights)]
+    over = threading.Event()
 
     def ask():
         while not over.wait(0.5):
@@ -199,13 +201,16 @@ def _latencies(client, name, calls):
 
 def _beside(setting, trouble):
     """How much later others are answered beside some trouble."""
-    calls, kept, words = setting.of(CALLS, 30), {}, []
+    calls = setting.of(CALLS, 30)
+    kept = {}
+    words = []
     with tried_node(setting.folder) as (_, client):
         client.good("estimate", part=flat(WEDGE, "known"))
         alone = {name: _latencies(client, name, calls) for name in LATER}
         with trouble(client):
             for name, later in LATER.items():
-                beside, before = _latencies(client, name, calls), median(alone[name])
+                beside = _latencies(client, name, calls)
+                before = median(alone[name])
                 kept[f"a_{name}_part_is_answered"] = (
                     not setting.judges_times or median(beside) < later + 3.0 * before
                 )

@@ -42,7 +42,9 @@ def pipes_and_bombs_as_plates(setting: Setting) -> Outcome:
     many.write_text("plates:\n" + "".join(f"  p{k}: {{}}\n" for k in range(20_000)))
     with tried_node(setting.folder / "bags") as (node, client):
         client.good("estimate", part=flat(WEDGE, "known"))
-        before, longest, refused = status(node, "VmRSS"), 0.0, 0
+        before = status(node, "VmRSS")
+        longest = 0.0
+        refused = 0
         files = [pipe, "/dev/zero", bomb, many]
         for file in files:
             begin = time.monotonic()
@@ -79,7 +81,8 @@ def bombs_of_3mf(setting: Setting) -> Outcome:
         "components": (above(20, 1000), 21),
         "chain": (above(3000, 1), 3001),
     }
-    longest, refused = 0.0, 0
+    longest = 0.0
+    refused = 0
     for name, (objects, built) in bombs.items():
         path = setting.folder / f"{name}.3mf"
         with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:

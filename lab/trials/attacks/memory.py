@@ -20,7 +20,8 @@ LARGE_BYTES = LARGE[0].nbytes + LARGE[1].nbytes
 
 def many_large_parts(setting: Setting) -> Outcome:
     """More parts than `max_part_bytes` holds, and as many again."""
-    bound, half = 12 * LARGE_BYTES, setting.of(16, 13)
+    bound = 12 * LARGE_BYTES
+    half = setting.of(16, 13)
     with tried_node(setting.folder, max_part_bytes=bound) as (node, client):
         cell.publish_in_turn(client, LARGE, ["first"])
         sizes = [status(node, "VmRSS")]
@@ -29,7 +30,8 @@ def many_large_parts(setting: Setting) -> Outcome:
             cell.publish_in_turn(client, LARGE, names, first=first)
             sizes.append(status(node, "VmRSS"))
         known = len(cell.part_ids(client))
-    grown, later = sizes[1] - sizes[0], sizes[2] - sizes[1]
+    grown = sizes[1] - sizes[0]
+    later = sizes[2] - sizes[1]
     return judged(
         2 * half,
         f"{grown / MEGABYTE:.0f} MiB more for a bound of "
@@ -45,14 +47,16 @@ def refused_goals(setting: Setting) -> Outcome:
     number = setting.of(30, 20)
     with tried_node(setting.folder, max_drops=1000) as (node, client):
         goals = Goals(client)
-        part, sizes = flat(LARGE, "refused"), []
+        part = flat(LARGE, "refused")
+        sizes = []
         for _ in range(number + 1):
             _, result = goals.send(part=part, drops=2000).result()
             assert not result.success
             assert "max_drops" in result.message
             sizes.append(status(node, "VmRSS"))
         goals.close()
-    grown, sent = sizes[-1] - sizes[0], number * LARGE_BYTES
+    grown = sizes[-1] - sizes[0]
+    sent = number * LARGE_BYTES
     return judged(
         number,
         f"{grown / MEGABYTE:.0f} MiB more after {sent / MEGABYTE:.0f} MiB of meshes",
@@ -65,7 +69,8 @@ def waiting_requests(setting: Setting) -> Outcome:
     with tried_node(setting.folder, max_mesh_bytes=LARGE_BYTES) as (node, client):
         client.good("estimate", part=flat(LARGE, "first"))
         cell.forget_peak(node)
-        before, larger = status(node, "VmRSS"), (1.1 * LARGE[0], LARGE[1])
+        before = status(node, "VmRSS")
+        larger = (1.1 * LARGE[0], LARGE[1])
         waiting = [
             client.send("estimate", part=flat(larger, f"part_{number}"))
             for number in range(40)
@@ -87,17 +92,20 @@ def a_flood_of_meshes(setting: Setting) -> Outcome:
     vertices, triangles = ROUND
     surfaces = [((1.0 + 1e-3 * k) * vertices, triangles) for k in range(number)]
     with tried_node(setting.folder) as (node, client):
-        publisher, health = cell.MeshPublisher(client).matched(), cell.Health(client)
+        publisher = cell.MeshPublisher(client).matched()
+        health = cell.Health(client)
         publisher.publish(flat(ROUND, "before"))
         cell.latched(client, "before")
-        before, last = status(node, "VmRSS"), library_part(surfaces[-1]).digest
+        before = status(node, "VmRSS")
+        last = library_part(surfaces[-1]).digest
         publisher.publish(
             *(flat(surface, f"part {k % 8}") for k, surface in enumerate(surfaces))
         )
         asked = 0
         while cell.latched(client, f"part {(number - 1) % 8}").part_digest != last:
             asked += client.call("list_drop_simulations") is not None
-        grown, values = status(node, "VmHWM") - before, cell.quiet(health)
+        grown = status(node, "VmHWM") - before
+        values = cell.quiet(health)
         taken = len(raw_of(setting.folder, on_topic("part_mesh"))) - 1
     return judged(
         number,

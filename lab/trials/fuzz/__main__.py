@@ -23,7 +23,10 @@ def inputs_of(kind: str, watched: Watched) -> Callable[[Setting], Outcome]:
     """The work of trying inputs of a kind."""
 
     def work(setting: Setting) -> Outcome:
-        found, taken, compared, slowest = Outcome(), 0, Counter[str](), (0.0, 0)
+        found = Outcome()
+        taken = 0
+        compared = Counter[str]()
+        slowest = (0.0, 0)
         for number in range(setting.of(INPUTS)):
             tried = watched.tried(
                 kind, setting.seed + number, number % THOROUGH_EVERY == 0

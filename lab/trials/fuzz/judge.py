@@ -28,7 +28,8 @@ DROPS = 3
 MARGINAL = 1e-8
 """A foot this close to a side or a corner, in radii, may be on it: ten times what counts so."""
 
-SAME_HEIGHT, SAME_LEVEL = 1e-6, 1e-10
+SAME_HEIGHT = 1e-6
+SAME_LEVEL = 1e-10
 """Heights of poses and levels of saddles this close, in radii, may come in either order."""
 
 
@@ -77,7 +78,8 @@ def equilibria_faults(part: Part) -> Iterator[str]:
     """S - H + U = 2, and the faces' solid angles fill the sphere."""
     found = resting_poses(part, 0.0, 0).equilibria
     # A foot on a side is a stable face and a saddle at once, or neither.
-    arrays, side = found.body.arrays, np.arange(len(found.body.arrays.twin))
+    arrays = found.body.arrays
+    side = np.arange(len(found.body.arrays.twin))
     saddles = np.count_nonzero(
         (side < arrays.twin)
         & (
@@ -104,7 +106,8 @@ def equilibria_faults(part: Part) -> Iterator[str]:
 
 def pose_faults(resting: Any) -> Iterator[str]:
     """Poses by rising height, with finite lengths above 0, each stable face in one of them."""
-    poses, radius = resting.poses, resting.body.radius
+    poses = resting.poses
+    radius = resting.body.radius
     for name in ("height", "top", "margin", "barrier", "spread"):
         values = np.array([getattr(pose, name) for pose in poses])
         endless = name == "barrier" and len(poses) == 1

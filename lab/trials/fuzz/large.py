@@ -114,7 +114,8 @@ CASES: dict[str, Callable[[int], Surface]] = {
 def attempt_large(name: str, triangles: int, _: bool) -> Tried:
     """Make a large input, hand it over and ask for all estimates."""
     surface = CASES[name](triangles)
-    begin, refusal = time.perf_counter(), ""
+    begin = time.perf_counter()
+    refusal = ""
     try:
         estimate_all(part_from_mesh(*surface))
     except PoseStatsError as error:
@@ -124,7 +125,9 @@ def attempt_large(name: str, triangles: int, _: bool) -> Tried:
 
 def large_inputs(setting: Setting) -> Outcome:
     """Fifteen large bad meshes, each made, taken or refused, and estimated within a minute."""
-    found, slowest, size = Outcome(), (0.0, ""), setting.of(TRIANGLES, 10_000)
+    found = Outcome()
+    slowest = (0.0, "")
+    size = setting.of(TRIANGLES, 10_000)
     with Watched(attempt_large, BOUND) as watched:
         for name in CASES:
             tried = watched.tried(name, size)

@@ -48,7 +48,9 @@ def changes(part: Part, random: Random) -> Iterator[Change]:
     """The same body turned, in other units, renumbered, cut finer, doubled and hollowed."""
     surface: Surface = (part.surface_vertices, part.surface_triangles)
     vertices, triangles = surface
-    turn, same, scale = rotation(random), np.eye(3), power(random, -9.0, 9.0)
+    turn = rotation(random)
+    same = np.eye(3)
+    scale = power(random, -9.0, 9.0)
     kept = {
         "center_of_mass": part.center_of_mass,
         "mass": part.mass,
@@ -114,7 +116,8 @@ def undecided(part: Part) -> str:
     that a corner and the middle of an edge would be welded.
     """
     equilibria = resting_poses(part, 0.0, 0).equilibria
-    body, vertices = equilibria.body, part.surface_vertices
+    body = equilibria.body
+    vertices = part.surface_vertices
     if marginal(equilibria) < 100.0 * MARGINAL:
         return "marginal"
     if roughness(body) > 0.2 * body.tolerance or bend(body) < 5.0 * body.tolerance:

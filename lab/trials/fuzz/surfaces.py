@@ -131,7 +131,8 @@ def torn(random: Random) -> Surface:
 
 def ring_body(random: Random) -> Surface:
     """A torus or a Klein bottle of a few facets, not convex, corners moved."""
-    across, along = int(random.integers(3, 9)), int(random.integers(3, 9))
+    across = int(random.integers(3, 9))
+    along = int(random.integers(3, 9))
     u, v = (2.0 * np.pi * np.arange(n) / n for n in (along, across))
     u, v = (grid.ravel() for grid in np.meshgrid(u, v, indexing="ij"))
     radius = 1.0 + 0.4 * np.cos(v)
@@ -139,11 +140,13 @@ def ring_body(random: Random) -> Surface:
         (radius * np.cos(u), radius * np.sin(u), 0.4 * np.sin(v))
     )
     i, j = np.divmod(np.arange(along * across), across)
-    next_i, next_j = (i + 1) % along, (j + 1) % across
+    next_i = (i + 1) % along
+    next_j = (j + 1) % across
     one_sided = random.random() < 0.3
     seam = np.where((next_i == 0) & one_sided, -1, 1)
     there, there_next = ((seam * k) % across + next_i * across for k in (j, j + 1))
-    here, here_next = i * across + j, i * across + next_j
+    here = i * across + j
+    here_next = i * across + next_j
     triangles = np.vstack(
         (
             np.column_stack((here, there, there_next)),

@@ -54,7 +54,9 @@ class Tried(NamedTuple):
 def attempt(kind: str, seed: int, thorough: bool) -> Tried:
     """Make an input, hand it over, and judge what comes of it."""
     begin = time.perf_counter()
-    refusal, compared, wrong = "", "", []
+    refusal = ""
+    compared = ""
+    wrong = []
     try:
         vertices, triangles, options = case(kind, seed)
         begin = time.perf_counter()
@@ -109,7 +111,8 @@ class Watched:
     def __init__(
         self, trial: Callable[..., Tried] = attempt, limit: float = LIMIT
     ) -> None:
-        self._trial, self._limit = trial, limit  # seconds an input may take
+        self._trial = trial
+        self._limit = limit  # seconds an input may take
         self._process: Any = None
         self._connection: Connection | None = None
 

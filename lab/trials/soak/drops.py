@@ -9,7 +9,8 @@ from study import shapes
 
 from ..frame import Outcome, Setting
 
-DROPS, BODIES = 1_000_000, 200
+DROPS = 1_000_000
+BODIES = 200
 RESTITUTIONS = (0.2, 0.5, 0.8)
 MOST_UNSETTLED = 1e-5
 """Share of the drops that may be given up."""
@@ -33,8 +34,12 @@ def body(number: int) -> Part:
 
 def many_drops(setting: Setting) -> Outcome:
     """A million drops of 200 bodies, each into a listed pose with the energy to stay there."""
-    drops, bodies = setting.of(DROPS), setting.of(BODIES, 10)
-    found, unsettled, lowest, closest = Outcome(), 0, np.inf, np.inf
+    drops = setting.of(DROPS)
+    bodies = setting.of(BODIES, 10)
+    found = Outcome()
+    unsettled = 0
+    lowest = np.inf
+    closest = np.inf
     for number in range(setting.seed, setting.seed + bodies):
         part = body(number)
         resting = resting_poses(part, 0.0, 0)
@@ -44,7 +49,8 @@ def many_drops(setting: Setting) -> Outcome:
             for name in ("height", "barrier")
         )
         for restitution in RESTITUTIONS:
-            share, outcomes = max(1, drops // bodies // len(RESTITUTIONS)), []
+            share = max(1, drops // bodies // len(RESTITUTIONS))
+            outcomes = []
             answer = simulate(
                 part,
                 share,
@@ -77,8 +83,10 @@ def many_drops(setting: Setting) -> Outcome:
                 for name, good in sound.items()
                 if not good
             ]
-            found.tried, unsettled = found.tried + share, unsettled + answer.unsettled
-            lowest, closest = min(lowest, above), min(closest, out)
+            found.tried = found.tried + share
+            unsettled = unsettled + answer.unsettled
+            lowest = min(lowest, above)
+            closest = min(closest, out)
     if unsettled > MOST_UNSETTLED * found.tried:
         found.broken.append(f"{unsettled} drops of {found.tried} did not settle")
     found.seen = (

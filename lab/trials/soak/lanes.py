@@ -17,7 +17,10 @@ from ..fuzz.messages.mutations import fuzzed
 from ..fuzz.messages.seeds import Seeds
 from .told import METHODS, NOT_RECORDED, PARTS, RESTITUTIONS, SURFACES, Simulated
 
-SEEDS, DROPS, LONG, NEVER = (1, 2), (100, 700), 10**6, 2**31
+SEEDS = (1, 2)
+DROPS = (100, 700)
+LONG = 10**6
+NEVER = 2**31
 _numbers = count(1)
 
 
@@ -29,7 +32,8 @@ def carried(number, part_id=None):
 def estimates(life, chance):
     """Parts carried, analytic answers compared."""
     while True:
-        number, method = chance.randrange(len(PARTS)), chance.choice(METHODS)
+        number = chance.randrange(len(PARTS))
+        method = chance.choice(METHODS)
         restitution = chance.choice(RESTITUTIONS)
         answer = life.ask(
             "estimate", part=carried(number), method=method, restitution=restitution

@@ -75,10 +75,13 @@ class Life:
     """
 
     def __init__(self, node, told, seed, look_back=True):
-        self.node, self.told = node, told
+        self.node = node
+        self.told = told
         self.over = threading.Event()
-        self._calls, self.calls = itertools.count(1), 0
-        self._seed, self._threads = seed, []
+        self._calls = itertools.count(1)
+        self.calls = 0
+        self._seed = seed
+        self._threads = []
         self._left = bags_of(node.log_directory)
         before = [
             (topic, data)
@@ -145,7 +148,8 @@ class Life:
 
     def go_on(self, calls):
         """Wait for so many more calls."""
-        goal, end = self.calls + calls, time.monotonic() + 10.0 * PATIENCE
+        goal = self.calls + calls
+        end = time.monotonic() + 10.0 * PATIENCE
         while self.calls < goal:
             if time.monotonic() > end or not any(
                 one.is_alive() for one in self._threads
@@ -172,7 +176,8 @@ class Life:
 
     def wait(self, future, name):
         """What comes, unless the life is over."""
-        done, end = threading.Event(), time.monotonic() + PATIENCE
+        done = threading.Event()
+        end = time.monotonic() + PATIENCE
         future.add_done_callback(lambda _: done.set())
         while not done.wait(0.05):
             if self.over.is_set():

@@ -22,7 +22,10 @@ from . import lanes
 from .life import UDP_ONLY, Life, node_of
 from .told import SEVERAL, SURFACES, Told
 
-CALLS, SHORT_LIVES, LONG_SHARE, FAULT = 45_000, 10, 0.6, 150
+CALLS = 45_000
+SHORT_LIVES = 10
+LONG_SHARE = 0.6
+FAULT = 150
 """Of a full run: calls, lives that end soon, the share of calls in the long one; and the calls
 that a fault lasts."""
 
@@ -43,7 +46,8 @@ class Span(NamedTuple):
 
 def plan(setting):
     """Short lives, killed and stopped in turns, and a long one that sees every fault."""
-    calls, lives = setting.of(CALLS, 3000), setting.of(SHORT_LIVES, 3)
+    calls = setting.of(CALLS, 3000)
+    lives = setting.of(SHORT_LIVES, 3)
     short = round((1.0 - LONG_SHARE) * calls / lives)
     return [
         *(Span(short, 1, number % 2 == 0) for number in range(lives)),
@@ -55,8 +59,11 @@ class Soak:
     """Lives of the node on one log directory, run when their first outcome is asked for."""
 
     def __init__(self):
-        self.told, self._lives, self._memory = Told(), 0, []
-        self._next_fault, self._anchor = 0, ""
+        self.told = Told()
+        self._lives = 0
+        self._memory = []
+        self._next_fault = 0
+        self._anchor = ""
 
     def trials(self):
         """A row for each thing that is judged."""
@@ -87,7 +94,8 @@ class Soak:
         """Live all lives, once."""
         if not self._lives:
             self._live(setting)
-        told, numbers = self.told, self.told.events
+        told = self.told
+        numbers = self.told.events
         estimates = sorted(told.seconds["estimate"]) or [0.0]
         seen = (
             f"{self._lives} lives; "
@@ -125,7 +133,8 @@ class Soak:
         """Whether it goes on to grow."""
         self.calls(setting)
         sizes = self._memory
-        first, last = median(sizes[: max(1, len(sizes) // 4)]), sizes[-1]
+        first = median(sizes[: max(1, len(sizes) // 4)])
+        last = sizes[-1]
         grown = last > MOST_GROWTH * first and LONG_SHARE * setting.of(CALLS) > ENOUGH
         seen = f"{first / MEGABYTE:.0f} MiB in the first quarter, {last / MEGABYTE:.0f} at the end"
         return Outcome(len(sizes), [seen] * grown, seen)
@@ -134,7 +143,8 @@ class Soak:
         kept = tempfile.TemporaryDirectory(prefix="soak_")
         atexit.register(kept.cleanup)
         self._folder = Path(kept.name)
-        self._bags, self._clock = self._folder / "bags", self._folder / "clock"
+        self._bags = self._folder / "bags"
+        self._clock = self._folder / "clock"
         self._clock.write_text("0", "utf-8")
         self._chance = Random(setting.seed)
         for span in plan(setting):

@@ -14,7 +14,8 @@ from ros_pose_stats import estimate, part_from_mesh, simulate
 from tests.bodies import random_polyhedron
 from tests.contract.node.harness.bags import bags_of, message_of, on_topic, raw
 
-METHODS, RESTITUTIONS = ("combined", "csae", "area"), (0.2, 0.5)
+METHODS = ("combined", "csae", "area")
+RESTITUTIONS = (0.2, 0.5)
 NOT_RECORDED = "NOT_RECORDED"
 ENDS = {JobEvent.DONE, JobEvent.CANCELLED, JobEvent.FAILED}
 SEVERAL = 5
@@ -52,8 +53,11 @@ class Told:
         self.wrong = []
         self.seconds = defaultdict(list)
         self.events = Counter()
-        self.answers, self.accepted, self.ended = set(), set(), set()
-        self.estimates, self.simulations = [], {}
+        self.answers = set()
+        self.accepted = set()
+        self.ended = set()
+        self.estimates = []
+        self.simulations = {}
 
     def called(self, name, seconds):
         """A call was answered."""
@@ -116,7 +120,8 @@ class Told:
 
     def not_in(self, folders):
         """Results, acceptances and ends that are in no bag, and jobs that ended twice."""
-        answers, events = set(), defaultdict(list)
+        answers = set()
+        events = defaultdict(list)
         for bag in (bag for folder in folders for bag in bags_of(folder)):
             for topic, data in raw(bag):
                 self.events["messages in bags"] += 1
@@ -173,7 +178,8 @@ def prefixes(number, restitution, seed, drop_height, sizes):
         workers=1,
         on_drops=lambda chunk: chunks.append(chunk.outcomes.pose.copy()),
     )
-    row, counts = np.concatenate(chunks), {}
+    row = np.concatenate(chunks)
+    counts = {}
     for size in sizes:
         values, numbers = np.unique(row[:size][row[:size] >= 0], return_counts=True)
         counts[size] = dict(zip(values.tolist(), numbers.tolist(), strict=True))

@@ -12,24 +12,25 @@ from ros_pose_stats.ros.state.tables import COLUMNS
 from ..frame import Outcome, Setting
 from .original import NAME, Original
 
-CUTS, FLIPS, READ_FLIPS = 20, 200, 4000
+CUTS = 20
+FLIPS = 200
+READ_FLIPS = 4000
 
 
 def _tried(setting, tries, damage):
     """Nodes on files that were damaged, each in a way of its own."""
-    original, chance, broken, empty = (
-        Original(setting.folder),
-        random.Random(setting.seed),
-        [],
-        0,
-    )
+    original = Original(setting.folder)
+    chance = random.Random(setting.seed)
+    broken = []
+    empty = 0
     for number in range(tries):
         file = original.copy(setting.folder / "copy")
         said = damage(file, chance)
         try:
             wrong, known = original.start(setting.folder, file)
         except AssertionError as error:
-            wrong, known = [str(error)], 0
+            wrong = [str(error)]
+            known = 0
         broken += [
             f"{said} (try {number} of seed {setting.seed}): {line}" for line in wrong
         ]
@@ -66,7 +67,8 @@ def _cut(file, chance):
 def _flip(file, chance):
     path = _any_file(file, chance)
     data = bytearray(path.read_bytes())
-    place, bits = chance.randrange(len(data)), chance.randrange(1, 256)
+    place = chance.randrange(len(data))
+    bits = chance.randrange(1, 256)
     data[place] ^= bits
     path.write_bytes(data)
     return f"byte {place} of {path.name} ^ {bits}"
@@ -84,18 +86,17 @@ def flipped_bytes(setting: Setting) -> Outcome:
 
 def flipped_bytes_read(setting: Setting) -> Outcome:
     """The same, the state alone read: each row by its key as it was written, or none."""
-    file, truth = setting.folder / "original" / NAME, _rows()
+    file = setting.folder / "original" / NAME
+    truth = _rows()
     state = State(file)
     state.put(
         *(Change(table, row[0], row) for table, rows in truth.items() for row in rows)
     )
     state.close()
-    chance, broken, aside, tries = (
-        random.Random(setting.seed),
-        [],
-        0,
-        setting.of(READ_FLIPS, 100),
-    )
+    chance = random.Random(setting.seed)
+    broken = []
+    aside = 0
+    tries = setting.of(READ_FLIPS, 100)
     for number in range(tries):
         copy = setting.folder / "copy"
         shutil.rmtree(copy, ignore_errors=True)

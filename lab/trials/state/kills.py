@@ -15,7 +15,10 @@ from ..soak.life import Life, node_of
 from . import traffic
 from .ledger import PLATE, Ledger
 
-KILLS, SHARE_IN_START, START_SECONDS, LIFE_SECONDS = 100, 0.2, 4.0, 5.0
+KILLS = 100
+SHARE_IN_START = 0.2
+START_SECONDS = 4.0
+LIFE_SECONDS = 5.0
 DISK = 24
 """MiB of the disk that fills."""
 
@@ -82,11 +85,9 @@ def _outcome(ledger, tried, more=""):
 
 def kills(setting: Setting) -> Outcome:
     """Kill -9 at random moments: parts, jobs, counts, forgetting, fits on one state file."""
-    ledger, chance, number = (
-        Ledger(setting.folder / "log"),
-        random.Random(setting.seed),
-        (setting.of(KILLS, 6)),
-    )
+    ledger = Ledger(setting.folder / "log")
+    chance = random.Random(setting.seed)
+    number = setting.of(KILLS, 6)
     for _ in range(number):
         _one_life(ledger, chance, traffic.ALL)
         ledger.look_at_bags(sealed=False)
@@ -100,17 +101,16 @@ def kills(setting: Setting) -> Outcome:
 
 def bags_that_go(setting: Setting) -> Outcome:
     """Bags deleted, copied and renamed under a running node that is killed then."""
-    ledger, chance, number = (
-        Ledger(setting.folder / "log"),
-        random.Random(setting.seed),
-        (setting.of(20, 2)),
-    )
+    ledger = Ledger(setting.folder / "log")
+    chance = random.Random(setting.seed)
+    number = setting.of(20, 2)
 
     def disturb(until):
         while time.monotonic() < until:
             bags = bags_of(ledger.folder)
             if bags:
-                bag, act = chance.choice([*bags, bags[-1]]), chance.randrange(3)
+                bag = chance.choice([*bags, bags[-1]])
+                act = chance.randrange(3)
                 with suppress(
                     FileNotFoundError, shutil.Error
                 ):  # the node mends it meanwhile
@@ -159,7 +159,8 @@ def a_disk_that_is_full(setting: Setting) -> Outcome:
                 0, [f"not tried, since nothing can be mounted here: {problem}"]
             )
         ledger = Ledger(setting.folder / "disk" / "log", always_written=False)
-        chance, number = random.Random(setting.seed), setting.of(20, 2)
+        chance = random.Random(setting.seed)
+        number = setting.of(20, 2)
         ballast = setting.folder / "disk" / "ballast"
 
         def fill(until):

@@ -59,7 +59,8 @@ class Ledger(Told):
 
     def __init__(self, folder, always_written=True):
         super().__init__()
-        self.folder, self._always_written = folder, always_written
+        self.folder = folder
+        self._always_written = always_written
         self.plates = folder.with_name(f"{folder.name}_plates.yaml")
         self.plates.write_text(yaml.safe_dump({"plates": {PLATE: PROFILE}}), "utf-8")
         self.fitted = {_scene(PROFILE)}
@@ -70,8 +71,11 @@ class Ledger(Told):
             lambda: {None},
             {name: {None, digest} for name, digest in self._carried.items()},
         )
-        self.lives, self.sent, self.shown = Counter(), {}, Counter()
-        self.ends, self._whole = {}, {}
+        self.lives = Counter()
+        self.sent = {}
+        self.shown = Counter()
+        self.ends = {}
+        self._whole = {}
 
     def result(self, statistics):
         """A result; one that is on record says that its part is known."""
@@ -149,7 +153,8 @@ class Ledger(Told):
                 break
             time.sleep(0.05)
         for name in sorted(known.keys() | self.allowed.keys()):
-            has, allowed = known.get(name), self.allowed[name]
+            has = known.get(name)
+            allowed = self.allowed[name]
             if has not in allowed:
                 self.wrong.append(f"part {name} is {has}, not one of {allowed}")
             self.allowed[name] = {has, self._carried.get(name, has)}

@@ -33,7 +33,8 @@ class Original:
     def __init__(self, folder):
         self.folder = folder / "original"
         with self.cell(folder / "bags", self.folder / NAME) as (node, client):
-            self.shown, self.before = {}, []
+            self.shown = {}
+            self.before = []
             for act in (self._send, self._drop, self._count):
                 act(client)
                 self.before.append(self.shown)

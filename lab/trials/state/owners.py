@@ -21,7 +21,8 @@ from .original import NAME, Original, numbers_of
 
 def other_versions(setting: Setting) -> Outcome:
     """A state file of a newer version, of older messages, and of another program."""
-    original, broken = Original(setting.folder), []
+    original = Original(setting.folder)
+    broken = []
 
     def changed(*statements):
         file = original.copy(setting.folder / "copy")
@@ -73,7 +74,8 @@ def _refused(file, word):
     with NodeProcess(
         file.with_name("bags"), "-r", "__ns:=/damaged", state_file=file
     ) as node:
-        status, log = node.ended(), [line for line in node.lines if line != "(end)"]
+        status = node.ended()
+        log = [line for line in node.lines if line != "(end)"]
     good = status == 2 and len(log) == 1 and word in log[0]
     return (
         []
@@ -84,7 +86,8 @@ def _refused(file, word):
 
 def files_in_use(setting: Setting) -> Outcome:
     """Locked by a living node, by the lock of a dead process, and by another program's."""
-    original, broken = Original(setting.folder), []
+    original = Original(setting.folder)
+    broken = []
     file = original.copy(setting.folder / "copy")
     with original.cell(setting.folder / "bags", file) as (node, _):
         begin = time.monotonic()
@@ -122,7 +125,8 @@ def files_in_use(setting: Setting) -> Outcome:
 
 def a_disk_to_read_only(setting: Setting) -> Outcome:
     """A state file on a disk that can only be read: all is there, and answers say so."""
-    original, broken = Original(setting.folder), []
+    original = Original(setting.folder)
+    broken = []
     with small_disk(setting.folder / "disk", 64) as problem:
         if problem:
             return Outcome(

@@ -13,7 +13,10 @@ from ..cell import MEGABYTE, Client, domain, forget_peak, status
 from ..frame import Outcome, Setting, judged
 from ..soak.life import UDP_ONLY, NodeProcess
 
-PARTS, TOGETHER, READY_SECONDS, ASKED = 256, 2**30, 3.0, 8
+PARTS = 256
+TOGETHER = 2**30
+READY_SECONDS = 3.0
+ASKED = 8
 PART_BYTES = 24
 """Of a triangle in a message: half a vertex of 24 bytes and three indices of 4."""
 
@@ -41,7 +44,9 @@ def a_start_with_all_parts(setting: Setting) -> Outcome:
             node.ready()
             for k, one in enumerate(surfaces):
                 client.good("estimate", part=flat(one, f"part_{k}"), method="csae")
-        size, seconds, peaks = size_of(state), [], []
+        size = size_of(state)
+        seconds = []
+        peaks = []
         for _ in range(2):
             time.sleep(1.0)
             began = time.monotonic()

@@ -18,7 +18,8 @@ from ...recording.analysis import (
 from ...statistics import chi_square, errors
 from ...text import Column, columns, interval, percent, several, utc
 
-MOST_RESULTS, MOST_JOBS = 12, 20
+MOST_RESULTS = 12
+MOST_JOBS = 20
 
 
 def bag_report(found: comparisons.BagAnalysis) -> str:
@@ -108,7 +109,8 @@ def _part(part: comparisons.PartAnalysis) -> Iterator[str]:
 
 
 def _poses(history: results.ResultHistory) -> Iterator[str]:
-    leading, poses = history.leading, history.poses
+    leading = history.leading
+    poses = history.poses
     drops = (
         f", {leading.drops} drops, {leading.unsettled} unsettled"
         if leading.drops
@@ -237,14 +239,16 @@ def _jobs(jobs: tuple[simulated.Job, ...]) -> Iterator[str]:
             yield from _wrapped(f"{job.job_id}: {job.message}", "  ")
 
 
-WITHIN_CHANCE, BEYOND_CHANCE = 0.05, 0.001
+WITHIN_CHANCE = 0.05
+BEYOND_CHANCE = 0.001
 
 
 def simulation_lines(
     found: comparisons.SimulationComparison, history: results.ResultHistory
 ) -> Iterator[str]:
     """One simulation and the estimates beside it."""
-    one, labels = found.simulation, _labels(history)
+    one = found.simulation
+    labels = _labels(history)
     yield f"estimates against {labels[one]}"
     error = percent(one.expected_error)
     yield from _wrapped(f"{_scene(one)}, expected error {error} points", "  ")
@@ -423,7 +427,8 @@ def _tests(
 ) -> Iterator[str]:
     rows = []
     for one in found:
-        of_pose, of_group = one.by_pose, one.by_group
+        of_pose = one.by_pose
+        of_group = one.by_group
         about = (
             labels[one.prediction],
             percent(one.rms),

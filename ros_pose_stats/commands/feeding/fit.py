@@ -227,7 +227,8 @@ def counts_on_plate(
         missing.discard(part.digest)
         if not missing:
             break
-    counted, notes = [], []
+    counted = []
+    notes = []
     for one in wanted:
         fitting = [
             part

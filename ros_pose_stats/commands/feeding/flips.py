@@ -121,7 +121,8 @@ def run(options: argparse.Namespace) -> int:
     from ...simulation import flips, request as requests, simulate
     from ...statistics import feeding, pose_groups
 
-    scene, fresh = given.scene_of(options), None
+    scene = given.scene_of(options)
+    fresh = None
     resting = poses_in(part, scene)
     counted = read_flips(options.counts, len(resting.poses))
     requests.drop_request(options.drops, options.seed)
@@ -176,7 +177,9 @@ def run(options: argparse.Namespace) -> int:
                 should_stop=interrupted,
                 **given.scene_keywords(options),
             )
-    stopped, speeds, tables = interrupted(), [], []
+    stopped = interrupted()
+    speeds = []
+    tables = []
     dropped = None if fresh is None or stopped else pose_groups.pose_shares(fresh)
     warnings = (
         []

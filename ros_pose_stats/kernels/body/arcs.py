@@ -73,7 +73,8 @@ def make_arcs(points: Array, body: BodyArrays, inertia: Array, inverse: Array) -
         np.zeros((count, SUMS)),
     )
     for k in range(count):
-        f, t = body.face[k], body.twin[k]
+        f = body.face[k]
+        t = body.twin[k]
         g = body.face[t]
         arcs.near[k] = max(0.0, -math.atan2(body.inset[t], body.distance[g]))
         arcs.far[k] = max(0.0, math.atan2(body.inset[k], body.distance[f]))
@@ -81,7 +82,8 @@ def make_arcs(points: Array, body: BodyArrays, inertia: Array, inverse: Array) -
             continue
         arcs.bottom[k] = body.reach[k] * math.cos(arcs.far[k])
         arcs.top[k] = body.reach[k] * math.cos(arcs.near[k]) * AT_THE_TOP
-        v, w = point_at(points, body.corner[k]), point_at(points, body.corner[t])
+        v = point_at(points, body.corner[k])
+        w = point_at(points, body.corner[t])
         part = body.start[k] / (body.start[k] + body.stop[k])
         foot = divided(plus(v, scaled(minus(w, v), part)), body.reach[k])
         normal = point_at(body.normal, f)
@@ -108,13 +110,17 @@ def add_arc(
     inverse: Array,
 ) -> None:
     """Add what a half arc has from x = `near` on to sums (SUMS,)."""
-    v, w = point_at(points, body.corner[k]), point_at(points, body.corner[body.twin[k]])
-    foot, along = point_at(arcs.foot, k), point_at(arcs.along, k)
-    middle, half = 0.5 * (arcs.far[k] + near), 0.5 * (arcs.far[k] - near)
+    v = point_at(points, body.corner[k])
+    w = point_at(points, body.corner[body.twin[k]])
+    foot = point_at(arcs.foot, k)
+    along = point_at(arcs.along, k)
+    middle = 0.5 * (arcs.far[k] + near)
+    half = 0.5 * (arcs.far[k] - near)
     swept = rolled = 0.0
     for i in range(4):
         x = middle + half * _POINTS[i]
-        cosine, sine = math.cos(x), math.sin(x)
+        cosine = math.cos(x)
+        sine = math.sin(x)
         down = plus(scaled(foot, cosine), scaled(along, sine))
         turn = minus(scaled(along, cosine), scaled(foot, sine))
         speed = math.sqrt((body.reach[k] * sine) ** 2 + _rotation(down, turn, inertia))
@@ -138,7 +144,8 @@ def _rotation(down: Vec3, turn: Vec3, inertia: Array) -> float:
 @inlined
 def _turn(down: Vec3, v: Vec3, w: Vec3, inverse: Array) -> float:
     """Angle between the impulses at both corners, in the metric of the inertia."""
-    a, b = cross(v, down), cross(w, down)
+    a = cross(v, down)
+    b = cross(w, down)
     first = 1.0 + dot(a, turned(inverse, a))
     second = 1.0 + dot(b, turned(inverse, b))
     both = 1.0 + dot(a, turned(inverse, b))

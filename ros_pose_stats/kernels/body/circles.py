@@ -43,22 +43,26 @@ class Circle(NamedTuple):
 @kernel
 def circle_of(points: Array, corner: Index, i: int, j: int) -> Circle:
     """Circle through three of the corners i to j of a chain, far apart."""
-    a, b = point_at(points, corner[i]), point_at(points, corner[j])
+    a = point_at(points, corner[i])
+    b = point_at(points, corner[j])
     chord = minus(b, a)
     size = length(chord)
-    far, height = (i + j) // 2, -1.0
+    far = (i + j) // 2
+    height = -1.0
     for k in range(i + 1, j):
         away = minus(point_at(points, corner[k]), a)
         if size > 0.0:
             away = minus(away, scaled(chord, dot(away, chord) / (size * size)))
         if length(away) > height:
-            far, height = k, length(away)
+            far = k
+            height = length(away)
     c = point_at(points, corner[far])
     if 2.0 * size < height:  # nearly or fully once around
         a = point_at(points, corner[i + (j - i) // 3])
         b = point_at(points, corner[i + 2 * (j - i) // 3])
         c = point_at(points, corner[i])
-    u, v = minus(b, a), minus(c, a)
+    u = minus(b, a)
+    v = minus(c, a)
     across = cross(u, v)
     below = dot(across, across)
     if below == 0.0:
@@ -100,7 +104,8 @@ def fitted_circle(
     for k in range(i, last + 1):
         middle = plus(middle, minus(point_at(points, corner[k]), rough.center))
     middle = plus(rough.center, divided(middle, number))
-    area, before = Vec3(0.0, 0.0, 0.0), minus(point_at(points, corner[last]), middle)
+    area = Vec3(0.0, 0.0, 0.0)
+    before = minus(point_at(points, corner[last]), middle)
     for k in range(i, last + 1):
         here = minus(point_at(points, corner[k]), middle)
         area = plus(area, cross(before, here))
@@ -113,14 +118,20 @@ def fitted_circle(
     xx = xy = yy = xr = yr = rr = 0.0
     for k in range(i, last + 1):
         here = minus(point_at(points, corner[k]), middle)
-        x, y = dot(here, x_axis), dot(here, y_axis)
+        x = dot(here, x_axis)
+        y = dot(here, y_axis)
         square = x * x + y * y
-        xx, xy, yy = xx + x * x, xy + x * y, yy + y * y
-        xr, yr, rr = xr + x * square, yr + y * square, rr + square
+        xx = xx + x * x
+        xy = xy + x * y
+        yy = yy + y * y
+        xr = xr + x * square
+        yr = yr + y * square
+        rr = rr + square
     below = 2.0 * (xx * yy - xy * xy)
     if below <= 0.0:
         return Circle(rough.center, axis, rough.radius, rough.height)
-    x, y = (xr * yy - yr * xy) / below, (yr * xx - xr * xy) / below
+    x = (xr * yy - yr * xy) / below
+    y = (yr * xx - xr * xy) / below
     radius = math.sqrt(x * x + y * y + rr / number)
     return Circle(
         plus(middle, plus(scaled(x_axis, x), scaled(y_axis, y))),
@@ -135,8 +146,10 @@ def angles_about(
     points: Fixed2, center: Fixed1, x_axis: Fixed1, y_axis: Fixed1
 ) -> Array:
     """Angles (n,) of points (n, 3) about an axis through `center`, from -pi to pi."""
-    angles, middle = np.empty(points.shape[0]), read_vector(center, 0)
-    x, y = read_vector(x_axis, 0), read_vector(y_axis, 0)
+    angles = np.empty(points.shape[0])
+    middle = read_vector(center, 0)
+    x = read_vector(x_axis, 0)
+    y = read_vector(y_axis, 0)
     for i in range(points.shape[0]):
         away = minus(point_at(points, i), middle)
         angles[i] = arctangent(dot(away, y), dot(away, x))

@@ -52,7 +52,8 @@ def build_body(
     `adjacent[t, i]` lies opposite to vertex i. False where merging at this tolerance gives no
     convex polyhedron around the origin.
     """
-    triangles, neighbors = simplices.copy(), adjacent.copy()
+    triangles = simplices.copy()
+    neighbors = adjacent.copy()
     orient(points, triangles, neighbors)
     opposite = twins(triangles, neighbors)
     region = planar_regions(points, triangles, neighbors, tolerance)
@@ -94,7 +95,8 @@ def build_body(
 
 @kernel
 def _nothing() -> BodyArrays:
-    index, number = np.zeros(0, np.int64), np.zeros(0)
+    index = np.zeros(0, np.int64)
+    number = np.zeros(0)
     return BodyArrays(
         index,
         index,
@@ -130,8 +132,10 @@ def _side_lengths(
     the sine of the planes' angle, so the better of the two is taken.
     """
     sides = corner.shape[0]
-    inset, start = np.empty(sides), np.empty(sides)
-    stop, reach = np.empty(sides), np.empty(sides)
+    inset = np.empty(sides)
+    start = np.empty(sides)
+    stop = np.empty(sides)
+    reach = np.empty(sides)
     radius = np.empty(points.shape[0])
     for i in range(points.shape[0]):
         radius[i] = length(point_at(points, i))
@@ -140,14 +144,19 @@ def _side_lengths(
     for k in range(sides):
         beyond[k] = face[twin[k]]
     for f in range(face_start.shape[0] - 1):
-        begin, end = face_start[f], face_start[f + 1]
-        n, d = point_at(normal, f), distance[f]
+        begin = face_start[f]
+        end = face_start[f + 1]
+        n = point_at(normal, f)
+        d = distance[f]
         w = point_at(points, corner[begin])
         for k in range(begin, end):
-            v, w = w, point_at(points, corner[k + 1 if k + 1 < end else begin])
+            v = w
+            w = point_at(points, corner[k + 1 if k + 1 < end else begin])
             m = point_at(normal, beyond[k])
-            along, meeting = minus(w, v), cross(n, m)
-            size, sine = length(along), length(meeting)
+            along = minus(w, v)
+            meeting = cross(n, m)
+            size = length(along)
+            sine = length(meeting)
             if sine > size:
                 along = divided(meeting, sine)
                 s = (distance[beyond[k]] - dot(n, m) * d) / sine
@@ -182,7 +191,8 @@ def _face_angles(
     """
     angle = np.zeros(face_start.shape[0] - 1)
     for f in range(angle.shape[0]):
-        begin, end = face_start[f], face_start[f + 1]
+        begin = face_start[f]
+        end = face_start[f + 1]
         inside = True
         for k in range(begin, end):
             inside = inside and inset[k] >= 0.0
@@ -190,11 +200,10 @@ def _face_angles(
         if inside:
             d = distance[f]
             for k in range(begin, end):
-                q, s = reach[k], inset[k]
-                v, w = (
-                    radius[corner[k]],
-                    radius[corner[k + 1 if k + 1 < end else begin]],
-                )
+                q = reach[k]
+                s = inset[k]
+                v = radius[corner[k]]
+                w = radius[corner[k + 1 if k + 1 < end else begin]]
                 total += 2.0 * math.atan(s * start[k] / ((d + q) * (q + v)))
                 total += 2.0 * math.atan(s * stop[k] / ((d + q) * (q + w)))
         else:

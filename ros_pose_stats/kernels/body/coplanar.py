@@ -41,17 +41,20 @@ def orient(points: Array, triangles: Index, neighbors: Index) -> None:
     over shared edges, so that slivers whose own orientation is rounding noise agree.
     """
     count = triangles.shape[0]
-    best, start = -1.0, 0
+    best = -1.0
+    start = 0
     for t in range(count):
         a, b, c = vec.triangle_at(points, triangles, t)
         volume = vec.dot(vec.area_vector(a, b, c), a)
         if abs(volume) > best:
-            best, start = abs(volume), t
+            best = abs(volume)
+            start = t
         if volume < 0.0:
             _flip(triangles, neighbors, t)
     seen = np.zeros(count, np.bool_)
     stack = np.empty(count, np.int64)
-    stack[0], size = start, 1
+    stack[0] = start
+    size = 1
     seen[start] = True
     while size > 0:
         size -= 1
@@ -60,7 +63,8 @@ def orient(points: Array, triangles: Index, neighbors: Index) -> None:
             n = neighbors[t, i]
             if n < 0 or seen[n]:
                 continue
-            v, w = triangles[t, (i + 1) % 3], triangles[t, (i + 2) % 3]
+            v = triangles[t, (i + 1) % 3]
+            w = triangles[t, (i + 2) % 3]
             for j in range(3):
                 if triangles[n, j] == v and triangles[n, (j + 1) % 3] == w:
                     _flip(triangles, neighbors, n)
@@ -83,7 +87,8 @@ def twins(triangles: Index, neighbors: Index) -> Index:
     for t in range(triangles.shape[0]):
         for i in range(3):
             n = neighbors[t, i]
-            a, b = triangles[t, (i + 1) % 3], triangles[t, (i + 2) % 3]
+            a = triangles[t, (i + 1) % 3]
+            b = triangles[t, (i + 2) % 3]
             for j in range(3):
                 if triangles[n, (j + 1) % 3] == b and triangles[n, (j + 2) % 3] == a:
                     opposite[3 * t + i] = 3 * n + j
@@ -133,7 +138,8 @@ def _alone(surface: Surface, tolerance: float) -> Flags:
 
     Most triangles of a curved surface are such, and need no search for the largest seed.
     """
-    neighbors, areas = surface.neighbors, surface.areas
+    neighbors = surface.neighbors
+    areas = surface.areas
     alone = np.zeros(areas.shape[0], np.bool_)
     plane = np.empty(PLANE)
     for t in range(areas.shape[0]):
@@ -163,7 +169,8 @@ def _grow(
     plane[:] = 0.0
     _gather(surface, plane, seed)
     region[seed] = number
-    queue[0], size = seed, 1
+    queue[0] = seed
+    size = 1
     grown = True
     # A triangle turned away while the plane was still rough gets a second look at the end.
     while grown:
@@ -207,7 +214,8 @@ def _near_plane(surface: Surface, plane: Array, t: int, tolerance: float) -> boo
     Its own normal is not asked: where Qhull cuts a facet of many corners into triangles, some
     are slivers and some fold back, and their area vectors still sum up to the facet's.
     """
-    normal, total = vec.read_vector(plane, NORMAL), plane[AREA]
+    normal = vec.read_vector(plane, NORMAL)
+    total = plane[AREA]
     size = vec.length(normal)
     if size == 0.0 or total == 0.0:
         return False

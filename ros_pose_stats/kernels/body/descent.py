@@ -42,7 +42,8 @@ def is_lower(distance: Array, g: int, f: int) -> bool:
 @kernel
 def faces_beyond(body: BodyArrays) -> Index:
     """Face (N,) on the other side of each polygon side."""
-    face, twin = body.face, body.twin
+    face = body.face
+    twin = body.twin
     beyond = np.empty(twin.shape[0], np.int64)
     for k in range(twin.shape[0]):
         beyond[k] = face[twin[k]]
@@ -57,11 +58,14 @@ def descend(body: BodyArrays, beyond: Index) -> Index:
     {r < E} of the face first touches that side, and {R < E} flows over it as well, so the
     basins found by following these steps serve both functions.
     """
-    face_start, inset, distance = body.face_start, body.inset, body.distance
+    face_start = body.face_start
+    inset = body.inset
+    distance = body.distance
     faces = distance.shape[0]
     parent = np.arange(faces)
     for f in range(faces):
-        best, best_inset = math.inf, math.inf
+        best = math.inf
+        best_inset = math.inf
         shallowest = math.inf
         lowest = f
         for k in range(face_start[f], face_start[f + 1]):
@@ -75,7 +79,8 @@ def descend(body: BodyArrays, beyond: Index) -> Index:
                 continue
             level = side_level(body, k)
             if level < best or (level == best and inset[k] < best_inset):
-                best, best_inset = level, inset[k]
+                best = level
+                best_inset = inset[k]
                 parent[f] = g
         # Rounding only: beyond a side, but the neighbour there is no lower.
         if shallowest <= TIP_MARGIN and parent[f] == f:
@@ -115,12 +120,10 @@ def without_barrier(body: BodyArrays, beyond: Index, parent: Index) -> bool:
     still have its foot outside. Each such step leaves one stable face less.
     """
     stable, basin = basins(parent)
-    face_start, face, inset, distance = (
-        body.face_start,
-        body.face,
-        body.inset,
-        body.distance,
-    )
+    face_start = body.face_start
+    face = body.face
+    inset = body.inset
+    distance = body.distance
     lowest = np.full(stable.shape[0], math.inf)
     way_out = np.full(stable.shape[0], -1, np.int64)
     for k in range(face.shape[0]):
@@ -129,7 +132,8 @@ def without_barrier(body: BodyArrays, beyond: Index, parent: Index) -> bool:
             continue
         level = side_level(body, k)
         if level < lowest[own]:
-            lowest[own], way_out[own] = level, k
+            lowest[own] = level
+            way_out[own] = k
     moved = False
     for i in range(stable.shape[0]):
         f = stable[i]

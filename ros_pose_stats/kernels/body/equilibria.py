@@ -82,11 +82,15 @@ def _pierced(
     points: Array, body: BodyArrays, beyond: Index, f: int, target: Index
 ) -> None:
     """Find the side that the segment from centroid to foot leaves through."""
-    corner, distance, inset = body.corner, body.distance, body.inset
-    begin, end = body.face_start[f], body.face_start[f + 1]
+    corner = body.corner
+    distance = body.distance
+    inset = body.inset
+    begin = body.face_start[f]
+    end = body.face_start[f + 1]
     normal = point_at(body.normal, f)
     centroid = polygon_centroid(points, corner, begin, end, normal)
-    first, exit_side = math.inf, -1
+    first = math.inf
+    exit_side = -1
     for k in range(begin, end):
         if inset[k] > TIP_MARGIN:
             continue
@@ -98,7 +102,8 @@ def _pierced(
             continue
         crossing = inside / (inside - inset[k])
         if crossing < first and is_lower(distance, beyond[k], f):
-            first, exit_side = crossing, k
+            first = crossing
+            exit_side = k
     if exit_side < 0:
         return
     target[f, 0] = beyond[exit_side]
@@ -130,7 +135,8 @@ def polygon_centroid(
 ) -> Vec3:
     """Centroid of the area of the face with the corners `corner[begin:end]`."""
     p = point_at(points, corner[begin])
-    total, moment = 0.0, Vec3(0.0, 0.0, 0.0)
+    total = 0.0
+    moment = Vec3(0.0, 0.0, 0.0)
     for k in range(begin + 1, end - 1):
         a = minus(point_at(points, corner[k]), p)
         b = minus(point_at(points, corner[k + 1]), p)

@@ -82,7 +82,8 @@ def outermost_corners(
         while around % 2 == 0 and 2.0 * ring * sides <= around:
             around //= 2
         if abs(row) == rows:
-            around, ring = 1, 0.0
+            around = 1
+            ring = 0.0
         for k in range(around):
             y, x = sine_cosine(2.0 * math.pi * k / around)
             direction = plus(
@@ -102,13 +103,17 @@ def _climb(
     points: Array, first: Index, beside: Index, direction: Vec3, here: int
 ) -> int:
     """Corner farthest along a direction, over neighbours that lie farther each time."""
-    most, rising = dot(direction, point_at(points, here)), True
+    most = dot(direction, point_at(points, here))
+    rising = True
     while rising:
-        rising, start = False, here
+        rising = False
+        start = here
         for k in range(first[start], first[start + 1]):
             value = dot(direction, point_at(points, beside[k]))
             if value > most:
-                most, here, rising = value, beside[k], True
+                most = value
+                here = beside[k]
+                rising = True
     return here
 
 
@@ -124,9 +129,11 @@ def _mark_ties(
 ) -> None:
     """Mark the farthest corner, or both ends of an edge as far, but no corners of a whole face."""
     least = dot(direction, point_at(points, top)) - tie
-    ties, other = 0, top
+    ties = 0
+    other = top
     for k in range(first[top], first[top + 1]):
         if dot(direction, point_at(points, beside[k])) >= least:
-            ties, other = ties + 1, beside[k]
+            ties = ties + 1
+            other = beside[k]
     if ties < 2:
         found[top] = found[other] = True

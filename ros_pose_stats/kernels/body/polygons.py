@@ -48,7 +48,8 @@ def corner_loops(
     face begins, the first half-edge of each polygon side, and the side of each boundary half-edge,
     -1 of others. `opposite`: twin of each half-edge.
     """
-    faces, halves = region.max() + 1, opposite.shape[0]
+    faces = region.max() + 1
+    halves = opposite.shape[0]
     if opposite.min() < 0:
         return (
             False,
@@ -64,7 +65,9 @@ def corner_loops(
     side_of = np.full(halves, -1, np.int64)
     size = 0
     for f in range(faces):
-        h, walked, corners = entry[f], 0, 0
+        h = entry[f]
+        walked = 0
+        corners = 0
         while h >= 0 and walked < border[f]:
             if is_corner[h]:
                 first[size] = h
@@ -86,9 +89,12 @@ def _boundaries(
     triangles: Index, region: Index, opposite: Index, points: int
 ) -> tuple[Flags, Index, Flags, Index]:
     """Half-edges between regions, how many each has, those from corners, and one such of each."""
-    halves, faces = opposite.shape[0], region.max() + 1
-    degree, border = np.zeros(points, np.int64), np.zeros(faces, np.int64)
-    origin, boundary = np.empty(halves, np.int32), np.empty(halves, np.bool_)
+    halves = opposite.shape[0]
+    faces = region.max() + 1
+    degree = np.zeros(points, np.int64)
+    border = np.zeros(faces, np.int64)
+    origin = np.empty(halves, np.int32)
+    boundary = np.empty(halves, np.bool_)
     for t in range(triangles.shape[0]):
         for i in range(3):
             h = 3 * t + i
@@ -97,7 +103,8 @@ def _boundaries(
             if boundary[h]:
                 degree[origin[h]] += 1
                 border[region[t]] += 1
-    is_corner, entry = np.empty(halves, np.bool_), np.full(faces, -1, np.int64)
+    is_corner = np.empty(halves, np.bool_)
+    entry = np.full(faces, -1, np.int64)
     for h in range(halves):
         is_corner[h] = boundary[h] and degree[origin[h]] >= 3
         if is_corner[h]:
@@ -114,7 +121,8 @@ def _in_standard_order(
     What comes later then depends on the faces alone, not on how the hull was cut into triangles.
     """
     faces = face_start.shape[0] - 1
-    begin, after = np.empty(faces, np.int64), np.empty(faces, np.int64)
+    begin = np.empty(faces, np.int64)
+    after = np.empty(faces, np.int64)
     place = np.zeros(points + 1, np.int64)
     for f in range(faces):
         low = face_start[f]
@@ -128,7 +136,8 @@ def _in_standard_order(
         place[_origin(triangles, first[low]) + 1] += 1
     for v in range(points):
         place[v + 1] += place[v]
-    order, filled = np.empty(faces, np.int64), place[:points].copy()
+    order = np.empty(faces, np.int64)
+    filled = place[:points].copy()
     for f in range(faces):
         v = _origin(triangles, first[begin[f]])
         k = filled[v]
@@ -137,14 +146,16 @@ def _in_standard_order(
             order[k] = order[k - 1]
             k -= 1
         order[k] = f
-    starts, sides = np.zeros(faces + 1, np.int64), np.empty(first.shape[0], np.int64)
+    starts = np.zeros(faces + 1, np.int64)
+    sides = np.empty(first.shape[0], np.int64)
     renumbered = np.empty(first.shape[0], np.int64)
     size = 0
     for i in range(faces):
         f = order[i]
         k = begin[f]
         for _ in range(face_start[f], face_start[f + 1]):
-            sides[size], renumbered[k] = first[k], size
+            sides[size] = first[k]
+            renumbered[k] = size
             size += 1
             k = k + 1 if k + 1 < face_start[f + 1] else face_start[f]
         starts[i + 1] = size
@@ -170,7 +181,8 @@ def planes(
     distances = np.empty(faces)
     areas = np.empty(faces)
     for f in range(faces):
-        begin, end = face_start[f], face_start[f + 1]
+        begin = face_start[f]
+        end = face_start[f + 1]
         middle = Vec3(0.0, 0.0, 0.0)
         for k in range(begin, end):
             middle = plus(middle, point_at(points, corner[k]))
@@ -197,7 +209,8 @@ def pair_sides(
 ) -> tuple[bool, Index, Index, Index]:
     """Twin, face and next side of each; false where two do not run between the same corners."""
     sides = corner.shape[0]
-    twin, face = np.empty(sides, np.int64), np.empty(sides, np.int64)
+    twin = np.empty(sides, np.int64)
+    face = np.empty(sides, np.int64)
     follow = np.empty(sides, np.int64)
     for f in range(face_start.shape[0] - 1):
         for k in range(face_start[f], face_start[f + 1]):

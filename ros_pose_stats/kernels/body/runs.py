@@ -64,7 +64,8 @@ def circular_runs(points: Fixed2, body: BodyArrays, rounding: float) -> Runs:
             # What no edge leads to begins an open chain; what is left in the end is closed.
             if visited[k] or (closed == 0 and onward[body.twin[k]] >= 0):
                 continue
-            size, here = 0, k
+            size = 0
+            here = k
             while here >= 0 and not visited[here]:
                 visited[here] = visited[body.twin[here]] = True
                 chain[size] = here
@@ -86,8 +87,10 @@ def circular_runs(points: Fixed2, body: BodyArrays, rounding: float) -> Runs:
 @kernel
 def _continuations(points: Array, body: BodyArrays) -> Index:
     """Side (N,) that goes on straightest from each, -1 where none does or not mutually."""
-    follow, count = body.follow, body.follow.shape[0]
-    along, best = np.empty((count, 3)), np.full(count, -1, np.int64)
+    follow = body.follow
+    count = body.follow.shape[0]
+    along = np.empty((count, 3))
+    best = np.full(count, -1, np.int64)
     for k in range(count):
         step = minus(
             point_at(points, body.corner[follow[k]]), point_at(points, body.corner[k])
@@ -95,13 +98,15 @@ def _continuations(points: Array, body: BodyArrays) -> Index:
         size = length(step)
         write_row(along, k, 0, divided(step, size) if size > 0.0 else step)
     for k in range(count):
-        here, straightest = follow[k], STRAIGHTEST
+        here = follow[k]
+        straightest = STRAIGHTEST
         for _ in range(MOST_AROUND):
             if here == body.twin[k]:
                 break
             cosine = dot(point_at(along, k), point_at(along, here))
             if cosine > straightest:
-                straightest, best[k] = cosine, here
+                straightest = cosine
+                best[k] = here
             here = follow[body.twin[here]]
         if here != body.twin[k]:
             best[k] = -1
@@ -210,11 +215,13 @@ def _grown(points: Array, corner: Index, i: int, end: int, rounding: float) -> i
     fitted = j
     while j < end:
         if 2 * (j - i) > 3 * (fitted - i):
-            circle, fitted = circle_of(points, corner, i, j), j
+            circle = circle_of(points, corner, i, j)
+            fitted = j
         if not _reaches(points, corner, j, circle, rounding):
             if fitted == j:
                 break
-            circle, fitted = circle_of(points, corner, i, j), j
+            circle = circle_of(points, corner, i, j)
+            fitted = j
             if not _reaches(points, corner, j, circle, rounding):
                 break
         j += 1

@@ -25,8 +25,10 @@ def can_roll(points: Fixed2, down: Fixed1, axis: Fixed1, height: float) -> bool:
 
     Turns both ways count together; `down` (3,): what points down at first.
     """
-    begin, along = read_vector(down, 0), read_vector(axis, 0)
-    across, still = cross(along, begin), scaled(along, dot(along, begin))
+    begin = read_vector(down, 0)
+    along = read_vector(axis, 0)
+    across = cross(along, begin)
+    still = scaled(along, dot(along, begin))
     free = 0
     for sign in (1.0, -1.0):
         for step in range(1, STEPS + 1):
@@ -52,11 +54,15 @@ def quaternions_down(downs: Fixed2) -> Array:
         x, y, z = downs[i]
         if z > 0.0 and math.sqrt(x * x + y * y) < POLE:
             # Half a turn about x first, then the small rotation that is left from (x, -y, -z).
-            found[i, 0], found[i, 2], found[i, 3] = 1.0 + z, -x, -y
+            found[i, 0] = 1.0 + z
+            found[i, 2] = -x
+            found[i, 3] = -y
         else:
             # 1 - z without losing digits near +z
             turn = (x * x + y * y) / (1.0 + z) if z > 0.0 else 1.0 - z
-            found[i, 0], found[i, 1], found[i, 3] = -y, x, turn
+            found[i, 0] = -y
+            found[i, 1] = x
+            found[i, 3] = turn
         found[i] /= math.sqrt((found[i] * found[i]).sum())
     return found
 

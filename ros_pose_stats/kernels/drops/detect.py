@@ -38,16 +38,20 @@ class Event(NamedTuple):
 @inlined
 def detect(body: at.DropBody, rules: at.DropRules, work: at.Work, last: int) -> Event:
     """Find the first event on the step whose series has been prepared."""
-    first, what = math.inf, NOTHING
-    corner, close = -1, 0
+    first = math.inf
+    what = NOTHING
+    corner = -1
+    close = 0
     if work.tally[at.MODE] != at.FLIGHT:
         first, what = first_release(work, last)
-    z, step = work.state[at.Z], work.clock[at.STEP]
+    z = work.state[at.Z]
+    step = work.clock[at.STEP]
     # Out of reach while the centre of mass stays a radius above the plate, in flight.
     if min(z, z + step * (work.state[at.V] - 0.5 * step)) <= 1.0:
         landing, corner, close = first_landing(body, rules, work, last, first)
         if landing < first:
-            first, what = landing, LANDING
+            first = landing
+            what = LANDING
     return Event(what, min(first, 1.0), corner, close)
 
 
@@ -57,9 +61,11 @@ def first_release(work: at.Work, last: int) -> tuple[float, int]:
 
     Returns infinity if none does; which of the contacts, or `NOTHING`.
     """
-    series, poly = work.series, work.poly
+    series = work.series
+    poly = work.poly
     mode = work.tally[at.MODE]
-    first, event = math.inf, NOTHING
+    first = math.inf
+    event = NOTHING
     edge = work.contact[at.LENGTH]
     for which in range(2):
         if work.active[which] < 0:
@@ -81,7 +87,8 @@ def first_release(work: at.Work, last: int) -> tuple[float, int]:
             grown = 1
         when = first_zero(poly, grown, last - 1, min(first, 1.0), work.local)
         if when < first:
-            first, event = when, which
+            first = when
+            event = which
     return first, event
 
 
@@ -95,7 +102,8 @@ def first_landing(
     plate and moves up touches nothing.
     Returns infinity if none does; the corner; number of corners in `work.found`.
     """
-    first, corner = math.inf, -1
+    first = math.inf
+    corner = -1
     flying = work.tally[at.MODE] == at.FLIGHT
     live = candidates(body, rules, work, last)
     for i in range(live):
@@ -123,7 +131,8 @@ def first_landing(
             continue  # sinks by a rounding; if by more, it lands on the next step
         when = first_zero(work.poly, known, last, min(first, before, 1.0), work.local)
         if when < first:
-            first, corner = when, j
+            first = when
+            corner = j
     return first, corner, live
 
 
@@ -190,7 +199,8 @@ def candidates(body: at.DropBody, rules: at.DropRules, work: at.Work, last: int)
 @inlined
 def gather(body: at.DropBody, work: at.Work, bend: float, margin: float) -> int:
     """Candidates by way of the balls."""
-    ball, ball_range = body.ball, body.ball_range
+    ball = body.ball
+    ball_range = body.ball_range
     count = node = 0
     while node < ball.shape[0]:
         path = _path_below(work.series, read_row(ball, node, at.BALL_CENTRE), bend)
@@ -216,7 +226,9 @@ def spread(
     low = _lowest(body, work)
     work.seen[low] = search
     work.queue[0] = low
-    begin, end, count = 0, 1, 0
+    begin = 0
+    end = 1
+    count = 0
     up = read_row(work.series, 0, at.PS)
     while begin < end:
         j = work.queue[begin]
@@ -250,7 +262,8 @@ def _lowest(body: at.DropBody, work: at.Work) -> int:
             i = body.beside[k]
             height = dot(up, at.corner_of(body, i))
             if height < least:
-                best, least = i, height
+                best = i
+                least = height
         if best < 0:
             break
         low = best

@@ -49,16 +49,22 @@ def _release(
     tape: Array,
 ) -> None:
     """Put the body above the plate, touching it where the height is too low to fit."""
-    state, tally = work.state, work.tally
+    state = work.state
+    tally = work.tally
     for k in range(at.STATE):
         state[k] = begin[k]
     # Where the search for the lowest corner begins decides ties: nothing of the last drop may
     # be left.
-    tally[at.MODE], tally[at.NEAR], tally[at.LOWEST] = at.FLIGHT, 0, 0
-    tally[at.IMPACTS], tally[at.EVENTS] = 0, 0
-    tally[at.LIMIT], work.clock[at.SPARE] = rules.most_steps, math.inf
+    tally[at.MODE] = at.FLIGHT
+    tally[at.NEAR] = 0
+    tally[at.LOWEST] = 0
+    tally[at.IMPACTS] = 0
+    tally[at.EVENTS] = 0
+    tally[at.LIMIT] = rules.most_steps
+    work.clock[at.SPARE] = math.inf
     work.active[0] = work.active[1] = -1
-    work.clock[at.TIME], work.clock[at.REACH] = 0.0, LONGEST
+    work.clock[at.TIME] = 0.0
+    work.clock[at.REACH] = LONGEST
     work.clock[at.EXPECTED_LANDING] = math.inf
     outcome[at.TOUCHED] = 0
     if state[at.Z] <= max(1.0, top) + rules.touching:
@@ -102,11 +108,10 @@ def _drop(
             event = detect(body, rules, work, last)
             evolve(body, work, last, event)
             landed = take_up(body, rules, work, event, tape)
-    outcome[at.POSE], outcome[at.ENDING] = pose, ending
-    outcome[at.IMPACT_COUNT], outcome[at.EVENT_COUNT] = (
-        tally[at.IMPACTS],
-        tally[at.EVENTS],
-    )
+    outcome[at.POSE] = pose
+    outcome[at.ENDING] = ending
+    outcome[at.IMPACT_COUNT] = tally[at.IMPACTS]
+    outcome[at.EVENT_COUNT] = tally[at.EVENTS]
     measure[at.DURATION] = work.clock[at.TIME]
     measure[at.ENERGY] = energy(work.state, body.moment)
     at.note(work, tape, at.END, -1)
@@ -152,7 +157,8 @@ def rolls_upright(
     pose = body.roll_pose[corner]
     if pose < 0:
         return False
-    up, axle = at.up_of(work.state), read_row(body.rim, pose, at.AXLE)
+    up = at.up_of(work.state)
+    axle = read_row(body.rim, pose, at.AXLE)
     if abs(dot(axle, up)) > body.rim[pose, at.TILT]:
         return False
     arm = dot(read_row(body.rim, pose, at.BESIDE), up)
@@ -209,7 +215,8 @@ def pose_below(body: at.DropBody, up: Vec3, corner: int) -> int:
     to the right-hand face where e . (r x u) > 0. R falls all the way, so no saddle is passed,
     and a body flat on a face is told right whatever rounding does.
     """
-    u, r = scaled(up, -1.0), at.corner_of(body, corner)
+    u = scaled(up, -1.0)
+    r = at.corner_of(body, corner)
     nearest = math.inf
     pose = -1
     for k in range(body.side_start[corner], body.side_start[corner + 1]):

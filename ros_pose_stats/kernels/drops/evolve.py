@@ -49,7 +49,8 @@ def prepare_step(body: at.DropBody, rules: at.DropRules, work: at.Work) -> int:
     Returns 0 where the body has instead been moved, in one go, to where it comes within reach of
     the plate again.
     """
-    state, clock = work.state, work.clock
+    state = work.state
+    clock = work.clock
     turning = vectors.length(at.spin_of(state))
     if work.tally[at.MODE] == at.FLIGHT:
         clear = 0.0  # time for which the centre of mass stays a radius above the plate
@@ -67,9 +68,11 @@ def prepare_step(body: at.DropBody, rules: at.DropRules, work: at.Work) -> int:
         fall = 1.0001 * (
             state[at.V] + math.sqrt(state[at.V] * state[at.V] + 2.0 * state[at.Z])
         )
-        step, turn = min(fall, clock[at.EXPECTED_LANDING]), body.turn
+        step = min(fall, clock[at.EXPECTED_LANDING])
+        turn = body.turn
         if clear > SHORTEST_CLEAR:
-            step, turn = clear, TURN
+            step = clear
+            turn = TURN
         if turning * step > turn:
             step = turn / turning
         last = free_series(state, body.moment, step, rules.truncation, work.series)
@@ -98,7 +101,8 @@ def prepare_step(body: at.DropBody, rules: at.DropRules, work: at.Work) -> int:
 @inlined
 def evolve(body: at.DropBody, work: at.Work, last: int, event: Event) -> None:
     """Move to an event, or to the end of the step where nothing happens on it."""
-    state, clock = work.state, work.clock
+    state = work.state
+    clock = work.clock
     elapsed = event.fraction * clock[at.STEP]
     advance(
         state,
@@ -151,11 +155,9 @@ def value_at(series: Array, column: int, last: int, x: float) -> float:
 @inlined
 def onto_invariants(state: Array, moment: Array) -> None:
     """Put the state back on |p| = 1 and p . I w = 0, from which rounding makes it drift."""
-    up, spin, inertia = (
-        at.up_of(state),
-        at.spin_of(state),
-        vectors.read_vector(moment, 0),
-    )
+    up = at.up_of(state)
+    spin = at.spin_of(state)
+    inertia = vectors.read_vector(moment, 0)
     up = vectors.scaled(up, 1.5 - 0.5 * vectors.dot(up, up))
     momentum = vectors.times(up, inertia)
     # From 0, so that there is no negative zero where nothing turns.
@@ -183,8 +185,10 @@ def sample_motion(
     frame at time 0; `times` (n,): rising, from 0 on; `states` (n, 8): filled; `turns` (n, 4):
     filled.
     """
-    state, series = start.copy(), np.zeros((at.ORDER + 1, at.COLUMNS))
-    turn, turn_series = first_turn.copy(), np.zeros((at.ORDER + 1, 4))
+    state = start.copy()
+    series = np.zeros((at.ORDER + 1, at.COLUMNS))
+    turn = first_turn.copy()
+    turn_series = np.zeros((at.ORDER + 1, 4))
     now = 0.0
     for i in range(times.shape[0]):
         while True:
@@ -209,7 +213,10 @@ def sample_motion(
                 break
         for k in range(at.STATE):
             states[i, k] = state[k]
-        x, y, z, w = turn[0], turn[1], turn[2], turn[3]
+        x = turn[0]
+        y = turn[1]
+        z = turn[2]
+        w = turn[3]
         size = math.sqrt(x * x + y * y + z * z + w * w)
         for k in range(4):
             turn[k] /= size
@@ -227,11 +234,16 @@ def _turn_series(
         for i in range(n + 1):
             j = n - i
             spin = vectors.turned(axes, vectors.read_row(series, j, at.WS))
-            x, y, z, w = out[i, 0], out[i, 1], out[i, 2], out[i, 3]
+            x = out[i, 0]
+            y = out[i, 1]
+            z = out[i, 2]
+            w = out[i, 3]
             dx += w * spin.x + y * spin.z - z * spin.y
             dy += w * spin.y + z * spin.x - x * spin.z
             dz += w * spin.z + x * spin.y - y * spin.x
             dw -= x * spin.x + y * spin.y + z * spin.z
         share = 0.5 / (n + 1)
-        out[n + 1, 0], out[n + 1, 1] = dx * share, dy * share
-        out[n + 1, 2], out[n + 1, 3] = dz * share, dw * share
+        out[n + 1, 0] = dx * share
+        out[n + 1, 1] = dy * share
+        out[n + 1, 2] = dz * share
+        out[n + 1, 3] = dw * share

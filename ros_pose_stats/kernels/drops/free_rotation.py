@@ -55,11 +55,20 @@ def arithmetic_geometric(b: float, phase: float) -> tuple[float, float]:
 def theta_ratios(z: float, nome: float) -> tuple[float, float, float]:
     """Elliptic sn, cn and dn at u = 2K z / pi, by theta functions (DLMF 22.2)."""
     one_s, one_c = sine_cosine(z)
-    c2, s2 = one_c * one_c - one_s * one_s, 2.0 * one_s * one_c
-    even_c, even_s = 1.0, 0.0
-    t1, t2, t3, t4 = one_s, one_c, 0.5, 0.5
-    n2, n3, n4 = 1.0, 0.5, 0.5
-    odd, even, step = 1.0, 1.0, 1.0
+    c2 = one_c * one_c - one_s * one_s
+    s2 = 2.0 * one_s * one_c
+    even_c = 1.0
+    even_s = 0.0
+    t1 = one_s
+    t2 = one_c
+    t3 = 0.5
+    t4 = 0.5
+    n2 = 1.0
+    n3 = 0.5
+    n4 = 0.5
+    odd = 1.0
+    even = 1.0
+    step = 1.0
     square = nome * nome
     sign = 1.0
     for _ in range(TERMS):
@@ -86,8 +95,10 @@ def theta_ratios(z: float, nome: float) -> tuple[float, float, float]:
 def theta_turn(z: float, nome: float, growth: float) -> float:
     """Argument of theta4(z + i y), `growth` = exp(2 y)."""
     s2, c2 = sine_cosine(2.0 * z)
-    c, s = 1.0, 0.0
-    real, imaginary = 0.5, 0.0
+    c = 1.0
+    s = 0.0
+    real = 0.5
+    imaginary = 0.0
     plus = minus = step = 1.0
     sign = 1.0
     for _ in range(TERMS + 1):
@@ -108,7 +119,8 @@ def theta_slope(nome: float, growth: float) -> float:
     """Slope d/dy log theta4(i y), `growth` = exp(2 y)."""
     plus = minus = step = 1.0
     sign = 1.0
-    below, above = 0.5, 0.0
+    below = 0.5
+    above = 0.0
     for n in range(1, TERMS + 2):
         plus *= nome * step * growth
         minus *= nome * step / growth
@@ -133,8 +145,12 @@ def rotate_freely(state: Array, moment: Array, time: float) -> bool:
             moment[i] * (moment[i] - moment[1]) * (state[at.W + i] * state[at.W + i])
         )
     one, three, parity = (2, 0, -1.0) if pull < 0.0 else (0, 2, 1.0)
-    i1, i2, i3 = moment[one], moment[1], moment[three]
-    w1, w2, w3 = state[at.W + one], state[at.W + 1], state[at.W + three]
+    i1 = moment[one]
+    i2 = moment[1]
+    i3 = moment[three]
+    w1 = state[at.W + one]
+    w2 = state[at.W + 1]
+    w3 = state[at.W + three]
     if i3 in (i1, i2):
         return False
     ratio = i1 * (i1 - i3) / (i2 * (i2 - i3))
@@ -144,7 +160,8 @@ def rotate_freely(state: Array, moment: Array, time: float) -> bool:
     if w3 < 0.0:
         top3 = -top3
     momentum = vectors.length(vectors.Vec3(i1 * w1, i2 * w2, i3 * w3))
-    sine, cosine = abs(i3 * top3) / momentum, i1 * top1 / momentum
+    sine = abs(i3 * top3) / momentum
+    cosine = i1 * top1 / momentum
     if not (cosine > STEEP and sine > 0.0):
         return False
     m = i1 * (i2 - i1) * top1 * top1 / (i3 * (i3 - i2) * top3 * top3)

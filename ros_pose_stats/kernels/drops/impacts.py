@@ -56,7 +56,9 @@ def stop_slow(body: at.DropBody, rules: at.DropRules, work: at.Work) -> None:
 
     The touching vertices are sorted by rising velocity.
     """
-    state, rested, moment = work.state, work.rested, at.moments_of(body)
+    state = work.state
+    rested = work.rested
+    moment = at.moments_of(body)
     motion = Velocity(state[at.V], at.spin_of(state))
     most = max(rules.soft, rules.soft_share * 0.5 * _product(motion, motion, moment))
     rank = 0

@@ -255,11 +255,13 @@ def corner_height(state: Array, body: DropBody, j: int) -> float:
 @inlined
 def lowest_corner(state: Array, body: DropBody) -> int:
     """Lowest of all corners, the first of several."""
-    low, lowest = math.inf, 0
+    low = math.inf
+    lowest = 0
     for j in range(body.x.shape[0]):
         height = corner_height(state, body, j)
         if height < low:
-            low, lowest = height, j
+            low = height
+            lowest = j
     return lowest
 
 

@@ -34,7 +34,8 @@ def take_up(
         at.note(work, tape, at.ARRIVAL, event.corner)
         return True
     tally[at.NEAR] = 1
-    work.near[0], work.rested[0] = work.active[event.what], 2
+    work.near[0] = work.active[event.what]
+    work.rested[0] = 2
     tally[at.MODE] = let_go(body, work, event.what)
     at.note(work, tape, at.LIFT_OFF, work.near[0])
     return False
@@ -49,12 +50,15 @@ def resolve(body: at.DropBody, rules: at.DropRules, work: at.Work, tape: Array) 
 
     Returns false where the steps granted ran out before.
     """
-    state, near, tally = work.state, work.near, work.tally
+    state = work.state
+    near = work.near
+    tally = work.tally
     tally[at.MODE] = at.FLIGHT
     done = False
     while tally[at.EVENTS] < tally[at.LIMIT]:
         _sort_by_speed(body, work)
-        hit, speed = 0, work.speed[0]
+        hit = 0
+        speed = work.speed[0]
         if speed > AT_REST:
             done = True
             break
@@ -89,7 +93,8 @@ def _sort_by_speed(body: at.DropBody, work: at.Work) -> None:
         while k > 0 and work.speed[k - 1] > u + tie:
             work.speed[k], work.near[k] = work.speed[k - 1], work.near[k - 1]
             k -= 1
-        work.speed[k], work.near[k] = u, j
+        work.speed[k] = u
+        work.near[k] = j
         work.rested[i] = 0
 
 
@@ -99,7 +104,8 @@ def _fastest(body: at.DropBody, work: at.Work) -> tuple[int, float]:
 
     One that was too fast to be stopped, but was stopped by the others, is at rest like them.
     """
-    hit, fastest = -1, -AT_REST
+    hit = -1
+    fastest = -AT_REST
     for i in range(work.tally[at.NEAR]):
         if work.rested[i] == 0:
             j = work.near[i]
@@ -107,7 +113,8 @@ def _fastest(body: at.DropBody, work: at.Work) -> tuple[int, float]:
             if abs(u) <= AT_REST:
                 work.rested[i] = 1
             elif u < fastest:
-                hit, fastest = i, u
+                hit = i
+                fastest = u
     return hit, fastest
 
 
@@ -117,7 +124,8 @@ def _look_ahead(body: at.DropBody, rules: at.DropRules, work: at.Work) -> None:
 
     That is of a corner that has just been struck, or of a neighbour that the body rolls on to.
     """
-    state, tally = work.state, work.tally
+    state = work.state
+    tally = work.tally
     lowest = expected = math.inf
     for i in range(tally[at.NEAR]):
         j = work.near[i]
@@ -155,7 +163,9 @@ def _fall_of(body: at.DropBody, state: Array, r: vec.Vec3) -> float:
 
     It is 1 - ((p x w) x w) . r - a . I^-1 (I w) x w with a = r x p.
     """
-    g, p, w = at.coupling_of(body.moment), at.up_of(state), at.spin_of(state)
+    g = at.coupling_of(body.moment)
+    p = at.up_of(state)
+    w = at.spin_of(state)
     a = vec.cross(r, p)
     return (
         1.0
@@ -182,7 +192,8 @@ def choose_contact(body: at.DropBody, work: at.Work) -> int:
 
     `weigh` has measured them. The vertices in contact are noted in `active` and `contact`.
     """
-    active, count = work.active, work.tally[at.NEAR]
+    active = work.active
+    count = work.tally[at.NEAR]
     active[0] = active[1] = -1
     most = 0.0
     for i in range(count):
@@ -211,7 +222,8 @@ def choose_contact(body: at.DropBody, work: at.Work) -> int:
 @inlined
 def _try_vertex(body: at.DropBody, work: at.Work, i: int, still: bool) -> int:
     """Mode if one vertex carries the body, `FLIGHT` if it does not."""
-    arm, fall = vec.read_row(work.load, i, at.ARM), work.load[i, at.FALL]
+    arm = vec.read_row(work.load, i, at.ARM)
+    fall = work.load[i, at.FALL]
     reply = vec.over(arm, at.moments_of(body))
     force = fall / vec.dot_from(1.0, arm, reply)
     turning = vec.scaled(reply, force)
@@ -232,14 +244,13 @@ def _try_edge(body: at.DropBody, work: at.Work, i: int, k: int, still: bool) -> 
     """
     work.active[0], work.active[1] = work.near[i], work.near[k]
     _hold(body, work)
-    m, size = at.moments_of(body), work.contact[at.LENGTH]
+    m = at.moments_of(body)
+    size = work.contact[at.LENGTH]
     a = vec.read_row(work.load, i, at.ARM)
     c = vec.cross(vec.read_vector(work.contact, at.ALONG), at.up_of(work.state))
-    m11, m12, m22 = (
-        _response(1.0, a, a, m),
-        _response(0.0, a, c, m),
-        _response(0.0, c, c, m),
-    )
+    m11 = _response(1.0, a, a, m)
+    m12 = _response(0.0, a, c, m)
+    m22 = _response(0.0, c, c, m)
     fall = work.load[i, at.FALL]
     turn = (work.load[k, at.FALL] - fall) / size
     share = 1.0 / (m11 * m22 - m12 * m12)
@@ -314,7 +325,8 @@ def _still_on_three(work: at.Work) -> bool:
 @inlined
 def _hold(body: at.DropBody, work: at.Work) -> None:
     """Note vertex, direction and length of the contact."""
-    contact, far = work.contact, work.active[1]
+    contact = work.contact
+    far = work.active[1]
     corner = at.corner_of(body, work.active[0])
     vec.write_vector(contact, at.CORNER, corner)
     vec.write_vector(contact, at.ALONG, vec.Vec3(0.0, 0.0, 0.0))

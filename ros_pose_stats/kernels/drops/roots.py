@@ -10,7 +10,11 @@ import math
 from ..array_types import Array
 from ..compilation import inlined
 
-NO_ZERO, MONOTONE, CONCAVE, CONVEX, UNDECIDED = 0, 1, 2, 3, 4
+NO_ZERO = 0
+MONOTONE = 1
+CONCAVE = 2
+CONVEX = 3
+UNDECIDED = 4
 NONE = math.inf
 SMALLEST = 1e-9
 """Stretch below which a polynomial counts as monotone: its bends are then below rounding."""
@@ -27,7 +31,8 @@ def first_zero(c: Array, first: int, last: int, upto: float, d: Array) -> float:
 
     Returns infinity if it stays positive.
     """
-    begin, length = 0.0, upto
+    begin = 0.0
+    length = upto
     n = last - first
     while begin < upto:
         _local(c, first, n, begin, length, d)
@@ -84,12 +89,14 @@ def _judge(d: Array, n: int) -> int:
 @inlined
 def _newton(d: Array, n: int, kind: int) -> float:
     """Zero for 0 <= x <= 1 of a polynomial that is positive at 0; beyond 1 if there is none."""
-    low, high = 0.0, 1.0
+    low = 0.0
+    high = 1.0
     x = _guess(d, n)
     if kind in (CONVEX, UNDECIDED):
         x = 0.0  # from the left Newton's method climbs to the zero and never past it
     for _ in range(64):
-        value, slope = d[n], 0.0
+        value = d[n]
+        slope = 0.0
         for k in range(n - 1, -1, -1):
             slope = slope * x + value
             value = value * x + d[k]

@@ -74,10 +74,12 @@ def free_series(
 @inlined
 def turning_products(series: Array, k: int) -> tuple[Vec3, Vec3]:
     """Coefficients k of (w2 w3, w3 w1, w1 w2), and of p x w."""
-    spins, tilt = Vec3(0.0, 0.0, 0.0), Vec3(0.0, 0.0, 0.0)
+    spins = Vec3(0.0, 0.0, 0.0)
+    tilt = Vec3(0.0, 0.0, 0.0)
     for i in range(np.uint64(k + 1)):
         j = np.uint64(k) - i
-        a, b = read_row(series, i, at.WS), read_row(series, j, at.WS)
+        a = read_row(series, i, at.WS)
+        b = read_row(series, j, at.WS)
         spins = plus(spins, Vec3(a.y * b.z, a.z * b.x, a.x * b.y))
         tilt = plus(tilt, cross(read_row(series, i, at.PS), b))
     return spins, tilt
@@ -110,8 +112,16 @@ def shorten(series: Array, last: int, truncation: float) -> float:
 
 
 # Further columns: a, c, I^-1 a, I^-1 c, I^-1 (I w) x w, p.w, w.w and the two sides' products
-A, C, IA, IC, G = 9, 12, 15, 18, 21
-PW, WW, M11, M12, M22 = 24, 25, 26, 27, 28
+A = 9
+C = 12
+IA = 15
+IC = 18
+G = 21
+PW = 24
+WW = 25
+M11 = 26
+M12 = 27
+M22 = 28
 
 
 @inlined
@@ -129,7 +139,8 @@ def sliding_series(
     `edge`: sliding on the edge rather than on the vertex alone.
     """
     begin_series(state, step, series)
-    r, e = read_vector(contact, at.CORNER), read_vector(contact, at.ALONG)
+    r = read_vector(contact, at.CORNER)
+    e = read_vector(contact, at.ALONG)
     inverse = Vec3(1.0 / moment[0], 1.0 / moment[1], 1.0 / moment[2])
     coupling = Vec3(
         (moment[1] - moment[2]) * inverse.x,
@@ -153,7 +164,8 @@ def sliding_series(
             scale = 1.0 / scale
         _set_forces(series, k, r, e, edge, step, scale)
         share = 1.0 / (k + 1)
-        spin, up = scaled(_acceleration(series, k), share), scaled(tilt, share)
+        spin = scaled(_acceleration(series, k), share)
+        up = scaled(tilt, share)
         write_row(series, k + 1, at.WS, spin)
         write_row(series, k + 1, at.PS, up)
         series[k + 1, at.ZS] = -dot(up, r)
@@ -172,7 +184,8 @@ def sliding_series(
 def _set_reaches(series: Array, k: int, r: Vec3, e: Vec3, inverse: Vec3) -> None:
     """Row k of the reaches a and c, and of what they do to the angular velocity."""
     p = read_row(series, k, at.PS)
-    a, c = cross(r, p), cross(e, p)
+    a = cross(r, p)
+    c = cross(e, p)
     write_row(series, k, A, a)
     write_row(series, k, IA, times(a, inverse))
     write_row(series, k, C, c)
@@ -189,7 +202,8 @@ def _set_products(series: Array, k: int, edge: bool) -> None:
         pw += dot(read_row(series, i, at.PS), w)
         ww += dot(read_row(series, i, at.WS), w)
         m11 += dot(read_row(series, i, A), read_row(series, j, IA))
-    series[k, PW], series[k, WW] = pw, ww
+    series[k, PW] = pw
+    series[k, WW] = ww
     series[k, M11] = m11 + 1.0 if k == 0 else m11
     if edge:
         m12 = m22 = 0.0
@@ -198,7 +212,8 @@ def _set_products(series: Array, k: int, edge: bool) -> None:
             c = read_row(series, j, IC)
             m12 += dot(read_row(series, i, A), c)
             m22 += dot(read_row(series, i, C), c)
-        series[k, M12], series[k, M22] = m12, m22
+        series[k, M12] = m12
+        series[k, M22] = m22
 
 
 @inlined
@@ -223,7 +238,8 @@ def _set_forces(
         torque = scale * (series[0, M11] * torque - series[0, M12] * known)
     else:
         force *= scale
-    series[k, at.FORCE], series[k, at.TORQUE] = force, torque
+    series[k, at.FORCE] = force
+    series[k, at.TORQUE] = torque
 
 
 @inlined

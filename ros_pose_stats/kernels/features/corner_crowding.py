@@ -36,7 +36,8 @@ def corner_crowding(points: Fixed2, body: BodyArrays, reaches: Fixed1) -> Array:
     if there.shape[0] > FEW:
         cells = max(1, int(2.0 * CELLS / reaches[-1]))
     order, cell, start = _grid(points[there], cells)
-    share, place = share[there][order], points[there][order]
+    share = share[there][order]
+    place = points[there][order]
     found = np.zeros(reaches.shape[0])
     side = 2.0 / cells
     span = int(reaches[-1] / side) + 1
@@ -44,7 +45,8 @@ def corner_crowding(points: Fixed2, body: BodyArrays, reaches: Fixed1) -> Array:
         found += share[i] * share[i]
         # Cells before this one hold points before i, whose pairs are counted.
         for x in range(cell[i, 0], min(cell[i, 0] + span, cells - 1) + 1):
-            low, high = max(cell[i, 1] - span, 0), min(cell[i, 1] + span, cells - 1)
+            low = max(cell[i, 1] - span, 0)
+            high = min(cell[i, 1] + span, cells - 1)
             for y in range(low, high + 1):
                 row = (x * cells + y) * cells
                 begin = start[row + max(cell[i, 2] - span, 0)]

@@ -57,7 +57,8 @@ SMALLEST = 1e-12
 SHALLOWEST = 1e-4
 """Depth over level that logarithms start from."""
 
-NEAR, FAR = 0.01, 0.1
+NEAR = 0.01
+FAR = 0.1
 """Rises of the level, in radii, over which a later join is forgotten."""
 
 FAINTEST = -12.0
@@ -125,7 +126,8 @@ def holding_faces(
         f = body.face[k]
         tilt[f] = max(tilt[f], math.atan2(-body.inset[k], body.distance[f]))
     mean = (inertia[0, 0] + inertia[1, 1] + inertia[2, 2]) / 3.0
-    held, lever = np.zeros(faces + 1), np.zeros(faces + 1)
+    held = np.zeros(faces + 1)
+    lever = np.zeros(faces + 1)
     for i in range(faces):
         f = tree.face_order[i]
         about = 0.0
@@ -193,21 +195,25 @@ def split_features(
     held, lever = holding_faces(body, stable, basin, tree, inertia)
     lowest = lowest_faces(body, stable, tree)
     lists = _lists(body, tree, wanted, arcs)
-    sums, arc = np.zeros((2, MEASURES)), np.zeros(SUMS)
+    sums = np.zeros((2, MEASURES))
+    arc = np.zeros(SUMS)
     for j in range(joins):
         if not wanted[j]:
             continue
-        level, whole = tree.level[j], joins + 1 + j
+        level = tree.level[j]
+        whole = joins + 1 + j
         for c in range(2):
             node = tree.child[j, c]
             begin, end = faces_of(tree, node)
-            sums[c, AREA], sums[c, AROUND] = areas_r[j, c], areas_R[j, c]
+            sums[c, AREA] = areas_r[j, c]
+            sums[c, AROUND] = areas_R[j, c]
             sums[c, HELD] = held[end] - held[begin]
             sums[c, LEVER] = lever[end] - lever[begin]
             arc[:] = 0.0
             _add_above(arc, lists, node, level, points, body, arcs, inertia, inverse)
             arc += lists.below[node]
-            sums[c, SWEPT], sums[c, ROLLED] = arc[OVER_ANGLE], arc[OVER_LENGTH]
+            sums[c, SWEPT] = arc[OVER_ANGLE]
+            sums[c, ROLLED] = arc[OVER_LENGTH]
             write_features(found[j, c], sums[c], level, lowest[node])
             _hand_on(lists, node, whole)
         sums[0] += sums[1]
@@ -262,7 +268,8 @@ def _add_above(
     inverse: Array,
 ) -> None:
     """Add sums (SUMS,) of what the level has reached of the arcs, passed ones out."""
-    before, k = -1, lists.first[node]
+    before = -1
+    k = lists.first[node]
     while k >= 0:
         onward = lists.after[k]
         if level >= arcs.top[k]:
@@ -285,11 +292,13 @@ def _add_above(
 @inlined
 def _hand_on(lists: ArcLists, node: int, whole: int) -> None:
     """Append the list of a node to that of the one that it becomes part of."""
-    first, last = lists.first, lists.last
+    first = lists.first
+    last = lists.last
     for i in range(SUMS):
         lists.below[whole, i] += lists.below[node, i]
     if first[whole] < 0:
-        first[whole], last[whole] = first[node], last[node]
+        first[whole] = first[node]
+        last[whole] = last[node]
     elif first[node] >= 0:
         lists.after[last[whole]] = first[node]
         last[whole] = last[node]

@@ -84,7 +84,8 @@ def _largest_first(sums: Array) -> Array:
 def _corners(triangles: Index, region: Index, sums: Array, points: int) -> Index:
     """Vertices that touch at least three regions of `SMALLEST` area or more."""
     touched = np.full((points, 2), -1, np.int64)
-    corner, count = np.zeros(points, np.bool_), 0
+    corner = np.zeros(points, np.bool_)
+    count = 0
     for t in range(triangles.shape[0]):
         g = region[t]
         if sums[g, AREA] < SMALLEST:
@@ -171,7 +172,8 @@ def moments_along(regions: Fixed2, directions: Fixed2) -> Array:
     Sums over the regions, of centroid c, normal n and area A, of A (c·u)^k for k = 2, 3, 4, and of
     A² (n·u) (c·u)^k for k = 0, 1, 2, 3.
     """
-    areas, flows = np.zeros(35), np.zeros((3, 20))
+    areas = np.zeros(35)
+    flows = np.zeros((3, 20))
     terms = np.empty(35)
     for g in range(regions.shape[0]):
         _monomials(read_row(regions, g, CENTROID), terms)
@@ -202,7 +204,8 @@ def _monomials(a: Vec3, terms: Array) -> None:
     """Set `terms` (35,) to the monomials of degree 0 to 4; each from one of lower degree."""
     terms[0] = 1.0
     for degree in range(1, 5):
-        lower, here = _DEGREE[degree - 1], _DEGREE[degree]
+        lower = _DEGREE[degree - 1]
+        here = _DEGREE[degree]
         count = here - lower
         for m in range(count):
             terms[here + m] = a.x * terms[lower + m]

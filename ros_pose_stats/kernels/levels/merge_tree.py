@@ -82,7 +82,8 @@ def merge_tree(body: BodyArrays, stable: Index, basin: Index) -> MergeTree:
         b = root(link, basin[body.face[body.twin[k]]])
         if a == b:
             continue
-        child[joins, 0], child[joins, 1] = node[a], node[b]
+        child[joins, 0] = node[a]
+        child[joins, 1] = node[b]
         # Among ties a later one may lie lower by rounding; what follows searches rising levels.
         level[joins] = max(levels[i], level[joins - 1]) if joins > 0 else levels[i]
         where[joins] = k
@@ -132,12 +133,14 @@ def _shallow_first(
 @kernel
 def borders(body: BodyArrays, basin: Index) -> tuple[Index, Array]:
     """Polygon sides between two basins, each edge once, and their levels."""
-    face, twin = body.face, body.twin
+    face = body.face
+    twin = body.twin
     count = 0
     for k in range(twin.shape[0]):
         if k < twin[k] and basin[face[k]] != basin[face[twin[k]]]:
             count += 1
-    sides, levels = np.empty(count, np.int64), np.empty(count)
+    sides = np.empty(count, np.int64)
+    levels = np.empty(count)
     count = 0
     for k in range(twin.shape[0]):
         if k < twin[k] and basin[face[k]] != basin[face[twin[k]]]:
@@ -158,7 +161,8 @@ def _lay_out(child: Index, leaves: int) -> tuple[Index, Index]:
         begin = spans[leaves + j, 0]
         for c in range(2):
             n = child[j, c]
-            spans[n, 0], spans[n, 1] = begin, begin + size[n]
+            spans[n, 0] = begin
+            spans[n, 1] = begin + size[n]
             begin += size[n]
     order = np.empty(leaves, np.int64)
     for s in range(leaves):
@@ -205,21 +209,26 @@ def gather_poses(
     faces = height.shape[0]
     sides, levels = borders(body, basin)
     order = stable_order(levels)
-    component, region = np.arange(faces), np.arange(faces)
+    component = np.arange(faces)
+    region = np.arange(faces)
     tie = 0
     for i in range(order.shape[0]):
         if i == tie:
             tie = _lower_across_first(
                 body, basin, rank, component, sides, levels, order, i
             )
-        k, level = sides[order[i]], levels[order[i]]
-        s, t = basin[body.face[k]], basin[body.face[body.twin[k]]]
+        k = sides[order[i]]
+        level = levels[order[i]]
+        s = basin[body.face[k]]
+        t = basin[body.face[body.twin[k]]]
         if run[s] >= 0 and run[s] == run[t]:
-            a, b = root(region, s), root(region, t)
+            a = root(region, s)
+            b = root(region, t)
             shallower = height[b if rank[a] < rank[b] else a]
             if level - shallower < of_run * shallower:
                 _join(region, rank, s, t)
-        a, b = root(component, s), root(component, t)
+        a = root(component, s)
+        b = root(component, t)
         if a == b:
             continue
         elder, younger = (a, b) if rank[a] < rank[b] else (b, a)
@@ -239,7 +248,8 @@ def gather_poses(
 
 @kernel
 def _join(region: Index, rank: Index, s: int, t: int) -> None:
-    a, b = root(region, s), root(region, t)
+    a = root(region, s)
+    b = root(region, t)
     if rank[a] < rank[b]:
         region[b] = a
     else:
@@ -268,7 +278,8 @@ def _lower_across_first(
         across = np.empty(end - begin)
         for j in range(begin, end):
             k = sides[order[j]]
-            s, t = basin[body.face[k]], basin[body.face[body.twin[k]]]
+            s = basin[body.face[k]]
+            t = basin[body.face[body.twin[k]]]
             elder = s if rank[root(component, s)] < rank[root(component, t)] else t
             across[j - begin] = rank[elder]
         order[begin:end] = order[begin:end][stable_order(across)]
@@ -282,7 +293,8 @@ def part_poses(tree: MergeTree, pose: FixedIndex1) -> tuple[Index, Flags]:
     held = np.full(2 * leaves - 1, -1)
     held[:leaves] = pose
     for j in range(leaves - 1):
-        a, b = held[tree.child[j, 0]], held[tree.child[j, 1]]
+        a = held[tree.child[j, 0]]
+        b = held[tree.child[j, 1]]
         if a == b:
             held[leaves + j] = a
     return held, held[leaves:] < 0

@@ -59,7 +59,8 @@ class RightTriangles(NamedTuple):
 @kernel
 def measure_triangles(body: BodyArrays, levels: Array, of_R: bool) -> RightTriangles:
     """Measure the triangles of the faces that some of the (rising) levels cut through."""
-    count, faces = 2 * body.twin.shape[0], body.distance.shape[0]
+    count = 2 * body.twin.shape[0]
+    faces = body.distance.shape[0]
     # Columns of one table: few triangles are measured, and these touch few pages of memory.
     table = np.empty((count, 8))
     triangles = RightTriangles(
@@ -94,7 +95,8 @@ def measure_triangles(body: BodyArrays, levels: Array, of_R: bool) -> RightTrian
 @inlined
 def _first_above(levels: Array, value: float) -> int:
     """Number of the first of the rising levels that is above a value."""
-    low, high = 0, levels.shape[0]
+    low = 0
+    high = levels.shape[0]
     while low < high:
         middle = (low + high) // 2
         if levels[middle] > value:
@@ -109,8 +111,10 @@ def _measure_side(
     body: BodyArrays, k: int, d: float, of_R: bool, triangles: RightTriangles
 ) -> None:
     """Both triangles of a polygon side on a face at distance d."""
-    q, s = body.reach[k], body.inset[k]
-    v, w = body.radius[body.corner[k]], body.radius[body.corner[body.twin[k]]]
+    q = body.reach[k]
+    s = body.inset[k]
+    v = body.radius[body.corner[k]]
+    w = body.radius[body.corner[body.twin[k]]]
     _measure(triangles, 2 * k, d, q, v, s, body.start[k], of_R)
     _measure(triangles, 2 * k + 1, d, q, w, s, body.stop[k], of_R)
 
@@ -126,7 +130,9 @@ def _measure(
     a: float,
     of_R: bool,
 ) -> None:
-    triangles.near[i], triangles.foot[i], triangles.far[i] = d, q, v
+    triangles.near[i] = d
+    triangles.foot[i] = q
+    triangles.far[i] = v
     triangles.whole[i] = 2.0 * math.atan(s * a / ((d + q) * (q + v)))
     if of_R:
         triangles.leg[i] = abs(a)
@@ -141,7 +147,8 @@ def _measure(
 @kernel
 def _limits_r(body: BodyArrays, triangles: RightTriangles) -> None:
     for f in range(body.distance.shape[0]):
-        nearest, farthest = math.inf, 0.0
+        nearest = math.inf
+        farthest = 0.0
         inside = True
         for k in range(body.face_start[f], body.face_start[f + 1]):
             v = body.radius[body.corner[k]]
@@ -182,8 +189,11 @@ def _next_around(body: BodyArrays, side: int) -> int:
 @inlined
 def _highest_in_cell(body: BodyArrays, k: int) -> tuple[float, int]:
     """Highest R around the corner where side k starts, and the side there of the lowest face."""
-    distance, face = body.distance, body.face
-    top, lowest, peak = 0.0, k, True
+    distance = body.distance
+    face = body.face
+    top = 0.0
+    lowest = k
+    peak = True
     side = k
     for _ in range(face.shape[0]):
         top = max(top, distance[face[side]])
@@ -208,7 +218,8 @@ def _close_cell(
         f = body.face[side]
         before = side - 1 if side > body.face_start[f] else body.face_start[f + 1] - 1
         for i in (2 * side, 2 * before + 1):
-            triangles.done[i], triangles.after[i] = top, 0.0
+            triangles.done[i] = top
+            triangles.after[i] = 0.0
         triangles.fills[f] = max(triangles.fills[f], top)
         side = _next_around(body, side)
         if side == k:
@@ -218,7 +229,8 @@ def _close_cell(
 @kernel
 def _cell_area(body: BodyArrays, k: int) -> float:
     """Solid angle of the spherical polygon of the normals around a corner."""
-    normal, face = body.normal, body.face
+    normal = body.normal
+    face = body.face
     a = point_at(normal, face[k])
     side = _next_around(body, k)
     b = point_at(normal, face[side])

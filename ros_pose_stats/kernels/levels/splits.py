@@ -28,7 +28,9 @@ def faces_below(
 ) -> float:
     """Centroid solid angle of {r < level} on faces, or of {R < level} next to their normals."""
     face_start = body.face_start
-    enters, fills, full = triangles.enters, triangles.fills, triangles.full
+    enters = triangles.enters
+    fills = triangles.fills
+    full = triangles.full
     total = 0.0
     for j in range(begin, end):
         f = faces[j]
@@ -47,7 +49,9 @@ def _add_side(
     total: float, triangles: RightTriangles, k: int, level: float, of_R: bool
 ) -> float:
     """Add the shares of both triangles of a polygon side, stage by stage."""
-    turn, leg, foot = triangles.turn, triangles.leg, triangles.foot
+    turn = triangles.turn
+    leg = triangles.leg
+    foot = triangles.foot
     bends = 0.0
     for i in range(2 * k, 2 * k + 2):
         sense = math.copysign(1.0, turn[i])

@@ -25,15 +25,18 @@ def grouped_edges(triangles: FixedIndex2) -> tuple[Index, Flags, Index, Index]:
     """Directed edges by their lower, then their higher vertex: see `mesh.winding.Edges`."""
     entries, stop = _sorted_edges(triangles)
     count = entries.shape[0]
-    edge, forward = np.empty(count, np.int64), np.empty(count, np.bool_)
-    start, uses = np.empty(count, np.int64), np.empty(count, np.int64)
+    edge = np.empty(count, np.int64)
+    forward = np.empty(count, np.bool_)
+    start = np.empty(count, np.int64)
+    uses = np.empty(count, np.int64)
     found = begin = 0
     for v in range(stop.shape[0]):
         for k in range(begin, stop[v]):
             edge[k] = entries[k, EDGE] // 2
             forward[k] = entries[k, EDGE] & 1 == 1
             if k == begin or entries[k, HIGHER] != entries[k - 1, HIGHER]:
-                start[found], uses[found] = k, 0
+                start[found] = k
+                uses[found] = 0
                 found += 1
             uses[found - 1] += 1
         begin = stop[v]
@@ -53,7 +56,9 @@ def _sorted_edges(triangles: Index) -> tuple[Index, Index]:
             vertices = max(vertices, triangles[t, i] + 1)
     place = np.zeros(vertices + 1, np.int64)
     for t in range(triangles.shape[0]):
-        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+        a = triangles[t, 0]
+        b = triangles[t, 1]
+        c = triangles[t, 2]
         place[min(a, b) + 1] += 1
         place[min(b, c) + 1] += 1
         place[min(c, a) + 1] += 1
@@ -62,7 +67,8 @@ def _sorted_edges(triangles: Index) -> tuple[Index, Index]:
     entries = np.empty((triangles.size, 2), np.int64)
     for t in range(triangles.shape[0]):
         for i in range(3):
-            a, b = triangles[t, i], triangles[t, i + 1 if i < 2 else 0]
+            a = triangles[t, i]
+            b = triangles[t, i + 1 if i < 2 else 0]
             here = place[min(a, b)]
             place[min(a, b)] = here + 1
             entries[here, HIGHER] = max(a, b)
@@ -83,7 +89,8 @@ def _sort_many(entries: Index, begin: int, end: int) -> None:
     some = entries[begin:end].copy()
     place = begin
     for i in rising_order(some[:, HIGHER].copy()):
-        entries[place, HIGHER], entries[place, EDGE] = some[i, HIGHER], some[i, EDGE]
+        entries[place, HIGHER] = some[i, HIGHER]
+        entries[place, EDGE] = some[i, EDGE]
         place += 1
 
 
@@ -91,7 +98,8 @@ def _sort_many(entries: Index, begin: int, end: int) -> None:
 def _sort_few(entries: Index, begin: int, end: int) -> None:
     """Sort a short range of entries by their first number; equal ones stay as they were."""
     for k in range(begin + 1, end):
-        key, item = entries[k, HIGHER], entries[k, EDGE]
+        key = entries[k, HIGHER]
+        item = entries[k, EDGE]
         j = k - 1
         while j >= begin and entries[j, HIGHER] > key:
             entries[j + 1, HIGHER], entries[j + 1, EDGE] = (
@@ -99,7 +107,8 @@ def _sort_few(entries: Index, begin: int, end: int) -> None:
                 entries[j, EDGE],
             )
             j -= 1
-        entries[j + 1, HIGHER], entries[j + 1, EDGE] = key, item
+        entries[j + 1, HIGHER] = key
+        entries[j + 1, EDGE] = item
 
 
 @entry_kernel
@@ -107,15 +116,14 @@ def linked_triangles(
     edge: FixedIndex1, forward: FixedFlags1, start: FixedIndex1, uses: FixedIndex1
 ) -> tuple[Index, Flags]:
     """Triangle pairs (k, 2) across edges of exactly two, and whether their windings agree."""
-    pairs, agree = (
-        np.empty((start.shape[0], 2), np.int64),
-        np.empty(start.shape[0], np.bool_),
-    )
+    pairs = np.empty((start.shape[0], 2), np.int64)
+    agree = np.empty(start.shape[0], np.bool_)
     found = 0
     for e in range(start.shape[0]):
         if uses[e] == 2:
             k = start[e]
-            pairs[found, 0], pairs[found, 1] = edge[k] // 3, edge[k + 1] // 3
+            pairs[found, 0] = edge[k] // 3
+            pairs[found, 1] = edge[k + 1] // 3
             agree[found] = forward[k] != forward[k + 1]
             found += 1
     return pairs[:found].copy(), agree[:found].copy()
@@ -133,7 +141,8 @@ def neighbours(triangles: Index) -> Index:
             while end < stop[v] and entries[end, HIGHER] == entries[begin, HIGHER]:
                 end += 1
             if end - begin == 2:
-                h, other = entries[begin, EDGE] // 2, entries[begin + 1, EDGE] // 2
+                h = entries[begin, EDGE] // 2
+                other = entries[begin + 1, EDGE] // 2
                 across[h // 3, (h + 2) % 3] = other // 3
                 across[other // 3, (other + 2) % 3] = h // 3
             begin = end
@@ -152,7 +161,8 @@ def root(link: Index, a: int) -> int:
 @inlined
 def join(link: Index, a: int, b: int) -> None:
     """Unite the sets of `a` and `b`; the lowest member represents each set."""
-    a, b = root(link, a), root(link, b)
+    a = root(link, a)
+    b = root(link, b)
     if a < b:
         link[b] = a
     else:

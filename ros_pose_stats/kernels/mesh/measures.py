@@ -20,7 +20,8 @@ MOMENTS = 10
 def area_vectors(points: Array, triangles: Index) -> tuple[Array, Array]:
     """Area along the normal (M, 3) and area (M,) of triangles (M, 3)."""
     count = triangles.shape[0]
-    vectors, areas = np.empty((count, 3)), np.empty(count)
+    vectors = np.empty((count, 3))
+    areas = np.empty(count)
     for t in range(count):
         area = vec.area_vector(*vec.triangle_at(points, triangles, t))
         vec.write_row(vectors, t, 0, area)
@@ -51,7 +52,9 @@ def solid_moments(points: Fixed2, triangles: FixedIndex2) -> Array:
     The sums over the tetrahedra are compensated (Neumaier 1974): their errors do not grow with the
     number of triangles.
     """
-    total, lost, term = np.zeros(MOMENTS), np.zeros(MOMENTS), np.empty(MOMENTS)
+    total = np.zeros(MOMENTS)
+    lost = np.zeros(MOMENTS)
+    term = np.empty(MOMENTS)
     for t in range(triangles.shape[0]):
         _set_moments(*vec.triangle_at(points, triangles, t), term)
         for k in range(MOMENTS):
@@ -90,12 +93,15 @@ def _set_moments(a: vec.Vec3, b: vec.Vec3, c: vec.Vec3, term: Array) -> None:
 @entry_kernel
 def bounds(points: Fixed2) -> tuple[Array, Array]:
     """Lowest and highest coordinates (3,) of points (N, 3), N at least 1."""
-    low, high = np.empty(3), np.empty(3)
+    low = np.empty(3)
+    high = np.empty(3)
     for c in range(3):
         least = most = points[0, c]
         for i in range(points.shape[0]):
-            least, most = min(least, points[i, c]), max(most, points[i, c])
-        low[c], high[c] = least, most
+            least = min(least, points[i, c])
+            most = max(most, points[i, c])
+        low[c] = least
+        high[c] = most
     return low, high
 
 
@@ -115,7 +121,8 @@ def thinness(points: Fixed2, low: Fixed1, high: Fixed1) -> float:
     middle = vec.plus(
         lowest, vec.scaled(vec.minus(vec.read_vector(high, 0), lowest), 0.5)
     )
-    first, last = 0, 0
+    first = 0
+    last = 0
     for i in range(points.shape[0]):
         if points[i, axis] < points[first, axis]:
             first = i
@@ -125,21 +132,25 @@ def thinness(points: Fixed2, low: Fixed1, high: Fixed1) -> float:
     line = vec.minus(_placed(points, last, middle, size), begin)
     longest = vec.length(line)
     line = vec.divided(line, longest)
-    farthest, widest = vec.Vec3(0.0, 0.0, 0.0), 0.0
+    farthest = vec.Vec3(0.0, 0.0, 0.0)
+    widest = 0.0
     for i in range(points.shape[0]):
         there = vec.minus(_placed(points, i, middle, size), begin)
         there = vec.minus(there, vec.scaled(line, vec.dot(there, line)))
         aside = vec.dot(there, there)
         if aside > widest:
-            farthest, widest = there, aside
+            farthest = there
+            widest = aside
     width = math.sqrt(widest)
     if width == 0.0:
         return 0.0
     normal = vec.divided(vec.cross(line, farthest), width)
-    least, most = math.inf, -math.inf
+    least = math.inf
+    most = -math.inf
     for i in range(points.shape[0]):
         off = vec.dot(_placed(points, i, middle, size), normal)
-        least, most = min(least, off), max(most, off)
+        least = min(least, off)
+        most = max(most, off)
     return min(width, most - least) / longest
 
 

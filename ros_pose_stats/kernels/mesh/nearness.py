@@ -91,9 +91,11 @@ def first_of_coincident(
 ) -> tuple[bool, Index]:
     """Whether points coincide, and for each the lowest number of those it coincides with."""
     count = points.shape[0]
-    head, chain = np.full(slots_for(count), -1, np.int32), np.empty(count, np.int32)
+    head = np.full(slots_for(count), -1, np.int32)
+    chain = np.empty(count, np.int32)
     first = np.arange(count)
-    corner, width = read_vector(low, 0), WIDTH * tolerance
+    corner = read_vector(low, 0)
+    width = WIDTH * tolerance
     for i in range(count):
         point = point_at(points, i)
         home = cube_at(point, 0.0, corner, width)
@@ -171,7 +173,8 @@ class FeatureGrid(NamedTuple):
 def feature_grid(rows: Fixed2, reach: float) -> FeatureGrid:
     """Put features (N, 3) or (N, 7) into a grid that serves distances up to `reach`."""
     count = rows.shape[0]
-    head, chain = np.full(slots_for(count), -1, np.int32), np.empty(count, np.int32)
+    head = np.full(slots_for(count), -1, np.int32)
+    chain = np.empty(count, np.int32)
     width = WIDTH * reach
     # From the last, so that chains run from the first.
     for i in range(count - 1, -1, -1):
@@ -186,7 +189,10 @@ def feature_grid(rows: Fixed2, reach: float) -> FeatureGrid:
 @entry_kernel
 def first_unmatched(grid: FeatureGrid, rotation: Fixed2, chosen: FixedIndex1) -> int:
     """First of the chosen features with no feature of its own where it is turned to, or -1."""
-    rows, head, chain, taken = grid.rows, grid.head, grid.chain, grid.taken
+    rows = grid.rows
+    head = grid.head
+    chain = grid.chain
+    taken = grid.taken
     grid.trials[0] += 1
     trial = grid.trials[0]
     image = np.empty(rows.shape[1])
@@ -213,10 +219,13 @@ def _turn(rows: Array, i: int, rotation: Array, image: Array) -> None:
 @inlined
 def _nearest(rows: Array, head: Slots, chain: Slots, image: Array, reach: float) -> int:
     """Feature closest to a row, -1 when none is closer than `reach`."""
-    place, origin, width = read_vector(image, 0), Vec3(0.0, 0.0, 0.0), WIDTH * reach
+    place = read_vector(image, 0)
+    origin = Vec3(0.0, 0.0, 0.0)
+    width = WIDTH * reach
     low = cube_at(place, -reach, origin, width)
     high = cube_at(place, reach, origin, width)
-    best, partner = reach * reach, -1
+    best = reach * reach
+    partner = -1
     for x in range(low.x, high.x + 1):
         for y in range(low.y, high.y + 1):
             for z in range(low.z, high.z + 1):
@@ -227,6 +236,7 @@ def _nearest(rows: Array, head: Slots, chain: Slots, image: Array, reach: float)
                         step = rows[j, k] - image[k]
                         square += step * step
                     if square < best:
-                        best, partner = square, j
+                        best = square
+                        partner = j
                     j = chain[j]
     return partner

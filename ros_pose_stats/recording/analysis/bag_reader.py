@@ -143,7 +143,8 @@ class FileMessages:
     def _set(self, state: str, note: str) -> None:
         """Remember what was found; what comes after the first only makes it `damaged`."""
         if self.state == "whole":
-            self.state, self.note = state, note
+            self.state = state
+            self.note = note
         elif state != "open":
             self.state = "damaged"
             self.note = "is damaged in several places: what is whole was read"
@@ -294,7 +295,8 @@ class _BagReader:
         for file in chain(*bags.values()):
             with suppress(OSError):  # reading it will tell
                 sizes[file] = file.stat().st_size
-        done, total = 0, sum(sizes.values())
+        done = 0
+        total = sum(sizes.values())
 
         def tell(share: float) -> None:
             on_progress(done + round(share * sizes[file]), total)
@@ -322,7 +324,8 @@ class _BagReader:
         )
 
     def _read_file(self, bag: Path, file: Path, on_read: OnRead) -> None:
-        messages, seen = FileMessages(file, on_read), 0
+        messages = FileMessages(file, on_read)
+        seen = 0
         for message in messages:
             if decoding.kind_of(message.type_name):
                 seen += 1

@@ -100,7 +100,8 @@ def part_of(message: Any) -> Part | None:
     from ...mesh.parts import part_from_mesh
 
     try:
-        corners, numbers = list(message.vertices), list(message.triangles)
+        corners = list(message.vertices)
+        numbers = list(message.triangles)
         if not numbers:
             nested = message.mesh
             corners = [x for p in nested.vertices for x in (p.x, p.y, p.z)]

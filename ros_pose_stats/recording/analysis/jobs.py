@@ -62,7 +62,8 @@ class Job:
         rank = (name in TERMINAL, time, kind)
         if rank < self.latest:
             return
-        self.latest, self.state = rank, name
+        self.latest = rank
+        self.state = name
         for one in fields(self):
             if one.name not in _OWN:
                 setattr(

@@ -168,7 +168,8 @@ def _comparison(one: compared.Comparison, predictions: Sequence[Prediction]) -> 
 
 
 def _counts(one: compared.CountComparison) -> Plain:
-    counts, predictions = one.counts, one.history.predictions if one.history else ()
+    counts = one.counts
+    predictions = one.history.predictions if one.history else ()
     low, high = one.bounds
     return {
         **_fields(counts, ("part_id", "part_digest")),

@@ -81,7 +81,8 @@ class Prediction:
 
     def knows_more_than(self, other: "Prediction") -> bool:
         """Whether this one should stand for their common scene."""
-        mine, others = self.drops - self.unsettled, other.drops - other.unsettled
+        mine = self.drops - self.unsettled
+        others = other.drops - other.unsettled
         return (mine, self.time) >= (others, other.time)
 
 

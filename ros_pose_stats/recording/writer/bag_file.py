@@ -105,7 +105,8 @@ class BagFile:
             raise
 
     def _close(self) -> None:
-        number, self._number = self._number, -1
+        number = self._number
+        self._number = -1
         with suppress(OSError):
             os.close(number)
 

@@ -54,10 +54,13 @@ class CdrWriter:
         self._data += bytes(-len(self._data) % size)
 
 
-CUBE, TEXT_VIEW_FACING, TRIANGLE_LIST = 1, 9, 11
+CUBE = 1
+TEXT_VIEW_FACING = 9
+TRIANGLE_LIST = 11
 """Kinds of markers, as in visualization_msgs/Marker."""
 
-ADD, DELETE_ALL = 0, 3  # what is done with a marker
+ADD = 0
+DELETE_ALL = 3  # what is done with a marker
 NO_CORNERS = np.empty((0, 3))
 
 

@@ -11,8 +11,12 @@ from ...simulation.frames import RATE, DropFrames
 from . import bag_file, message_types
 from .cdr import CUBE, SECOND, TRIANGLE_LIST, CdrWriter, Marker, marker_array_message
 
-TF, BODY, ENERGY, REACH = "/tf", "/drop/markers", "/drop/energy", "/drop/within_reach"
-PLATE, FRAME = "plate", "part"  # frames: the plate, z up, and the part's own
+TF = "/tf"
+BODY = "/drop/markers"
+ENERGY = "/drop/energy"
+REACH = "/drop/within_reach"
+PLATE = "plate"
+FRAME = "part"  # frames: the plate, z up, and the part's own
 FINEST = 10_000  # triangles of the marker
 START = (
     SECOND  # time [ns] of the release in the file; 0 has a meaning of its own in ROS

@@ -50,7 +50,8 @@ class ExamplePlanner(Node):
             },
         )
         self.plan: Any = None
-        self.decided, self.kicks = "", 0
+        self.decided = ""
+        self.kicks = 0
         self.feeding = self.create_client(FeedingAnswer, "pose_stats/feeding")
         self.create_subscription(
             PoseStatistics, "pose_stats/pose_statistics", self.ask, LATCHED
@@ -89,7 +90,8 @@ class ExamplePlanner(Node):
                 f" {plan.parts_per_minute:.3g} a minute. {plan.message}",
                 flush=True,
             )
-        self.plan, self.decided = plan, decided
+        self.plan = plan
+        self.decided = decided
 
     def look(self, picture: Any) -> None:
         """Pick what lies right, fill the plate up, and kick it if that is worth its time."""

@@ -27,7 +27,9 @@ INTERRUPTED = "the node ended before the simulation did"
 
 def job_event(job: Job, event: int | None = None) -> JobEvent:
     """The record of something that happens to a job; without an event of how it is now."""
-    request, scene, known = job.request, job.request.scene, job.known()
+    request = job.request
+    scene = job.request.scene
+    known = job.known()
     snapshot = job.snapshot  # of which the queue's thread may let go meanwhile
     height = scene.drop_height if snapshot is None else snapshot.drop_height
     report = JobEvent(
@@ -70,7 +72,8 @@ class JobReports(JobListener):
 
     def __init__(self, base: Base, stores: result_store.Stores) -> None:
         self._parts, _, self._results, self._announcer = stores
-        self._recorder, self._state = base.recorder, base.state
+        self._recorder = base.recorder
+        self._state = base.state
         self._log = base.node.get_logger()
         self._interims: dict[str, tuple[Statistics, PoseStatistics]] = {}
         self._kept_at = 0.0
@@ -93,7 +96,8 @@ class JobReports(JobListener):
         cancelled = []
         for event, answer in sorted(rows, key=lambda row: acceptance(row[0].job_id)):
             if event.event < JobEvent.DONE:
-                event.event, event.message = JobEvent.CANCELLED, INTERRUPTED
+                event.event = JobEvent.CANCELLED
+                event.message = INTERRUPTED
                 self._state.put(job_change(event, answer))
                 cancelled.append(event)
             self._note_end(event, len(answer))
@@ -119,7 +123,9 @@ class JobReports(JobListener):
 
     def progressed(self, job: Job) -> None:
         """Show late joiners how far it is, and keep that, now and then."""
-        snapshot, at, known = job.snapshot, time.monotonic(), self._part_of(job)
+        snapshot = job.snapshot
+        at = time.monotonic()
+        known = self._part_of(job)
         if known is None and job.request.refinement:
             job.cancel_reason = (
                 job.cancel_reason or "the part was forgotten or has changed"
@@ -141,7 +147,8 @@ class JobReports(JobListener):
 
     def dropped(self, job: Job, chunk: DropChunk) -> None:
         """Put single drops on record."""
-        outcomes, flat = chunk.outcomes, part_messages.flat
+        outcomes = chunk.outcomes
+        flat = part_messages.flat
         record = DropRecords(
             job_id=job.job_id,
             part_digest=job.part.result().digest,
@@ -158,8 +165,10 @@ class JobReports(JobListener):
 
     def ended(self, job: Job, state: JobState) -> None:
         """Keep the end and its result, put both on record, and latch the result."""
-        known, event = self._part_of(job) or job.known(), job_event(job, state)
-        answer, data = None, b""
+        known = self._part_of(job) or job.known()
+        event = job_event(job, state)
+        answer = None
+        data = b""
         if job.snapshot is not None and known is not None:
             answer = self._results.number_result(
                 known, job.snapshot, job.settings, job.job_id

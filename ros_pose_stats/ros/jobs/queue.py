@@ -37,8 +37,10 @@ class Jobs:
         on_failure: Callable[[str], object],
         run: Run = run_drops,
     ) -> None:
-        self._run_name, self.listener = run_name, listener
-        self._on_failure, self._compute = on_failure, run
+        self._run_name = run_name
+        self.listener = listener
+        self._on_failure = on_failure
+        self._compute = run
         self._numbers = itertools.count(1)
         self._jobs: dict[
             str, Job
@@ -66,7 +68,8 @@ class Jobs:
                     return twin
                 if self._closing:
                     raise ending()
-                most, running = settings.max_queued_jobs, self.running
+                most = settings.max_queued_jobs
+                running = self.running
                 if not (request.refinement or is_accepted) and (
                     self.counts()[0] >= most + (running is None or running.state.ended)
                 ):
@@ -139,7 +142,8 @@ class Jobs:
             self._closing = reason
         for job in self.all():
             self.cancel(job.job_id, reason)
-        is_done, running = within(LAST_SECONDS, self._pool.shutdown), self.running
+        is_done = within(LAST_SECONDS, self._pool.shutdown)
+        running = self.running
         if not is_done and running is not None:
             self._end(running, State.CANCELLED, reason)
 
@@ -171,7 +175,8 @@ class Jobs:
         outcome = self._compute(job, part, self.listener, stop)
         with self._changing:
             if stop.why == GAVE_WAY and not job.cancel_reason:
-                job.state, job.drops_done = State.QUEUED, 0
+                job.state = State.QUEUED
+                job.drops_done = 0
                 self._pool.submit(self._run_next)
                 return
         job.keep(outcome)

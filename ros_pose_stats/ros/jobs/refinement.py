@@ -41,7 +41,9 @@ class Refinement:
     """Has estimates checked in a lane of their own, equal ones once, and refined by jobs."""
 
     def __init__(self, base: Base, stores: result_store.Stores, jobs: Jobs) -> None:
-        self._settings, self._lanes, self._jobs = base.settings, base.lanes, jobs
+        self._settings = base.settings
+        self._lanes = base.lanes
+        self._jobs = jobs
         self._parts, _, self._results, self._announcer = stores
         self._report_failure = base.node.get_logger().error
         self._checks: dict[tuple[str, str, DropScene], Future[PoseStatistics]] = {}
@@ -104,7 +106,8 @@ class Refinement:
             return
         settings = self._settings()
         drops = min(settings.refine_drops or settings.drops, settings.max_drops)
-        scene, target = settings.scene(known.scene_override), settings.target_error
+        scene = settings.scene(known.scene_override)
+        target = settings.target_error
         hybrid = settings.default_method == methods.AUTO
         request = JobRequest(
             known.part_id,

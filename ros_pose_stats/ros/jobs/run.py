@@ -108,29 +108,32 @@ class Job:
 
     def take(self, progress: DropProgress) -> None:
         """Note how far the run is, and now and then its statistics."""
-        now, snapshot = time.monotonic(), self.snapshot
+        now = time.monotonic()
+        snapshot = self.snapshot
         if now >= self._next_snapshot:
             snapshot = progress.statistics()
             took = time.monotonic() - now
             pause = COMBINED_SECONDS if self.request.hybrid else SNAPSHOT_SECONDS
             self._next_snapshot = now + max(pause, took / SNAPSHOT_SHARE)
         if not self.ending:
-            self.drops_done, self.expected_error = (
-                progress.drops,
-                progress.expected_error,
-            )
-            self.drops_per_second, self.snapshot = progress.rate, snapshot
+            self.drops_done = progress.drops
+            self.expected_error = progress.expected_error
+            self.drops_per_second = progress.rate
+            self.snapshot = snapshot
 
     def release(self) -> None:
         """Let go of the part and of what refers to it: goals may hold on to the job."""
-        self.part, self.snapshot = Future(), None
+        self.part = Future()
+        self.snapshot = None
 
     def keep(self, outcome: PoseStatistics | FlipStatistics) -> None:
         """Note the end result."""
         if isinstance(outcome, FlipStatistics):
-            self.flips, self.drops_done = replace(outcome, poses=()), outcome.flips
+            self.flips = replace(outcome, poses=())
+            self.drops_done = outcome.flips
             return
-        self.snapshot, self.drops_done = outcome, outcome.drops
+        self.snapshot = outcome
+        self.drops_done = outcome.drops
         self.expected_error = outcome.expected_error
 
 
@@ -168,7 +171,8 @@ class Stop:
     """Looks whether a run is to stop before its end, because its time is over or for `why`."""
 
     def __init__(self, job: Job, should_give_way: Callable[[], bool]) -> None:
-        self._job, self._should_give_way = job, should_give_way
+        self._job = job
+        self._should_give_way = should_give_way
         self._until = time.monotonic() + job.request.max_seconds
         self._is_late = False
         self.why = ""
@@ -296,7 +300,8 @@ def run_flips(
     job: Job, part: Part, listener: JobListener, stop: Stop
 ) -> FlipStatistics:
     """Flip the part as the job asks; see `run_drops`."""
-    request, scene = job.request, job.request.scene
+    request = job.request
+    scene = job.request.scene
     assert isinstance(request, FlipRequest)
     poses = len(poses_in(part, scene).poses)
     total = job.flips_total = flips_in_all(poses, request.drops, job.settings)

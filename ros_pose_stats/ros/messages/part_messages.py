@@ -54,7 +54,8 @@ class _Cursor:
     def __init__(self, data: bytes) -> None:
         if len(data) < HEADER or bytes(data[:2]) != LITTLE_ENDIAN_CDR:
             raise NotPlainCdrError
-        self._data, self._at = data, HEADER
+        self._data = data
+        self._at = HEADER
 
     def array(self, count: int, kind: str) -> NDArray[Any]:
         """The next numbers; none are not aligned for."""
@@ -96,10 +97,13 @@ def _mesh(cursor: _Cursor) -> tuple[NDArray[np.float64], NDArray[np.uint32]]:
 
 def _observed_parts(data: bytes) -> ObservedArrays:
     cursor = _Cursor(data)
-    stamp, frame_id, part_id = cursor.stamp(), cursor.text(), cursor.text()
+    stamp = cursor.stamp()
+    frame_id = cursor.text()
+    part_id = cursor.text()
     poses = cursor.array(7 * cursor.count(), "<f8").reshape(-1, 7)
     confidence = cursor.array(cursor.count(), "<f8")
-    from_pose, feeder_speed = int(cursor.array(1, "<i4")[0]), cursor.text()
+    from_pose = int(cursor.array(1, "<i4")[0])
+    feeder_speed = cursor.text()
     cursor.end()
     return ObservedArrays(
         stamp, frame_id, part_id, poses, confidence, from_pose, feeder_speed
@@ -153,11 +157,9 @@ def taken_request(message: PartMesh) -> part_requests.PartRequest:
                 )
         return request_of_part_bytes(serialize_message(message))
     finally:
-        message.mesh, message.vertices, message.triangles = (
-            Mesh(),
-            array("d"),
-            array("I"),
-        )
+        message.mesh = Mesh()
+        message.vertices = array("d")
+        message.triangles = array("I")
 
 
 def is_given(message: PartMesh) -> bool:
@@ -183,7 +185,8 @@ def part_message(
     )
     message.restitution, message.drop_height = request.scene_override
     message.header.stamp = times.time_message(stamp)
-    given, com = message.inertia, message.inertia.com
+    given = message.inertia
+    com = message.inertia.com
     given.m, (com.x, com.y, com.z) = request.mass, map(float, request.center_of_mass)
     (given.ixx, given.ixy, given.ixz, given.iyy, given.iyz, given.izz) = map(
         float, request.inertia[np.triu_indices(3)]
@@ -205,7 +208,8 @@ def _part_request(data: bytes) -> part_requests.PartRequest:
     flat_vertices = cursor.array(cursor.count(), "<f8")
     flat_triangles = cursor.array(cursor.count(), "<u4")
     # unit, mass, centre of mass (3), ixx, ixy, ixz, iyy, iyz, izz, restitution, drop_height
-    values, resource = cursor.array(13, "<f8"), cursor.text()
+    values = cursor.array(13, "<f8")
+    resource = cursor.text()
     cursor.end()
     name = part_requests.named(part_id)
     filled = [
@@ -227,10 +231,8 @@ def _part_request(data: bytes) -> part_requests.PartRequest:
     unit = float(values[0])
     if resource:
         mesh = files.read_mesh(resource_file(resource), unit, unless_declared=True)
-        vertices, triangles = (
-            np.asarray(mesh.vertices),
-            np.asarray(mesh.triangles, np.uint32),
-        )
+        vertices = np.asarray(mesh.vertices)
+        triangles = np.asarray(mesh.triangles, np.uint32)
         unit = mesh.unit
     elif filled != ["mesh"]:
         vertices = _rows(flat_vertices, f"vertices{name}")

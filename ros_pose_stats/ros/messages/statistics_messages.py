@@ -24,7 +24,8 @@ def statistics_message(
 ) -> msg.PoseStatistics:
     """Make the message; `labels`: plate, revision, job_id and final in it."""
     message = msg.PoseStatistics()
-    message.header.stamp, message.header.frame_id = time_message(now()), frame
+    message.header.stamp = time_message(now())
+    message.header.frame_id = frame
     for name in STATISTICS_FIELDS:
         setattr(message, name, getattr(statistics, name))
     for name, value in labels.items():
@@ -34,7 +35,8 @@ def statistics_message(
         seconds=max(0.0, statistics.seconds)
     ).to_msg()  # NaN: 0
     message.poses = [_pose(statistics.part_id, pose) for pose in statistics.poses]
-    message.warnings, message.notes = list(statistics.warnings), list(statistics.notes)
+    message.warnings = list(statistics.warnings)
+    message.notes = list(statistics.notes)
     return message
 
 
@@ -57,10 +59,8 @@ def farewell_message(
 ) -> msg.PoseStatistics:
     """The last message about a part: no poses, and why."""
     message = msg.PoseStatistics(revision=revision, final=True)
-    message.header.stamp, message.header.frame_id = (
-        time_message(stamp),
-        last.header.frame_id,
-    )
+    message.header.stamp = time_message(stamp)
+    message.header.frame_id = last.header.frame_id
     for name in ("part_id", "part_digest", "radius", "plate", "version"):
         setattr(message, name, getattr(last, name))
     message.expected_error = message.largest_error = message.plate_error = math.nan
@@ -118,7 +118,9 @@ def statistics_of_message(message: msg.PoseStatistics) -> records.PoseStatistics
 
 
 def _pose_of(message: msg.StablePose) -> records.StablePose:
-    position, turn, down = message.pose.position, message.pose.orientation, message.down
+    position = message.pose.position
+    turn = message.pose.orientation
+    down = message.down
     plain = {name: getattr(message, name) for name in POSE_FIELDS}
     shape = DrawnShape(
         np.array(message.support_polygon).reshape(-1, 2),

@@ -6,7 +6,8 @@ from collections.abc import Callable
 from builtin_interfaces.msg import Time
 from rclpy import callback_groups, clock as clocks, node as nodes, timer
 
-FIRST, LAST = -(2**31) * 10**9, 2**31 * 10**9 - 1  # nanoseconds that a stamp can hold
+FIRST = -(2**31) * 10**9
+LAST = 2**31 * 10**9 - 1  # nanoseconds that a stamp can hold
 
 _read_clock: Callable[[], int] = time.time_ns
 

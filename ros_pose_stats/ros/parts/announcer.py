@@ -54,7 +54,9 @@ def _row(
     markers = [_label(result, 0, result.part_id, corner)]
     step = (2.0 + GAP) * result.radius
     for place, pose in enumerate(result.poses[:most]):
-        x, where, turn = place * step, pose.pose.position, pose.pose.orientation
+        x = place * step
+        where = pose.pose.position
+        turn = pose.pose.orientation
         unknown = math.isnan(pose.probability)
         depth = (
             0.0 if unknown else float(min(max(pose.probability, 0.0), 1.0)) ** 0.5
@@ -120,7 +122,9 @@ class Announcer:
     """Publishes results, each part's by its own publisher, and records them after its mesh."""
 
     def __init__(self, base: Base) -> None:
-        self._node, self._recorder, self._state = base.node, base.recorder, base.state
+        self._node = base.node
+        self._recorder = base.recorder
+        self._state = base.state
         self._floods = base.refusals.floods
         self._introduced: Memory[tuple[Path, str, str], bool] = Memory(
             INTRODUCED
@@ -159,7 +163,8 @@ class Announcer:
         shown = known.shown
         if not (self._floods.count("new parts") and of_part) or shown is None:
             return
-        log, poses = self._node.get_logger(), shown.latched.poses
+        log = self._node.get_logger()
+        poses = shown.latched.poses
         log.info(
             f"{part_requests.part_line(known.part)}, {len(poses)} stable poses "
             f"({most_probable(poses)} % by {shown.latched.method}); "

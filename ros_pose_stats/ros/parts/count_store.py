@@ -56,7 +56,8 @@ class CellCounts:
     """Counts of a part's poses, and whether the last ones differ from those before."""
 
     def __init__(self, ground: Ground, total: Index, series: int) -> None:
-        self.ground, self.series = ground, series
+        self.ground = ground
+        self.series = series
         self.change: int | None = (
             None  # of the state, that has all of it; None: all so far
         )
@@ -92,14 +93,16 @@ class CellCounts:
         self._seen += seen
         while self._seen - int(self._recent[0].sum()) >= RECENT:
             self._seen -= int(self._recent.popleft().sum())
-        self.total, self.evidence = self.total + new, None
+        self.total = self.total + new
+        self.evidence = None
         return seen
 
     def drift(self) -> str:
         """How the last parts differ from those before beyond chance; empty if they do not."""
         total = self.total
         if total is not self._drift[0]:
-            said, recent = "", sum(list(self._recent), 0 * total)
+            said = ""
+            recent = sum(list(self._recent), 0 * total)
             before = total - recent
             enough = min(recent.sum(), before.sum()) >= RECENT
             # Below 0 it is while a camera counts.
@@ -108,7 +111,8 @@ class CellCounts:
                 and before.min() >= 0
                 and homogeneity(before, recent).p_value < CHANCE
             ):
-                now, then = recent / recent.sum(), before / before.sum()
+                now = recent / recent.sum()
+                then = before / before.sum()
                 most = int(np.abs(now - then).argmax())
                 said = (
                     f"of the last {recent.sum()} parts {text.percent(now[most])} % lie in "
@@ -123,7 +127,9 @@ class CountStore:
     """Learns counts of known parts on the node's plate."""
 
     def __init__(self, base: Base, parts: part_store.PartStore) -> None:
-        self._settings, self._parts, self._state = base.settings, parts, base.state
+        self._settings = base.settings
+        self._parts = parts
+        self._state = base.state
         self._warn = base.node.get_logger().warning
 
     def restore(self, known: known_part.KnownPart) -> None:
@@ -175,7 +181,8 @@ class CountStore:
 
         The lock of the part's name is held since `counts` were compared with what is `shown`.
         """
-        ground, poses = self._ground(counts), len(shown.latched.poses)
+        ground = self._ground(counts)
+        poses = len(shown.latched.poses)
         known.counts = self._counts_on(known, ground, poses) or CellCounts(
             ground, np.zeros(poses, np.int64), time.time_ns()
         )
@@ -338,7 +345,8 @@ class CountStore:
     ) -> Iterator[Array]:
         """What the other parts counted on a plate say of its error."""
         for other in self._parts.all():
-            counts, shown = other.counts, other.shown
+            counts = other.counts
+            shown = other.shown
             if (
                 other is known
                 or counts is None
@@ -346,10 +354,8 @@ class CountStore:
                 or counts.ground.plate != plate
             ):
                 continue
-            evidence, total = (
-                counts.evidence,
-                counts.total,
-            )  # a camera may count meanwhile
+            evidence = counts.evidence
+            total = counts.total  # a camera may count meanwhile
             if evidence is None and (counts.ground, total.size) == (
                 self._ground(shown.model),
                 len(shown.model.poses),

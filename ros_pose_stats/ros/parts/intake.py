@@ -34,13 +34,12 @@ class Intake:
         builder: part_builder.PartBuilder,
         follow: Callable[[KnownPart], object],
     ) -> None:
-        self._settings, self._lanes, self._refusals = (
-            base.settings,
-            base.lanes,
-            base.refusals,
-        )
+        self._settings = base.settings
+        self._lanes = base.lanes
+        self._refusals = base.refusals
         self._parts, _, self._results, self._announcer = stores
-        self._builder, self._follow = builder, follow
+        self._builder = builder
+        self._follow = follow
         self._log = base.node.get_logger()
         self.restored: list[
             Future[None]
@@ -80,7 +79,8 @@ class Intake:
         self, known: KnownPart, scene: DropScene | None = None
     ) -> Future[KnownPart]:
         """A known part once it is built, with its poses in a scene; before parts that are new."""
-        lane, is_built = _lane_of(known), known.source.part is not None
+        lane = _lane_of(known)
+        is_built = known.source.part is not None
         if is_built and (
             scene is None or lane is Lane.QUICK or are_found(known.part, scene)
         ):
@@ -156,7 +156,8 @@ def _lane_of(part: KnownPart | part_requests.PartRequest) -> Lane:
 
 def subscribe_to_meshes(base: Base, intake: Intake) -> None:
     """Hand on what comes on `~/part_mesh` and on each of `mesh_topics`."""
-    settings, refusals = base.settings, base.refusals
+    settings = base.settings
+    refusals = base.refusals
     group = callback_groups.MutuallyExclusiveCallbackGroup()
 
     def subscribe(

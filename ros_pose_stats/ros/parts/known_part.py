@@ -22,7 +22,9 @@ class Memory(Generic[K, V]):
     """A bounded dictionary for several threads; the newest value stays, whatever its weight."""
 
     def __init__(self, most: int, weight: Callable[[V], int] = lambda value: 1) -> None:
-        self._most, self._weight, self._sum = most, weight, 0
+        self._most = most
+        self._weight = weight
+        self._sum = 0
         self._values: OrderedDict[K, V] = OrderedDict()
         self._lock = threading.Lock()
 
@@ -81,7 +83,8 @@ class PartSource:
     def __init__(
         self, part: Part | None, build: Callable[[], Part] | None = None
     ) -> None:
-        self._build, self._lock = build, threading.Lock()
+        self._build = build
+        self._lock = threading.Lock()
         self.part = part  # once it is at hand
 
     def get(self) -> Part:

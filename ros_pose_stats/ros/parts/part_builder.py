@@ -88,7 +88,8 @@ class PartWorker(Worker):
 
     def __init__(self, base: Base) -> None:
         super().__init__(prepare)
-        self._settings, self._lanes = base.settings, base.lanes
+        self._settings = base.settings
+        self._lanes = base.lanes
 
     def call(
         self,
@@ -178,10 +179,8 @@ class Outlines(PartWorker):
                 f"{wrong}",
                 "a negative one asks for the outline from above",
             )
-        triangles, wanted = (
-            len(part.surface_triangles),
-            len(result.poses) * len(heights),
-        )
+        triangles = len(part.surface_triangles)
+        wanted = len(result.poses) * len(heights)
         most = MOST_WORK // (triangles + OUTLINE)
         if wanted > most:
             raise errors.RequestError(
@@ -226,7 +225,8 @@ def outlines_of(
     sides: int,
 ) -> list[PoseOutline]:
     """Outlines in each pose, by its index with its pose_id, at each height."""
-    outlines, resting = [], resting_poses(part, tolerance, sides).poses
+    outlines = []
+    resting = resting_poses(part, tolerance, sides).poses
     for index, pose_id in poses.items():
         for height in heights:
             polygons = outline_at(

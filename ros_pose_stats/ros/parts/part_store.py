@@ -29,12 +29,11 @@ class PartStore:
     def __init__(
         self, base: Base, announcer: Announcer, builder: part_builder.PartBuilder
     ) -> None:
-        self._settings, self._recorder, self._state = (
-            base.settings,
-            base.recorder,
-            base.state,
-        )
-        self._announcer, self._builder = announcer, builder
+        self._settings = base.settings
+        self._recorder = base.recorder
+        self._state = base.state
+        self._announcer = announcer
+        self._builder = builder
         self._parts: OrderedDict[str, KnownPart] = OrderedDict()
         self._used: set[str] = set()
         self._uses = itertools.count(1)
@@ -83,7 +82,8 @@ class PartStore:
 
     def identify(self, request: part_requests.PartRequest) -> tuple[KnownPart, bool]:
         """The part that a mesh is, and whether it is to be `put`; raises PoseStatsError."""
-        part_id, content = request.part_id, request.content
+        part_id = request.part_id
+        content = request.content
         same = (
             self.find(part_id)
             if part_id
@@ -99,9 +99,13 @@ class PartStore:
         )
         if same is None or same.content != content:
             built = self._build(request)
-            part_id, digest, source = built.part_id, built.digest, PartSource(built)
+            part_id = built.part_id
+            digest = built.digest
+            source = PartSource(built)
         else:
-            part_id, digest, source = same.part_id, same.digest, same.source
+            part_id = same.part_id
+            digest = same.digest
+            source = same.source
         old = self.find(part_id)
         override = request.scene_override
         if old is not None and (old.digest, old.scene_override) == (digest, override):
@@ -113,7 +117,8 @@ class PartStore:
 
     def _build(self, request: part_requests.PartRequest) -> Part:
         key = request.part_id, request.content
-        built, refusal = self._built.get(key), self._refused.get(key)
+        built = self._built.get(key)
+        refusal = self._refused.get(key)
         if refusal is not None:
             kind, facts = refusal
             raise kind(
@@ -132,10 +137,8 @@ class PartStore:
 
     def put(self, known: KnownPart, request: part_requests.PartRequest) -> None:
         """Keep a part in place of the last of its name, and of the oldest; raises MeshError."""
-        known.size, most_bytes = (
-            part.array_bytes(known.part, request),
-            (self._settings().max_part_bytes),
-        )
+        known.size = part.array_bytes(known.part, request)
+        most_bytes = self._settings().max_part_bytes
         if known.size > most_bytes:
             raise MeshError(
                 f"a part that takes at most {most_bytes} bytes in memory (parameter "
@@ -184,7 +187,8 @@ class PartStore:
     def keep_uses(self) -> None:
         """Have the state know which parts were used last."""
         with self._lock:
-            used, self._used = self._used, set()
+            used = self._used
+            self._used = set()
             latest_last = [
                 known for part_id, known in self._parts.items() if part_id in used
             ]
@@ -258,7 +262,8 @@ class PartStore:
 
     def _forget(self, known: KnownPart, why: str) -> int | None:
         """Forget a part, unless another one has taken its place; the number of that change."""
-        part_id, stamp = known.part_id, times.now()
+        part_id = known.part_id
+        stamp = times.now()
         with known.revisions.lock:  # no result of it is recorded meanwhile
             if self.current(part_id) is not known:
                 return None

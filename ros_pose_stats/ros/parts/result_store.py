@@ -44,8 +44,12 @@ class ResultStore:
         counts: count_store.CountStore,
         announcer: announcer.Announcer,
     ) -> None:
-        self._settings, self._parts, self._counts = base.settings, parts, counts
-        self._announcer, self._state, self._lanes = announcer, base.state, base.lanes
+        self._settings = base.settings
+        self._parts = parts
+        self._counts = counts
+        self._announcer = announcer
+        self._state = base.state
+        self._lanes = base.lanes
         self._results: Memory[Key, PoseStatistics] = Memory(
             REMEMBERED_POSES, lambda message: len(message.poses)
         )
@@ -53,11 +57,13 @@ class ResultStore:
     def restore(self, known: KnownPart) -> None:
         """Latch what an earlier run has latched, if it holds in the present scene."""
         self._counts.restore(known)
-        row, revisions = self._state.get("results", known.part_id), known.revisions
+        row = self._state.get("results", known.part_id)
+        revisions = known.revisions
         if row is None:
             return
         _, latched, behind, revisions.newest = row
-        revisions.shown, settings = revisions.newest, self._settings()
+        revisions.shown = revisions.newest
+        settings = self._settings()
         scene = settings.scene(known.scene_override)
         try:
             last = deserialize_message(latched, PoseStatistics)
@@ -156,7 +162,8 @@ class ResultStore:
 
         Raises PoseStatsError, and CancelledError where the node ends.
         """
-        settings, message = self._settings(), self.checked(known, scene)
+        settings = self._settings()
+        message = self.checked(known, scene)
         if message is None:
             part = known.part
             request = drop_request(
@@ -252,7 +259,8 @@ class ResultStore:
         if message.final and (best is None or messages.replaces(message, best)):
             self._results.put(key, message)
         with known.revisions.lock:
-            shown, model = known.shown, known.model_in(scene)
+            shown = known.shown
+            model = known.model_in(scene)
             is_new = shown is None or not (
                 message is shown.latched or message is shown.model
             )
@@ -269,7 +277,8 @@ class ResultStore:
         self, known: KnownPart, model: PoseStatistics, scene: records.DropScene
     ) -> None:
         """Show a result under a number above that of the one before, record and keep it."""
-        revisions, at = known.revisions, time.monotonic()
+        revisions = known.revisions
+        at = time.monotonic()
         observed = self._counts.observe(known, model)
         message = (
             model

@@ -49,9 +49,12 @@ class FeedingService:
         ways_in: intake.Intake,
         outlines: part_builder.Outlines,
     ) -> None:
-        self._settings, self._ways_in, self._outlines = base.settings, ways_in, outlines
+        self._settings = base.settings
+        self._ways_in = ways_in
+        self._outlines = outlines
         self._parts, self._learnt, _, _ = stores
-        self._jobs, self._reports = jobs, reports
+        self._jobs = jobs
+        self._reports = reports
         self._flipped: known_part.Memory[run.FlipKey, bool] = known_part.Memory(
             MOST_FLIPPED
         )
@@ -59,7 +62,8 @@ class FeedingService:
 
     def answer(self, request: Any, response: Any) -> Steps:
         """What to do and what a feeder gets, from the result that is latched now."""
-        known, settings = self._parts.known(request.part_id), self._settings()
+        known = self._parts.known(request.part_id)
+        settings = self._settings()
         result = known.shown
         if result is None:
             raise RequestError(
@@ -67,7 +71,8 @@ class FeedingService:
                 f"{part_requests.shown(request.part_id)} without one yet",
                 "ask again in a moment",
             )
-        latched, scene = result.latched, result.scene
+        latched = result.latched
+        scene = result.scene
         kick = settings.kick(request.kick_height)
         feeding.check_wanted(request.wanted, len(latched.poses))
         feeding.check_rate(request.rate, request.cycle_time)
@@ -120,7 +125,8 @@ class FeedingService:
                 if job.state is State.CANCELLED:  # nobody but the node itself cancels
                     raise ending()
                 if found is None:
-                    response.success, response.message = False, job.message
+                    response.success = False
+                    response.message = job.message
                     return
                 self._flipped.put(key, True)
             flips.append(found)
@@ -175,7 +181,8 @@ class FeedingService:
             response.action = [
                 getattr(response, action.upper()) for action in plan.actions
             ]
-            response.parts_on_plate, response.kicks = plan.best.parts, plan.best.kicks
+            response.parts_on_plate = plan.best.parts
+            response.kicks = plan.best.kicks
             response.pickable = plan.best.pickable
             fill_bounds(response, parts_per_minute=plan.best.per_minute)
         if chosen is None:
@@ -212,7 +219,8 @@ class PlateFits:
         stores: result_store.Stores,
         use_plate: Callable[[str], object],
     ) -> None:
-        self._settings, self._lanes = base.settings, base.lanes
+        self._settings = base.settings
+        self._lanes = base.lanes
         self._parts, self._counts, _, self._announcer = stores
         self._use_plate = use_plate
         self._log = base.node.get_logger()
@@ -240,7 +248,8 @@ class PlateFits:
             drop_height=fit.drop_height,
             round_sides=fit.round_sides,
         )
-        response.plate_error, response.p_value = fit.plate_error, fit.p_value
+        response.plate_error = fit.plate_error
+        response.p_value = fit.p_value
         response.counted = fit.counted
         response.parts = list(dict.fromkeys(part.part_id for part in fit.parts))
         response.message = (

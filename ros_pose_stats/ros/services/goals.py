@@ -49,12 +49,15 @@ class GoalServer(ABC):
 
     def __init__(self, node: AnsweringNode, kind: Any, name: str, jobs: Jobs) -> None:
         jobs.listener.follow = self._follow
-        self._node, self._name, self._jobs = node, name, jobs
+        self._node = node
+        self._name = name
+        self._jobs = jobs
         # with their jobs, by request, until they have been told how these ended
         self.goals: dict[int, tuple[server.ServerGoalHandle, Job]] = {}
         # requests that are being accepted, with their jobs or why they are refused
         self._asked: dict[int, tuple[Any, Job | str]] = {}
-        self._lock, self._next_feedback = threading.Lock(), 0.0
+        self._lock = threading.Lock()
+        self._next_feedback = 0.0
         self._server = Server(
             node,
             kind,
@@ -192,7 +195,8 @@ class SimulateDropsServer(GoalServer):
         jobs: Jobs,
         reports: job_reports.JobReports,
     ) -> None:
-        self._services, self._reports = services, reports
+        self._services = services
+        self._reports = reports
         super().__init__(base.node, SimulateDrops, "simulate_drops", jobs)
 
     def start_job(self, request: Any) -> Job:
@@ -227,12 +231,15 @@ class SimulateFlipsServer(GoalServer):
     def __init__(
         self, base: Base, parts: part_store.PartStore, intake: Intake, jobs: Jobs
     ) -> None:
-        self._settings, self._parts, self._intake = base.settings, parts, intake
+        self._settings = base.settings
+        self._parts = parts
+        self._intake = intake
         super().__init__(base.node, SimulateFlips, "simulate_flips", jobs)
 
     def start_job(self, request: Any) -> Job:
         """Accept flips; too many are refused at once where the part's poses are at hand."""
-        settings, known = self._settings(), self._parts.known(request.part_id)
+        settings = self._settings()
+        known = self._parts.known(request.part_id)
         kick = settings.kick(request.kick_height)
         if request.kick_height < 0.0 and not kick:
             raise RequestError(
@@ -240,7 +247,8 @@ class SimulateFlipsServer(GoalServer):
                 f"{request.kick_height:g}",
                 "half the part's radius flips most parts",
             )
-        scene, coming = settings.scene(known.scene_override), self._intake.built(known)
+        scene = settings.scene(known.scene_override)
+        coming = self._intake.built(known)
         if known.source.part is not None and (
             not part_builder.is_large(known.part) or are_found(known.part, scene)
         ):

@@ -45,14 +45,15 @@ class Services:
         reports: job_reports.JobReports,
         outlines: part_builder.Outlines,
     ) -> None:
-        self._settings, self._refusals, self._intake = (
-            base.settings,
-            base.refusals,
-            intake,
-        )
+        self._settings = base.settings
+        self._refusals = base.refusals
+        self._intake = intake
         self._parts, _, self._results, self._announcer = stores
-        self._refinement, self._outlines = refinement, outlines
-        self._lanes, self._jobs, self._reports = base.lanes, jobs, reports
+        self._refinement = refinement
+        self._outlines = outlines
+        self._lanes = base.lanes
+        self._jobs = jobs
+        self._reports = reports
         self._shifted: Memory[Any, Part] = memory_of_parts()
         for kind, name, callback in (
             (srv.EstimatePoses, "estimate", self.estimate),
@@ -189,10 +190,8 @@ class Services:
                 "ask for fewer, or raise the parameter",
             )
         check_target(request.target_error)
-        seconds, most = (
-            request.max_seconds or settings.max_job_seconds,
-            settings.max_job_seconds,
-        )
+        seconds = request.max_seconds or settings.max_job_seconds
+        most = settings.max_job_seconds
         if not 0.0 < seconds <= most:
             raise errors.RequestError(
                 f"max_seconds from 0 to {most:g} s (parameter max_job_seconds)",
@@ -249,8 +248,10 @@ class Services:
     def get(self, request: Any, response: Any) -> None:
         """How far a job is."""
         job, event = self._look_up(request.job_id)
-        response.state, response.message = event.event, event.message
-        response.drops_done, response.drops_total = event.drops_done, event.drops
+        response.state = event.event
+        response.message = event.message
+        response.drops_done = event.drops_done
+        response.drops_total = event.drops
         response.statistics = self._reports.answer_of(request.job_id, job)
 
     def list(self, request: Any, response: Any) -> None:

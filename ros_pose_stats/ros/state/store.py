@@ -32,13 +32,12 @@ class State:
         say: Callable[[str], object] = lambda line: None,
         patience: float = tables.LOCK_SECONDS,
     ) -> None:
-        self.file, self.meshes = file, file.with_name(f"{file.stem}.meshes")
+        self.file = file
+        self.meshes = file.with_name(f"{file.stem}.meshes")
         self.problem = self.set_aside = ""
-        self._definitions, self._convert, self._say = (
-            dict(definitions or {}),
-            convert,
-            say,
-        )
+        self._definitions = dict(definitions or {})
+        self._convert = convert
+        self._say = say
         self._link: sqlite3.Connection | None = None
         self._lock: int | None = None  # descriptor of the lock file
         self._about: os.stat_result | None = None  # the file that the connection is of
@@ -99,7 +98,8 @@ class State:
         What comes while another thread writes is written together, by one of those who wait.
         """
         with self._changing:
-            wanted, writes = self._number if number is None else number, self.writes
+            wanted = self._number if number is None else number
+            writes = self.writes
             if self._committed >= wanted:
                 return True
         with self.in_use:
@@ -107,7 +107,9 @@ class State:
                 is_tried = self.writes > writes and self._tried >= wanted
                 if self._committed >= wanted or is_tried or self._closed:
                     return self._committed >= wanted
-                taken, self._tried, problem = dict(self._pending), self._number, ""
+                taken = dict(self._pending)
+                self._tried = self._number
+                problem = ""
             try:
                 self._write([Change(*key, row) for key, (row,) in taken.items()])
             except Exception as error:  # whoever waits hears of it
@@ -121,7 +123,8 @@ class State:
                         for key, held in self._pending.items()
                         if taken.get(key) is not held
                     }
-                changed, self.problem = bool(problem) != bool(self.problem), problem
+                changed = bool(problem) != bool(self.problem)
+                self.problem = problem
         if changed:
             self._say(
                 f"NOT_RECORDED: {problem}"
@@ -171,7 +174,8 @@ class State:
         self._let_go()
 
     def _let_go(self) -> None:
-        lock, self._lock = self._lock, None
+        lock = self._lock
+        self._lock = None
         if lock is not None:
             os.close(lock)
 
@@ -233,7 +237,9 @@ class State:
     def _use(self, link: sqlite3.Connection | None) -> None:
         """Work with a connection, or with none, from now on."""
         about = None if link is None else self.file.stat()
-        before, self._link, self._about = self._link, link, about
+        before = self._link
+        self._link = link
+        self._about = about
         if before is not None:
             with suppress(sqlite3.Error):
                 before.close()

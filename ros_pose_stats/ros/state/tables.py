@@ -74,7 +74,8 @@ def lock_file(file: Path, seconds: float) -> int:
 
     The lock file stays, so that nobody locks one that is gone.
     """
-    path, until = file.with_name(f"{file.name}.lock"), time.monotonic() + seconds
+    path = file.with_name(f"{file.name}.lock")
+    until = time.monotonic() + seconds
     while True:
         number = _open_lock(path, file)
         try:

@@ -31,14 +31,20 @@ SUBTITLE = (
 )
 """Says what time and error are of."""
 
-WIDTH, PANEL, GAP, HEAD, FOOT = 10.0, 4.1, 0.68, 1.45, 0.62
+WIDTH = 10.0
+PANEL = 4.1
+GAP = 0.68
+HEAD = 1.45
+FOOT = 0.62
 """Of the figure, of a panel with what is above it, of the latter alone, and of what is above and
 below all panels, inches."""
 
-LEFT, RIGHT = 0.085, 0.985
+LEFT = 0.085
+RIGHT = 0.985
 """Ends of the axes, fractions of the width."""
 
-NAMES, LAST = 110.0, 62.0
+NAMES = 110.0
+LAST = 62.0
 """Room left of the first point and right of the last, points (1/72 inch)."""
 
 
@@ -191,7 +197,8 @@ Range = tuple[float, float]
 
 UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs"), (1e-9, "ns"))
 STEPS = (1.0, 2.0, 5.0)
-ABOVE, BELOW = 1.25, 1.45
+ABOVE = 1.25
+BELOW = 1.45
 """Room over the highest bar and under the lowest point, as factors."""
 
 

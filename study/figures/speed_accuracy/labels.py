@@ -23,7 +23,9 @@ CLEAR = 1.5
 FAR = 16.0
 """Distance, in points, from which on a thin line joins a label and its point."""
 
-MARK, TEXT, OUTSIDE = 30.0, 300.0, 1000.0
+MARK = 30.0
+TEXT = 300.0
+OUTSIDE = 1000.0
 """Costs of covering a mark or a text, or of leaving the axes; a point of distance costs 1."""
 
 

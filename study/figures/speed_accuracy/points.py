@@ -189,14 +189,13 @@ def pareto_front(points: Sequence[ChartPoint]) -> list[int]:
         range(len(points)), key=lambda k: (points[k].seconds, -points[k].error)
     )
     front: list[int] = []
-    faster, seen, now = (
-        np.inf,
-        np.inf,
-        -np.inf,
-    )  # smallest error before this time and up to it
+    faster = np.inf
+    seen = np.inf
+    now = -np.inf  # smallest error before this time and up to it
     for place in order:
         if points[place].seconds > now:
-            faster, now = seen, points[place].seconds
+            faster = seen
+            now = points[place].seconds
         if points[place].error <= faster:
             front.append(place)
         seen = min(seen, points[place].error)

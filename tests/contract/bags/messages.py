@@ -61,7 +61,8 @@ def result(
 
     That of an estimate says that every pose has this error, none by default.
     """
-    nan, settled = float("nan"), 0 if count is None else int(sum(count))
+    nan = float("nan")
+    settled = 0 if count is None else int(sum(count))
     message = filled(
         stamped(PoseStatistics(), seconds),
         {
@@ -105,11 +106,10 @@ def result(
         )
         pose.down.z = -1.0
         if settled:
-            pose.count, pose.standard_error = int(count[index]), float(errors[index])
-            pose.probability_low, pose.probability_high = (
-                float(low[index]),
-                float(high[index]),
-            )
+            pose.count = int(count[index])
+            pose.standard_error = float(errors[index])
+            pose.probability_low = float(low[index])
+            pose.probability_high = float(high[index])
         message.poses.append(pose)
     return message
 

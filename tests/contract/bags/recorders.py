@@ -30,7 +30,8 @@ def write_mcap(file, messages=None, namespace="/pose_stats", closed=True, **opti
     `closed` False leaves out index and footer, as a killed node does.
     """
     file.parent.mkdir(parents=True, exist_ok=True)
-    schemas, channels = {}, {}
+    schemas = {}
+    channels = {}
     with file.open("wb") as stream:
         writer = Writer(
             stream,

@@ -12,7 +12,9 @@ from ros_pose_stats import load_part, resting_poses
 from tests.bodies import shapes, write_stl
 from tests.running import answer
 
-MASS, CENTER, GRAVITY = 0.3, (1e-3, 2e-3, 3e-3), 9.80665
+MASS = 0.3
+CENTER = (1e-3, 2e-3, 3e-3)
+GRAVITY = 9.80665
 
 
 def test_other_tools_read_part_plate_and_energy_by_the_film_s_own_definitions(tmp_path):
@@ -32,7 +34,8 @@ def test_other_tools_read_part_plate_and_energy_by_the_film_s_own_definitions(tm
         tmp_path / "drop.mcap",
     )
     part = load_part(stl, unit="mm", center_of_mass=CENTER)
-    by_topic, known = defaultdict(list), get_typestore(Stores.ROS2_JAZZY)
+    by_topic = defaultdict(list)
+    known = get_typestore(Stores.ROS2_JAZZY)
     with (tmp_path / "drop.mcap").open("rb") as stream:
         reader = make_reader(
             stream, validate_crcs=True, decoder_factories=[DecoderFactory()]

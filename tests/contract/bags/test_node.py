@@ -68,7 +68,8 @@ def camera_message(numbers):
         count=numbers,
         unclassified=2**40,
     )
-    message.header.stamp.sec, message.header.stamp.nanosec = 12, 34
+    message.header.stamp.sec = 12
+    message.header.stamp.nanosec = 34
     message.header.frame_id = "camera"
     return serialize_message(message)
 
@@ -115,7 +116,8 @@ def ask(client):
 @pytest.fixture(scope="module")
 def run(place, tmp_path_factory):
     """A run that ended well."""
-    folder, published = tmp_path_factory.mktemp("bags"), []
+    folder = tmp_path_factory.mktemp("bags")
+    published = []
     sent = [camera_message(numbers) for numbers in ([], [5], [1, 2, 3], [2**63, 0])]
     with cell_of(
         place[0],
@@ -302,12 +304,14 @@ class TestReaders:
         (file,) = files_of(run.bag)
         with file.open("rb") as stream:
             reader = make_reader(stream, validate_crcs=True)
-            header, summary = reader.get_header(), reader.get_summary()
+            header = reader.get_header()
+            summary = reader.get_summary()
         assert (header.profile, header.library.split()[0]) == ("ros2", "ros_pose_stats")
         assert summary.statistics.message_count == about["message_count"]
 
     def test_the_command_bag_says_it_all_also_while_it_is_written(self, run):
-        text, values = answer("bag", run.bag), answer_json("bag", run.bag)
+        text = answer("bag", run.bag)
+        values = answer_json("bag", run.bag)
         assert all(f"== {part_id} (" in text for part_id in FACTORS)
         jobs = {
             job["job_id"]: job["state"]

@@ -23,7 +23,8 @@ def only_file(folder):
 
 def test_cut_anywhere_the_whole_messages_before_it_are_read(tmp_path):
     file = only_file(write_run(tmp_path / "whole", closed=False))
-    content, seen = file.read_bytes(), []
+    content = file.read_bytes()
+    seen = []
     places = np.sort(np.random.default_rng(0).integers(0, len(content), 40))
     for place in places.tolist():
         (tmp_path / "cut.mcap").write_bytes(content[:place])
@@ -40,7 +41,9 @@ def test_cut_anywhere_the_whole_messages_before_it_are_read(tmp_path):
 
 def test_only_the_last_file_of_a_bag_is_cut(tmp_path):
     """Files are in the order of their numbers, not of their names."""
-    run, there, links = run_of_a_node(), tmp_path / "there", tmp_path / "links"
+    run = run_of_a_node()
+    there = tmp_path / "there"
+    links = tmp_path / "links"
     write_mcap(there / "bag_9.mcap", run[:8])
     last = write_mcap(there / "bag_10.mcap", run[8:])
     last.write_bytes(last.read_bytes()[: last.stat().st_size * 2 // 3])

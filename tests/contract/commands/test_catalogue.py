@@ -94,7 +94,8 @@ def home(tmp_path_factory):
 
 def set_parts(parts, late):
     """Put the parts there that are changed, removed and new, as they are early or late."""
-    old, new = parts / "a_removed.stl", parts / "a_new.stl"
+    old = parts / "a_removed.stl"
+    new = parts / "a_new.stl"
     write_stl(
         parts / "a_changed.stl",
         shapes.box(*((3.0, 3.5, 4.0) if late else (1.0, 2.0, 3.0))),

@@ -15,7 +15,8 @@ TABLES = "catalogue.csv", "poses.csv"
 @pytest.mark.long
 def test_the_tables_are_those_of_one_machine_although_a_worker_is_killed(tmp_path):
     pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
-    parts, out = tmp_path / "parts", tmp_path / "cluster"
+    parts = tmp_path / "parts"
+    out = tmp_path / "cluster"
     parts.mkdir()
     for k in range(120):
         write_stl(parts / f"box_{k}.stl", shapes.box(10.0, 20.0, 30.0 + k))

@@ -19,7 +19,8 @@ def test_the_object_is_the_librarys(box):
 
 def test_kicks_are_set_beside_dropping_again(box):
     feeding = answer_json("flips", *box, *KICKED)["feeding"]
-    again, kicked = feeding["dropped_again"], feeding["kicked"]
+    again = feeding["dropped_again"]
+    kicked = feeding["kicked"]
     assert again["per_minute"]["value"] == pytest.approx(
         60.0 * again["accepted"]["value"]
     )
@@ -88,7 +89,8 @@ def test_counted_flips_make_the_matrix_of_a_speed(box, tmp_path):
     )
     asked = *box, "--counts", file, "--flips", 50, "--seed", 1
     values = answer_json("flips", *asked)["speeds"]
-    part, slow = load_part(box[0], unit="mm"), np.zeros((6, 6), np.int64)
+    part = load_part(box[0], unit="mm")
+    slow = np.zeros((6, 6), np.int64)
     slow[2, [0, 2]] = 35, 10
     kicks = [
         simulate_flips(part, kick, 50, seed=1)

@@ -31,7 +31,8 @@ class Terminal(io.StringIO):
 
 def interrupted(words, *arguments):
     """Standard output and error of a command that Ctrl-C ends."""
-    out, terminal = io.StringIO(), Terminal(words)
+    out = io.StringIO()
+    terminal = Terminal(words)
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(terminal):
         assert cli.main([str(word) for word in arguments]) == 130
     assert terminal.words is None

@@ -163,7 +163,8 @@ def test_what_cannot_be_written_is_a_failure_in_one_line(box, capsys):
 @pytest.mark.parametrize("name", ["na\udcffme", "e\x1b[31mred\nline", "$\\foo$"])
 def test_a_part_of_any_name_is_printed_and_drawn(box, tmp_path, name):
     """Not UTF-8, an escape sequence, and what a picture would take for a formula."""
-    part, page = shutil.copy(box[0], tmp_path / f"{name}.stl"), tmp_path / "a.png"
+    part = shutil.copy(box[0], tmp_path / f"{name}.stl")
+    page = tmp_path / "a.png"
     page.symlink_to(page)
     head, *_ = answer(
         "feeding",

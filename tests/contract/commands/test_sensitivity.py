@@ -103,7 +103,8 @@ class TestTable:
 
     def test_a_single_wanted_pose_is_warned_about_as_an_estimate_does(self, box):
         asked = "sensitivity", box[0], "--wanted", 2, "--checks", 0
-        text, warnings = answer(*asked), answer_json(*asked)["warnings"]
+        text = answer(*asked)
+        warnings = answer_json(*asked)["warnings"]
         assert "\nbox: wanted pose 2: " in text and "\nreleased 539 mm above a " in text
         assert [line.partition(":")[0] for line in warnings] == [
             "UNIT_GUESSED",

@@ -64,9 +64,13 @@ class StepText:
 
     def solid(self, disc):
         x0, y0, z0 = disc.center
-        faces, below, above = [], [], []
+        faces = []
+        below = []
+        above = []
         for k, (x, y, radius) in enumerate([(0.0, 0.0, disc.radius), *disc.holes]):
-            x, y, rim = x0 + x, y0 + y, k == 0
+            x = x0 + x
+            y = y0 + y
+            rim = k == 0
             low, start = self.circle(x, y, z0, radius)
             high, end = self.circle(x, y, z0 + disc.height, radius)
             seam = self.upright(x + radius, y, z0, start, end)
@@ -164,7 +168,8 @@ def step_part(*discs, unit="mm"):
 def step_assembly(disc, places):
     """An assembly of the same disc at several places, given as (origin, x axis, z axis)."""
     step = StepText()
-    context, here = step.context("mm"), step.axes(0.0, 0.0, 0.0)
+    context = step.context("mm")
+    here = step.axes(0.0, 0.0, 0.0)
     shape = step.add(
         f"ADVANCED_BREP_SHAPE_REPRESENTATION('',({here},{step.solid(disc)}),{context})"
     )

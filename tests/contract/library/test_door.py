@@ -16,7 +16,8 @@ from tests.bodies import REGULAR_SOLIDS, moved, rotation, shapes
 from tests.running import refusal_of
 
 VERTICES, TRIANGLES = shapes.box(1.0, 2.0, 3.0)
-EYE, HUGE = np.eye(3), 10**400
+EYE = np.eye(3)
+HUGE = 10**400
 
 
 def refused(vertices=VERTICES, triangles=TRIANGLES, **options):

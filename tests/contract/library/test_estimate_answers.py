@@ -36,7 +36,8 @@ class TestMethods:
             assert found.part_digest == polyhedron.digest
 
     def test_the_default_is_the_best_and_says_so(self, polyhedron):
-        found, same = estimate(polyhedron), estimate(polyhedron, "auto")
+        found = estimate(polyhedron)
+        same = estimate(polyhedron, "auto")
         assert found.method == same.method == auto(polyhedron).method == "hybrid"
         assert found.choice == same.choice and "no target error" in found.choice
 
@@ -68,8 +69,10 @@ class TestErrors:
     def test_the_errors_of_the_poses_are_the_expected_one(self, polyhedron, method):
         """Intervals are a common multiple of them, cut off at 0 and 1; one bound holds all."""
         found = estimate(polyhedron, method, cluster_tolerance=0.0)
-        p, errors = field(found, "probability"), field(found, "standard_error")
-        low, high = field(found, "probability_low"), field(found, "probability_high")
+        p = field(found, "probability")
+        errors = field(found, "standard_error")
+        low = field(found, "probability_low")
+        high = field(found, "probability_high")
         assert math.sqrt(np.mean(errors**2)) == pytest.approx(
             found.expected_error, rel=1e-12
         )

@@ -54,7 +54,8 @@ def test_every_format_gives_the_mesh_back(tmp_path, block, kind):
     "suffix", ["obj", pytest.param("3mf", marks=pytest.mark.long), "stl", "ply"]
 )
 def test_the_objects_of_a_scene_are_put_in_place(tmp_path, block, suffix):
-    scene, path = trimesh.Scene(), tmp_path / f"two.{suffix}"
+    scene = trimesh.Scene()
+    path = tmp_path / f"two.{suffix}"
     scene.add_geometry(block, node_name="one", geom_name="block")
     move = trimesh.transformations.translation_matrix((100, 0, 0))
     scene.add_geometry(block, node_name="two", geom_name="block", transform=move)
@@ -140,7 +141,8 @@ def test_a_small_file_that_stands_for_far_too_much_is_refused(tmp_path, objects,
 def test_an_ascii_stl_of_several_solids_is_one_part_and_none_of_them_may_be_cut(
     tmp_path, block
 ):
-    other, path = block.copy(), tmp_path / "two.stl"
+    other = block.copy()
+    path = tmp_path / "two.stl"
     other.apply_translation((100, 0, 0))
     first, second = (mesh.export(file_type="stl_ascii") for mesh in (block, other))
     path.write_text(first + "\n" + second)
@@ -167,7 +169,9 @@ def test_obj_materials_and_polygons_neither_split_nor_reorder(tmp_path):
 
 def test_obj_faces_that_count_back_do_so_from_their_own_line(tmp_path, block):
     """Two objects, whose second numbers are those of the first, and end in texture corners."""
-    there, back, path = block.copy(), [], tmp_path / "two.obj"
+    there = block.copy()
+    back = []
+    path = tmp_path / "two.obj"
     there.apply_translation((100.0, 0.0, 0.0))
     for mesh in (block, there):
         back += [f"v {x} {y} {z}" for x, y, z in mesh.vertices]

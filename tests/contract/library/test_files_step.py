@@ -102,7 +102,8 @@ def test_several_solids_and_every_instance_of_an_assembly_are_in_their_places(tm
     )
     assert (two.part_id, two.warnings) == ("two", ())
     assert two.center_of_mass / 0.0254 == pytest.approx([2.0, 0.0, (0.1 + 2 * 0.2) / 3])
-    upright, lying = ((1, 0, 0), (0, 0, 1)), ((0, 1, 0), (1, 0, 0))
+    upright = ((1, 0, 0), (0, 0, 1))
+    lying = ((0, 1, 0), (1, 0, 0))
     part = load_part(
         written(
             tmp_path / "assembly.step",
@@ -134,7 +135,8 @@ def test_what_is_no_step_file_is_refused_in_one_line(tmp_path, capfd):
 
 @pytest.mark.long
 def test_whatever_is_lost_it_ends_nothing_but_its_file(tmp_path, capfd):
-    path, lines = tmp_path / "damaged.step", WHOLE.splitlines()
+    path = tmp_path / "damaged.step"
+    lines = WHOLE.splitlines()
     empty = "ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\nENDSEC;\nEND-ISO-10303-21;\n"
     for text in (
         "hello",

@@ -115,10 +115,8 @@ def test_defaults_are_those_of_the_contract(part):
 class TestScene:
     @pytest.mark.parametrize("method", ["area", "csae", "adre", "pqse", "combined"])
     def test_methods_ignore_what_they_are_blind_to(self, part, method):
-        plain, other = (
-            estimate(part, method),
-            estimate(part, method, restitution=0.9, drop_height=3.0),
-        )
+        plain = estimate(part, method)
+        other = estimate(part, method, restitution=0.9, drop_height=3.0)
         assert [pose.probability for pose in other.poses] == [
             pose.probability for pose in plain.poses
         ]

@@ -42,7 +42,8 @@ def test_a_mesh_of_lists_of_whole_floats_and_of_masked_arrays_without_a_mask_is_
 
 def test_only_vertices_of_triangles_count():
     lone = np.vstack((VERTICES, np.full(3, 1e9)))
-    part, whole = part_from_mesh(lone, TRIANGLES), part_from_mesh(*BOX)
+    part = part_from_mesh(lone, TRIANGLES)
+    whole = part_from_mesh(*BOX)
     assert part.warnings == whole.warnings
     assert part.rounding == whole.rounding
     assert "outside" in refused(lone, TRIANGLES, [5.0, 0.0, 0.0])

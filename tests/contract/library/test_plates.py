@@ -9,7 +9,8 @@ from ros_pose_stats import estimate, load_part
 from tests.bodies import shapes, write_stl
 from tests.running import answer_json, call, refusal
 
-RESTITUTION, HEIGHT = 0.2, 0.02
+RESTITUTION = 0.2
+HEIGHT = 0.02
 SIZES = {"a": (20.0, 30.0, 12.0), "b": (10.0, 10.0, 7.5), "c": (16.0, 22.0, 20.0)}
 
 
@@ -57,7 +58,8 @@ def fit(table, *options):
 def fitted(folder):
     """What is printed for a plate, and the file, which was there before, as a link."""
     table = table_of(folder, "ac", 600, RESTITUTION, HEIGHT)
-    real, link = folder / "real.yaml", table.with_suffix(".yaml")
+    real = folder / "real.yaml"
+    link = table.with_suffix(".yaml")
     real.write_text("plates:\n  steel: {restitution: 0.2, note: by hand}\n")
     link.symlink_to(real)
     return fit(table), link
@@ -113,11 +115,10 @@ def test_a_plate_unlike_the_model_is_said_to_be_so(folder, fitted):
     ]
     for name in "ac":
         own = [row for row in rows if row[0] == f"{name}.stl"]
-        most, least = (
-            max(own, key=lambda row: int(row[2])),
-            min(own, key=lambda row: int(row[2])),
-        )
-        most[2], least[2] = str(int(most[2]) - 120), str(int(least[2]) + 120)
+        most = max(own, key=lambda row: int(row[2]))
+        least = min(own, key=lambda row: int(row[2]))
+        most[2] = str(int(most[2]) - 120)
+        least[2] = str(int(least[2]) + 120)
     moved.write_text("\n".join(map(",".join, rows)))
     found = fit(moved)
     assert found["p_value"] < 0.01 < fitted[0]["p_value"]

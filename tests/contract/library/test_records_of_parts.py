@@ -73,9 +73,11 @@ def test_a_part_without_a_name_is_called_by_its_digest():
 
 
 def test_arrays_are_its_own_and_cannot_be_written_to():
-    vertices, triangles = VERTICES.copy(), TRIANGLES.copy()
+    vertices = VERTICES.copy()
+    triangles = TRIANGLES.copy()
     part = part_from_mesh(vertices, triangles)
-    vertices[:], triangles[:] = 0.0, 0
+    vertices[:] = 0.0
+    triangles[:] = 0
     assert np.array_equal(part.vertices, VERTICES)
     assert np.array_equal(part.triangles, TRIANGLES)
     for name in (

@@ -31,7 +31,8 @@ def unlucky():
 def test_probabilities_and_errors_by_the_formulas_of_the_contract(part, unlucky, drops):
     """Jeffreys' intervals of 90 %, and errors that are not 0 where a pose was never met."""
     found = simulate(part, drops, RESTITUTION, 2) if drops else unlucky
-    count, settled = by_index(found, "count"), found.drops - found.unsettled
+    count = by_index(found, "count")
+    settled = found.drops - found.unsettled
     assert count.sum() == settled
     assert by_index(found, "probability").tolist() == (count / settled).tolist()
     q = (count + 0.5) / (settled + 0.5 * len(count))
@@ -40,7 +41,8 @@ def test_probabilities_and_errors_by_the_formulas_of_the_contract(part, unlucky,
     assert found.expected_error == pytest.approx(
         math.sqrt((errors**2).mean()), rel=1e-12
     )
-    a, b = count + 0.5, settled - count + 0.5
+    a = count + 0.5
+    b = settled - count + 0.5
     low = np.where(count == 0, 0.0, beta.ppf(0.05, a, b))
     high = np.where(count == settled, 1.0, beta.ppf(0.95, a, b))
     assert by_index(found, "probability_low") == pytest.approx(low, abs=1e-9)

@@ -40,7 +40,10 @@ def film(request, tmp_path_factory):
         folder / "drop.mcap",
     )
     types = get_typestore(Stores.ROS2_JAZZY)
-    seconds, places, turns, energies = [], [], [], []
+    seconds = []
+    places = []
+    turns = []
+    energies = []
     with (folder / "drop.mcap").open("rb") as stream:
         for schema, channel, message in make_reader(stream).iter_messages(
             topics=["/tf", "/drop/energy"]

@@ -10,7 +10,8 @@ from ros_pose_stats import part_from_mesh, record_drop, resting_poses, simulate
 from tests.bodies import counts, random_polyhedron
 from tests.running import refusal_of
 
-NAN, INF = float("nan"), float("inf")
+NAN = float("nan")
+INF = float("inf")
 
 
 @pytest.fixture(scope="module")
@@ -76,7 +77,8 @@ def test_workers_that_cannot_all_be_started_do_not_go_on(part, monkeypatch):
 
 
 def test_a_fresh_seed_can_be_used_again(part):
-    found, other = simulate(part, 500), simulate(part, 500)
+    found = simulate(part, 500)
+    other = simulate(part, 500)
     assert found.seed != other.seed
     assert counts(simulate(part, 500, seed=found.seed)) == counts(found)
 

@@ -85,7 +85,8 @@ def test_counts_that_cannot_be_compared_are_recorded_and_told(node, tuned, model
 def test_each_part_seen_is_counted_in_its_pose(node, tuned, model):
     """Whatever its yaw, and though it leans a little."""
     poses = {pose.index: pose for pose in model.poses}
-    first, last = min(poses), max(poses)
+    first = min(poses)
+    last = max(poses)
     unknown = Pose(orientation=Quaternion(x=math.nan, y=0.0, z=0.0, w=0.0))
     yaws = np.linspace(-3.0, 3.0, 7).tolist()
     message = picture(
@@ -111,7 +112,8 @@ def test_a_best_effort_camera_is_heard_and_a_reliable_one_once(node, tuned, mode
     eager = tuned.node.create_publisher(
         ObservedParts, f"{tuned.prefix}/observed_parts", qos_profile_sensor_data
     )
-    message, polls = picture(model.part_id, lying(model.poses[0])), itertools.count()
+    message = picture(model.part_id, lying(model.poses[0]))
+    polls = itertools.count()
     # Sent again, for the node may not know the camera yet; the same message counts once.
     until(
         lambda: (
@@ -137,7 +139,8 @@ def test_the_height_that_the_node_was_told_and_the_flip_go_along(node, tuned, mo
 
 
 def test_what_cannot_be_counted_is_refused_and_the_next_one_served(node, tuned, model):
-    pose, long = lying(model.poses[0]), lying(model.poses[0])
+    pose = lying(model.poses[0])
+    long = lying(model.poses[0])
     for axis in "xyzw":
         setattr(long.orientation, axis, 2.0 * getattr(long.orientation, axis))
     seen = {
@@ -151,7 +154,8 @@ def test_what_cannot_be_counted_is_refused_and_the_next_one_served(node, tuned, 
         "length 2 in row 1": picture(model.part_id, pose, long),
         "frame 'table'": picture(model.part_id, pose, frame="camera_optical_frame"),
     }
-    camera, health = seeing(tuned), Health(tuned)
+    camera = seeing(tuned)
+    health = Health(tuned)
     before = int(health.line("parts")[1]["refused"])
     for said, message in seen.items():
         camera.publish(message)
@@ -165,8 +169,10 @@ def test_what_cannot_be_counted_is_refused_and_the_next_one_served(node, tuned, 
 
 def test_what_comes_faster_than_it_can_be_recorded_is_told_as_lost(node, tuned, model):
     """While the node stands still; messages of other tests blur the number a bit."""
-    pose, health = lying(model.poses[0]), Health(tuned)
-    eyes, counter = seeing(tuned), counting(tuned)
+    pose = lying(model.poses[0])
+    health = Health(tuned)
+    eyes = seeing(tuned)
+    counter = counting(tuned)
 
     def both_known():  # what a publisher sends before the node has found it is lost in silence
         counter.publish(counted(model, [7]))
@@ -205,7 +211,8 @@ RECENT = 400
 
 
 def test_counts_sharpen_what_is_latched(tuned, model):
-    camera, before = counting(tuned), latched(tuned, model.part_id)
+    camera = counting(tuned)
+    before = latched(tuned, model.part_id)
     camera.publish(counted(model, [3, 7]))
     first = learnt(tuned, model.part_id, 10)
     assert (first.method, first.drops, first.final) == ("observed", 0, True)
@@ -228,7 +235,8 @@ def test_counts_sharpen_what_is_latched(tuned, model):
 
 def test_a_message_counts_once_however_often_it_comes(node, tuned, model):
     """Stamp and content tell that it is the same; a played bag brings the bytes again."""
-    camera, message = counting(tuned), counted(model, [30, 70])
+    camera = counting(tuned)
+    message = counted(model, [30, 70])
     camera.publish(*[message] * 3)
     learnt(tuned, model.part_id, 100)
     camera.publish(message, counted(model, [30, 70]))
@@ -325,7 +333,9 @@ def test_counts_go_on_where_the_plate_brings_its_round_sides(tuned, tmp_path):
 
 def test_a_cell_that_changes_is_told_and_one_that_does_not_is_not(tuned, model):
     """By chance alone it alarms once in some hundred thousand parts."""
-    camera, health, random = counting(tuned), Health(tuned), np.random.default_rng(1)
+    camera = counting(tuned)
+    health = Health(tuned)
+    random = np.random.default_rng(1)
 
     def drop(parts, shares):
         for _ in range(parts // 50):

@@ -22,7 +22,9 @@ def processor_seconds(pid):
 
 def test_five_lines_once_a_second_and_an_idle_node_hardly_computes(cell, shared_node):
     """A loop that waits for nothing would take a second a second, here it is a fiftieth."""
-    began, heard, health = time.time(), [], Health(cell)
+    began = time.time()
+    heard = []
+    health = Health(cell)
     known_part(cell)
 
     def take(message):
@@ -59,11 +61,9 @@ def test_five_lines_once_a_second_and_an_idle_node_hardly_computes(cell, shared_
 
 
 def test_queue_running_job_and_flips(cell):
-    goals, health, part_id = (
-        Goals(cell, "simulate_flips"),
-        Health(cell),
-        known_part(cell),
-    )
+    goals = Goals(cell, "simulate_flips")
+    health = Health(cell)
+    part_id = known_part(cell)
     jobs = [start(cell, part_id, LONG, seed=seed) for seed in (1, 2, 3)]
     sent = [
         goals.send(part_id=part_id, kick_height=0.012, drops=500_000, seed=seed)
@@ -92,7 +92,9 @@ def test_queue_running_job_and_flips(cell):
 
 
 def test_what_is_refused_or_comes_in_floods_is_a_warning(tuned, node):
-    publisher, health, part_id = MeshPublisher(tuned).matched(), Health(tuned), new_id()
+    publisher = MeshPublisher(tuned).matched()
+    health = Health(tuned)
+    part_id = new_id()
     before = int(health.line("parts")[1]["refused"])
     publisher.publish(flat((0.0 * WEDGE[0], WEDGE[1]), "crushed"))
     for number in range(

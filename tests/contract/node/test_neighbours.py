@@ -33,7 +33,9 @@ from .harness.parts import (
 )
 from .harness.slow import memory, standing
 
-PUBLISHED, ASKED, AT_ONCE = 120, 30, 30
+PUBLISHED = 120
+ASKED = 30
+AT_ONCE = 30
 MEGABYTE = 2**20
 MOST_GROWTH = 200 * MEGABYTE
 LONGEST_LINE = 2500
@@ -121,11 +123,10 @@ def sound_messages(client, kind):
 
 
 def test_published_bytes_with_something_wrong(node, client):
-    random, health = Random(1), Health(client)
-    before, size = (
-        int(health.line("parts")[1]["refused"]),
-        memory(node.process.pid, "VmHWM"),
-    )
+    random = Random(1)
+    health = Health(client)
+    before = int(health.line("parts")[1]["refused"])
+    size = memory(node.process.pid, "VmHWM")
     known = MeshPublisher(client).matched()
     for kind, topic in TOPICS.items():
         publisher = MeshPublisher(client, topic, kind).matched()
@@ -181,10 +182,8 @@ def test_claims_of_gigabytes_cost_no_memory(node, client):
         ],
     }
     health = Health(client)
-    before, size = (
-        int(health.line("parts")[1]["refused"]),
-        memory(node.process.pid, "VmHWM"),
-    )
+    before = int(health.line("parts")[1]["refused"])
+    size = memory(node.process.pid, "VmHWM")
     for kind, messages in claims.items():
         MeshPublisher(client, TOPICS[kind], kind).matched().publish(*messages)
     sent = len({(kind, len(message)) for kind in claims for message in claims[kind]})
@@ -244,7 +243,8 @@ def assert_line(answer):
     ],
 )
 def test_odd_requests(client, name):
-    random, kind = Random(1), client.service(name).srv_type.Request
+    random = Random(1)
+    kind = client.service(name).srv_type.Request
     answers = [wait_for(client.send(name, **asked(kind, random))) for _ in range(ASKED)]
     for answer in answers:
         assert_line(answer)

@@ -56,7 +56,8 @@ class TestRefusals:
     def test_both_bounds_are_allowed_and_what_is_beyond_is_not(self, tuned, name):
         (described,) = tuned.call("describe_parameters", names=[name]).descriptors
         [bounds] = [*described.floating_point_range, *described.integer_range]
-        low, high = bounds.from_value, bounds.to_value
+        low = bounds.from_value
+        high = bounds.to_value
         step = 1 if isinstance(low, int) else 1e-6 * max(1.0, abs(high))
         for value in (low - step, high + step):
             assert_refused(tuned, name, value, str(value))

@@ -20,7 +20,9 @@ from .harness.slow import standing
 
 KICK = 0.012
 POSES = len(estimate(library_part(WEDGE)).poses)
-WANTED, RATE, CYCLE = [0, 2], 40.0, 0.5
+WANTED = [0, 2]
+RATE = 40.0
+CYCLE = 0.5
 ASKED = {"wanted": WANTED, "rate": RATE, "cycle_time": CYCLE}
 
 
@@ -105,7 +107,8 @@ class TestFlips:
         assert again.transition == answer.transition and again.flips != answer.flips
 
     def test_those_of_a_goal_serve_if_they_are_enough(self, cell):
-        part_id, goals = known_part(cell), Goals(cell, "simulate_flips")
+        part_id = known_part(cell)
+        goals = Goals(cell, "simulate_flips")
         asked = {"part_id": part_id, "kick_height": 3 * KICK, **ASKED}
         goals.send(part_id=part_id, kick_height=3 * KICK, drops=1, seed=5).result()
         few = cell.good("feeding", **asked)
@@ -119,7 +122,8 @@ class TestFlips:
 
     def test_neither_drops_nor_goals_are_in_the_way(self, cell):
         """Both run for minutes meanwhile, and go on afterwards."""
-        part_id, goals = known_part(cell), Goals(cell, "simulate_flips")
+        part_id = known_part(cell)
+        goals = Goals(cell, "simulate_flips")
         job_id = start(cell, part_id, LONG)
         goal = goals.send(part_id=part_id, kick_height=KICK, drops=LONG // 10)
         goal.first_feedback()
@@ -263,7 +267,8 @@ class TestPlan:
 
     def test_a_part_of_many_triangles_is_planned_too(self, cell):
         """In a process of its own."""
-        surface, part_id = WEDGE, new_id()
+        surface = WEDGE
+        part_id = new_id()
         for _ in range(5):
             surface = trimesh.remesh.subdivide(*surface)
         cell.good("estimate", part=flat(surface, part_id))
@@ -351,7 +356,10 @@ def test_where_every_pose_is_wanted_there_is_nothing_to_do(cell):
     )
 
 
-OUTER, INNER, HIGH, SIDES = 0.02, 0.008, 0.01, 64
+OUTER = 0.02
+INNER = 0.008
+HIGH = 0.01
+SIDES = 64
 POLYGON = 0.5 * SIDES * math.sin(2.0 * math.pi / SIDES)
 """Area of a regular polygon over that of its circle's squared radius."""
 

@@ -174,8 +174,10 @@ def test_stamps_are_those_of_the_clock_that_stands_until_somebody_publishes_it(o
 
 def test_what_rclpy_itself_cannot_take_ends_nothing(node_of, client_of):
     """A negative time, a value of no type, and goals whose client cannot hear."""
-    node, client = node_of(use_sim_time=True).ready(), client_of()
-    part_id, action = known_part(client), SimulateDrops.Impl.SendGoalService
+    node = node_of(use_sim_time=True).ready()
+    client = client_of()
+    part_id = known_part(client)
+    action = SimulateDrops.Impl.SendGoalService
     deaf = client.node.create_client(
         action,
         f"{client.prefix}/simulate_drops/_action/send_goal",
@@ -187,7 +189,8 @@ def test_what_rclpy_itself_cannot_take_ends_nothing(node_of, client_of):
         "a job",
     )
     clock = client.node.create_publisher(Clock, "/clock", 1)
-    negative, goes_on = Clock(clock=Time(sec=-5)), "the node goes on: ValueError: "
+    negative = Clock(clock=Time(sec=-5))
+    goes_on = "the node goes on: ValueError: "
     until(
         lambda: (
             clock.publish(negative) or f"{goes_on}Seconds value must not" in node.log
@@ -307,7 +310,8 @@ def test_a_state_file_that_is_not_to_be_touched_is_refused(
 @pytest.fixture(scope="module")
 def ended(domain, tmp_path_factory):
     """A node that was ended with its hands full; its folder, and what it told its clients."""
-    folder, told = tmp_path_factory.mktemp("bags"), {}
+    folder = tmp_path_factory.mktemp("bags")
+    told = {}
     with cell_of(domain, folder, "ended", refine_drops=LONG) as (node, client):
         part_id = known_part(client)
         until(

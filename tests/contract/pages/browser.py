@@ -43,10 +43,12 @@ class Browser:
     def __init__(self, profile):
         to_child, ours_out = os.pipe()
         ours_in, from_child = os.pipe()
-        self._out, self._in = ours_out, ours_in
+        self._out = ours_out
+        self._in = ours_in
 
         def place():  # Chromium reads from 3 and writes to 4
-            first, second = os.dup(to_child), os.dup(from_child)
+            first = os.dup(to_child)
+            second = os.dup(from_child)
             os.dup2(first, 3)
             os.dup2(second, 4)
 
@@ -60,8 +62,12 @@ class Browser:
         )
         os.close(to_child)
         os.close(from_child)
-        self._rest, self._number, self._session = b"", 0, None
-        self.requests, self.complaints, self._loaded = [], [], False
+        self._rest = b""
+        self._number = 0
+        self._session = None
+        self.requests = []
+        self.complaints = []
+        self._loaded = False
         targets = self.ask("Target.getTargets")["targetInfos"]
         page = next(one["targetId"] for one in targets if one["type"] == "page")
         self._session = self.ask("Target.attachToTarget", targetId=page, flatten=True)[

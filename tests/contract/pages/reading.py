@@ -37,8 +37,10 @@ class Page(HTMLParser):
     def __init__(self, file):
         super().__init__()
         self.source = file.read_text(encoding="utf-8")
-        self.addresses, self.pictures = [], []
-        self._texts, self._open = [], []
+        self.addresses = []
+        self.pictures = []
+        self._texts = []
+        self._open = []
         self.feed(self.source)
         assert self._open == []
         self.text = " ".join(" ".join(self._texts).replace("\xa0", " ").split())

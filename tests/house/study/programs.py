@@ -45,7 +45,8 @@ def refused(*arguments):
 
 def lab(name, *arguments):
     """What a program of the lab prints: `benchmarks.core` and the like."""
-    out, words = io.StringIO(), sys.argv
+    out = io.StringIO()
+    words = sys.argv
     sys.argv = ["program", *map(str, arguments)]
     try:
         with contextlib.redirect_stdout(out):

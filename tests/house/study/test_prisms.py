@@ -37,7 +37,8 @@ def results(tmp_path_factory):
 def test_solid_angles_and_areas_in_closed_form(results):
     """Every face is stable, so that the quasi-static estimate is the solid angle."""
     ratios = np.array(results["ratios"])
-    half, above = 0.5, 0.5 * ratios
+    half = 0.5
+    above = 0.5 * ratios
     square = 4.0 * np.arctan(half**2 / (above * np.sqrt(above**2 + 2.0 * half**2)))
     sides = 1.0 - 2.0 * square / (4.0 * np.pi)
     for name in ("csae", "qse"):

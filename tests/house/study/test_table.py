@@ -125,7 +125,8 @@ class TestPaper:
         ids=str,
     )
     def test_another_implementation_has_the_same_figures(self, key):
-        results, known = table(*key), OTHER[key]
+        results = table(*key)
+        known = OTHER[key]
         # Its drops are as few as the first hundred, its bodies others.
         pairs = {
             "sensitivity": [results["sensitivity"]] * 2,
@@ -301,10 +302,8 @@ class TestRefusals:
         some = first(bodies, 2)
         even = 1.0 / some.arrays["poses"][some.body]
         (tmp_path / "text.npz").write_text("no archive")
-        count, center = (
-            some.arrays["count"].copy(),
-            some.arrays["center_of_mass"] + 0.01,
-        )
+        count = some.arrays["count"].copy()
+        center = some.arrays["center_of_mass"] + 0.01
         count[0, 0, 0] += 1
         newer = some._replace(schema={**some.schema, "format_version": 99})
         for file, said in (

@@ -93,7 +93,9 @@ def test_too_far_is_refused(space):
 def test_estimates_of_a_stretched_box_have_closed_forms(space):
     """`area`: its area's share; `csae`: a rectangle's solid angle, 4 atan(ab / c |(a, b, c)|)."""
     part = space.change_one(5, 0.1).part
-    a, b, c = 0.5 * SIZES[0], 0.5 * SIZES[1], 0.55 * SIZES[2]
+    a = 0.5 * SIZES[0]
+    b = 0.5 * SIZES[1]
+    c = 0.55 * SIZES[2]
     for method, share in (
         ("area", 0.5 * a * b / (a * b + b * c + c * a)),
         ("csae", math.atan(a * b / (c * math.hypot(a, b, c))) / math.pi),
@@ -107,7 +109,8 @@ def test_a_part_with_rounded_edges_and_holes_keeps_its_own_mass_properties():
     same = space_of(part).change_one(0, 0.0).part
     np.testing.assert_allclose(same.center_of_mass, part.center_of_mass, atol=1e-12)
     np.testing.assert_allclose(same.inertia, part.inertia, rtol=1e-9, atol=1e-16)
-    before, after = estimate(part, "split"), estimate(same, "split")
+    before = estimate(part, "split")
+    after = estimate(same, "split")
     assert [pose.index for pose in before.poses] == [pose.index for pose in after.poses]
     np.testing.assert_allclose(
         [pose.probability for pose in after.poses],

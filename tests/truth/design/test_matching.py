@@ -9,7 +9,8 @@ from ros_pose_stats import compare, part_from_mesh, resting_poses, shift_center
 from ros_pose_stats.shapes.demo_parts import DEMO_PARTS
 from tests.bodies import moved, random_polyhedron, rotation, shapes
 
-CUBE, NEAR_CUBE = shapes.box(16.0, 16.0, 16.0), shapes.box(16.0, 16.0, 15.52)
+CUBE = shapes.box(16.0, 16.0, 16.0)
+NEAR_CUBE = shapes.box(16.0, 16.0, 15.52)
 
 
 def clamp(*factors):
@@ -46,7 +47,8 @@ class TestInOneFrame:
     def test_poses_are_followed_whatever_their_numbers(self):
         other = clamp(1.08, 1.0, 1.0)
         _, pairs = matched(clamp(), other)
-        first, second = downs_of(clamp()), downs_of(other)
+        first = downs_of(clamp())
+        second = downs_of(other)
         for (one,), (partner,) in pairs:
             assert first[one] @ second[partner] > math.cos(math.radians(10.0))
         assert not same_numbers(pairs)  # two have changed places
@@ -94,7 +96,8 @@ class TestInOneFrame:
 class TestTurnedInTheFile:
     @pytest.mark.parametrize("seed", range(3))
     def test_the_turn_of_the_same_body(self, seed):
-        surface, turn = random_polyhedron(9, seed), rotation(seed)
+        surface = random_polyhedron(9, seed)
+        turn = rotation(seed)
         how, pairs = matched(surface, moved(surface, turn, (1.0, 2.0, 3.0)))
         assert how.turn == pytest.approx(turn, abs=1e-6) and how.same_body
         assert same_numbers(pairs) and not alone(pairs)

@@ -65,7 +65,8 @@ def test_rolled_dice():
     near = np.array(
         [DICE[j].ratio / DICE[i].ratio < 1.35 for i, j in zip(one, other, strict=True)]
     )
-    one, other = one[near], other[near]
+    one = one[near]
+    other = other[near]
     apart = model[other] - model[one]
     error = np.mean((real[other] - real[one] - apart) ** 2 - noise[one] - noise[other])
     measured = math.sqrt(max(error, 0.0) / np.mean(apart**2))
@@ -84,7 +85,8 @@ def random_variants(random, number):
         else shapes.box(*random.uniform(0.6, 1.4, 3))
     )
     part = part_from_mesh(*surface)
-    amounts, stretch = np.exp(random.uniform(*np.log([0.005, 0.06]), 2)), np.ones(3)
+    amounts = np.exp(random.uniform(*np.log([0.005, 0.06]), 2))
+    stretch = np.ones(3)
     stretch[number % 3] += amounts[0]
     offset = random.normal(size=3)
     shift = (
@@ -101,7 +103,10 @@ def random_variants(random, number):
 def test_simulated_plates():
     """Differences on a plate of another restitution and drop height, small and large, are as far
     off those of the model as is told, for the plate's own error of single shares."""
-    random, beyond, sizes, drops = np.random.default_rng(7), [], [], 5000
+    random = np.random.default_rng(7)
+    beyond = []
+    sizes = []
+    drops = 5000
     for number in range(40):
         variants = random_variants(random, number)
         radius = resting_poses(variants[0]).body.radius

@@ -97,11 +97,9 @@ def test_drops_agree_with_the_slopes_that_they_check():
 def test_the_first_line_is_as_sure_as_it_says(gain, right):
     """Of steps that gain alike, checked 600 times: without a gain one is said to gain in 5 %, of 3
     points the interval holds in 90 %."""
-    found, random, kept = (
-        sensitivity(CLAMP, [0], checks=0),
-        np.random.default_rng(1),
-        [],
-    )
+    found = sensitivity(CLAMP, [0], checks=0)
+    random = np.random.default_rng(1)
+    kept = []
     for _ in range(600):
         ends = [
             random.choice(3, 2000, p=(0.86 - gain, 0.07, 0.07 + gain))
@@ -142,7 +140,8 @@ class TestSuggestion:
         part = suggested.changed.part
         corners = part.surface_vertices
         np.testing.assert_allclose(part.center_of_mass, 0.0, atol=1e-9)
-        cosine, sine = 0.5, math.sqrt(0.75)
+        cosine = 0.5
+        sine = math.sqrt(0.75)
         for turn in (
             [(cosine, -sine, 0), (sine, cosine, 0), (0, 0, 1)],
             [(1, 0, 0), (0, -1, 0), (0, 0, -1)],

@@ -15,7 +15,8 @@ from tests.bodies import (
 )
 
 SIDE = 0.016
-SHOWN, NONE_SHOWN = "difference shown", "none shown"
+SHOWN = "difference shown"
+NONE_SHOWN = "none shown"
 
 
 def exported(surface, seed):

@@ -76,7 +76,8 @@ class Corners:
         return event.angular_velocity * self.unit
 
     def energy(self, event):
-        w, v = self.spin(event), self.velocity(event)
+        w = self.spin(event)
+        v = self.velocity(event)
         return event.height / self.radius + v * v / 2.0 + w @ self.moment @ w / 2.0
 
     def lost_at_impact(self, event, restitution):

@@ -114,7 +114,8 @@ def test_first_events(case):
     """
     name, restitution, height, seed = case
     points, inertia, radius = scaled(bodies()[name])
-    start, unit = direction(seed), np.sqrt(radius / GRAVITY)
+    start = direction(seed)
+    unit = np.sqrt(radius / GRAVITY)
     found = record_drop(
         bodies()[name],
         start=start,
@@ -159,7 +160,8 @@ def test_whole_drops(name, restitution):
     """It comes to rest on the face of the pose that a drop is counted in."""
     part = bodies()[name]
     points, inertia, radius = scaled(part)
-    poses, rested = resting_poses(part, 0.0, 0).poses, 0
+    poses = resting_poses(part, 0.0, 0).poses
+    rested = 0
     for drop in range(3):
         found = record_drop(
             part, drop, restitution, 3, 3.0 * radius, interval=1e6, **EXACT

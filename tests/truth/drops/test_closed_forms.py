@@ -67,7 +67,8 @@ def tipping_time(length, inertia, first, last):
     """
     s, weights = np.polynomial.legendre.leggauss(60)
     top = np.sqrt(last - first)
-    s, weights = (s + 1.0) * top / 2.0, weights * top / 2.0
+    s = (s + 1.0) * top / 2.0
+    weights = weights * top / 2.0
     angle = first + s**2
     fallen = 2.0 * length * np.sin((angle + first) / 2.0) * np.sin(s**2 / 2.0)
     return weights @ (
@@ -104,7 +105,8 @@ def test_tipping_on_an_edge():
 @pytest.mark.parametrize("restitution", [0.2, 0.5, 0.8])
 def test_energy_lost_in_impacts(restitution):
     """(1 - ρ²)/2 m_eff u² at each single one, with u = -(velocity after) / ρ."""
-    part, seen = part_from_mesh(*random_polyhedron(10, 5)), 0
+    part = part_from_mesh(*random_polyhedron(10, 5))
+    seen = 0
     for trajectory, corners in recordings(part, restitution, 5, **EXACT):
         for before, event in impacts_of(trajectory):
             lost = corners.energy(before) - corners.energy(event)

@@ -24,7 +24,8 @@ from tests.truth.drops.recorded import (
     with_corners,
 )
 
-BOX, HEXAGON = shapes.box(1.0, 2.0, 3.0), shapes.prism(6, 1.0, 0.8)
+BOX = shapes.box(1.0, 2.0, 3.0)
+HEXAGON = shapes.prism(6, 1.0, 0.8)
 FLAT_SIDED = {
     "cube": shapes.box(2.0, 2.0, 2.0),
     "plate": shapes.box(2.0, 2.0, 0.1),
@@ -102,7 +103,8 @@ def test_both_ends_of_a_short_edge_let_go_together():
 @pytest.mark.parametrize("length", [1e-4, 1e-7])
 def test_sliding_on_a_short_edge(length):
     """Released with the ridge on the plate it tips about it and keeps its energy."""
-    part, start = part_from_mesh(*roof(length)), (0.0, 0.05, 1.0)
+    part = part_from_mesh(*roof(length))
+    start = (0.0, 0.05, 1.0)
     assert (
         simulate(part, restitution=0.0, starts=[start], drop_height=0.01).unsettled == 0
     )

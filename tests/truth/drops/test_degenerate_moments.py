@@ -77,7 +77,8 @@ def test_below_the_plate_on_the_way_up_is_no_contact(body, restitution):
     rising = 0
     for trajectory, corners in recordings(body, restitution, 40):
         for event in trajectory.events:
-            heights, velocities = corners.heights(event), corners.velocities(event)
+            heights = corners.heights(event)
+            velocities = corners.velocities(event)
             rising += ((heights < 0.0) & (velocities > 1e-6)).sum()
             if event.kind == "arrival":
                 assert (

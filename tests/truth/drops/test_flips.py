@@ -24,11 +24,14 @@ class Kicks:
         body = drop_body(part, DropScene(cluster_tolerance=0.0, round_sides=0))
         states = flips.Kicks(body, height).states(seed, 0, count)
         self.poses = np.arange(count) % len(body.resting.poses)
-        self.radius, self.resting = body.resting.body.radius, body.resting
+        self.radius = body.resting.body.radius
+        self.resting = body.resting
         self.points = (part.surface_vertices - part.center_of_mass) / self.radius
         self.inertia = part.inertia / part.mass / self.radius**2
-        self.height, self.velocity = states[:, 0], states[:, 1]
-        self.up, self.spin = states[:, 2:5] @ body.axes.T, states[:, 5:8] @ body.axes.T
+        self.height = states[:, 0]
+        self.velocity = states[:, 1]
+        self.up = states[:, 2:5] @ body.axes.T
+        self.spin = states[:, 5:8] @ body.axes.T
 
     def at(self):
         """Points (n, 3) where the plate hits: I w = v (r x up), and r lies on the plate."""
@@ -93,7 +96,9 @@ def test_points_are_uniform_on_the_contact_polygon():
 )
 def test_whole_flips_against_another_solver(restitution, kick):
     """One out of each pose, through some ten events: the pose of the matrix is theirs."""
-    part, seed, rested = part_from_mesh(*random_polyhedron(6, 1)), 1, 0
+    part = part_from_mesh(*random_polyhedron(6, 1))
+    seed = 1
+    rested = 0
     kicks = Kicks(part, kick, seed, len(simulate_flips(part, 0.0, 1, **EXACT).poses))
     found = simulate_flips(part, kick * kicks.radius, 1, restitution, seed, **EXACT)
     downs = np.array([pose.down for pose in found.poses])

@@ -154,7 +154,8 @@ def test_a_recorded_drop_is_that_of_the_run(name):
 @pytest.mark.parametrize("restitution", [0.0, 0.2, 0.5, 0.8])
 def test_a_drop_goes_on_to_rest_in_the_pose_that_was_certain_before(name, restitution):
     """The same events up to there; in the end nothing moves, on a face of that pose."""
-    part, early_ends = bodies()[name], 0
+    part = bodies()[name]
+    early_ends = 0
     poses = resting_poses(part, 0.0, 0).poses
     for k in range(6):
         early, late = (
@@ -172,7 +173,8 @@ def test_a_drop_goes_on_to_rest_in_the_pose_that_was_certain_before(name, restit
         ]
         assert early.pose == late.pose and late.at_rest and not early.at_rest
         early_ends += len(early.events) < len(late.events)
-        last, pose = late.events[-1], poses[late.pose]
+        last = late.events[-1]
+        pose = poses[late.pose]
         assert last.mode == "face" and last.velocity == 0.0
         assert tuple(last.angular_velocity) == (0.0, 0.0, 0.0)
         assert last.height == pytest.approx(pose.height, abs=1e-8 * late.radius)

@@ -161,7 +161,8 @@ def test_mirror_images_are_alike():
 
 
 def test_a_turned_copy_has_the_same_shares():
-    surface, turn = random_polyhedron(9, 1), rotation(1)
+    surface = random_polyhedron(9, 1)
+    turn = rotation(1)
     copy = moved(shuffled(surface, 1), turn, (3.0, -1.0, 2.0), scale=0.01)
     one, other = (simulate(part_from_mesh(*s), 10_000, 0.3, 5) for s in (surface, copy))
     assert alike(one, other, turn) > SURE
@@ -169,7 +170,8 @@ def test_a_turned_copy_has_the_same_shares():
 
 def test_a_turned_copy_from_turned_starts_has_the_same_drops():
     """Without restitution few impacts follow each other: rounding rarely grows to matter."""
-    surface, turn = random_polyhedron(9, 3), rotation(3)
+    surface = random_polyhedron(9, 3)
+    turn = rotation(3)
     starts = np.random.default_rng(1).standard_normal((2000, 3))
     one = simulate(part_from_mesh(*surface), restitution=0.0, starts=starts)
     other = simulate(

@@ -11,7 +11,8 @@ import pytest
 from ros_pose_stats import estimate, hybrid, part_from_mesh, shift_center, simulate
 from tests.bodies import by_index, random_polyhedron, shapes
 
-PARTS, DROPS = 48, 800
+PARTS = 48
+DROPS = 800
 METHODS = ("split", "combined", "meae", "eae", "qse", "area")
 
 
@@ -104,7 +105,8 @@ def lens():
 
 def egg():
     """Flat on top and heavy below."""
-    height, turn = np.linspace(-1.0, 1.0, 900), 2.4 * np.arange(900)
+    height = np.linspace(-1.0, 1.0, 900)
+    turn = 2.4 * np.arange(900)
     ring = np.sqrt(1.0 - height**2)
     points = (
         ring * np.cos(turn),
@@ -120,7 +122,8 @@ def egg():
 
 @pytest.mark.parametrize("make", [lens, egg])
 def test_parts_rest_where_they_rock_to(make):
-    part, scene = make(), {"restitution": 0.3}
+    part = make()
+    scene = {"restitution": 0.3}
     told, found = (
         by_index(each)
         for each in (
@@ -133,7 +136,8 @@ def test_parts_rest_where_they_rock_to(make):
 
 @pytest.mark.parametrize("make", [lopsided, half_cylinder])
 def test_the_bound_of_parts_that_roll_and_rock_holds_what_drops_show(make):
-    part, scene = make(), {"restitution": 0.5 if make is lopsided else 0.2}
+    part = make()
+    scene = {"restitution": 0.5 if make is lopsided else 0.2}
     told = estimate(part, "split", **scene)
     away = np.abs(by_index(told) - by_index(simulate(part, 200, seed=1, **scene))).max()
     assert 0.15 < away < told.largest_error
@@ -142,7 +146,8 @@ def test_the_bound_of_parts_that_roll_and_rock_holds_what_drops_show(make):
 def test_a_disc_thinner_than_the_facets_of_its_rim_does_not_roll():
     """Its rim leads to a flat, and by symmetry both are as likely."""
     part = lopsided(0.5e-3)
-    told, found = estimate(part, "split"), simulate(part, 300, seed=1)
+    told = estimate(part, "split")
+    found = simulate(part, 300, seed=1)
     away = np.abs(by_index(told) - by_index(found)).max()
     assert away < told.largest_error + 3.0 * math.sqrt(0.25 / 300)
     assert told.expected_error < 0.01

@@ -11,7 +11,8 @@ from tests.matching import downs, values
 
 def rectangle_angle(width, length, distance):
     """Solid angle of a rectangle seen from above its centre."""
-    a, b = width / 2.0, length / 2.0
+    a = width / 2.0
+    b = length / 2.0
     return 4.0 * np.arctan(
         a * b / (distance * np.sqrt(a * a + b * b + distance * distance))
     )
@@ -169,7 +170,9 @@ class TestSquarePrismByEnergy:
 
     def end(self, method, half_width, half_length):
         """Probability of one end."""
-        a, c, over_the_rim = half_width, half_length, np.hypot(half_width, half_length)
+        a = half_width
+        c = half_length
+        over_the_rim = np.hypot(half_width, half_length)
         if method == "meae":
             end = 2.0 * np.pi * (1.0 - c / over_the_rim)
             rest = 4.0 * self.disc_on_rectangle(a, a, c, over_the_rim)
@@ -239,7 +242,8 @@ class TestPerturbed:
             bases[sides] = sum(
                 pose.probability for pose in found.poses if abs(pose.down[2]) > 0.5
             )
-        base, side = np.pi / 4.0, np.pi * height
+        base = np.pi / 4.0
+        side = np.pi * height
         rim = 2.0 * np.pi * 0.5 / np.hypot(0.5, height / 2.0)
         start = 1.0 - height / 2.0 / np.hypot(0.5, height / 2.0)
         gain = (

@@ -37,7 +37,8 @@ def test_a_leaning_prism_topples_from_its_ends_onto_the_sides_that_overhang():
 
     By symmetry the other end topples the other way.
     """
-    shift, length = 3.0, 4.0
+    shift = 3.0
+    length = 4.0
     center = np.array((shift / 2.0, 0.0, length / 2.0))
     base = (
         np.array(
@@ -90,7 +91,8 @@ def test_a_pyramid_that_would_topple_over_a_corner_shares_between_both_sides():
 @pytest.mark.parametrize("seed", range(0, 40, 5))
 def test_against_an_independent_toppling(seed):
     """Also the solid angles, areas and distances of `csae`, `area` and `adre`."""
-    surface, center = random_polyhedron(5 + seed % 25, 100 + seed), None
+    surface = random_polyhedron(5 + seed % 25, 100 + seed)
+    center = None
     if seed % 3:
         weights = np.random.default_rng(len(surface[0])).dirichlet(
             np.ones(len(surface[0]))

@@ -71,7 +71,8 @@ def turning(moment, momentum, speed, seed):
     state = np.zeros(STATE)
     up = np.cross(momentum, random.standard_normal(3))
     spin = np.asarray(momentum) / moment
-    state[Z], state[V] = random.uniform(1.0, 3.0), random.uniform(-1.0, 1.0)
+    state[Z] = random.uniform(1.0, 3.0)
+    state[V] = random.uniform(-1.0, 1.0)
     state[P : P + 3] = up / np.linalg.norm(up)
     state[W:] = speed * spin / np.linalg.norm(spin)
     return state
@@ -93,7 +94,8 @@ def turning_states(moment, count, seed):
 
 def fly(state, moment, time):
     """The state after a free flight, by power series step by step."""
-    state, series = state.copy(), np.zeros((ORDER + 1, COLUMNS))
+    state = state.copy()
+    series = np.zeros((ORDER + 1, COLUMNS))
     while time > 1e-15:
         step = min(1.0 / np.linalg.norm(state[W:]), time)
         last = free_series(state, moment, step, TRUNCATION, series)

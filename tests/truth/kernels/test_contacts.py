@@ -47,8 +47,10 @@ def sliding(moment, vertices, seed):
     basis = np.linalg.svd(np.array(kept))[2][len(kept) :]
     spin = random.uniform(0.2, 3.0) * random.standard_normal(len(basis)) @ basis
     state = np.zeros(8)
-    state[P : P + 3], state[W:] = up, spin
-    state[Z], state[V] = -up @ r, -spin @ np.cross(r, up)
+    state[P : P + 3] = up
+    state[W:] = spin
+    state[Z] = -up @ r
+    state[V] = -spin @ np.cross(r, up)
     return state, np.concatenate((r, along, (length,)))
 
 
@@ -68,7 +70,8 @@ def slide_on(state, moment, contact, vertices, time):
 
 def whole_step(state, moment, contact, vertices):
     """A step so short that its series need not be shortened."""
-    wanted, slid = 0.4, None
+    wanted = 0.4
+    slid = None
     while slid is None or slid.step < wanted:
         wanted *= 0.5
         slid = slide(state, moment, contact, vertices, wanted)
@@ -77,7 +80,8 @@ def whole_step(state, moment, contact, vertices):
 
 def contact_forces(state, moment, points):
     """Forces (k,) that keep the points from accelerating, and the rates (2, 3) of up and spin."""
-    up, spin = state[P : P + 3], state[W:]
+    up = state[P : P + 3]
+    spin = state[W:]
     free = np.cross(moment * spin, spin) / moment
     arms = np.cross(points, up)
     fall = -1.0 + points @ np.cross(np.cross(up, spin), spin) + arms @ free
@@ -105,7 +109,8 @@ def test_the_contact_stays_on_the_plate(moment, vertices):
     for seed in range(15):
         state, contact = sliding(moment, vertices, seed)
         slid = slide(state, moment, contact, vertices, 0.2)
-        up, points = slid.state[P : P + 3], points_of(contact, vertices)
+        up = slid.state[P : P + 3]
+        points = points_of(contact, vertices)
         speed = max(1.0, np.linalg.norm(slid.state[W:]))
         assert np.abs(slid.state[Z] + points @ up).max() < CONSERVED
         assert np.abs(slid.state[V] + np.cross(points, up) @ slid.state[W:]).max() < (
@@ -155,7 +160,8 @@ def test_an_impact_takes_its_share_of_the_energy_of_the_approach(name, restituti
     moment = np.array(SHAPES[name])
     for seed in range(50):
         state, r = falling(moment, seed)
-        speed, before = vertex_velocity(state, Vec3(*r)), energy_of(state, moment)
+        speed = vertex_velocity(state, Vec3(*r))
+        before = energy_of(state, moment)
         arm = np.cross(r, state[P : P + 3])
         assert speed == pytest.approx(state[V] + state[W:] @ arm, abs=1e-14)
         strike(state, moment, Vec3(*r), speed, restitution)

@@ -76,7 +76,8 @@ def test_energy_and_angular_momentum_are_conserved(moment):
 
 def test_the_spin_of_a_symmetric_top_circles_its_axis_and_the_height_is_a_parabola():
     """At the rate (I3 - I1) / I1 of its part along the axis."""
-    moment, time = np.array((0.2, 0.2, 0.3)), 4.0
+    moment = np.array((0.2, 0.2, 0.3))
+    time = 4.0
     for state in turning_states(moment, 6, seed=4):
         flown = fly(state, moment, time)
         rate = (0.2 - 0.3) / 0.2 * state[W + 2]

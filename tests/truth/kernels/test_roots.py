@@ -33,9 +33,11 @@ def exact(polynomial, x):
 
 def remainder(a, b):
     """Of the division of integer polynomials, lowest power first, times a positive number."""
-    size, sign = abs(b[-1]), 1 if b[-1] > 0 else -1
+    size = abs(b[-1])
+    sign = 1 if b[-1] > 0 else -1
     while len(a) >= len(b):
-        factor, start = sign * a[-1], len(a) - len(b)
+        factor = sign * a[-1]
+        start = len(a) - len(b)
         a = [size * c for c in a[:-1]]
         for k, c in enumerate(b[:-1]):
             a[start + k] -= factor * c

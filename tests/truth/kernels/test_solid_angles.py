@@ -48,7 +48,9 @@ def precise_angle(*corners):
         tangent = triple / (
             la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb
         )
-        term, total, k = tangent, tangent, 1
+        term = tangent
+        total = tangent
+        k = 1
         while abs(term) > Decimal("1e-48") * abs(tangent):
             term *= -tangent * tangent
             k += 2
@@ -83,7 +85,8 @@ def test_octants_and_the_sign():
 def test_more_than_half_of_the_sphere():
     corners = np.array(((1.0, 0.0, 0.1), (-0.5, 0.8, 0.1), (-0.5, -0.8, 0.1)))
     lower = corners * (1.0, 1.0, -1.0)
-    big, small = solid_angle(*corners), solid_angle(*lower[[0, 2, 1]])
+    big = solid_angle(*corners)
+    small = solid_angle(*lower[[0, 2, 1]])
     assert big == pytest.approx(-solid_angle(*corners[[0, 2, 1]]), rel=1e-15)
     assert small == pytest.approx(big, rel=1e-14)
     belt = sum(
@@ -130,7 +133,8 @@ def test_areas_are_continuous_in_the_level(body):
     """On each face for r; in sum for R, whose shares pass from face to face at once."""
     arrays = body.arrays
     for mark in np.concatenate((arrays.distance, arrays.reach, arrays.radius)):
-        below, above = mark - 1e-11, mark + 1e-11
+        below = mark - 1e-11
+        above = mark + 1e-11
         step = below_r(body, above) - below_r(body, below)
         flow = below_R(body, above).sum() - below_R(body, below).sum()
         # The steepest slope is that of a cap, 2 pi/d, on as many as twenty faces at once.

@@ -181,8 +181,10 @@ class TestTheHullStandsIn:
             ),
             axis=2,
         ).reshape(-1, 3)
-        low, high = np.arange(24), np.arange(24, 48)
-        following, over = np.roll(low, -1), np.roll(high, -1)
+        low = np.arange(24)
+        high = np.arange(24, 48)
+        following = np.roll(low, -1)
+        over = np.roll(high, -1)
         following[-1], over[-1] = over[-1], following[-1]
         triangles = np.concatenate(
             (

@@ -25,7 +25,9 @@ def mesh_of(triangles):
 def pierced(triangles, x, y):
     """Heights at which the vertical through (x, y) passes through triangles, ascending."""
     corners = triangles - np.array([x, y, 0.0])
-    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+    a = corners[:, 0]
+    b = corners[:, 1]
+    c = corners[:, 2]
     parts = [p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0] for p, q in ((b, c), (c, a), (a, b))]
     inside = (np.minimum.reduce(parts) > 0.0) | (np.maximum.reduce(parts) < 0.0)
     heights = sum(share * p[:, 2] for share, p in zip(parts, (a, b, c), strict=True))
@@ -49,10 +51,8 @@ def assert_near(true, shown, distance):
 @pytest.mark.parametrize("name", PARTS)
 def test_they_stay_near_the_surface_and_leave_out_nothing(name, most, share):
     part = PARTS[name]
-    true, shown = (
-        part.surface_vertices[part.surface_triangles],
-        visible_triangles(part, most),
-    )
+    true = part.surface_vertices[part.surface_triangles]
+    shown = visible_triangles(part, most)
     assert len(shown) <= most < len(true)
     mesh = mesh_of(shown)
     assert mesh.is_watertight

@@ -35,7 +35,9 @@ def soup(surface):
 def with_repeats(surface):
     """Triangles twice, a wall inside that is there from both sides, and collapsed ones."""
     vertices, triangles = surface
-    a, b, c = 0, len(vertices) // 2, len(vertices) - 1
+    a = 0
+    b = len(vertices) // 2
+    c = len(vertices) - 1
     more = [triangles[3:5], [[a, b, c], [c, b, a], [a, a, b], [b, b, b]]]
     return vertices, np.concatenate((triangles, *more))
 
@@ -100,7 +102,8 @@ def test_vertices_merge_within_the_tolerance_and_not_beyond(seed, scale):
 
 def test_one_more_corner_or_a_corner_cut_off_by_a_hair_changes_an_answer_by_a_hair():
     corners = shapes.box(1.0, 0.7, 0.4)[0]
-    tip, along = corners[-1], np.sign(corners[-1]) * np.eye(3)
+    tip = corners[-1]
+    along = np.sign(corners[-1]) * np.eye(3)
     whole = estimate(part_from_mesh(*shapes.hull_mesh(corners)), "split")
     for others in (
         np.vstack((corners, (corners[0] + corners[1]) / 2 * (1.0 + 1e-9))),

@@ -42,8 +42,10 @@ def test_a_box(x, y, z):
 
 @given(st.integers(0, 2**32 - 1))
 def test_solids_with_dents_against_trimesh_and_turned(seed):
-    surface, turn = star(seed), rotation(seed)
-    part, mesh = of_water(*surface), trimesh.Trimesh(*surface, process=False)
+    surface = star(seed)
+    turn = rotation(seed)
+    part = of_water(*surface)
+    mesh = trimesh.Trimesh(*surface, process=False)
     assert part.mass == pytest.approx(WATER * mesh.volume, rel=1e-10)
     assert part.center_of_mass == pytest.approx(mesh.center_mass, rel=1e-9, abs=1e-10)
     assert_tensor(part.inertia, WATER * mesh.mass_properties["inertia"], 1e-9)
@@ -69,7 +71,8 @@ def test_scale_and_place_cost_no_digits(scale, away):
 
 
 def test_the_error_does_not_grow_with_the_triangles():
-    sides, turn = np.array([1.0, 2.0, 3.0]) / 3.0, rotation(1)
+    sides = np.array([1.0, 2.0, 3.0]) / 3.0
+    turn = rotation(1)
     surface = shapes.box(*sides)
     for _ in range(5):
         surface = subdivided(surface)

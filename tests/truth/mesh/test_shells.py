@@ -53,10 +53,8 @@ def test_turned_triangles_are_turned_back(seed, share):
 def test_of_two_shells_the_inner_one_is_a_void_unless_both_face_outward(
     outer_inward, inner_inward, turned
 ):
-    outer, inner = (
-        box((4, 4, 4), inward=outer_inward),
-        box((2, 2, 2), (0.5, 0, 0), inner_inward),
-    )
+    outer = box((4, 4, 4), inward=outer_inward)
+    inner = box((2, 2, 2), (0.5, 0, 0), inner_inward)
     both = trimesh.util.concatenate([outer, inner])
     random = np.random.default_rng(turned)
     some = random.permutation(12)[:turned]
@@ -129,7 +127,8 @@ def test_boxes_that_share_an_edge_are_two_bodies(inward):
 
 
 def test_the_wall_between_two_bodies_goes_if_both_have_it():
-    left, right = box((1, 1, 1)), box((1, 1, 1), (1, 0, 0))
+    left = box((1, 1, 1))
+    right = box((1, 1, 1), (1, 0, 0))
     right.vertices = right.vertices * (-1, 1, 1) + (
         2,
         0,
@@ -168,7 +167,8 @@ class TestOverlap:
     def test_balls_do_when_they_are_closer_than_two_radii(
         self, turn, distance, overlap
     ):
-        ball, other = trimesh.creation.icosphere(4), trimesh.creation.icosphere(4)
+        ball = trimesh.creation.icosphere(4)
+        other = trimesh.creation.icosphere(4)
         other.apply_translation((distance, 0, 0))
         for one in (ball, other):
             one.apply_transform(turn)
@@ -203,7 +203,8 @@ class TestOverlap:
 
 def test_thousands_of_needles_that_lie_across_each_other():
     """Every pair of their boxes meets; to test them all took minutes."""
-    count, chance = 3000, np.random.default_rng(0)
+    count = 3000
+    chance = np.random.default_rng(0)
     ends = chance.uniform(-0.5, 0.5, (2, count, 3))
     aside = 4e-6 * chance.normal(size=(2, count, 3))
     corners = np.stack(

@@ -139,7 +139,8 @@ def with_flap(surface):
     vertices, triangles = surface
     a, b, _ = triangles[0]
     on = vertices[a] + np.array([[0.3], [0.6]]) * (vertices[b] - vertices[a])
-    m, n = len(vertices), len(vertices) + 1
+    m = len(vertices)
+    n = len(vertices) + 1
     return np.vstack((vertices, on)), np.vstack(
         (triangles, [(a, b, m), (b, a, n), (a, m, n), (m, b, n)])
     )
@@ -168,7 +169,8 @@ def drilled(edges, holes):
     return fine_parts.surface(solid)
 
 
-CUBE, MIDDLE = (2.0, 2.0, 2.0), (0.0, 0.0)
+CUBE = (2.0, 2.0, 2.0)
+MIDDLE = (0.0, 0.0)
 WIDE = ("z", MIDDLE, 0.4, 1.0, 1, 0)
 POCKETS = {
     "a hole in one face leaves turns about it": (CUBE, [WIDE], [1, 1, 4]),
@@ -227,7 +229,8 @@ def test_mirror_images_are_not_turns():
     assert set(sizes(wedge)) == {1}
 
 
-SKEW, TWISTED = np.diag((1.0, 1.2, 0.9)), np.diag((1.0, 1.2, 0.9))
+SKEW = np.diag((1.0, 1.2, 0.9))
+TWISTED = np.diag((1.0, 1.2, 0.9))
 SKEW[[0, 1], [1, 0]] = TWISTED[[0, 1], [1, 0]] = 0.05
 TWISTED[[1, 2], [2, 1]] = 0.03
 

@@ -83,7 +83,8 @@ def test_the_very_pose_is_named_where_the_camera_chooses_no_equal_orientation(na
 
 @pytest.mark.parametrize("name", ["cube", "nut"])
 def test_an_equal_orientation_counts_for_the_pose_that_it_names(name):
-    part, group = part_of(name), SYMMETRIES[name]
+    part = part_of(name)
+    group = SYMMETRIES[name]
     for pose in resting_poses(part).poses:
         found = classify_orientations(
             part, (Rotation.from_quat(pose.orientation) * group).as_quat()
@@ -125,7 +126,8 @@ def test_what_leans_too_far_is_no_pose():
 
 def test_poses_that_are_close_are_told_apart_by_a_good_camera_alone():
     """The densest part: at five degrees half is left out, at half a degree nothing."""
-    name, rng = "crowded", np.random.default_rng(5)
+    name = "crowded"
+    rng = np.random.default_rng(5)
     pose, seen = observed(name, rng, math.radians(0.5))
     found = classify_orientations(part_of(name), seen, math.radians(1.5))
     counted = found >= 0

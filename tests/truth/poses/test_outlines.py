@@ -138,7 +138,8 @@ def test_rounding_leaves_no_spurs(block):
     """A ring that goes somewhere and comes back the same way."""
     for polygon in (*outline_at(*block), *outline_at(*block, 5.0 * MM)):
         for ring in polygon:
-            back, on = np.roll(ring, 1, axis=0) - ring, np.roll(ring, -1, axis=0) - ring
+            back = np.roll(ring, 1, axis=0) - ring
+            on = np.roll(ring, -1, axis=0) - ring
             along = (back * on).sum(axis=1)
             across = np.abs(back[:, 0] * on[:, 1] - back[:, 1] * on[:, 0])
             assert not ((along > 0.0) & (across < 1e-4 * along)).any()

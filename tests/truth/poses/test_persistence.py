@@ -106,12 +106,14 @@ def test_bars_with_mirror_planes_and_turns():
     """Facets near to a circle, in one of six symmetries, at tolerances where many are shelves."""
     random = np.random.default_rng(1)
     for trial in range(30):
-        turns, facets = random.integers(1, 4), random.integers(2, 6)
+        turns = random.integers(1, 4)
+        facets = random.integers(2, 6)
         sector = random.uniform(0.0, 2.0 * np.pi / turns, facets)
         angle = np.concatenate([sector + 2.0 * np.pi * k / turns for k in range(turns)])
         radius = np.tile(random.uniform(0.95, 1.05, facets), turns)
         if random.random() < 0.7:
-            angle, radius = np.append(angle, -angle), np.append(radius, radius)
+            angle = np.append(angle, -angle)
+            radius = np.append(radius, radius)
         outline = radius[:, None] * np.column_stack((np.cos(angle), np.sin(angle)))
         bar = np.array([(*p, z) for z, p in product((-1.5, 1.5), outline)])
         if len(outline) < 4 or np.abs(bar.mean(axis=0)).max() > 0.2:

@@ -113,7 +113,8 @@ def test_no_pose_is_lost_to_a_coplanar_neighbour(seed):
     faces = downs(resting_poses(part, 0.0, round_sides=0).poses)
     points -= part.center_of_mass
     hull = ConvexHull(points)
-    normals, heights = hull.equations[:, :3], -hull.equations[:, 3]
+    normals = hull.equations[:, :3]
+    heights = -hull.equations[:, 3]
     inside = np.full(len(normals), np.inf)
     for k in range(3):
         first, last, apex = (points[hull.simplices[:, (k + j) % 3]] for j in range(3))
@@ -138,7 +139,8 @@ def test_a_bulge_of_a_thousandth_is_no_plane():
 def test_r_and_R_of_the_paper(name, part):
     """Distance to the surface and height above the plate: equal at equilibria, else r < R."""
     resting = resting_poses(part, 0.0, round_sides=0)
-    body, u = resting.body, shapes.sphere_points(2000, 0)
+    body = resting.body
+    u = shapes.sphere_points(2000, 0)
     on_surface = part.center_of_mass + (body.radius * body.r(u))[:, None] * u
     hull = ConvexHull(part.surface_vertices)
     beyond = hull.equations[:, :3] @ on_surface.T + hull.equations[:, 3:]

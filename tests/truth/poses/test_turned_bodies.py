@@ -42,7 +42,8 @@ class Answer:
 
     def __init__(self, surface, tolerance, number=None):
         part = part_from_mesh(*surface)
-        self.part, self.tolerance = part, tolerance
+        self.part = part
+        self.tolerance = tolerance
         self.faces = downs(resting_poses(part, 0.0, round_sides=0).poses)
         self.number = (
             np.arange(len(self.faces)) if number is None else number(self.faces)
@@ -118,7 +119,8 @@ def test_a_face_with_a_hole_that_the_file_lacks_is_closed_in_every_frame():
         for r, z in ((0.5, 0.0), (1.0, 0.0), (1.0, 0.5), (0.5, 0.5))
         for a in angles
     ]
-    here, there = np.arange(24), (np.arange(24) + 1) % 24
+    here = np.arange(24)
+    there = (np.arange(24) + 1) % 24
     triangles = np.vstack(
         [
             np.column_stack(corners)

@@ -69,12 +69,15 @@ def stable_faces(vertices, center_of_mass, downs, tie=1e-10, apart=1e-8, flat=1e
     for (_, _, one, other), rank, level in zip(
         edges.tolist(), levels_rank.tolist(), levels.tolist(), strict=True
     ):
-        here, there = beyond[one], beyond[other]
+        here = beyond[one]
+        there = beyond[other]
         if here != there:
             ways[here].append((rank, level, there))
             ways[there].append((rank, level, here))
-    heights, sizes = np.empty(len(stable)), np.empty(len(stable))
-    heights[number], sizes[number] = distances[stable], areas[stable]
+    heights = np.empty(len(stable))
+    sizes = np.empty(len(stable))
+    heights[number] = distances[stable]
+    sizes[number] = areas[stable]
     order = np.lexsort(
         (np.arange(len(stable)), -ranks(sizes, tie, apart), ranks(heights, tie, apart))
     )
@@ -126,7 +129,8 @@ def _faces(points, flat):
 
 def _sides(points, normals, distances, edges):
     """How far the feet on both faces lie inside of each edge, and its distance from the centre."""
-    first, along = points[edges[:, 0]], points[edges[:, 1]] - points[edges[:, 0]]
+    first = points[edges[:, 0]]
+    along = points[edges[:, 1]] - points[edges[:, 0]]
     length = np.sqrt((along * along).sum(axis=1))
     inset = np.empty((len(edges), 2))
     for side, sign in ((0, 1.0), (1, -1.0)):
@@ -194,14 +198,17 @@ def persistent_poses(faces, tolerance):
 
 def _end(faces, start):
     """Level at which a flood from a face meets one before it, and the face across that saddle."""
-    flooded, highest, level = set(), -1, -np.inf
+    flooded = set()
+    highest = -1
+    level = -np.inf
     waiting = [(-1, -np.inf, start)]
     while waiting:
         rank, here, face = heapq.heappop(waiting)
         if face in flooded:
             continue
         if rank > highest:
-            highest, level = rank, here
+            highest = rank
+            level = here
         if faces.order[face] < faces.order[start]:
             return level, _across(faces, start, highest)
         flooded.add(face)
@@ -236,7 +243,8 @@ def _across(faces, start, rank):
 
 def _below(faces, start, rank):
     """Faces that a flood from one reaches below a level."""
-    reached, waiting = {start}, [start]
+    reached = {start}
+    waiting = [start]
     while waiting:
         for here, _, other in faces.ways[waiting.pop()]:
             if here < rank and other not in reached:

@@ -16,27 +16,21 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, minimize_scalar
 
-NEAR, SLOW = (
-    1e-9,
-    5e-4,
-)  # Zeno point: height (appendix B), and speed over 1 - restitution
-SHARE, COST = (
-    1e-4,
-    1e-9,
-)  # of the kinetic energy, or of m g radius: most that a stop may cost
+NEAR = 1e-9
+SLOW = 5e-4  # Zeno point: height (appendix B), and speed over 1 - restitution
+SHARE = 1e-4
+COST = 1e-9  # of the kinetic energy, or of m g radius: most that a stop may cost
 TOUCHING = 1e-11  # height of a vertex that takes part in an impact
 TIED = 1e-12  # height of a vertex that came down with the first one
 STILL = 1e-12  # speed that counts as none: an endless sequence of impacts ends here
 NO_FORCE = 1e-11  # of a vertex released along with another
 NOISE = 1e-14  # mean speed below which a vertex that just left has not come back
 LONGEST = 1000.0  # time without an event after which the search is given up
-Z, V, UP, W, GAPS = (
-    0,
-    1,
-    slice(8, 11),
-    slice(11, 14),
-    slice(14, None),
-)  # UP: last row of R
+Z = 0
+V = 1
+UP = slice(8, 11)
+W = slice(11, 14)
+GAPS = slice(14, None)  # UP: last row of R
 
 
 @dataclass(frozen=True)
@@ -85,7 +79,8 @@ class Body:
 
     def free_fall(self, state, which=slice(None)):
         """Vertical accelerations without contact of the vertices `which` (k,), (k,)."""
-        up, w = state[UP], state[W]
+        up = state[UP]
+        w = state[W]
         centripetal = w * (up @ w) - up * (w @ w)
         return (
             self.across[which] @ up @ self.free_turn(w)
@@ -111,7 +106,9 @@ class Body:
 
     def rates(self, contacts, _, state):
         """Time derivative of the state while it slides on `contacts` (k,)."""
-        arms, turning, lift = self.arms(state), self.free_turn(state[W]), -1.0
+        arms = self.arms(state)
+        turning = self.free_turn(state[W])
+        lift = -1.0
         if contacts:
             forces = self.forces(state, contacts)
             turning = turning + self.inverse @ (forces @ arms[contacts])
@@ -160,7 +157,9 @@ def first_below_zero(watch, times, values):
         for i in np.flatnonzero((line[:-1] >= 0.0) & (line[1:] < 0.0))[:1]:
             start = times[i + 1] if line[i] == 0.0 else times[i]
             found.append((_root(watch, j, start, times[i + 1]), j))
-        left, middle, right = line[:-2], line[1:-1], line[2:]
+        left = line[:-2]
+        middle = line[1:-1]
+        right = line[2:]
         dip = (middle >= 0.0) & (middle <= np.minimum(left, right))
         for i in np.flatnonzero(dip & (middle < left + right - 2.0 * middle)):
             low = minimize_scalar(
@@ -204,7 +203,8 @@ def sample_times(steps):
 
 def next_event(body, state, contacts):
     """Duration until a vertex comes down or a force ends, the state there, the vertex."""
-    rates, passed = partial(body.rates, contacts), 0.0
+    rates = partial(body.rates, contacts)
+    passed = 0.0
     while passed < LONGEST:
         step = 0.1 / max(np.linalg.norm(state[W]), 0.5)
         run = integrate(rates, state, 10.0 * step, max_step=step)
@@ -224,7 +224,8 @@ def next_event(body, state, contacts):
             late = 0.0 if event[1] in contacts else polish(body, state, rates, event[1])
             return float(passed + event[0] + late), state, event[1]
         # The last step is done again, so that no minimum is an end point in both runs.
-        passed, state = passed + run.t[-2], run.y[:, -2]
+        passed = passed + run.t[-2]
+        state = run.y[:, -2]
     raise RuntimeError("no event")
 
 
@@ -263,8 +264,10 @@ def strike(body, state, contacts, vertex, restitution):
     ).tolist()
     first = min(set(tied) - set(contacts) | {vertex})
     near = np.flatnonzero(state[GAPS] < NEAR)
-    speeds, slow = body.velocities(state), SLOW * (1.0 - restitution)
-    still, most = [], max(COST, SHARE * body.kinetic(state))
+    speeds = body.velocities(state)
+    slow = SLOW * (1.0 - restitution)
+    still = []
+    most = max(COST, SHARE * body.kinetic(state))
     for j in (
         sorted(near, key=speeds.__getitem__) if (speeds[near] > -slow).all() else ()
     ):
@@ -315,10 +318,12 @@ def reference_flip(points, inertia, down, at, kick, restitution, events=5):
     `at` (3,) is the place, in body axes, `kick` the energy over the weight.
     """
     body = Body(points, inertia)
-    state, contacts = released(body, down, 0.0), []
+    state = released(body, down, 0.0)
+    contacts = []
     arm = np.cross(at, state[UP])
     impulse = np.sqrt(2.0 * kick / (1.0 + arm @ body.inverse @ arm))
-    state[V], state[W] = impulse, impulse * body.inverse @ arm
+    state[V] = impulse
+    state[W] = impulse * body.inverse @ arm
     near = np.flatnonzero(state[GAPS] == 0.0)
     if body.velocities(state)[near].min() < 0.0:
         contacts = body.supports(
@@ -329,7 +334,8 @@ def reference_flip(points, inertia, down, at, kick, restitution, events=5):
 
 def follow(body, state, contacts, restitution, events):
     """Events that follow a state on given contacts; see `reference_drop`."""
-    time, found = 0.0, []
+    time = 0.0
+    found = []
     while (
         len(found) < events
         and contacts is not None

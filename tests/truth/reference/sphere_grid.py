@@ -84,7 +84,8 @@ class Shape:
 
     def clearance(self):
         """Smallest angle between a stable face's foot and a boundary of the face, radians."""
-        rows, angle = self.rows("r"), np.inf
+        rows = self.rows("r")
+        angle = np.inf
         for normal in self.stable():
             foot = normal * self.r(normal)
             aside = np.linalg.norm(np.cross(rows, normal), axis=1)
@@ -115,7 +116,8 @@ def creased_grid(rows):
     crossed = ruler[edges[:, 0]] != ruler[edges[:, 1]]
     p, q = points[edges].transpose(1, 0, 2)
     gap = rows[ruler[edges[:, 0]]] - rows[ruler[edges[:, 1]]]
-    before, after = (gap * p).sum(axis=1), (gap * q).sum(axis=1)
+    before = (gap * p).sum(axis=1)
+    after = (gap * q).sum(axis=1)
     share = np.where(crossed, before / np.where(crossed, before - after, 1.0), 0.5)[
         :, None
     ]
@@ -196,11 +198,14 @@ def _catchments(height, triangles):
     ends = np.sort(root[edges], axis=1)
     level = height[edges].max(axis=1)
     apart = ends[:, 0] != ends[:, 1]
-    ends, level = ends[apart], level[apart]
+    ends = ends[apart]
+    level = level[apart]
     first = np.lexsort((level, ends[:, 1], ends[:, 0]))
-    ends, level = ends[first], level[first]
+    ends = ends[first]
+    level = level[first]
     new = np.append(True, (np.diff(ends, axis=0) != 0).any(axis=1))
-    ends, level = ends[new], level[new]
+    ends = ends[new]
+    level = level[new]
     by_level = np.argsort(level, kind="stable")
     passes = [(float(level[k]), *ends[k].tolist()) for k in by_level]
     return root, np.unique(root).tolist(), passes
@@ -222,7 +227,8 @@ def _joined(minima, passes, leaf_of):
         return m
 
     for level, a, b in passes:
-        one, other = find(a), find(b)
+        one = find(a)
+        other = find(b)
         if one == other:
             continue
         if leaves[one] and leaves[other]:

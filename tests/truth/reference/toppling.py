@@ -31,7 +31,8 @@ class Polyhedron:
     def __init__(self, vertices, center_of_mass):
         points = np.asarray(vertices, dtype=float) - center_of_mass
         hull = ConvexHull(points)
-        self.normals, self.corners = [], []
+        self.normals = []
+        self.corners = []
         for plane in hull.equations[distinct(hull.equations)]:
             normal = plane[:3]
             on = np.flatnonzero(

@@ -12,7 +12,8 @@ class Service:
 
     def __init__(self):
         self.now, self.answers = 1000.0, Answers(lambda line: None, lambda: self.now)
-        self.tried, self.heard = Counter(), Counter()
+        self.tried = Counter()
+        self.heard = Counter()
 
     def call(self, client, number, *, is_reached=None):
         asked = self.answers.asked("s", number)
@@ -65,10 +66,8 @@ def test_who_is_passed_is_answered_though_later_answers_to_the_other_fail_first(
     for client in ("H", "D"):
         for number in range(1, 5):
             service.call(client, number)()
-    asked, later = (
-        service.answers.asked("s", 5),
-        [service.call("D", number) for number in (6, 7)],
-    )
+    asked = service.answers.asked("s", 5)
+    later = [service.call("D", number) for number in (6, 7)]
 
     def send():
         for fail in later:

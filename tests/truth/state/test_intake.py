@@ -56,7 +56,8 @@ def base_of(lanes=None, state=None, node=None, **settings):
 
 def occupied(lanes, lane):
     """What ends the task that keeps a lane busy."""
-    begun, may_end = threading.Event(), threading.Event()
+    begun = threading.Event()
+    may_end = threading.Event()
 
     def work():
         begun.set()
@@ -79,7 +80,8 @@ def large_part(begun, may_end):
 
 
 def test_a_large_part_that_is_asked_for_is_built_beside_quick_ones(lanes):
-    begun, may_end = threading.Event(), threading.Event()
+    begun = threading.Event()
+    may_end = threading.Event()
     known = large_part(begun, may_end)
     intake = Intake(base_of(lanes), Stores(None, None, None, None), None, None)
     try:
@@ -94,7 +96,8 @@ def test_a_large_part_that_is_asked_for_is_built_beside_quick_ones(lanes):
 
 def test_a_large_mesh_of_a_request_waits_behind_few_others(lanes):
     """Those that follow are refused, so that no client waits for an hour."""
-    may_end, order = occupied(lanes, Lane.SLOW), []
+    may_end = occupied(lanes, Lane.SLOW)
+    order = []
     coming = [
         lanes.put(partial(order.append, number), Rank.KNOWN, Lane.SLOW)
         for number in range(60)
@@ -131,7 +134,9 @@ def test_a_process_that_does_not_start_is_given_up(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("rank", [Rank.SENT, Rank.PUBLISHED])
 def test_an_older_mesh_of_a_name_comes_first_though_it_takes_long(lanes, rank):
-    begun, may_end, order = threading.Event(), threading.Event(), []
+    begun = threading.Event()
+    may_end = threading.Event()
+    order = []
 
     def build():
         begun.set()
@@ -152,8 +157,10 @@ def test_an_older_mesh_of_a_name_comes_first_though_it_takes_long(lanes, rank):
 
 
 def test_a_failing_refinement_keeps_no_other_part_from_being_checked(lanes):
-    said, done = [], threading.Event()
-    node, jobs = Mock(), Mock(cancel_refinement=Mock(side_effect=OSError("no room")))
+    said = []
+    done = threading.Event()
+    node = Mock()
+    jobs = Mock(cancel_refinement=Mock(side_effect=OSError("no room")))
     node.get_logger().error = lambda line: done.set() if said else said.append(line)
     parts = {name: Mock(part_id=name) for name in ("first", "last")}
     base = base_of(
@@ -180,7 +187,8 @@ def test_a_failing_refinement_keeps_no_other_part_from_being_checked(lanes):
 
 
 def test_fits_hold_up_no_other_answer_and_are_refused_at_the_end(lanes):
-    begun, may_end = threading.Event(), threading.Event()
+    begun = threading.Event()
+    may_end = threading.Event()
     known = large_part(begun, may_end)
     known.counts = CellCounts(Ground(Numbering(0.0, 0), ""), np.array([50]), 1)
     service = PlateFits(
@@ -211,7 +219,8 @@ def test_counts_that_do_not_fit_a_result_are_left_out_of_it(
     plate, sides, total, builds, warnings
 ):
     """Those of another plate without building the part, which may be damaged."""
-    build, node = Mock(side_effect=MeshError("a mesh", "none", "send it again")), Mock()
+    build = Mock(side_effect=MeshError("a mesh", "none", "send it again"))
+    node = Mock()
     store = CountStore(
         base_of(
             state=Mock(get=lambda *key: None), node=node, plate="glass", profile=None
@@ -256,7 +265,8 @@ def test_nothing_holds_on_to_a_mesh_that_is_refused():
 def test_a_part_that_the_end_of_the_node_keeps_from_being_shown_again_is_not_forgotten(
     lanes,
 ):
-    source, parts = PartSource(part_from_mesh(*TETRAHEDRON)), Mock()
+    source = PartSource(part_from_mesh(*TETRAHEDRON))
+    parts = Mock()
     parts.all.return_value = [KnownPart("clamp", "", b"", NODE_SCENE, source)]
     intake = Intake(
         base_of(lanes, scene=DropScene),
@@ -285,7 +295,8 @@ def test_whoever_hears_that_a_job_has_ended_finds_its_place_free():
         print,
         lambda *_: Mock(drops=1, warnings=(), seconds=may_end.wait(60.0)),
     )
-    first, heard = submit(1), []
+    first = submit(1)
+    heard = []
     first.finished.add_done_callback(lambda _: heard.append(submit(2)))
     may_end.set()
     while not first.finished.done() or jobs.running is first:
@@ -327,7 +338,8 @@ def test_a_refinement_that_gave_way_begins_again_though_the_client_cancels():
 @pytest.mark.parametrize("lost", range(1, 5))
 def test_the_state_has_jobs_and_counts_before_the_bag(tmp_path, lost):
     """A goal's only answer, its result, says what that lost, but for the start of the run."""
-    state, had = states.State(tmp_path / "one.sqlite3"), []
+    state = states.State(tmp_path / "one.sqlite3")
+    had = []
 
     def record(topic, data):
         had.append(

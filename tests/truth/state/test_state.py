@@ -83,7 +83,8 @@ def test_what_a_kill_or_a_power_cut_leaves_is_what_had_come_up_to_a_moment(
     """All that was committed where the process was killed; changes of one call stay together."""
     shutil.rmtree(tmp_path / "node", ignore_errors=True)
     state = State(tmp_path / "node" / "one.sqlite3")
-    moments, committed = [{}], 0
+    moments = [{}]
+    committed = 0
     for changes, waits in steps:
         number = state.put(*(fact(name, value) for name, value in changes))
         then = dict(moments[-1])
@@ -109,7 +110,8 @@ def test_what_a_kill_or_a_power_cut_leaves_is_what_had_come_up_to_a_moment(
 
 def test_many_that_wait_share_transactions(opened):
     state = opened()
-    begun, before = threading.Barrier(16), state.writes
+    begun = threading.Barrier(16)
+    before = state.writes
 
     def work(number):
         begun.wait()
@@ -137,7 +139,9 @@ def test_a_damaged_file_is_set_aside_or_says_what_was_written(file, opened):
     state.put(part(), *(fact(name, "x" * 500) for name in NAMES))
     state.put_mesh("clamp", b"mesh" * 1000)
     state.close()
-    good, random_, aside = file.read_bytes(), random.Random(1), 0
+    good = file.read_bytes()
+    random_ = random.Random(1)
+    aside = 0
     for _ in range(200):
         shutil.rmtree(file.parent)
         file.parent.mkdir()

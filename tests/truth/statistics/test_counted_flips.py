@@ -33,7 +33,8 @@ def drawn(rows, flips, seed):
 
 def test_a_row_is_the_mean_of_a_dirichlet(kicks):
     """(s t + c) / (s + n), with t the model's row out of n + 1/2 flips, the half spread evenly."""
-    counts, poses = drawn(kicks[1].transition, 40, 1), len(kicks[1].poses)
+    counts = drawn(kicks[1].transition, 40, 1)
+    poses = len(kicks[1].poses)
     found = learn_flips(kicks[1:2], counts, "slow")
     row = (kicks[1].counts + 0.5 / poses) / 2000.5
     flips = found.counts.sum(axis=1)[0]
@@ -57,7 +58,8 @@ def test_it_is_nearer_than_model_and_counts_where_the_cell_is_off(kicks):
 
     The posterior's expected square error is half of either alone, less what its strength costs.
     """
-    random, errors = np.random.default_rng(4), []
+    random = np.random.default_rng(4)
+    errors = []
     for _ in range(60):
         truth = np.array(
             [random.dirichlet(40.0 * row + 1e-9) for row in kicks[1].transition]
@@ -87,7 +89,8 @@ def test_poses_that_look_alike_share_their_counts():
     between = first.transition.reshape(3, 2, 3, 2).sum(axis=3)
     np.testing.assert_allclose(between[:, 0], between[:, 1], rtol=1e-9)
     # Poses of a group share its error, as they share what is known of it.
-    share, known = between[0, 0, 1], 2.0 * first.counts[0].sum()
+    share = between[0, 0, 1]
+    known = 2.0 * first.counts[0].sum()
     assert first.standard_error[0, 2:4].sum() == pytest.approx(
         math.sqrt(share * (1.0 - share) / (known + 1.0)), rel=1e-6
     )

@@ -32,10 +32,8 @@ class TestGoodnessOfFit:
         rng = np.random.default_rng(seed)
         counts = rng.multinomial(900, rng.dirichlet(np.full(6, 8.0)))
         told = rng.dirichlet(np.full(6, 200.0))
-        found, known = (
-            goodness_of_fit(counts, told),
-            stats.chisquare(counts, 900 * told),
-        )
+        found = goodness_of_fit(counts, told)
+        known = stats.chisquare(counts, 900 * told)
         assert found.statistic == pytest.approx(known.statistic, rel=1e-12)
         assert found.p_value == pytest.approx(known.pvalue, rel=1e-9)
         assert (found.degrees_of_freedom, found.bins, found.pooled) == (5, 6, 0)
@@ -78,8 +76,10 @@ class TestGoodnessOfFit:
         A share of 2000 near 1/2 has the standard error 0.011, one of 0.05 0.005; four of each are
         allowed. Taken as exact, the prediction is refused in 99 %.
         """
-        rng, unit = np.random.default_rng(3), np.array(unit)
-        size, worth = np.bincount(unit), 150.0
+        rng = np.random.default_rng(3)
+        unit = np.array(unit)
+        size = np.bincount(unit)
+        worth = 150.0
         whole = rng.dirichlet(np.full(size.size, 9.0))
         told = (whole / size)[unit]
         errors = (np.sqrt(whole * (1.0 - whole) / (worth + 1.0)) / size)[unit]
@@ -140,7 +140,8 @@ class TestPairs:
     )
     def test_intervals_hold_nine_in_ten(self, trials, kinds):
         """But for four standard errors; of few discordant pairs they are a little wide."""
-        truth, runs = kinds[2] - kinds[1], 1000
+        truth = kinds[2] - kinds[1]
+        runs = 1000
         found = [
             paired_difference(*self.pairs(seed, trials, *kinds)) for seed in range(runs)
         ]

@@ -14,7 +14,8 @@ from study import shapes
 from tests.bodies import by_index
 
 ROOM = 0.3, 0.2
-WANTED, PICKED = [0, 1], np.array([1.0, 1.0, 0.0, 0.0, 0.0, 0.0])
+WANTED = [0, 1]
+PICKED = np.array([1.0, 1.0, 0.0, 0.0, 0.0, 0.0])
 CELL = feeding_plan.FeederCell(60.0, ROOM, 0.002, cycle_time=0.7, pick_time=0.8)
 
 
@@ -35,9 +36,12 @@ def flips(part):
 
 def test_on_a_wide_plate_the_closed_form():
     """n (1 - m / S)^(n - 1), m of two squares of side a and clearance c; edges take m / side."""
-    side, clearance, plate = 1.0, 0.1, 2000.0
+    side = 1.0
+    clearance = 0.1
+    plate = 2000.0
     square = side * np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
-    parts, grown = np.array([1, 1000, 500_000]), 4.0 * side + 2.0 * np.pi * clearance
+    parts = np.array([1, 1000, 500_000])
+    grown = 4.0 * side + 2.0 * np.pi * clearance
     area = (
         2.0 * side**2
         + 4.0 * side * clearance
@@ -55,14 +59,14 @@ def test_on_a_wide_plate_the_closed_form():
 
 def test_thrown_discs_at_the_edges(dropped):
     """Discs block where centres are within two radii: 40 000 throws, three standard errors."""
-    radius, plate, parts = 0.03, np.array(ROOM), 12
+    radius = 0.03
+    plate = np.array(ROOM)
+    parts = 12
     angle = np.linspace(0.0, 2.0 * np.pi, 96, endpoint=False)
     disc = radius * np.stack((np.cos(angle), np.sin(angle)), axis=1)
     random = np.random.default_rng(5)
-    first, others = (
-        random.random((40_000, 1, 2)) * plate,
-        random.random((40_000, parts - 1, 2)),
-    )
+    first = random.random((40_000, 1, 2)) * plate
+    others = random.random((40_000, parts - 1, 2))
     free = np.linalg.norm(others * plate - first, axis=2).min(axis=1) > 2.0 * radius
     told = plate_fill([disc], np.ones(1), ROOM, 0.0).free(np.array([parts]))[0, 0]
     assert told == pytest.approx(free.mean(), abs=3.0 * free.std() / 200.0 + 0.002)
@@ -73,10 +77,8 @@ def test_what_bays_let_in_is_what_thrown_outlines_show():
 
     Three standard errors of 4000 throws, and a hundredth for the raster and its turns.
     """
-    letter, clearance = (
-        CrossSection([[(0, 0), (4, 0), (4, 1), (1, 1), (1, 4), (0, 4)]]),
-        0.2,
-    )
+    letter = CrossSection([[(0, 0), (4, 0), (4, 1), (1, 1), (1, 4), (0, 4)]])
+    clearance = 0.2
     solid = Manifold.extrude(letter, 0.3).to_mesh64()
     part = part_from_mesh(solid.vert_properties, solid.tri_verts.astype(int))
     poses = list(estimate(part).by_index.values())
@@ -84,11 +86,9 @@ def test_what_bays_let_in_is_what_thrown_outlines_show():
     told = blocking_with_bays(
         part, poses, np.eye(len(poses))[lies.index], np.array([lies.index]), clearance
     )[lies.index]
-    grown, random, met = (
-        letter.offset(clearance, JoinType.Round),
-        np.random.default_rng(3),
-        [],
-    )
+    grown = letter.offset(clearance, JoinType.Round)
+    random = np.random.default_rng(3)
+    met = []
     for place, turn in zip(
         random.uniform(-7, 7, (4000, 2)), random.uniform(0, 360, 4000), strict=True
     ):
@@ -104,18 +104,22 @@ def test_what_bays_let_in_is_what_thrown_outlines_show():
 def test_what_is_convex_lets_nothing_in_however_thin():
     """To half a node of the raster."""
     needle = part_from_mesh(*shapes.box(1.0, 1e-3, 1e-5))
-    poses, shares = list(estimate(needle).by_index.values()), by_index(estimate(needle))
+    poses = list(estimate(needle).by_index.values())
+    shares = by_index(estimate(needle))
     blocking = blocking_with_bays(needle, poses, shares, np.arange(len(poses)), 0.0)
     np.testing.assert_allclose(blocking, 1.0, atol=5e-3)
 
 
 def simulated_rate(plan, shares, moves, free, cycles, seed):
     """Parts picked a minute over whole cycles, part by part; blocked at random as told."""
-    random, parts = np.random.default_rng(seed), plan.parts
-    picked, seconds = 0, 0.0
+    random = np.random.default_rng(seed)
+    parts = plan.parts
+    picked = 0
+    seconds = 0.0
     ends = moves.cumsum(axis=1)
     for _ in range(cycles):
-        pose, fresh = random.choice(len(shares), parts, p=shares), parts
+        pose = random.choice(len(shares), parts, p=shares)
+        fresh = parts
         for kick in range(plan.kicks + 1):
             taken = np.isin(pose, WANTED) & (random.random(parts) < free[pose])
             picked += taken.sum()
@@ -170,7 +174,9 @@ def test_no_other_policy_takes_less_time(dropped, flips):
         dropped.by_index.values(),
         0.05,
     )
-    moves, shares, parts = flips[1].transition, by_index(dropped), 8
+    moves = flips[1].transition
+    shares = by_index(dropped)
+    parts = 8
     free = plate.picked * plate.fill(shares).free(np.array([parts]))[0]
     kick = (CELL.cycle_time + CELL.drop_time + CELL.camera_time) / parts
     drop = 60.0 / CELL.rate + (CELL.drop_time + CELL.camera_time) / parts
@@ -201,8 +207,10 @@ def test_nothing_is_uncertain_of_poses_that_symmetry_makes_one_and_something_of_
 
 def test_the_interval_is_that_of_redrawn_shares(dropped, flips):
     """Shares and rows drawn again as often as their errors say: the scatter of the rate."""
-    alone, kick = replace(dropped, plate_error=0.03), flips[2]
-    moves, settled = kick.transition, kick.counts.sum(axis=1)
+    alone = replace(dropped, plate_error=0.03)
+    kick = flips[2]
+    moves = kick.transition
+    settled = kick.counts.sum(axis=1)
     shares = feeding_plan.pose_groups.pose_shares(alone)
 
     def plate(probability):
@@ -215,11 +223,9 @@ def test_the_interval_is_that_of_redrawn_shares(dropped, flips):
         )
 
     told = plate(shares.probability).plan(kick, 4)
-    random, drops, rates = (
-        np.random.default_rng(8),
-        plate(shares.probability).drops_as_unsure,
-        [],
-    )
+    random = np.random.default_rng(8)
+    drops = plate(shares.probability).drops_as_unsure
+    rates = []
     number = drops(shares.probability, shares.drops, 0.03)
     for _ in range(200):
         units = random.dirichlet(number * shares.shares)

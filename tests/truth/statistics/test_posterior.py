@@ -80,7 +80,8 @@ class TestLaws:
 class TestLimits:
     def test_with_ever_more_drops_it_is_the_counts(self):
         """Also in a pose that was ruled out wrongly."""
-        estimate, true = np.array((0.6, 0.3, 0.1, 0.0)), np.array((0.1, 0.4, 0.2, 0.3))
+        estimate = np.array((0.6, 0.3, 0.1, 0.0))
+        true = np.array((0.1, 0.4, 0.2, 0.3))
         prior = PosePrior(estimate, range(4), 0.02, 0.5)
         away = [
             np.abs(prior.updated(true * n).probability - true).max()
@@ -112,11 +113,13 @@ class TestLimits:
         assert total == pytest.approx(1.0, abs=1e-9)
 
     def test_broken_sticks_of_equal_strengths_are_a_dirichlet_distribution(self):
-        mean, counts = np.array((0.05, 0.15, 0.3, 0.5)), np.array((1.0, 0.0, 7.0, 2.0))
+        mean = np.array((0.05, 0.15, 0.3, 0.5))
+        counts = np.array((1.0, 0.0, 7.0, 2.0))
         prior = ConnorMosimann.around(
             mean, np.full((2, 1, 4), 20.0), np.array((0.3, 0.7))
         )
-        found, same = prior.updated(counts)[0], dirichlet(20.0 * mean + counts)
+        found = prior.updated(counts)[0]
+        same = dirichlet(20.0 * mean + counts)
         np.testing.assert_allclose(found.moments()[0][0], same.mean(), rtol=1e-12)
         np.testing.assert_allclose(found.moments()[1][0], same.var(), rtol=1e-9)
 
@@ -142,7 +145,8 @@ def test_the_shortest_interval_of_a_beta_distribution(a, b, level):
 @pytest.mark.parametrize("level", [0.5, 0.9])
 def test_the_bound_of_all_errors_of_counted_shares(probability, level):
     """Shares of whole drops are coarse; 40 000 runs are known to a quarter of a point."""
-    p, drops = np.array(probability), 3000
+    p = np.array(probability)
+    drops = 3000
     found = largest_error(np.sqrt(p * (1.0 - p) / drops), level)
     drawn = np.random.default_rng(1).multinomial(drops, p, size=40_000)
     kept = np.abs(drawn / drops - p).max(axis=1) <= found
@@ -174,7 +178,8 @@ def test_intervals_hold_and_false_alarms_are_rare(drops):
     Two thousandths of 250 parts that are as they should be are refuted: 0.5; three standard
     errors more are 2.6.
     """
-    alarms, held = 0, []
+    alarms = 0
+    held = []
     for prior, true, random in drawn_parts(250):
         counts = random.multinomial(drops, true)
         alarms += bool(prior.contradicted(counts).any())
@@ -186,7 +191,8 @@ def test_intervals_hold_and_false_alarms_are_rare(drops):
 
 def test_only_an_estimate_off_by_far_more_than_it_says_is_refuted():
     """Off by twenty points in the first pose and by ten in two others; a drop refutes nothing."""
-    estimate, off = (0.4, 0.3, 0.15, 0.1, 0.05), (0.2, -0.1, -0.1, 0.0, 0.0)
+    estimate = (0.4, 0.3, 0.15, 0.1, 0.05)
+    off = (0.2, -0.1, -0.1, 0.0, 0.0)
     counts = (1000 * np.add(estimate, off)).round()
     wrong = [
         PosePrior(estimate, range(5), told, 0.5).contradicted(counts).tolist()
@@ -207,7 +213,8 @@ def test_an_estimate_far_off_costs_next_to_nothing():
 
     A strange kind starts at a single pseudo-drop; a tenth of the drops would cost 1.1.
     """
-    drops, truth = 200, np.array([0.65, 0.75, 0.9])
+    drops = 200
+    truth = np.array([0.65, 0.75, 0.9])
     prior = PosePrior(
         [0.4, 0.6], [0, 1], 0.02, 0.5, prior_fit(0.5)._replace(strange=0.8)
     )
@@ -226,7 +233,8 @@ def test_what_a_plate_errs_by_is_learnt_from_other_parts():
         round(1000 * p)
         for _, p in sorted((it.index, it.probability) for it in model.poses)
     ]
-    like, unlike = plate_evidence(model, told), plate_evidence(model, told[::-1])
+    like = plate_evidence(model, told)
+    unlike = plate_evidence(model, told[::-1])
     assert learnt_plate_error([]) == pytest.approx(0.05)
     assert (
         learnt_plate_error([like] * 5) < 0.02 < 0.1 < learnt_plate_error([unlike] * 5)

@@ -80,7 +80,9 @@ def test_errors_and_the_bound_of_every_pose(hundreds, truth):
 )
 def test_a_target_is_kept_in_nine_of_ten_runs(surface, true, target):
     """Though the counts choose when to stop; three standard errors of 150 runs are 0.07."""
-    solid, runs, kept = part_from_mesh(*surface), 150, []
+    solid = part_from_mesh(*surface)
+    runs = 150
+    kept = []
     true = long_run(solid, 0.0) if true is None else true
     for seed in range(runs):
         found = simulate(solid, 10**6, 0.0, seed, target_error=target, workers=1)
@@ -112,7 +114,8 @@ def test_auto_keeps_a_target_whatever_it_answers_by():
 
     Three standard errors of 40 parts are 0.14.
     """
-    targets, kept = (0.05, 0.02), []
+    targets = (0.05, 0.02)
+    kept = []
     for number in range(40):
         part = part_from_mesh(*random_polyhedron(5 + number % 9, 7000 + number))
         scene = {"restitution": (0.2, 0.5, 0.8)[number % 3], "cluster_tolerance": 0.0}

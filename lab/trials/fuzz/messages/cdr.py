@@ -20,7 +20,8 @@ CODES = {
     "int64": "q",
     "uint64": "Q",
 }
-LITTLE, BIG = "<", ">"
+LITTLE = "<"
+BIG = ">"
 HEADERS = {LITTLE: b"\x00\x01\x00\x00", BIG: b"\x00\x00\x00\x00"}
 
 _ARRAY = re.compile(r"(.+)\[(\d+)\]")

@@ -49,8 +49,11 @@ TOPICS = {
 }
 """Name and number of messages; together with the requests over ten thousand."""
 
-REQUESTS, RAW, AT_ONCE = 450, 60, 40
-MOST_GROWTH, MOST_THREADS = 150 * MEGABYTE, 12
+REQUESTS = 450
+RAW = 60
+AT_ONCE = 40
+MOST_GROWTH = 150 * MEGABYTE
+MOST_THREADS = 12
 """Of memory, and of threads: each goal that was cancelled has one for a moment."""
 
 SMALL = {
@@ -74,11 +77,14 @@ ELSEWHERE = [Path("/etc/x"), Path("/tmp/x"), Path("/x"), Path("/x.mcap")]
 
 def bytes_on_topics(setting: Setting) -> Outcome:
     """Nine thousand messages on the four topics, nine in ten of them changed at random."""
-    sent, refused, thin = 0, 0, []
+    sent = 0
+    refused = 0
+    thin = []
     with tried_node(setting.folder, **SMALL) as (node, client):
         health = Health(client)
         publish_in_turn(client, WEDGE, [f"part_{number}" for number in range(8)], 0.0)
-        before, threads = status(node, "VmHWM"), status(node, "Threads")
+        before = status(node, "VmHWM")
+        threads = status(node, "Threads")
         for kind, (name, number) in TOPICS.items():
             messages = list(fuzzed(kind, setting.seed, setting.of(number, 300)))
             topic = "/tried/cad" if kind is Mesh else ""
@@ -92,7 +98,8 @@ def bytes_on_topics(setting: Setting) -> Outcome:
                 publisher.publish(*messages[first : first + AT_ONCE])
                 publish_in_turn(client, WEDGE, [new_id()])
             more = quiet(health)["refused"] - begin["refused"]
-            sent, refused = sent + len(messages), refused + more
+            sent = sent + len(messages)
+            refused = refused + more
             if len(messages) > 300 and not len(messages) / 20 < more < 0.97 * len(
                 messages
             ):
@@ -181,7 +188,8 @@ def _readable(kind, seed, number, became):
 @contextmanager
 def _no_words():
     """The middleware prints what it cannot read."""
-    kept, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    kept = os.dup(2)
+    nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, 2)
     try:
         yield
@@ -230,7 +238,8 @@ def _strange_bytes(client, setting):
 
 def hostile_names(setting: Setting) -> Outcome:
     """Names of parts, jobs, methods, plates and frames that would leave the log directory."""
-    bags, work = setting.folder / "deep" / "er" / "bags", setting.folder / "work"
+    bags = setting.folder / "deep" / "er" / "bags"
+    work = setting.folder / "work"
     environment = {
         "TMPDIR": str(setting.folder / "tmp"),
         "HOME": str(setting.folder / "home"),

@@ -110,7 +110,8 @@ def _swap(chance, data, _):
     size = chance.choice((4, 8, 24))
     places = range(HEADER, len(data) - size + 1, 4)
     if len(places) > 1:
-        here, there = chance.choice(places), chance.choice(places)
+        here = chance.choice(places)
+        there = chance.choice(places)
         kept = data[here : here + size]
         data[here : here + size] = data[there : there + size]
         data[there : there + size] = kept

@@ -84,11 +84,9 @@ def disguise():
             "ros_pose_stats_msgs", "service", f"srv__{kind.__name__}", _Service
         )
         changed = service.request.contents.data.contents
-        changed.serialize, changed.size, changed.most = (
-            donor.serialize,
-            donor.size,
-            donor.most,
-        )
+        changed.serialize = donor.serialize
+        changed.size = donor.size
+        changed.most = donor.most
 
 
 def payload(chance):
@@ -108,7 +106,8 @@ def message_of(data):
     """The message of numbers that are these bytes."""
     values = np.frombuffer(data, dtype="<f8")
     made = PoseWithCovariance()
-    place, turn = made.pose.position, made.pose.orientation
+    place = made.pose.position
+    turn = made.pose.orientation
     place.x, place.y, place.z, turn.x, turn.y, turn.z, turn.w = values[:7].tolist()
     made._covariance = values[7:].copy()  # the setter looks at the numbers
     return made
@@ -119,7 +118,8 @@ def main(prefix, number, seed):
     disguise()
     serialize_message(PoseWithCovariance())  # loads what converts it
     rclpy.init()
-    node, chance = rclpy.create_node("stranger"), Random(seed)
+    node = rclpy.create_node("stranger")
+    chance = Random(seed)
     clients = [
         node.create_client(kind, f"{prefix}/{name}") for name, kind in SERVICES.items()
     ]

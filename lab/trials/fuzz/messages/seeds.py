@@ -153,7 +153,8 @@ class Seeds:
 
     def _surface(self):
         """A tetrahedron of a size of its own, sometimes spoiled."""
-        vertices, triangles = CORNERS * self.chance.uniform(0.5, 2.0), FACES.copy()
+        vertices = CORNERS * self.chance.uniform(0.5, 2.0)
+        triangles = FACES.copy()
         place = self.chance.randrange(4), self.chance.randrange(3)
         if self._odd():
             if self.chance.random() < 0.5:

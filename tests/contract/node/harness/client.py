@@ -61,7 +61,8 @@ def ask_until_answered(client, request):
     """The answer of a service whose first ones are lost where it has not found the client yet."""
 
     def ask():
-        future, heard = client.call_async(request), threading.Event()
+        future = client.call_async(request)
+        heard = threading.Event()
         future.add_done_callback(lambda _: heard.set())
         return heard.wait(5.0) and future.result()
 

@@ -57,7 +57,8 @@ def job_named(message):
 
 def recorded_of(node, topic, part_id):
     """What the bag of a node has of a part on a topic."""
-    name, sign = on_topic(topic), part_id.encode()
+    name = on_topic(topic)
+    sign = part_id.encode()
     found = (
         message_of(name, data)
         for data in raw_of(node.log_directory, name)

@@ -40,7 +40,8 @@ def fine_box(triangles, length=0.04):
     cells = max(1, round((triangles / 12) ** 0.5))
     u, v = (grid.ravel() for grid in np.mgrid[: cells + 1, : cells + 1])
     corner = np.flatnonzero((u < cells) & (v < cells))
-    below, right = corner + cells + 1, corner + 1
+    below = corner + cells + 1
+    right = corner + 1
     top = np.concatenate(
         [np.stack((corner, below, right), 1), np.stack((right, below, below + 1), 1)]
     )

@@ -69,7 +69,8 @@ class Witness:
     """Three threads of requests, until the node dies; the client is closed at the end."""
 
     def __init__(self, client, told, seed):
-        self._client, self._told = client, told
+        self._client = client
+        self._told = told
         self._over = threading.Event()
         self._actions = ActionClient(
             client.node, SimulateDrops, f"{client.prefix}/simulate_drops"

@@ -14,11 +14,9 @@ from ..harness.goals import Goals
 from ..harness.jobs import LONG, get, known_part, reached, start
 from ..harness.parts import WEDGE, counts, library_part, nested, new_id, whole
 
-SUCCEEDED, CANCELED, ABORTED = (
-    GoalStatus.STATUS_SUCCEEDED,
-    GoalStatus.STATUS_CANCELED,
-    GoalStatus.STATUS_ABORTED,
-)
+SUCCEEDED = GoalStatus.STATUS_SUCCEEDED
+CANCELED = GoalStatus.STATUS_CANCELED
+ABORTED = GoalStatus.STATUS_ABORTED
 
 
 @pytest.fixture

@@ -15,11 +15,9 @@ from ..harness.goals import Goals
 from ..harness.jobs import known_part
 from ..harness.parts import WEDGE, library_part
 
-SUCCEEDED, CANCELED, ABORTED = (
-    GoalStatus.STATUS_SUCCEEDED,
-    GoalStatus.STATUS_CANCELED,
-    GoalStatus.STATUS_ABORTED,
-)
+SUCCEEDED = GoalStatus.STATUS_SUCCEEDED
+CANCELED = GoalStatus.STATUS_CANCELED
+ABORTED = GoalStatus.STATUS_ABORTED
 KICK = 0.012
 MANY = 500_000
 """Flips of a pose that take minutes: whoever asks for them cancels them."""

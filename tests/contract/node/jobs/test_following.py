@@ -59,10 +59,8 @@ def test_waiting_then_running_then_done_and_listed_in_the_order_of_acceptance(ce
     part_id = known_part(cell)
     done = start(cell, part_id, 100, seed=1)
     finished(cell, done)
-    first, second = (
-        start(cell, part_id, LONG, seed=1),
-        start(cell, part_id, 500, seed=1),
-    )
+    first = start(cell, part_id, LONG, seed=1)
+    second = start(cell, part_id, 500, seed=1)
     reached(cell, first, RUNNING)
     waiting = get(cell, second)
     assert (waiting.state, waiting.drops_done, waiting.drops_total) == (QUEUED, 0, 500)

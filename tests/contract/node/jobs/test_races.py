@@ -20,7 +20,8 @@ def assert_each_ended_once(client, node, part_id):
     """Every job of a part, as it was accepted, in the bag and to whoever asks."""
 
     def told():
-        ended, accepted = {}, set()
+        ended = {}
+        accepted = set()
         for event in recorded_of(node, "job_events", part_id):
             if event.event == JobEvent.QUEUED:
                 accepted.add(event.job_id)
@@ -40,7 +41,8 @@ def assert_each_ended_once(client, node, part_id):
 @pytest.mark.parametrize("length", [1, LONG])
 def test_a_cancel_at_once_after_the_acceptance(cell, shared_node, length):
     """It meets the beginning of the job, or its end."""
-    part_id, goals = known_part(cell), Goals(cell)
+    part_id = known_part(cell)
+    goals = Goals(cell)
     for seed in range(1, 16):
         goal = goals.send(part_id=part_id, drops=length, seed=seed)
         goal.cancel()
@@ -56,7 +58,9 @@ def test_a_cancel_at_once_after_the_acceptance(cell, shared_node, length):
 
 def test_random_requests_goals_and_cancels_from_several_clients(tuned, node):
     tuned.set(max_queued_jobs=6)
-    part_id, goals, sent = known_part(tuned), Goals(tuned), []
+    part_id = known_part(tuned)
+    goals = Goals(tuned)
+    sent = []
 
     def act(chance, mine):
         asked = {
@@ -79,7 +83,8 @@ def test_random_requests_goals_and_cancels_from_several_clients(tuned, node):
                 rows(tuned)
 
     def work(seed):
-        chance, mine = Random(seed), []
+        chance = Random(seed)
+        mine = []
         for _ in range(50):
             act(chance, mine)
 
@@ -104,8 +109,10 @@ def test_flips_end_with_the_node(node_of, client_of):
 
     A handler must not wait for a lock that the wait which it interrupts holds.
     """
-    node, client = node_of().ready(), client_of()
-    goals, part_id = Goals(client, "simulate_flips"), known_part(client)
+    node = node_of().ready()
+    client = client_of()
+    goals = Goals(client, "simulate_flips")
+    part_id = known_part(client)
     goal = goals.send(part_id=part_id, kick_height=0.012, drops=500_000)
     goal.first_feedback()
     for number in 100 * [signal.SIGINT, signal.SIGTERM]:

@@ -78,7 +78,8 @@ class TestIdenticalRequests:
         finished(cell, done)
         assert start(cell, part_id, 100, seed=1) != done
         running = start(cell, part_id, LONG, seed=1)
-        waiting, drawn = start(cell, part_id, LONG, seed=2), start(cell, part_id, LONG)
+        waiting = start(cell, part_id, LONG, seed=2)
+        drawn = start(cell, part_id, LONG)
         assert len({done, running, waiting, drawn}) == 4
         assert start(cell, part_id, LONG, seed=1) == running
         assert start(cell, part_id, LONG, seed=2) == waiting
@@ -96,7 +97,8 @@ class TestIdenticalRequests:
         ],
     )
     def test_anything_else_is_another_job(self, cell, other):
-        part_id, asked = known_part(cell), {"drops": LONG, "seed": 1}
+        part_id = known_part(cell)
+        asked = {"drops": LONG, "seed": 1}
         assert start(cell, part_id, **asked) != start(
             cell, part_id, **{**asked, **other}
         )

@@ -75,7 +75,8 @@ def test_needles_hold_up_no_small_mesh(tuned, pid):
 
 @pytest.mark.long
 def test_poses_for_another_tolerance_hold_up_nobody(tuned, pid):
-    slow, small = new_id(), new_id()
+    slow = new_id()
+    small = new_id()
     tuned.good("estimate", part=flat(SLOW, slow))
     assert tuned.set(cluster_tolerance=0.02) == {}
     with standing(builder_at_work(pid)):
@@ -106,7 +107,8 @@ def test_all_requests_that_wait_share_one_bound_in_bytes(tuned, pid):
 def test_a_mesh_whose_process_is_killed_is_refused_and_the_next_one_served(
     tuned, publisher, pid
 ):
-    asked, published = tuned.send("estimate", part=flat(SLOW, new_id())), new_id()
+    asked = tuned.send("estimate", part=flat(SLOW, new_id()))
+    published = new_id()
     kill(builder_at_work(pid))
     assert "send the mesh again" in wait_for(asked).message
     publisher.publish(flat(SLOW, published))
@@ -137,7 +139,8 @@ def test_none_of_many_requests_at_once_is_lost(busy, name):
 
 
 def test_parts_come_and_go_while_others_ask(busy, cell):
-    names, over = [new_id() for _ in range(8)], threading.Event()
+    names = [new_id() for _ in range(8)]
+    over = threading.Event()
 
     def ask():
         while not over.is_set():
@@ -159,7 +162,8 @@ def test_parts_come_and_go_while_others_ask(busy, cell):
 @pytest.mark.long
 def test_a_thousand_meshes_as_fast_as_can_be(tuned, node):
     """Each is taken or counted as overrun; memory stays bounded, and a request does not wait."""
-    health, publisher = Health(tuned), MeshPublisher(tuned).matched()
+    health = Health(tuned)
+    publisher = MeshPublisher(tuned).matched()
     ball = np.random.default_rng(3).standard_normal((1200, 3))
     ball /= np.linalg.norm(ball, axis=1)[:, None]
     vertices, triangles = shapes.hull_mesh(ball * (0.02, 0.03, 0.04))

@@ -48,7 +48,8 @@ def test_the_answer_is_that_of_the_library(cell, method):
 
 
 def test_given_mass_properties_stay(cell):
-    plain, part = library_part(WEDGE, mass=0.3), flat(WEDGE, new_id())
+    plain = library_part(WEDGE, mass=0.3)
+    part = flat(WEDGE, new_id())
     part.inertia.m = 0.3
     part.inertia.com = Vector3(
         **dict(zip("xyz", plain.center_of_mass.tolist(), strict=True))
@@ -58,7 +59,8 @@ def test_given_mass_properties_stay(cell):
 
 
 def test_a_large_part(cell):
-    surface, part_id = fine_box(8000), new_id()
+    surface = fine_box(8000)
+    part_id = new_id()
     plain = cell.good("estimate", part=flat(surface, part_id)).statistics
     told, again = (shifted(cell, part_id=part_id) for _ in range(2))
     expected = estimate(shift_center(library_part(surface, part_id), OFFSET))

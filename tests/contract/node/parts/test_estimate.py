@@ -55,7 +55,9 @@ def assert_like_library(told, expected):
         assert pose.pose_id == f"{told.part_id}/{twin.index}"
         for name in ("index", "group", "count", "group_size", "yaw_symmetry", "rolls"):
             assert getattr(pose, name) == getattr(twin, name), name
-        down, axis, turn = pose.down, pose.roll_axis, pose.pose.orientation
+        down = pose.down
+        axis = pose.roll_axis
+        turn = pose.pose.orientation
         np.testing.assert_allclose(
             (down.x, down.y, down.z), twin.down, ROUNDING, ROUNDING
         )

@@ -67,7 +67,8 @@ def test_a_subscriber_hears_it_once_and_last(cell, shared_node):
 
 
 def test_late_joiners_hear_nothing_and_its_publisher_goes(tuned):
-    kept, gone = known_part(tuned), known_part(tuned)
+    kept = known_part(tuned)
+    gone = known_part(tuned)
     until(lambda: publishers(tuned) == 2, "a publisher each")
     tuned.good("forget_part", part_id=gone)
     until(lambda: publishers(tuned) == 1, "the end of its publisher")
@@ -101,7 +102,8 @@ def test_a_part_that_comes_again_has_higher_numbers(cell):
 
 def test_its_simulations_go_on(cell):
     part_id = known_part(cell)
-    short, long = start(cell, part_id, 2000), start(cell, part_id, LONG)
+    short = start(cell, part_id, 2000)
+    long = start(cell, part_id, LONG)
     cell.good("forget_part", part_id=part_id)
     assert finished(cell, short).statistics.drops == 2000
     reached(cell, long, RUNNING)

@@ -67,7 +67,8 @@ def test_a_larger_error_never_replaces_a_smaller_one(cell):
 
 def test_an_estimate_gives_way_to_its_check_whatever_its_error(cell):
     """Drops beside the estimate of a leaning stump tell a larger error."""
-    angle, part_id = np.arange(3) * 2.0 * np.pi / 3.0, known_part(cell)
+    angle = np.arange(3) * 2.0 * np.pi / 3.0
+    part_id = known_part(cell)
     foot = 0.02 * np.stack([np.cos(angle), 0.8 * np.sin(angle), 0.0 * angle], axis=1)
     top = foot * (0.8, 0.9, 1.0) + np.array((0.004, 0.0, 0.06))
     hull = trimesh.convex.convex_hull(np.concatenate([foot, top]))
@@ -127,7 +128,8 @@ def test_the_scene_of_the_part_is_its_own_and_may_be_spelled_out(cell):
 
 
 def test_an_estimate_by_the_method_that_is_wanted_now_takes_the_place_of_another(tuned):
-    part_id, dropped = known_part(tuned), known_part(tuned)
+    part_id = known_part(tuned)
+    dropped = known_part(tuned)
     finished(tuned, start(tuned, dropped, 4000))
     tuned.set(default_method="area")  # its error is larger
     until(lambda: latched(tuned, part_id).method == "area")
@@ -139,7 +141,8 @@ def test_while_a_simulation_goes_on_numbers_rise_and_errors_fall(cell):
     part_id = known_part(cell)
     with cell.late_joiner() as joiner:
         joiner.wait(part_id)
-        begun, job_id = time.monotonic(), start(cell, part_id, LONG)
+        begun = time.monotonic()
+        job_id = start(cell, part_id, LONG)
         until(lambda: len(joiner.of(part_id)) > 3)
         cancelled(cell, job_id)
         joiner.wait(part_id, lambda message: message.final and message.job_id)

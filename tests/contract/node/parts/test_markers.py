@@ -26,7 +26,8 @@ class Drawing:
     """What a late joiner gets on ~/markers."""
 
     def __init__(self, client):
-        self._client, self._arrays = client, []
+        self._client = client
+        self._arrays = []
         self._subscription = client.subscribe(
             MarkerArray,
             f"{client.prefix}/markers",
@@ -71,7 +72,8 @@ def labels(array, part_id):
 
 def placed(marker):
     """Corners of a drawn body in the plate's frame."""
-    turn, place = marker.pose.orientation, marker.pose.position
+    turn = marker.pose.orientation
+    place = marker.pose.position
     turned = Rotation.from_quat((turn.x, turn.y, turn.z, turn.w)).apply(
         [(point.x, point.y, point.z) for point in marker.points]
     )
@@ -113,7 +115,8 @@ def test_every_pose_rests_on_the_plate_beside_the_others_and_says_its_share(
     assert len(names) == len(set(names))
     boxes = []
     for part_id, told in results.items():
-        row, texts = bodies(array, part_id), labels(array, part_id)
+        row = bodies(array, part_id)
+        texts = labels(array, part_id)
         poses = told.poses[: len(row)]
         assert len(row) == min(len(told.poses), 16)
         assert [one.id for one in row] == [pose.index for pose in poses]

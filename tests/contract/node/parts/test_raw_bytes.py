@@ -90,7 +90,8 @@ class TestOtherMachines:
 
 def odd_bytes(message):
     """Bytes that are no message, each of another length."""
-    chance, whole = random.Random(7), bytes(serialize_message(message))
+    chance = random.Random(7)
+    whole = bytes(serialize_message(message))
     yield from (chance.randbytes(size) for size in (9, 65, 999))
     yield from (b"\0\1\0\0" + chance.randbytes(size) for size in (10, 83, 1000))
     yield from (b"\0\1\0\0" + b"\xff" * size for size in (20, 87))

@@ -15,7 +15,8 @@ from ..harness.jobs import finished, get, known_part, reached, start
 from ..harness.parts import WEDGE, flat, library_part, mesh, nested, new_id
 
 VERTICES, TRIANGLES = WEDGE
-NAN, INFINITY = float("nan"), float("inf")
+NAN = float("nan")
+INFINITY = float("inf")
 
 
 def moved_corner(place, value):
@@ -140,7 +141,8 @@ class TestRequests:
 class TestTopic:
     def test_all_say_why_in_log_and_diagnostics(self, cell, shared_node, publisher):
         health = Health(cell)
-        before, sent = int(health.line("parts")[1]["refused"]), list(map(bad, BAD))
+        before = int(health.line("parts")[1]["refused"])
+        sent = list(map(bad, BAD))
         publisher.publish(*[message for message, _ in sent], PartMesh())
         expected = before + len(BAD) + 1
         line, values = health.line(
@@ -183,7 +185,9 @@ class TestLargeOnes:
         self, cell, ball
     ):
         sheet = ball[0] * (1.0, 1.0, 0.0), ball[1]
-        part_id, other, goals = new_id(), known_part(cell), Goals(cell)
+        part_id = new_id()
+        other = known_part(cell)
+        goals = Goals(cell)
         job_id = cell.good(
             "start_drop_simulation", part=flat(sheet, part_id), drops=100
         ).job_id

@@ -66,7 +66,8 @@ class TestARequest:
         assert not missed(tuned.good("estimate", part_id=part_id).statistics)
 
     def test_below_the_error_but_not_with_confidence_needs_drops_too(self, tuned):
-        best, part_id = estimate(library_part(WEDGE), "split"), known_part(tuned)
+        best = estimate(library_part(WEDGE), "split")
+        part_id = known_part(tuned)
         answer = tuned.good(
             "estimate", part_id=part_id, target_error=1.05 * best.expected_error
         )
@@ -108,7 +109,8 @@ class TestARequest:
 
     def test_beyond_the_node_s_drops_is_tried_once(self, tuned):
         """Also where the drops end less sure than as few before them were: half of these do."""
-        part_id, scenes = known_part(tuned), range(30, 38)
+        part_id = known_part(tuned)
+        scenes = range(30, 38)
         for hundredths in scenes:
             asked = {"part_id": part_id, "restitution": 0.01 * hundredths}
             drops = tuned.good("estimate", **asked).statistics.drops + 1

@@ -109,7 +109,8 @@ def test_standard_meshes_on_mesh_topics(workshop, topic, part_id, is_latched):
 
 def test_a_mesh_by_the_file_that_holds_it(cell, clamp):
     """With its unit, in a topic and in a request; refused where there is no such file."""
-    part_id, resource = new_id(), clamp.as_uri()
+    part_id = new_id()
+    resource = clamp.as_uri()
     sent = PartMesh(part_id=part_id, unit=0.001, mesh_resource=resource)
     MeshPublisher(cell).matched().publish(sent)
     digest = load_part(clamp, "mm").digest
@@ -132,7 +133,8 @@ def test_a_nameless_part_is_named_by_its_digest(cell):
 
 def test_unit_and_mass_properties(cell):
     """The mesh is in its unit; centre and inertia are in metres."""
-    part_id, large = new_id(), (1000.0 * WEDGE[0], WEDGE[1])
+    part_id = new_id()
+    large = (1000.0 * WEDGE[0], WEDGE[1])
     inertia = Inertia(
         m=0.2,
         com=Vector3(x=0.02, y=0.014, z=0.007),
@@ -232,10 +234,8 @@ class TestTheCommand:
         self, cell, tmp_path
     ):
         """Of a mesh so fine that the node builds it while the answer before is still latched."""
-        fine, part_id = (
-            trimesh.creation.box((0.02, 0.03, 0.04)).subdivide_loop(6),
-            new_id(),
-        )
+        fine = trimesh.creation.box((0.02, 0.03, 0.04)).subdivide_loop(6)
+        part_id = new_id()
         path = write_stl(tmp_path / "fine.stl", (fine.vertices, fine.faces))
         for height in (0.3, 0.4):
             done = call(

@@ -9,7 +9,8 @@ from ..harness.client import DONE, Client, until
 from ..harness.node import NodeProcess
 from ..harness.witness import Told, Witness, events, unfinished
 
-KILLS, NAMESPACE = 8, ("-r", "__ns:=/killed")
+KILLS = 8
+NAMESPACE = ("-r", "__ns:=/killed")
 UDP_ONLY = {"FASTDDS_BUILTIN_TRANSPORTS": "UDPv4"}
 """A killed process would leave its shared memory behind."""
 
@@ -18,8 +19,11 @@ class Killings:
     """One log directory through many short lives of the node."""
 
     def __init__(self, folder, domain, seed):
-        self.folder, self.domain, self.chance = folder, domain, random.Random(seed)
-        self.told, self.ended_by_start = Told(), 0
+        self.folder = folder
+        self.domain = domain
+        self.chance = random.Random(seed)
+        self.told = Told()
+        self.ended_by_start = 0
 
     def recorded(self):
         """Topic and bytes of everything in all bags."""
@@ -33,7 +37,8 @@ class Killings:
 
     def live(self, answers):
         """Start, look at what the last life left, work for a number of answers, and die."""
-        left, cut_off = bags_of(self.folder), unfinished(events(self.recorded()))
+        left = bags_of(self.folder)
+        cut_off = unfinished(events(self.recorded()))
         node = NodeProcess(
             self.folder,
             *NAMESPACE,
@@ -78,7 +83,8 @@ class Killings:
 @pytest.mark.long
 @pytest.mark.parametrize("seed", [1, 2])
 def test_nothing_acknowledged_is_lost(domain, tmp_path, seed):
-    killings, number = Killings(tmp_path, domain, seed), 0
+    killings = Killings(tmp_path, domain, seed)
+    number = 0
     while number < KILLS or not killings.have_met_enough():
         killings.live(0 if number % 4 == 3 else killings.chance.randrange(1, 60))
         killings.told.assert_in(killings.recorded())

@@ -116,7 +116,8 @@ def lives(begin, domain, folder):
     left = SimpleNamespace()
     with begin() as (_, client):
         first_life(client)
-        left.first, left.fed = shown(client), fed(client)
+        left.first = shown(client)
+        left.fed = fed(client)
         left.done = client.call("list_drop_simulations").job_id
         left.answers = {job_id: get(client, job_id) for job_id in left.done}
     with begin() as (node, client):
