@@ -7,7 +7,7 @@ from setuptools import find_packages, setup
 PACKAGE = "ros_pose_stats"
 here = Path(__file__).resolve().parent
 version: dict[str, str] = {}
-exec((here / PACKAGE / "version.py").read_text(encoding="utf-8"), version)
+exec((here / PACKAGE / "base" / "version.py").read_text(encoding="utf-8"), version)
 
 setup(
     name=PACKAGE,
@@ -20,9 +20,9 @@ setup(
     packages=find_packages(include=[PACKAGE, f"{PACKAGE}.*"]),
     package_data={
         PACKAGE: ["py.typed"],
-        f"{PACKAGE}.report": ["assets/*"],
-        f"{PACKAGE}.catalogue": ["assets/*"],
-        f"{PACKAGE}.estimators": ["weights/*.npz"],
+        f"{PACKAGE}.tools.report": ["assets/*"],
+        f"{PACKAGE}.tools.catalogue": ["assets/*"],
+        f"{PACKAGE}.core.estimators": ["weights/*.npz"],
     },
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
@@ -62,10 +62,10 @@ setup(
     },
     entry_points={
         "console_scripts": [
-            f"{PACKAGE} = {PACKAGE}.cli:main",
-            f"pose_stats_node = {PACKAGE}.commands.node:main",
-            f"example_planner = {PACKAGE}.ros.examples.planner:main",
-            f"example_camera = {PACKAGE}.ros.examples.camera:main",
+            f"{PACKAGE} = {PACKAGE}.tools.cli:main",
+            f"pose_stats_node = {PACKAGE}.tools.commands.node:main",
+            f"example_planner = {PACKAGE}.node.examples.planner:main",
+            f"example_camera = {PACKAGE}.node.examples.camera:main",
         ]
     },
     zip_safe=False,

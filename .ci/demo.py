@@ -97,8 +97,8 @@ def side_by_side(estimate: Any, simulation: Any) -> str:
 def picture(statistics: Any) -> Path:
     """Draw the poses."""
     from ros_pose_stats import load_part
-    from ros_pose_stats.plots.poses import poses_figure
-    from ros_pose_stats.ros.messages.statistics_messages import statistics_of_message
+    from ros_pose_stats.node.messages.statistics_messages import statistics_of_message
+    from ros_pose_stats.tools.plots.poses import poses_figure
 
     file = DEMO / "clamp_poses.png"
     figure = poses_figure(load_part(PART, unit="mm"), statistics_of_message(statistics))

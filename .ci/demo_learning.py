@@ -22,7 +22,7 @@ def learn_plate(listener: Listener, node: subprocess.Popen[bytes]) -> Path:
     """Run a planner and a camera beside the node until it has seen enough; the picture of it."""
     with (
         process(
-            "ros_pose_stats.ros.examples.planner",
+            "ros_pose_stats.node.examples.planner",
             *parameters(file=PART, unit="mm", **FEEDER),
         ) as planner,
         process(
@@ -40,7 +40,7 @@ def learn_plate(listener: Listener, node: subprocess.Popen[bytes]) -> Path:
     from learning_figure import learning_figure
 
     from ros_pose_stats import load_part, simulate
-    from ros_pose_stats.ros.messages.statistics_messages import statistics_of_message
+    from ros_pose_stats.node.messages.statistics_messages import statistics_of_message
 
     results = [statistics_of_message(one) for one in listener.results(PART.stem)]
     truth = simulate(load_part(PART, unit="mm"), TRUE_DROPS, seed=1, **PLATE)

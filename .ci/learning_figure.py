@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from numpy.typing import NDArray
 
-from ros_pose_stats.errors import RequestError
-from ros_pose_stats.plots.figures import BLUE, INK, new_figure, open_axes
-from ros_pose_stats.records import PoseStatistics
+from ros_pose_stats.base.errors import RequestError
+from ros_pose_stats.core.records import PoseStatistics
+from ros_pose_stats.tools.plots.figures import BLUE, INK, new_figure, open_axes
 
 Array = NDArray[np.float64]
 

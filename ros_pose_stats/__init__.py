@@ -18,60 +18,60 @@ Which room holds what, in the order in which an answer comes about:
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from . import version
+from .base import version
 
 __version__ = version.VERSION
 
 if TYPE_CHECKING:
-    from .design.compare import compare
-    from .design.sensitivity import sensitivity
-    from .design.suggest import suggest
-    from .errors import PoseStatsError
-    from .estimators.estimate import estimate_all
-    from .mesh.parts import load_part, part_from_mesh, shift_center
-    from .planning.auto import auto, estimate
-    from .planning.feeding_plan import FeederCell, FeedingPlan, plan_feeding
-    from .planning.hybrid import hybrid
-    from .recording.analysis.comparisons import analyse_bags
-    from .records.drops import DropEvent, DropProgress, FlipStatistics, Trajectory
-    from .records.part import Part
-    from .records.scene import DropScene
-    from .records.statistics import PoseStatistics, StablePose
-    from .resting.observed_orientations import classify_orientations
-    from .resting.outlines import outline_at
-    from .resting.poses import resting_poses
-    from .resting.splitting_graph import splitting_graph
-    from .simulation.flips import simulate_flips
-    from .simulation.record_drop import record_drop
-    from .simulation.simulate import simulate
-    from .statistics.feeding import learn_flips
+    from .base.errors import PoseStatsError
+    from .core.estimators.estimate import estimate_all
+    from .core.mesh.parts import load_part, part_from_mesh, shift_center
+    from .core.planning.auto import auto, estimate
+    from .core.planning.feeding_plan import FeederCell, FeedingPlan, plan_feeding
+    from .core.planning.hybrid import hybrid
+    from .core.records.drops import DropEvent, DropProgress, FlipStatistics, Trajectory
+    from .core.records.part import Part
+    from .core.records.scene import DropScene
+    from .core.records.statistics import PoseStatistics, StablePose
+    from .core.resting.observed_orientations import classify_orientations
+    from .core.resting.outlines import outline_at
+    from .core.resting.poses import resting_poses
+    from .core.resting.splitting_graph import splitting_graph
+    from .core.simulation.flips import simulate_flips
+    from .core.simulation.record_drop import record_drop
+    from .core.simulation.simulate import simulate
+    from .core.statistics.feeding import learn_flips
+    from .tools.bags.comparisons import analyse_bags
+    from .tools.design.compare import compare
+    from .tools.design.sensitivity import sensitivity
+    from .tools.design.suggest import suggest
 
 _HOMES = {
     name: home
     for home, names in (
-        ("design.compare", "compare"),
-        ("design.sensitivity", "sensitivity"),
-        ("design.suggest", "suggest"),
-        ("errors", "PoseStatsError"),
-        ("estimators", "estimate_all"),
-        ("mesh.parts", "load_part part_from_mesh shift_center"),
-        ("planning.auto", "auto estimate"),
-        ("planning.feeding_plan", "FeederCell FeedingPlan plan_feeding"),
-        ("planning.hybrid", "hybrid"),
-        ("recording.analysis.comparisons", "analyse_bags"),
+        ("tools.design.compare", "compare"),
+        ("tools.design.sensitivity", "sensitivity"),
+        ("tools.design.suggest", "suggest"),
+        ("base.errors", "PoseStatsError"),
+        ("core.estimators", "estimate_all"),
+        ("core.mesh.parts", "load_part part_from_mesh shift_center"),
+        ("core.planning.auto", "auto estimate"),
+        ("core.planning.feeding_plan", "FeederCell FeedingPlan plan_feeding"),
+        ("core.planning.hybrid", "hybrid"),
+        ("tools.bags.comparisons", "analyse_bags"),
         (
-            "records",
+            "core.records",
             "DropEvent DropProgress DropScene FlipStatistics Part PoseStatistics "
             "StablePose Trajectory",
         ),
-        ("resting.observed_orientations", "classify_orientations"),
-        ("resting.outlines", "outline_at"),
-        ("resting.poses", "resting_poses"),
-        ("resting.splitting_graph", "splitting_graph"),
-        ("simulation.flips", "simulate_flips"),
-        ("simulation.record_drop", "record_drop"),
-        ("simulation.simulate", "simulate"),
-        ("statistics.feeding", "learn_flips"),
+        ("core.resting.observed_orientations", "classify_orientations"),
+        ("core.resting.outlines", "outline_at"),
+        ("core.resting.poses", "resting_poses"),
+        ("core.resting.splitting_graph", "splitting_graph"),
+        ("core.simulation.flips", "simulate_flips"),
+        ("core.simulation.record_drop", "record_drop"),
+        ("core.simulation.simulate", "simulate"),
+        ("core.statistics.feeding", "learn_flips"),
     )
     for name in names.split()
 }

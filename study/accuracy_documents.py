@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ros_pose_stats.estimators.published import nonlinear
-from ros_pose_stats.files import write_whole
+from ros_pose_stats.base.files import write_whole
+from ros_pose_stats.core.estimators.published import nonlinear
 
 from .chart import PLANS, QUICK, ChartResults, chart, chart_text
 from .dataset import Dataset, shipped_dataset, shipped_datasets

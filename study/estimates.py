@@ -7,9 +7,9 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.estimators import ESTIMATORS
-from ros_pose_stats.records import DropScene
-from ros_pose_stats.resting.poses import RestingPoses
+from ros_pose_stats.core.estimators import ESTIMATORS
+from ros_pose_stats.core.records import DropScene
+from ros_pose_stats.core.resting.poses import RestingPoses
 
 from .dataset import Dataset
 from .errors.simulated_poses import SimulatedPoses

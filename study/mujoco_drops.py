@@ -31,9 +31,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.records import Part
-from ros_pose_stats.records.scene import DEFAULT_CLUSTER_TOLERANCE
-from ros_pose_stats.resting.poses import resting_poses
+from ros_pose_stats.core.records import Part
+from ros_pose_stats.core.records.scene import DEFAULT_CLUSTER_TOLERANCE
+from ros_pose_stats.core.resting.poses import resting_poses
 
 Array = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ros_pose_stats.files import write_whole
+from ros_pose_stats.base.files import write_whole
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -13,8 +13,8 @@ import numpy as np
 from manifold3d import Manifold
 from numpy.random import Generator
 
-from ros_pose_stats.shapes.demo_parts import drill, extrude, revolve, surface_of
-from ros_pose_stats.shapes.profiles import (
+from ros_pose_stats.core.shapes.demo_parts import drill, extrude, revolve, surface_of
+from ros_pose_stats.core.shapes.profiles import (
     Outline,
     rounded_polygon,
     spur_gear,

@@ -17,13 +17,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.errors import MassPropertiesError, MeshError, RequestError
-from ros_pose_stats.kernels.elementary import sines_cosines
-from ros_pose_stats.kernels.principal_axes import principal_axes
-from ros_pose_stats.mesh.parts import part_from_mesh
-from ros_pose_stats.mesh.vectors import lengths, turn_vectors
-from ros_pose_stats.records import Part
-from ros_pose_stats.resting.poses import resting_poses
+from ros_pose_stats.base.errors import MassPropertiesError, MeshError, RequestError
+from ros_pose_stats.core.kernels.elementary import sines_cosines
+from ros_pose_stats.core.kernels.principal_axes import principal_axes
+from ros_pose_stats.core.mesh.parts import part_from_mesh
+from ros_pose_stats.core.mesh.vectors import lengths, turn_vectors
+from ros_pose_stats.core.records import Part
+from ros_pose_stats.core.resting.poses import resting_poses
 
 from .shapes import hull_mesh
 

@@ -12,9 +12,9 @@ from itertools import pairwise
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from ros_pose_stats.mesh.arrays import in_standard_order
-from ros_pose_stats.records import Array
-from ros_pose_stats.shapes.profiles import Surface as Surface, prism as prism
+from ros_pose_stats.core.mesh.arrays import in_standard_order
+from ros_pose_stats.core.records import Array
+from ros_pose_stats.core.shapes.profiles import Surface as Surface, prism as prism
 
 _GOLDEN = (1.0 + np.sqrt(5.0)) / 2.0
 

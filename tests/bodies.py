@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ros_pose_stats import part_from_mesh
-from ros_pose_stats.shapes import demo_parts
+from ros_pose_stats.core.shapes import demo_parts
 from study import shapes
 
 REGULAR_SOLIDS = {

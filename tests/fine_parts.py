@@ -3,7 +3,7 @@
 import numpy as np
 from manifold3d import CrossSection, Manifold, Mesh64
 
-from ros_pose_stats.shapes.profiles import unit_circle
+from ros_pose_stats.core.shapes.profiles import unit_circle
 
 TEETH = 60
 TIP = 0.031

@@ -12,7 +12,8 @@ from typing import NamedTuple
 import pytest
 
 import ros_pose_stats
-from ros_pose_stats import PoseStatsError, cli
+from ros_pose_stats import PoseStatsError
+from ros_pose_stats.tools import cli
 
 ROOT = Path(ros_pose_stats.__file__).resolve().parents[1]
 

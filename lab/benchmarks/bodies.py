@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.shapes.demo_parts import DEMO_PARTS
+from ros_pose_stats.core.shapes.demo_parts import DEMO_PARTS
 from study import shapes
 
 FEW = (1.0, 0.7, 0.5)

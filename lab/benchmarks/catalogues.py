@@ -19,14 +19,18 @@ from pathlib import Path
 
 import numpy as np
 
-from ros_pose_stats.catalogue.making import (
+from ros_pose_stats.core.mesh.files import stl_bytes
+from ros_pose_stats.tools.catalogue.making import (
     Maker,
     make_catalogue,
     on_cluster,
     on_processes,
 )
-from ros_pose_stats.catalogue.request import CatalogueRequest, PartFile, find_parts
-from ros_pose_stats.mesh.files import stl_bytes
+from ros_pose_stats.tools.catalogue.request import (
+    CatalogueRequest,
+    PartFile,
+    find_parts,
+)
 from study.random_parts import random_part
 
 from .report import NUMBERS, machine, table, write_page

@@ -14,8 +14,8 @@ import os
 import numpy as np
 
 from ros_pose_stats import DropScene, compare, part_from_mesh, shift_center
-from ros_pose_stats.design.comparison import SHOWN
-from ros_pose_stats.design.paired_drops import PairedDrops, paired_difference
+from ros_pose_stats.tools.design.comparison import SHOWN
+from ros_pose_stats.tools.design.paired_drops import PairedDrops, paired_difference
 from study import shapes
 
 TRUE_DROPS = 100_000

@@ -16,10 +16,10 @@ from ros_pose_stats import (
     part_from_mesh,
     resting_poses,
 )
-from ros_pose_stats.kernels.body.equilibria import find_equilibria
-from ros_pose_stats.kernels.levels.splits import split_probabilities
-from ros_pose_stats.records.scene import DEFAULT_CLUSTER_TOLERANCE
-from ros_pose_stats.resting.convex_body import convex_body
+from ros_pose_stats.core.kernels.levels.equilibria import find_equilibria
+from ros_pose_stats.core.kernels.levels.splits import split_probabilities
+from ros_pose_stats.core.records.scene import DEFAULT_CLUSTER_TOLERANCE
+from ros_pose_stats.core.resting.convex_body import convex_body
 
 from .bodies import Body
 from .results import Row, Section, Target

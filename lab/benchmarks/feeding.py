@@ -26,9 +26,9 @@ from ros_pose_stats import (
     plan_feeding,
     simulate_flips,
 )
-from ros_pose_stats.planning.feeding_plan import KickPlan
-from ros_pose_stats.planning.plate_fill import blocking_with_bays, plate_fill
-from ros_pose_stats.shapes import demo_parts
+from ros_pose_stats.core.planning.feeding_plan import KickPlan
+from ros_pose_stats.core.planning.plate_fill import blocking_with_bays, plate_fill
+from ros_pose_stats.core.shapes import demo_parts
 
 from .report import NUMBERS, machine, table, write_page
 from .results import Results, Row, Section, Target, save

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull
 
 from ros_pose_stats import Part, estimate, estimate_all, part_from_mesh, resting_poses
-from ros_pose_stats.resting.equilibria import equilibria
+from ros_pose_stats.core.resting.equilibria import equilibria
 
 from .bodies import Body
 from .results import Row, Section, Target

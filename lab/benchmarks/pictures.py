@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
-from ros_pose_stats.plots.figures import INK, REFERENCE, apart, new_figure
+from ros_pose_stats.tools.plots.figures import INK, REFERENCE, apart, new_figure
 from study.output import save_figure
 
 from .growth import STAGES, family

@@ -23,10 +23,10 @@ from ros_pose_stats import (
     resting_poses,
     simulate,
 )
-from ros_pose_stats.errors import PoseStatsError
-from ros_pose_stats.mesh.files import SUFFIXES
-from ros_pose_stats.simulation.drop_body import drop_body
-from ros_pose_stats.simulation.drops import DropChunk
+from ros_pose_stats.base.errors import PoseStatsError
+from ros_pose_stats.core.mesh.files import SUFFIXES
+from ros_pose_stats.core.simulation.drop_body import drop_body
+from ros_pose_stats.core.simulation.drops import DropChunk
 
 from .drops.dropper import Dropper, paper_droppers, pick_evenly
 from .drops.soundness import thresholds

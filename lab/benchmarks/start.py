@@ -13,7 +13,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from ros_pose_stats.shapes.demo_parts import write_demo_parts
+from ros_pose_stats.core.shapes.demo_parts import write_demo_parts
 
 from .report import DOCS, NUMBERS, machine, table, write_page
 from .results import Results, Row, Section, Target, save

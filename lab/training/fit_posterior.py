@@ -17,15 +17,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from ros_pose_stats.statistics.fitted_prior import FITTED_METHOD
-from ros_pose_stats.statistics.prior import PriorFit
+from ros_pose_stats.core.statistics.fitted_prior import FITTED_METHOD
+from ros_pose_stats.core.statistics.prior import PriorFit
 
 from .posterior_samples import RESTITUTIONS, Sample, samples
 
 Array = NDArray[np.float64]
 
 MODULE = (
-    Path(__file__).resolve().parents[2] / "ros_pose_stats/statistics/fitted_prior.py"
+    Path(__file__).resolve().parents[2]
+    / "ros_pose_stats/core/statistics/fitted_prior.py"
 )
 
 BEGIN = (0.0, math.log(0.5), math.log(5e-4), math.log(0.03), math.log(0.25))

@@ -18,12 +18,16 @@ from manifold3d import Manifold
 from numpy.random import Generator
 
 from ros_pose_stats import part_from_mesh, shift_center, simulate
-from ros_pose_stats.estimators.expected import ExpectedError, expected_error, largest_of
-from ros_pose_stats.estimators.fitted import ERROR_FITS
-from ros_pose_stats.estimators.split import split
-from ros_pose_stats.records import DropScene, Part
-from ros_pose_stats.resting.poses import RestingPoses, resting_poses
-from ros_pose_stats.shapes.demo_parts import surface_of
+from ros_pose_stats.core.estimators.expected import (
+    ExpectedError,
+    expected_error,
+    largest_of,
+)
+from ros_pose_stats.core.estimators.fitted import ERROR_FITS
+from ros_pose_stats.core.estimators.split import split
+from ros_pose_stats.core.records import DropScene, Part
+from ros_pose_stats.core.resting.poses import RestingPoses, resting_poses
+from ros_pose_stats.core.shapes.demo_parts import surface_of
 from study.output import markdown_table, points, write_page
 
 DOCS: Final = Path(__file__).resolve().parents[2] / "docs"

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from ros_pose_stats.estimators.fitted import TanhNetwork
+from ros_pose_stats.core.estimators.fitted import TanhNetwork
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.floating]

@@ -9,11 +9,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.estimators.estimate import estimator
-from ros_pose_stats.estimators.expected import expected_error
-from ros_pose_stats.records import DropScene
-from ros_pose_stats.resting.poses import RestingPoses
-from ros_pose_stats.statistics.prior import PosePrior, PriorFit
+from ros_pose_stats.core.estimators.estimate import estimator
+from ros_pose_stats.core.estimators.expected import expected_error
+from ros_pose_stats.core.records import DropScene
+from ros_pose_stats.core.resting.poses import RestingPoses
+from ros_pose_stats.core.statistics.prior import PosePrior, PriorFit
 from study.dataset import Dataset, shipped_datasets
 
 from .families import FAMILIES, family_part, family_poses

@@ -13,15 +13,15 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from ros_pose_stats import simulate
-from ros_pose_stats.estimators.expected import (
+from ros_pose_stats.core.estimators.expected import (
     ROCKING as SHIPPED,
     expected_error,
     largest_of,
     rocking_errors,
 )
-from ros_pose_stats.estimators.fitted import ERROR_FITS
-from ros_pose_stats.estimators.split import ACROSS, split
-from ros_pose_stats.records import Array, DropScene
+from ros_pose_stats.core.estimators.fitted import ERROR_FITS
+from ros_pose_stats.core.estimators.split import ACROSS, split
+from ros_pose_stats.core.records import Array, DropScene
 from study.output import markdown_table, points, write_page
 
 from .families import CURVED, ROCKING, family_part, family_poses

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from ros_pose_stats.statistics.fitted_prior import FITTED_METHOD
-from ros_pose_stats.statistics.prior import PriorFit, prior_fit
+from ros_pose_stats.core.statistics.fitted_prior import FITTED_METHOD
+from ros_pose_stats.core.statistics.prior import PriorFit, prior_fit
 
 from ..benchmarks.auto.cases import Case, drop_parts
 from ..benchmarks.auto.sharpening import bound_holds, intervals_hold

@@ -37,7 +37,7 @@ BUSY = "while True: sum(range(100_000))"
 
 def serve(kind: str) -> None:
     """Answer until standard input ends."""
-    from ros_pose_stats.ros.answering_node import AnsweringNode
+    from ros_pose_stats.node.answering_node import AnsweringNode
 
     rclpy.init()
     if kind == "node":

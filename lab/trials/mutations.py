@@ -51,7 +51,7 @@ MUTATIONS: Final = (
     Mutation(
         "kernels/drops",
         "a sign: an impact gives back less the more elastic it is",
-        "ros_pose_stats/kernels/drops/impacts.py",
+        "ros_pose_stats/core/kernels/drops/impacts.py",
         "impulse = -(1.0 + restitution) * speed",
         "impulse = -(1.0 - restitution) * speed",
         ("tests/truth/kernels/test_contacts.py",),
@@ -59,7 +59,7 @@ MUTATIONS: Final = (
     Mutation(
         "kernels/body",
         "a quaternion's order: w first",
-        "ros_pose_stats/kernels/body/standing.py",
+        "ros_pose_stats/core/kernels/body/standing.py",
         "x, y, z, w = quaternions[i]",
         "w, x, y, z = quaternions[i]",
         ("tests/truth/poses/test_pose_geometry.py::TestEveryPose",),
@@ -67,7 +67,7 @@ MUTATIONS: Final = (
     Mutation(
         "mesh",
         "off by one: what lies in the first shell lies in none",
-        "ros_pose_stats/mesh/shells.py",
+        "ros_pose_stats/core/mesh/shells.py",
         "in_metal = around >= 0 and outward[around]",
         "in_metal = around > 0 and outward[around]",
         ("tests/truth/mesh/test_shells.py",),
@@ -75,7 +75,7 @@ MUTATIONS: Final = (
     Mutation(
         "resting",
         "a swapped comparison: the high members of a pose count as the low ones",
-        "ros_pose_stats/resting/equilibria.py",
+        "ros_pose_stats/core/resting/equilibria.py",
         "near = found.heights < (1.0 + tolerance)",
         "near = found.heights > (1.0 + tolerance)",
         ("tests/truth/poses/test_persistence.py",),
@@ -83,7 +83,7 @@ MUTATIONS: Final = (
     Mutation(
         "statistics",
         "a lost half: both tails of an interval are as wide as one",
-        "ros_pose_stats/statistics/errors.py",
+        "ros_pose_stats/core/statistics/errors.py",
         "(1.0 - level) / 2.0",
         "(1.0 - level)",
         ("tests/contract/library/test_simulate_answers.py",),
@@ -91,7 +91,7 @@ MUTATIONS: Final = (
     Mutation(
         "estimators",
         "a product in place of a ratio: far faces count more",
-        "ros_pose_stats/estimators/published.py",
+        "ros_pose_stats/core/estimators/published.py",
         "arrays.angle[found.faces] / arrays.distance[found.faces]",
         "arrays.angle[found.faces] * arrays.distance[found.faces]",
         ("tests/truth/estimates/test_closed_forms.py",),
@@ -99,7 +99,7 @@ MUTATIONS: Final = (
     Mutation(
         "simulation",
         "off by one: a drop is left out between two chunks",
-        "ros_pose_stats/simulation/chunks.py",
+        "ros_pose_stats/core/simulation/chunks.py",
         "return self._next - count, count",
         "return self._next - count + 1, count",
         ("tests/contract/library/test_simulate_runs.py",),
@@ -107,7 +107,7 @@ MUTATIONS: Final = (
     Mutation(
         "recording",
         "a lost flush: a file of a bag is closed without its summary",
-        "ros_pose_stats/recording/writer/bag_file.py",
+        "ros_pose_stats/node/recording/writer/bag_file.py",
         "end = self._write([mcap_layout.closing(self.contents, self.size)])",
         "end = self.size",
         ("tests/contract/bags/test_drop_film.py",),
@@ -115,7 +115,7 @@ MUTATIONS: Final = (
     Mutation(
         "ros",
         "a dropped lock: two nodes have one state file",
-        "ros_pose_stats/ros/state/tables.py",
+        "ros_pose_stats/node/state/tables.py",
         "fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)",
         "pass",
         ("tests/contract/node/restart/test_lives.py",),
@@ -123,7 +123,7 @@ MUTATIONS: Final = (
     Mutation(
         "commands",
         "an exit status: a run that Ctrl-C has ended is told as complete",
-        "ros_pose_stats/commands/running.py",
+        "ros_pose_stats/tools/commands/running.py",
         "return INTERRUPTED if interrupted else 0",
         "return 0",
         ("tests/contract/commands/test_interrupts.py",),

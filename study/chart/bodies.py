@@ -7,11 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.mesh.parts import part_from_mesh
-from ros_pose_stats.records import DropScene, Part
-from ros_pose_stats.records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES
-from ros_pose_stats.resting.poses import RestingPoses, resting_poses
-from ros_pose_stats.simulation.simulate import simulate
+from ros_pose_stats.core.mesh.parts import part_from_mesh
+from ros_pose_stats.core.records import DropScene, Part
+from ros_pose_stats.core.records.scene import (
+    DEFAULT_CLUSTER_TOLERANCE,
+    DEFAULT_ROUND_SIDES,
+)
+from ros_pose_stats.core.resting.poses import RestingPoses, resting_poses
+from ros_pose_stats.core.simulation.simulate import simulate
 
 from ..dataset import Dataset
 from ..errors.simulated_poses import SimulatedPoses, pooled

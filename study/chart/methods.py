@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ros_pose_stats import estimate
-from ros_pose_stats.estimators import ESTIMATORS
-from ros_pose_stats.planning.hybrid import hybrid
-from ros_pose_stats.records import PoseStatistics
-from ros_pose_stats.simulation.simulate import simulate
+from ros_pose_stats.core.estimators import ESTIMATORS
+from ros_pose_stats.core.planning.hybrid import hybrid
+from ros_pose_stats.core.records import PoseStatistics
+from ros_pose_stats.core.simulation.simulate import simulate
 
 from .. import paper
 from ..errors.partition import Accuracy, accuracy, noise_of

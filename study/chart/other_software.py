@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from trimesh.poses import compute_stable_poses
 
-from ros_pose_stats.resting.poses import RestingPoses
+from ros_pose_stats.core.resting.poses import RestingPoses
 
 from ..errors.partition import accuracy
 from ..errors.simulated_poses import SimulatedPoses, pooled

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from ros_pose_stats.records.scene import describe_scene
+from ros_pose_stats.core.records.scene import describe_scene
 
 from ..dataset import Dataset, DatasetSpec
 from ..figures.speed_accuracy import ChartPanel, ChartPoint, pareto_front

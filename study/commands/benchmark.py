@@ -9,15 +9,15 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ros_pose_stats.commands.arguments import read_count
-from ros_pose_stats.commands.running import (
+from ros_pose_stats.base.errors import RequestError
+from ros_pose_stats.tools.commands.arguments import read_count
+from ros_pose_stats.tools.commands.running import (
     INTERRUPTED,
     ProgressBar,
     announce_slow_start,
     end_on_interrupt,
     stop_on_interrupt,
 )
-from ros_pose_stats.errors import RequestError
 
 from .dataset import add_shift_options
 
@@ -274,7 +274,7 @@ def run_chart(options: argparse.Namespace) -> int:
 def run_figures(options: argparse.Namespace) -> int:
     """All tables and figures of the documents."""
     with announce_slow_start(), end_on_interrupt():
-        from ros_pose_stats.files import refuse_unwritable
+        from ros_pose_stats.base.files import refuse_unwritable
 
         from ..accuracy_documents import measure_documents, write_documents
 
@@ -289,7 +289,7 @@ def run_figures(options: argparse.Namespace) -> int:
 def run_plates(options: argparse.Namespace) -> int:
     """Fitted plates, judged by other parts."""
     with announce_slow_start(), end_on_interrupt():
-        from ros_pose_stats.files import refuse_unwritable
+        from ros_pose_stats.base.files import refuse_unwritable
 
         from ..output import plain
         from ..plates import plates, plates_text, write_plates
@@ -308,7 +308,7 @@ def run_plates(options: argparse.Namespace) -> int:
 def run_stability(options: argparse.Namespace) -> int:
     """Every method along every walk."""
     with announce_slow_start(), end_on_interrupt():
-        from ros_pose_stats.files import refuse_unwritable
+        from ros_pose_stats.base.files import refuse_unwritable
 
         from ..stability import as_dict, stability, stability_text, write_stability
 
@@ -344,7 +344,7 @@ def _datasets(options: argparse.Namespace) -> list[Dataset]:
 
 def _figure(output: str) -> Path:
     """Path of a figure; refused if nothing can be written there."""
-    from ros_pose_stats.files import refuse_unwritable
+    from ros_pose_stats.base.files import refuse_unwritable
 
     path = Path(output)
     if path.name in ("", "..") or output.endswith("/"):

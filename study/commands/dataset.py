@@ -8,8 +8,8 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ros_pose_stats.commands.arguments import read_count
-from ros_pose_stats.commands.running import (
+from ros_pose_stats.tools.commands.arguments import read_count
+from ros_pose_stats.tools.commands.running import (
     INTERRUPTED,
     ProgressBar,
     announce_slow_start,
@@ -99,7 +99,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
 def run(options: argparse.Namespace) -> int:
     """Make the dataset and say what it holds."""
     with announce_slow_start(), end_on_interrupt():
-        from ros_pose_stats.kernels.compilation import prepare_kernels
+        from ros_pose_stats.core.kernels.compilation import prepare_kernels
 
         from ..dataset import DatasetSpec, make_dataset
 

@@ -11,9 +11,9 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.batch.folder import write_durably
-from ros_pose_stats.errors import reason
-from ros_pose_stats.version import VERSION
+from ros_pose_stats.base.errors import reason
+from ros_pose_stats.base.version import VERSION
+from ros_pose_stats.tools.batch.folder import write_durably
 
 from .spec import DatasetError, DatasetSpec
 

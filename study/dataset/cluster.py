@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Sequence
 
-from ros_pose_stats.batch.cluster import WORKER_SECONDS, ClusterWork, work_on_cluster
+from ros_pose_stats.tools.batch.cluster import (
+    WORKER_SECONDS,
+    ClusterWork,
+    work_on_cluster,
+)
 
 from .archive import Arrays
 from .making import Made, Maker, Piece, make_chunk

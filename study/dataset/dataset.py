@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.errors import RequestError
-from ros_pose_stats.records import Part
-from ros_pose_stats.resting.poses import RestingPoses, resting_poses
+from ros_pose_stats.base.errors import RequestError
+from ros_pose_stats.core.records import Part
+from ros_pose_stats.core.resting.poses import RestingPoses, resting_poses
 
 from ..errors.simulated_poses import SimulatedPoses
 from ..random_polyhedra import RandomPolyhedron

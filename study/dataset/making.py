@@ -13,11 +13,15 @@ from threading import Event
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.batch.processes import in_flight
-from ros_pose_stats.records import DropScene
-from ros_pose_stats.simulation.drop_body import PreparedBody, drop_body
-from ros_pose_stats.simulation.drops import compute_drops, drop_rules, random_starts
-from ros_pose_stats.simulation.request import check_workers
+from ros_pose_stats.core.records import DropScene
+from ros_pose_stats.core.simulation.drop_body import PreparedBody, drop_body
+from ros_pose_stats.core.simulation.drops import (
+    compute_drops,
+    drop_rules,
+    random_starts,
+)
+from ros_pose_stats.core.simulation.request import check_workers
+from ros_pose_stats.tools.batch.processes import in_flight
 
 from ..random_polyhedra import RandomPolyhedron, random_polyhedron
 from .archive import Arrays, read_archive, write_archive

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from ros_pose_stats.errors import PoseStatsError, RequestError
-from ros_pose_stats.records import DropScene
-from ros_pose_stats.records.scene import describe_scene
+from ros_pose_stats.base.errors import PoseStatsError, RequestError
+from ros_pose_stats.core.records import DropScene
+from ros_pose_stats.core.records.scene import describe_scene
 
 from ..random_polyhedra import check_shift
 

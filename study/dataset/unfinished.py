@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from ros_pose_stats.batch.folder import WorkFolder, write_durably
-from ros_pose_stats.errors import BatchError, reason
-from ros_pose_stats.files import HALF, LOCK
+from ros_pose_stats.base.errors import BatchError, reason
+from ros_pose_stats.base.files import HALF, LOCK
+from ros_pose_stats.tools.batch.folder import WorkFolder, write_durably
 
 from .archive import FIELDS, Arrays, check_arrays
 from .spec import DatasetError, DatasetSpec

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import gammaln
 
-from ros_pose_stats.errors import RequestError
-from ros_pose_stats.statistics.errors import (
+from ros_pose_stats.base.errors import RequestError
+from ros_pose_stats.core.statistics.errors import (
     DEFAULT_LEVEL,
     error_variances,
     jeffreys_interval,

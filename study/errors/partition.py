@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ros_pose_stats.errors import RequestError
+from ros_pose_stats.base.errors import RequestError
 
 from .bootstrap import RESAMPLES, body_bootstrap
 from .simulated_poses import SimulatedPoses

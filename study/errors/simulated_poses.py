@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ros_pose_stats.errors import RequestError
+from ros_pose_stats.base.errors import RequestError
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

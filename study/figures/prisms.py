@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, NullLocator
 from numpy.typing import ArrayLike, NDArray
 
-from ros_pose_stats.plots.figures import INK, REFERENCE, new_figure, open_axes
+from ros_pose_stats.tools.plots.figures import INK, REFERENCE, new_figure, open_axes
 
 from .curves import LINES, Curves, merged
 

@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from numpy.typing import ArrayLike, NDArray
 
-from ros_pose_stats.errors import RequestError
-from ros_pose_stats.plots.figures import BLUE, INK, REFERENCE, new_figure
+from ros_pose_stats.base.errors import RequestError
+from ros_pose_stats.tools.plots.figures import BLUE, INK, REFERENCE, new_figure
 
 Array = NDArray[np.float64]
 

@@ -12,8 +12,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
-from ros_pose_stats.errors import RequestError
-from ros_pose_stats.plots.figures import BLUE, INK, REFERENCE, new_figure, open_axes
+from ros_pose_stats.base.errors import RequestError
+from ros_pose_stats.tools.plots.figures import (
+    BLUE,
+    INK,
+    REFERENCE,
+    new_figure,
+    open_axes,
+)
 
 from .curves import LINES, merged
 

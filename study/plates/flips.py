@@ -11,10 +11,10 @@ import numpy as np
 from numpy.random import default_rng
 
 from ros_pose_stats import estimate, learn_flips, simulate_flips
-from ros_pose_stats.mesh.vectors import rotation_matrices
-from ros_pose_stats.records.scene import GRAVITY
-from ros_pose_stats.resting.poses import RestingPoses, resting_poses
-from ros_pose_stats.simulation.flips import usual_kicks
+from ros_pose_stats.core.mesh.vectors import rotation_matrices
+from ros_pose_stats.core.records.scene import GRAVITY
+from ros_pose_stats.core.resting.poses import RestingPoses, resting_poses
+from ros_pose_stats.core.simulation.flips import usual_kicks
 
 from ..output import markdown_table, points, write_page
 from .friction import Array, RealPlate, plate_of, poses_reached, strike, study_parts

@@ -18,11 +18,11 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.mesh.parts import part_from_mesh
-from ros_pose_stats.mesh.vectors import rotation_matrices
-from ros_pose_stats.records import Part
-from ros_pose_stats.records.scene import GRAVITY
-from ros_pose_stats.resting.poses import RestingPoses, resting_poses
+from ros_pose_stats.core.mesh.parts import part_from_mesh
+from ros_pose_stats.core.mesh.vectors import rotation_matrices
+from ros_pose_stats.core.records import Part
+from ros_pose_stats.core.records.scene import GRAVITY
+from ros_pose_stats.core.resting.poses import RestingPoses, resting_poses
 
 from ..shapes import box, ellipsoid_points, hull_mesh, prism
 
@@ -173,9 +173,9 @@ def _unit(vectors: Array) -> Array:
 
 
 @numba.njit(cache=True)
-def _drop_all(
+def _drop_all(  # type: ignore[no-untyped-def]
     corners, inverse, downs, least, turns, heights, velocities, spins, plate, radius
-):  # type: ignore[no-untyped-def]
+):
     ends = np.empty(len(turns), np.int64)
     for drop in range(len(turns)):
         ends[drop] = _drop(

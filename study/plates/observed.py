@@ -8,13 +8,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.estimators.estimate import estimate_in
-from ros_pose_stats.planning.confidence import (
+from ros_pose_stats.core.estimators.estimate import estimate_in
+from ros_pose_stats.core.planning.confidence import (
     learnt_plate_error,
     observe_counts,
     plate_evidence,
 )
-from ros_pose_stats.records import DropScene, PoseStatistics, StablePose
+from ros_pose_stats.core.records import DropScene, PoseStatistics, StablePose
 
 from .friction import read_counts, study_parts
 

@@ -10,10 +10,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.estimators.split import split
-from ros_pose_stats.plates import CountedPart, count_part, fit_plate
-from ros_pose_stats.plates.fit import SIDES, ExplainedPart, SceneGrid
-from ros_pose_stats.records.scene import DropScene, Numbering
+from ros_pose_stats.core.estimators.split import split
+from ros_pose_stats.core.plates import CountedPart, count_part, fit_plate
+from ros_pose_stats.core.plates.fit import SIDES, ExplainedPart, SceneGrid
+from ros_pose_stats.core.records.scene import DropScene, Numbering
 
 from ..prisms.dice import DICE, Die
 from ..prisms.prism_runs import on_squares, square_prism

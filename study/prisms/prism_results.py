@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.estimators import ESTIMATORS
-from ros_pose_stats.records.scene import describe_scene
+from ros_pose_stats.core.estimators import ESTIMATORS
+from ros_pose_stats.core.records.scene import describe_scene
 
 from ..output import plain
 from .dice import SOURCE

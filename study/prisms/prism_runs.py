@@ -9,14 +9,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ros_pose_stats.estimators import ESTIMATORS
-from ros_pose_stats.mesh.parts import part_from_mesh
-from ros_pose_stats.records import DropScene, Part, StablePose
-from ros_pose_stats.records.scene import DEFAULT_DROP_RADII
-from ros_pose_stats.resting.poses import resting_poses
-from ros_pose_stats.simulation.request import drop_request
-from ros_pose_stats.simulation.simulate import simulate
-from ros_pose_stats.statistics.errors import jeffreys_interval
+from ros_pose_stats.core.estimators import ESTIMATORS
+from ros_pose_stats.core.mesh.parts import part_from_mesh
+from ros_pose_stats.core.records import DropScene, Part, StablePose
+from ros_pose_stats.core.records.scene import DEFAULT_DROP_RADII
+from ros_pose_stats.core.resting.poses import resting_poses
+from ros_pose_stats.core.simulation.request import drop_request
+from ros_pose_stats.core.simulation.simulate import simulate
+from ros_pose_stats.core.statistics.errors import jeffreys_interval
 
 from ..shapes import box
 from .dice import DICE, root_mean_square, sampling_noise, standard_error

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from ros_pose_stats.mesh.parts import part_from_mesh
-from ros_pose_stats.records import Part
-from ros_pose_stats.records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES
-from ros_pose_stats.resting.poses import resting_poses
+from ros_pose_stats.core.mesh.parts import part_from_mesh
+from ros_pose_stats.core.records import Part
+from ros_pose_stats.core.records.scene import (
+    DEFAULT_CLUSTER_TOLERANCE,
+    DEFAULT_ROUND_SIDES,
+)
+from ros_pose_stats.core.resting.poses import resting_poses
 
 from ..shapes import cylinder, ellipsoid_points, hull_mesh
 from .walk import SIZE, Step, Walk, along, spread_by_ratio, spread_evenly, towards
@@ -93,11 +96,9 @@ def _nudged() -> Walk:
 
 
 def _gear(teeth: int) -> Part:
-    from ros_pose_stats.shapes.demo_parts import (
-        extrude,
-        surface_of,
-    )  # loads the solid modeller
-    from ros_pose_stats.shapes.profiles import spur_gear
+    # It loads the solid modeller.
+    from ros_pose_stats.core.shapes.demo_parts import extrude, surface_of
+    from ros_pose_stats.core.shapes.profiles import spur_gear
 
     radius = 1e3 * SIZE
     outline = spur_gear(teeth, 2.0 * radius / (teeth + 2))
@@ -107,11 +108,8 @@ def _gear(teeth: int) -> Part:
 
 
 def _drilled_block(diameter: float) -> Part:
-    from ros_pose_stats.shapes.demo_parts import (  # loads the solid modeller
-        drill,
-        extrude,
-        surface_of,
-    )
+    # It loads the solid modeller.
+    from ros_pose_stats.core.shapes.demo_parts import drill, extrude, surface_of
 
     wide = 1e3 * SIZE
     high = BLOCK_HEIGHT * wide

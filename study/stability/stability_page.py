@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.estimators import ESTIMATORS
-from ros_pose_stats.records.scene import DEFAULT_RESTITUTION, describe_scene
-from ros_pose_stats.text import listed
+from ros_pose_stats.base.text import listed
+from ros_pose_stats.core.estimators import ESTIMATORS
+from ros_pose_stats.core.records.scene import DEFAULT_RESTITUTION, describe_scene
 
 from ..figures.stability import WalkCurve, WalkPanel, reliability_figure, walk_figure
 from ..output import markdown_table, points, write_page

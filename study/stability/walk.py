@@ -8,8 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.records import Part
-from ros_pose_stats.records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION
+from ros_pose_stats.core.records import Part
+from ros_pose_stats.core.records.scene import (
+    DEFAULT_CLUSTER_TOLERANCE,
+    DEFAULT_RESTITUTION,
+)
 
 Array = NDArray[np.float64]
 

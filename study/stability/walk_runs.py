@@ -11,13 +11,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.estimators import estimate_all
-from ros_pose_stats.estimators.expected import expected_error
-from ros_pose_stats.planning.hybrid import hybrid
-from ros_pose_stats.records import DropScene, PoseStatistics
-from ros_pose_stats.resting.poses import resting_poses
-from ros_pose_stats.simulation.simulate import simulate
-from ros_pose_stats.statistics.errors import (
+from ros_pose_stats.core.estimators import estimate_all
+from ros_pose_stats.core.estimators.expected import expected_error
+from ros_pose_stats.core.planning.hybrid import hybrid
+from ros_pose_stats.core.records import DropScene, PoseStatistics
+from ros_pose_stats.core.resting.poses import resting_poses
+from ros_pose_stats.core.simulation.simulate import simulate
+from ros_pose_stats.core.statistics.errors import (
     jeffreys_interval,
     root_mean_square,
     standard_errors,

@@ -7,9 +7,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from ros_pose_stats.mesh.parts import part_from_mesh
-from ros_pose_stats.records import Part
-from ros_pose_stats.resting.poses import resting_poses
+from ros_pose_stats.core.mesh.parts import part_from_mesh
+from ros_pose_stats.core.records import Part
+from ros_pose_stats.core.resting.poses import resting_poses
 
 from ..random_polyhedra import random_polyhedron
 from ..shapes import box, hull_mesh, sphere_points

@@ -10,11 +10,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.estimators import ESTIMATORS
-from ros_pose_stats.planning.confidence import pose_prior
-from ros_pose_stats.records import DropScene
-from ros_pose_stats.resting.poses import RestingPoses
-from ros_pose_stats.simulation.simulate import simulate
+from ros_pose_stats.core.estimators import ESTIMATORS
+from ros_pose_stats.core.planning.confidence import pose_prior
+from ros_pose_stats.core.records import DropScene
+from ros_pose_stats.core.resting.poses import RestingPoses
+from ros_pose_stats.core.simulation.simulate import simulate
 
 from .. import paper
 from ..dataset import Dataset

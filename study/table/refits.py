@@ -13,7 +13,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.estimators.published import COMBINED_WEIGHT, NQSE_COEFFICIENTS
+from ros_pose_stats.core.estimators.published import COMBINED_WEIGHT, NQSE_COEFFICIENTS
 
 from ..errors.bootstrap import body_bootstrap
 from ..errors.partition import accuracy

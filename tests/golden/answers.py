@@ -59,7 +59,7 @@ DECLARED = ".step", ".stp"
 
 def run(*arguments):
     """Status, output and complaints of a command."""
-    from ros_pose_stats.cli import main
+    from ros_pose_stats.tools.cli import main
 
     out = io.StringIO()
     err = io.StringIO()

@@ -16,7 +16,7 @@ KEPT = Path(__file__).with_name("parts.npz")
 def make():
     """Surfaces by name, in millimetres: the demo parts, and twenty generated ones."""
     from ros_pose_stats import load_part
-    from ros_pose_stats.shapes.demo_parts import write_demo_parts
+    from ros_pose_stats.core.shapes.demo_parts import write_demo_parts
     from study import shapes
     from study.random_parts import random_part
     from study.random_polyhedra import random_polyhedron

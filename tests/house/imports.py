@@ -43,18 +43,6 @@ class Sources:
         parts = file.relative_to(package.parent).with_suffix("").parts
         return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
-    def room(self, module: str) -> str:
-        """First name below the package; empty for the package's own `__init__`."""
-        return module.partition(".")[2].partition(".")[0]
-
-    def inner_room(self, module: str) -> str:
-        """Folder of a module inside its room; empty for a module of the room itself."""
-        parts = (
-            *module.split("."),
-            *["__init__"] * (self.files[module].name == "__init__.py"),
-        )
-        return parts[2] if len(parts) > 3 else ""
-
     @property
     def internal(self) -> list[Import]:
         """Imports of the package's own modules."""
@@ -95,9 +83,9 @@ class Sources:
     def cycles(self) -> list[list[str]]:
         """Groups of modules that import each other as they run (Tarjan's strong components)."""
         onward: dict[str, set[str]] = {module: set() for module in self.files}
-        for one in self.internal:
-            if not one.typing:
-                onward[one.importer].add(one.target)
+        for arrow in self.internal:
+            if not arrow.typing:
+                onward[arrow.importer].add(arrow.target)
         number: dict[str, int] = {}
         lowest: dict[str, int] = {}
         stack: list[str] = []

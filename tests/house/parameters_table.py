@@ -3,7 +3,7 @@
 import sys
 from pathlib import Path
 
-from ros_pose_stats.ros.settings import TABLE
+from ros_pose_stats.node.settings import TABLE
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "node.md"
 HEAD = "| name | default | meaning |\n|---|---|---|\n"

@@ -87,7 +87,7 @@ def test_both_packages_are_installed_and_run(workspace):
         file = f"ros_pose_stats/share/ros_pose_stats/config/pose_stats.{name}"
         assert (install / file).is_file()
     assets = list((install / "ros_pose_stats").rglob("report/assets/*"))
-    ours = (ROOT / "ros_pose_stats/report/assets").iterdir()
+    ours = (ROOT / "ros_pose_stats/tools/report/assets").iterdir()
     assert {file.name for file in assets} == {file.name for file in ours} > {"page.css"}
     index = "share/ament_index/resource_index"
     assert (install / f"ros_pose_stats/{index}/packages/ros_pose_stats").is_file()

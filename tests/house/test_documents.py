@@ -13,8 +13,8 @@ from catkin_pkg.cli.tag_changelog import rename_section
 from matplotlib.image import imread
 
 from ros_pose_stats import __version__
-from ros_pose_stats.cli import main, parser
-from ros_pose_stats.methods import METHODS
+from ros_pose_stats.base.methods import METHODS
+from ros_pose_stats.tools.cli import main, parser
 from study.__main__ import main as study
 from tests.house import commands_page
 from tests.running import ROOT, call

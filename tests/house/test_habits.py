@@ -132,10 +132,10 @@ def test_no_file_has_a_habit():
     [
         (
             patches,
-            "from ros_pose_stats.mesh import hull\nm.setattr(hull, 'ConvexHull', 1)",
+            "from ros_pose_stats.core.mesh import hull\nm.setattr(hull, 'ConvexHull', 1)",
         ),
-        (patches, "m.setattr('ros_pose_stats.mesh.hull.ConvexHull', 1)"),
-        (private_names, "from ros_pose_stats.mesh.hull import _faces"),
+        (patches, "m.setattr('ros_pose_stats.core.mesh.hull.ConvexHull', 1)"),
+        (private_names, "from ros_pose_stats.core.mesh.hull import _faces"),
         (private_names, "import ros_pose_stats\nros_pose_stats._HOMES"),
         (rounded_keys, "assert round(x, 3) == y"),
         (rounded_keys, "np.unique(np.round(x, 7), axis=0)"),

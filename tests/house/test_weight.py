@@ -17,9 +17,9 @@ from tests.house.weight import (
     words_of_people,
 )
 
-LINES = {"ros_pose_stats": 34_407, "ros_pose_stats/ros": 5_997, "tests": 23_901}
-FILES = {"ros_pose_stats": 233, "ros_pose_stats/ros": 39, "tests": 215}
-IMPORTS = {"ros_pose_stats": 0.06, "ros_pose_stats/ros": 0.085, "tests": 0.07}
+LINES = {"ros_pose_stats": 34_407, "ros_pose_stats/node": 5_997, "tests": 23_901}
+FILES = {"ros_pose_stats": 233, "ros_pose_stats/node": 39, "tests": 215}
+IMPORTS = {"ros_pose_stats": 0.06, "ros_pose_stats/node": 0.085, "tests": 0.07}
 """Share of the lines."""
 
 MOST_SIBLINGS = 20

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ros_pose_stats import DropScene, Part, PoseStatistics, simulate
-from ros_pose_stats.planning.confidence import pose_prior
-from ros_pose_stats.resting.poses import RestingPoses
-from ros_pose_stats.simulation.drops import DropChunk
-from ros_pose_stats.statistics.prior import PosePrior
+from ros_pose_stats.core.planning.confidence import pose_prior
+from ros_pose_stats.core.resting.poses import RestingPoses
+from ros_pose_stats.core.simulation.drops import DropChunk
+from ros_pose_stats.core.statistics.prior import PosePrior
 
 from ...training.families import FAMILIES, family_options, family_part, family_poses
 

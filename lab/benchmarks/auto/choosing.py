@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ros_pose_stats import Part, PoseStatistics, auto, estimate, hybrid, simulate
-from ros_pose_stats.estimators import ESTIMATORS
-from ros_pose_stats.statistics.prior import PosePrior
+from ros_pose_stats.core.estimators import ESTIMATORS
+from ros_pose_stats.core.statistics.prior import PosePrior
 
 from ..results import Row, Section, Target
 from .cases import Case, probabilities

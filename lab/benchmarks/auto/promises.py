@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ros_pose_stats.planning.confidence import FIRST_LOOK, judge_drops
-from ros_pose_stats.statistics.prefix import Judge, Prefix
-from ros_pose_stats.statistics.prior import PosePrior
+from ros_pose_stats.core.planning.confidence import FIRST_LOOK, judge_drops
+from ros_pose_stats.core.statistics.prefix import Judge, Prefix
+from ros_pose_stats.core.statistics.prior import PosePrior
 
 from ..results import Row, Section, Target
 from .cases import Case

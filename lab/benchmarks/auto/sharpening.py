@@ -9,10 +9,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.estimators.estimate import estimator
-from ros_pose_stats.statistics.fitted_prior import FITTED_METHOD
-from ros_pose_stats.statistics.posterior import Kinds
-from ros_pose_stats.statistics.prior import PosePrior
+from ros_pose_stats.core.estimators.estimate import estimator
+from ros_pose_stats.core.statistics.fitted_prior import FITTED_METHOD
+from ros_pose_stats.core.statistics.posterior import Kinds
+from ros_pose_stats.core.statistics.prior import PosePrior
 
 from ..results import Row, Section, Target
 from .cases import Case

@@ -9,10 +9,14 @@ from typing import NamedTuple
 import numpy as np
 
 from ros_pose_stats import DropScene, part_from_mesh
-from ros_pose_stats.kernels.drops.drop import run_drops
-from ros_pose_stats.kernels.drops.layout import EVENT_COUNT, IMPACT_COUNT, DropRules
-from ros_pose_stats.simulation.drop_body import drop_body
-from ros_pose_stats.simulation.drops import (
+from ros_pose_stats.core.kernels.drops.drop import run_drops
+from ros_pose_stats.core.kernels.drops.layout import (
+    EVENT_COUNT,
+    IMPACT_COUNT,
+    DropRules,
+)
+from ros_pose_stats.core.simulation.drop_body import drop_body
+from ros_pose_stats.core.simulation.drops import (
     NO_TAPE,
     DropOutcomes,
     compute_drops,

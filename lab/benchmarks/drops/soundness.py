@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ros_pose_stats import PoseStatistics, simulate
-from ros_pose_stats.kernels.drops.layout import DropRules
+from ros_pose_stats.core.kernels.drops.layout import DropRules
 
 from ..results import Row, Section
 from .dropper import RESTITUTIONS, Dropper

@@ -15,8 +15,8 @@ import numpy as np
 import trimesh
 
 from ros_pose_stats import Part, estimate, resting_poses, simulate
-from ros_pose_stats.resting.trust import curve_angle
-from ros_pose_stats.tolerances import EXPORTS_DIFFER
+from ros_pose_stats.core.resting.trust import curve_angle
+from ros_pose_stats.core.tolerances import EXPORTS_DIFFER
 from study import shapes
 
 from ..report import MEASURED, NUMBERS, collect_results, table

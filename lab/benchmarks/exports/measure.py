@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2_contingency
 
 from ros_pose_stats import PoseStatistics, estimate, simulate
-from ros_pose_stats.statistics.chi_square import LEAST_EXPECTED
+from ros_pose_stats.core.statistics.chi_square import LEAST_EXPECTED
 from study import shapes
 
 from ..report import NUMBERS, collect_results

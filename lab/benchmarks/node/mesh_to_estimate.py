@@ -14,8 +14,8 @@ from scipy.spatial import ConvexHull
 from std_msgs.msg import UInt32
 
 from ros_pose_stats import estimate, part_from_mesh
-from ros_pose_stats.ros.messages.part_messages import part_message
-from ros_pose_stats.ros.messages.part_requests import PartRequest
+from ros_pose_stats.node.messages.part_messages import part_message
+from ros_pose_stats.node.messages.part_requests import PartRequest
 
 from ..bodies import Body, rounded_box
 from ..results import Row, Section

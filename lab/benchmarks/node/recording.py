@@ -11,11 +11,11 @@ from pathlib import Path
 
 from ros_pose_stats_msgs import srv
 
-from ros_pose_stats.recording.reader import RawMessage, raw_messages
-from ros_pose_stats.recording.run_log import RunLog
-from ros_pose_stats.recording.writer.mcap_layout import message_size
-from ros_pose_stats.ros.recorder import ANSWERS, TYPES, message_type
-from ros_pose_stats.ros.state import Change, State
+from ros_pose_stats.node.recorder import ANSWERS, TYPES, message_type
+from ros_pose_stats.node.recording.reader import RawMessage, raw_messages
+from ros_pose_stats.node.recording.run_log import RunLog
+from ros_pose_stats.node.recording.writer.mcap_layout import message_size
+from ros_pose_stats.node.state import Change, State
 
 from ..bodies import Body
 from ..results import Row, Section

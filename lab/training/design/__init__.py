@@ -1,1 +1,1 @@
-"""How right the derivatives and the suggestions of `ros_pose_stats.design` are, against drops."""
+"""How right the derivatives and the suggestions of `ros_pose_stats.tools.design` are, against drops."""

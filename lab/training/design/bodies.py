@@ -8,11 +8,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ros_pose_stats import estimate
-from ros_pose_stats.design.changes import DesignSpace
-from ros_pose_stats.design.shares import WantedShare
-from ros_pose_stats.mesh.parts import part_from_mesh, shift_center
-from ros_pose_stats.records import DropScene, Part
-from ros_pose_stats.shapes.demo_parts import DEMO_PARTS
+from ros_pose_stats.core.mesh.parts import part_from_mesh, shift_center
+from ros_pose_stats.core.records import DropScene, Part
+from ros_pose_stats.core.shapes.demo_parts import DEMO_PARTS
+from ros_pose_stats.tools.design.changes import DesignSpace
+from ros_pose_stats.tools.design.shares import WantedShare
 
 from ..families import FAMILIES, family_options, family_part
 

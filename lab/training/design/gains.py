@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ros_pose_stats.design.paired_drops import paired_difference
-from ros_pose_stats.design.suggest import suggest
+from ros_pose_stats.tools.design.paired_drops import paired_difference
+from ros_pose_stats.tools.design.suggest import suggest
 
 from .bodies import Case
 

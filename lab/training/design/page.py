@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.design.sensitivity import STEP
+from ros_pose_stats.tools.design.sensitivity import STEP
 from study.output import markdown_table, points
 
 from .gains import TOLD_DROPS, WITHIN, Gain

@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ros_pose_stats.design.changes import ChangedPart
-from ros_pose_stats.design.paired_drops import paired_difference
-from ros_pose_stats.design.sensitivity import STEP, effect_error
-from ros_pose_stats.errors import MeshError
+from ros_pose_stats.base.errors import MeshError
+from ros_pose_stats.tools.design.changes import ChangedPart
+from ros_pose_stats.tools.design.paired_drops import paired_difference
+from ros_pose_stats.tools.design.sensitivity import STEP, effect_error
 
 from .bodies import Case
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import argparse
 
-from ros_pose_stats.estimators.fitted import ERROR_FILE
+from ros_pose_stats.core.estimators.fitted import ERROR_FILE
 
 from ...benchmarks.report import NUMBERS, collect_results, write_page
 from ...benchmarks.results import save

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize, minimize_scalar
 from scipy.special import gammaln, logsumexp
 
-from ros_pose_stats.estimators import ESTIMATORS
-from ros_pose_stats.estimators.expected import scatter
-from ros_pose_stats.estimators.fitted import ERROR_FILE, ErrorFit
+from ros_pose_stats.core.estimators import ESTIMATORS
+from ros_pose_stats.core.estimators.expected import scatter
+from ros_pose_stats.core.estimators.fitted import ERROR_FILE, ErrorFit
 from study.dataset import shipped_datasets
 from study.estimates import restings, scene_estimates, square_errors
 

@@ -9,10 +9,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.estimators import ESTIMATORS
-from ros_pose_stats.estimators.fitted import error_inputs, error_scale, known_answers
-from ros_pose_stats.records import DropScene
-from ros_pose_stats.resting.poses import RestingPoses
+from ros_pose_stats.core.estimators import ESTIMATORS
+from ros_pose_stats.core.estimators.fitted import (
+    error_inputs,
+    error_scale,
+    known_answers,
+)
+from ros_pose_stats.core.records import DropScene
+from ros_pose_stats.core.resting.poses import RestingPoses
 
 from ..families import family_part, family_poses
 from ..split.samples import Sample

@@ -8,10 +8,13 @@ from itertools import count
 import numpy as np
 from numpy.random import Generator
 
-from ros_pose_stats.errors import MassPropertiesError, MeshError
-from ros_pose_stats.records import Part
-from ros_pose_stats.records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES
-from ros_pose_stats.resting.poses import RestingPoses, resting_poses
+from ros_pose_stats.base.errors import MassPropertiesError, MeshError
+from ros_pose_stats.core.records import Part
+from ros_pose_stats.core.records.scene import (
+    DEFAULT_CLUSTER_TOLERANCE,
+    DEFAULT_ROUND_SIDES,
+)
+from ros_pose_stats.core.resting.poses import RestingPoses, resting_poses
 from study.random_polyhedra import random_polyhedron
 
 from .curved import CURVED

@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numpy.random import Generator
 
-from ros_pose_stats.mesh.mass_properties import solid_of
-from ros_pose_stats.shapes.profiles import unit_circle
+from ros_pose_stats.core.mesh.mass_properties import solid_of
+from ros_pose_stats.core.shapes.profiles import unit_circle
 from study.shapes import hull_mesh
 
 from .solids import Solid, block, extruded

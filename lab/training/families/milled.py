@@ -12,8 +12,8 @@ import numpy as np
 from manifold3d import Manifold
 from numpy.random import Generator
 
-from ros_pose_stats.shapes.demo_parts import drill, extrude, surface_of
-from ros_pose_stats.shapes.profiles import Outline, rounded_polygon
+from ros_pose_stats.core.shapes.demo_parts import drill, extrude, surface_of
+from ros_pose_stats.core.shapes.profiles import Outline, rounded_polygon
 
 from .solids import Solid
 

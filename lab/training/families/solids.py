@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.mesh.mass_properties import solid_of
-from ros_pose_stats.mesh.parts import part_from_mesh
-from ros_pose_stats.records import Part
+from ros_pose_stats.core.mesh.mass_properties import solid_of
+from ros_pose_stats.core.mesh.parts import part_from_mesh
+from ros_pose_stats.core.records import Part
 from study.shapes import hull_mesh
 
 Array = NDArray[np.float64]

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from ros_pose_stats.shapes.profiles import unit_circle
+from ros_pose_stats.core.shapes.profiles import unit_circle
 
 from .solids import Solid, extruded, fan
 

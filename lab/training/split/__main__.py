@@ -16,7 +16,7 @@ import sys
 from pathlib import Path
 from tempfile import gettempdir
 
-from ros_pose_stats.estimators.fitted import SPLIT_FITS
+from ros_pose_stats.core.estimators.fitted import SPLIT_FITS
 
 from ...benchmarks.report import machine
 from .counting import count_all, join_parts

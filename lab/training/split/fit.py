@@ -9,12 +9,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.estimators.fitted import (
-    SPLIT_FILE,
-    SplitFit,
-    TanhNetwork,
+from ros_pose_stats.core.estimators.fitted import SPLIT_FILE, SplitFit, TanhNetwork
+from ros_pose_stats.core.estimators.split import (
+    ACROSS,
+    component_bases,
+    component_weights,
 )
-from ros_pose_stats.estimators.split import ACROSS, component_bases, component_weights
 
 from ..network_fit import (
     coefficient_count,

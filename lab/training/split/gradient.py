@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.kernels.compilation import kernel
+from ros_pose_stats.core.kernels.compilation import kernel
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.estimators.fitted import SplitFit
+from ros_pose_stats.core.estimators.fitted import SplitFit
 
 from .fit import fit_networks, predict
 from .samples import FIT_SEED, HEIGHT, JUDGE_SEED, LOW, USUAL, Sample

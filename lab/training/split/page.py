@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from ros_pose_stats.estimators.split import FORGOTTEN, HOLDING
-from ros_pose_stats.kernels.features.split_features import FAR, NEAR, SHALLOWEST
-from ros_pose_stats.resting.poses import CORNER_REACHES
+from ros_pose_stats.core.estimators.split import FORGOTTEN, HOLDING
+from ros_pose_stats.core.kernels.features.split_features import FAR, NEAR, SHALLOWEST
+from ros_pose_stats.core.resting.poses import CORNER_REACHES
 
 from .counting import (
     BODIES,

@@ -17,9 +17,9 @@ from ros_pose_stats import (
     resting_poses,
     simulate,
 )
-from ros_pose_stats.estimators import ESTIMATORS
-from ros_pose_stats.estimators.expected import expected_error
-from ros_pose_stats.shapes.demo_parts import DEMO_PARTS
+from ros_pose_stats.core.estimators import ESTIMATORS
+from ros_pose_stats.core.estimators.expected import expected_error
+from ros_pose_stats.core.shapes.demo_parts import DEMO_PARTS
 
 from .samples import LOW, USUAL
 

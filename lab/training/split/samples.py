@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.files import write_whole
+from ros_pose_stats.base.files import write_whole
 
 Index = NDArray[np.int64]
 

@@ -10,11 +10,11 @@ from itertools import groupby
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.estimators import ESTIMATORS
-from ros_pose_stats.estimators.expected import expected_error
-from ros_pose_stats.estimators.split import kept_shares, split_inputs
-from ros_pose_stats.records import DropScene
-from ros_pose_stats.resting.poses import RestingPoses
+from ros_pose_stats.core.estimators import ESTIMATORS
+from ros_pose_stats.core.estimators.expected import expected_error
+from ros_pose_stats.core.estimators.split import kept_shares, split_inputs
+from ros_pose_stats.core.records import DropScene
+from ros_pose_stats.core.resting.poses import RestingPoses
 
 from ..families import family_options, family_part, family_poses
 from .samples import Sample

@@ -20,7 +20,7 @@ from ros_pose_stats import (
     simulate,
     splitting_graph,
 )
-from ros_pose_stats.tolerances import TIP_MARGIN
+from ros_pose_stats.core.tolerances import TIP_MARGIN
 
 TOLERANCES = (0.0, 0.0025)
 DROPS = 3

@@ -5,9 +5,9 @@ from __future__ import annotations
 import random
 import shutil
 
-from ros_pose_stats.errors import PoseStatsError
-from ros_pose_stats.ros.state import Change, State
-from ros_pose_stats.ros.state.tables import COLUMNS
+from ros_pose_stats.base.errors import PoseStatsError
+from ros_pose_stats.node.state import Change, State
+from ros_pose_stats.node.state.tables import COLUMNS
 
 from ..frame import Outcome, Setting
 from .original import NAME, Original

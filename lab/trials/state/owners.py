@@ -9,7 +9,7 @@ import sqlite3
 import subprocess
 import time
 
-from ros_pose_stats.ros.state.tables import sealed
+from ros_pose_stats.node.state.tables import sealed
 from tests.contract.node.harness.node import NodeProcess
 from tests.contract.node.harness.parts import flat
 

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
-from ros_pose_stats.plots.figures import INK, REFERENCE, new_figure, open_axes
+from ros_pose_stats.tools.plots.figures import INK, REFERENCE, new_figure, open_axes
 
 from .labels import Array, write_names
 from .points import (

@@ -11,7 +11,7 @@ from matplotlib.text import Annotation
 from matplotlib.transforms import Bbox
 from numpy.typing import ArrayLike, NDArray
 
-from ros_pose_stats.plots.figures import INK, REFERENCE, apart
+from ros_pose_stats.tools.plots.figures import INK, REFERENCE, apart
 
 from .points import ESTIMATORS, KINDS, ChartPoint, series_of
 

@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.errors import RequestError
-from ros_pose_stats.methods import METHODS
-from ros_pose_stats.statistics.fitted_prior import FITTED_METHOD
-from ros_pose_stats.text import listed
+from ros_pose_stats.base.errors import RequestError
+from ros_pose_stats.base.methods import METHODS
+from ros_pose_stats.base.text import listed
+from ros_pose_stats.core.statistics.fitted_prior import FITTED_METHOD
 
 Array = NDArray[np.float64]
 

@@ -6,7 +6,7 @@ import signal
 
 import pytest
 
-from ros_pose_stats import cli
+from ros_pose_stats.tools import cli
 from tests.running import strict_json
 
 ENDLESS = 10**8

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import ros_pose_stats
-from ros_pose_stats.cli import main
+from ros_pose_stats.tools.cli import main
 from tests.contract.bags.recorders import write_recorded
 from tests.running import ROOT, answer, answer_json, call, complaints, refusal
 
@@ -113,7 +113,7 @@ for words in (["bag", {str(write_recorded(parts / "bag"))!r}, "--json"], ["estim
 @pytest.mark.parametrize(
     ("command", "needed", "others"),
     [
-        ("help", "ros_pose_stats.cli", "numpy numba scipy trimesh rclpy mcap"),
+        ("help", "ros_pose_stats.tools.cli", "numpy numba scipy trimesh rclpy mcap"),
         ("bag", "mcap", "numba matplotlib rclpy"),
         (
             "estimate",

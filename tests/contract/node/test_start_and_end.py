@@ -245,7 +245,7 @@ def test_before_it_is_ready(node_of, number):
 STUCK = """
 import ctypes, sys, time
 from rclpy.node import Node
-from ros_pose_stats.ros.parts.part_store import PartStore
+from ros_pose_stats.node.parts.part_store import PartStore
 
 def never_ends(*arguments):
     while True:
@@ -255,7 +255,7 @@ def locks_the_interpreter(*arguments):
     ctypes.PyDLL(None).sleep(1000)
 
 {}
-from ros_pose_stats.commands.node import main
+from ros_pose_stats.tools.commands.node import main
 sys.exit(main())
 """
 

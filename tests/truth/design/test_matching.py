@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ros_pose_stats import compare, part_from_mesh, resting_poses, shift_center
-from ros_pose_stats.shapes.demo_parts import DEMO_PARTS
+from ros_pose_stats.core.shapes.demo_parts import DEMO_PARTS
 from tests.bodies import moved, random_polyhedron, rotation, shapes
 
 CUBE = shapes.box(16.0, 16.0, 16.0)

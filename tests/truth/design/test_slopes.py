@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from ros_pose_stats import part_from_mesh, resting_poses, sensitivity, suggest
-from ros_pose_stats.design.describe import describe_gain
-from ros_pose_stats.design.paired_drops import paired_difference
-from ros_pose_stats.shapes.demo_parts import DEMO_PARTS
+from ros_pose_stats.core.shapes.demo_parts import DEMO_PARTS
+from ros_pose_stats.tools.design.describe import describe_gain
+from ros_pose_stats.tools.design.paired_drops import paired_difference
 from study import shapes
 
 CUBE = part_from_mesh(*shapes.box(20e-3, 20e-3, 20e-3))

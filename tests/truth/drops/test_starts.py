@@ -8,7 +8,7 @@ import pytest
 from scipy.stats import chi2, chisquare
 
 from ros_pose_stats import part_from_mesh, record_drop, simulate
-from ros_pose_stats.shapes.demo_parts import DEMO_PARTS
+from ros_pose_stats.core.shapes.demo_parts import DEMO_PARTS
 from tests.bodies import (
     REGULAR_SOLIDS,
     moved,

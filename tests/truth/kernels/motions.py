@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ros_pose_stats.kernels.drops.evolve import advance
-from ros_pose_stats.kernels.drops.free_rotation import rotate_freely
-from ros_pose_stats.kernels.drops.layout import (
+from ros_pose_stats.core.kernels.drops.evolve import advance
+from ros_pose_stats.core.kernels.drops.free_rotation import rotate_freely
+from ros_pose_stats.core.kernels.drops.layout import (
     COLUMNS,
     CONTACT,
     FLIGHT,
@@ -24,7 +24,11 @@ from ros_pose_stats.kernels.drops.layout import (
     W,
     Z,
 )
-from ros_pose_stats.kernels.drops.series import free_series, shorten, sliding_series
+from ros_pose_stats.core.kernels.drops.series import (
+    free_series,
+    shorten,
+    sliding_series,
+)
 
 TRUNCATION = (
     1e-16  # so that rounding alone parts the kernels from what is expected of them

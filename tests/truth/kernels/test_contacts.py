@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from ros_pose_stats.kernels.drops.impacts import strike, vertex_velocity
-from ros_pose_stats.kernels.vectors import Vec3
+from ros_pose_stats.core.kernels.drops.impacts import strike, vertex_velocity
+from ros_pose_stats.core.kernels.vectors import Vec3
 
 from .motions import (
     SHAPES,

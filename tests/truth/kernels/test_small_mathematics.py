@@ -7,15 +7,15 @@ import pytest
 from hypothesis import given, strategies as st
 from hypothesis.extra.numpy import arrays
 
-from ros_pose_stats.kernels.elementary import (
+from ros_pose_stats.core.kernels.elementary import (
     arctangent,
     exponential,
     rough_root,
     sine_cosine,
     sines_cosines,
 )
-from ros_pose_stats.kernels.principal_axes import principal_axes
-from ros_pose_stats.kernels.sorting import falling_order, rising_order
+from ros_pose_stats.core.kernels.principal_axes import principal_axes
+from ros_pose_stats.core.kernels.sorting import falling_order, rising_order
 from study.random_polyhedra import logarithms
 from tests.bodies import rotation
 

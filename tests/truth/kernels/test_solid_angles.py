@@ -5,10 +5,10 @@ from decimal import Decimal, localcontext
 import numpy as np
 import pytest
 
-from ros_pose_stats.kernels import vectors
-from ros_pose_stats.kernels.levels import splits
-from ros_pose_stats.kernels.vectors import Vec3
-from ros_pose_stats.resting.convex_body import convex_body
+from ros_pose_stats.core.kernels import vectors
+from ros_pose_stats.core.kernels.levels import splits
+from ros_pose_stats.core.kernels.vectors import Vec3
+from ros_pose_stats.core.resting.convex_body import convex_body
 from tests.bodies import convex_parts, rotation
 from tests.truth.reference.sphere_grid import Shape, areas_below
 

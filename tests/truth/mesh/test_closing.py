@@ -6,7 +6,7 @@ import trimesh
 from hypothesis import given, strategies as st
 
 from ros_pose_stats import part_from_mesh
-from ros_pose_stats.shapes import demo_parts
+from ros_pose_stats.core.shapes import demo_parts
 from tests.bodies import codes
 
 STATED = 1e-3

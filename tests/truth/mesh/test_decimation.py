@@ -7,7 +7,7 @@ from hypothesis import given, strategies as st
 from scipy.spatial import cKDTree
 
 from ros_pose_stats import part_from_mesh
-from ros_pose_stats.mesh.decimation import visible_triangles
+from ros_pose_stats.core.mesh.decimation import visible_triangles
 from study import shapes
 from tests import fine_parts
 

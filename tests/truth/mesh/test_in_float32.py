@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ros_pose_stats import estimate_all, part_from_mesh
-from ros_pose_stats.shapes import demo_parts
+from ros_pose_stats.core.shapes import demo_parts
 from study import shapes
 from tests.bodies import (
     REGULAR_SOLIDS,

@@ -6,7 +6,7 @@ from manifold3d import Manifold
 from scipy.spatial.transform import Rotation
 
 from ros_pose_stats import estimate, part_from_mesh, resting_poses
-from ros_pose_stats.shapes import demo_parts
+from ros_pose_stats.core.shapes import demo_parts
 from study import shapes
 from tests import fine_parts
 from tests.bodies import (

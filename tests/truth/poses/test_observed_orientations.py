@@ -13,7 +13,7 @@ from ros_pose_stats import (
     part_from_mesh,
     resting_poses,
 )
-from ros_pose_stats.shapes import demo_parts
+from ros_pose_stats.core.shapes import demo_parts
 from tests.bodies import random_polyhedron, shapes
 
 NOISE = math.radians(5.0)

@@ -10,7 +10,7 @@ from matplotlib.path import Path
 from scipy.spatial.transform import Rotation
 
 from ros_pose_stats import PoseStatsError, outline_at, part_from_mesh, resting_poses
-from ros_pose_stats.shapes import demo_parts
+from ros_pose_stats.core.shapes import demo_parts
 from tests.bodies import moved, random_polyhedron, rotation, shapes
 from tests.fine_parts import surface
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ros_pose_stats import estimate, part_from_mesh, resting_poses
-from ros_pose_stats.shapes import demo_parts
+from ros_pose_stats.core.shapes import demo_parts
 from tests.bodies import (
     clamp_hull,
     moved,

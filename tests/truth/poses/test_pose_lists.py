@@ -15,7 +15,7 @@ from manifold3d import CrossSection, Manifold
 
 from lab.benchmarks.exports import parts as exports
 from ros_pose_stats import resting_poses
-from ros_pose_stats.shapes import demo_parts
+from ros_pose_stats.core.shapes import demo_parts
 from study import shapes
 from tests.fine_parts import surface
 

@@ -8,7 +8,7 @@ import pytest
 import trimesh
 
 from ros_pose_stats import load_part, part_from_mesh, resting_poses
-from ros_pose_stats.shapes import demo_parts
+from ros_pose_stats.core.shapes import demo_parts
 from study import random_parts, shapes
 from tests.running import answer, command, refusal
 

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from ros_pose_stats import estimate, part_from_mesh, resting_poses
-from ros_pose_stats.shapes import demo_parts
+from ros_pose_stats.core.shapes import demo_parts
 from tests.bodies import METHODS, REGULAR_SOLIDS, moved, rotation, shapes
 from tests.matching import downs
 

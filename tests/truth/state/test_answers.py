@@ -4,7 +4,7 @@ from collections import Counter
 
 import pytest
 
-from ros_pose_stats.ros.answering_node import Answers
+from ros_pose_stats.node.answering_node import Answers
 
 
 class Service:

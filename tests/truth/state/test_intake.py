@@ -14,24 +14,24 @@ from rclpy.serialization import serialize_message
 from ros_pose_stats_msgs.msg import JobEvent, PoseStatistics, StablePose
 
 from ros_pose_stats import part_from_mesh
-from ros_pose_stats.batch.worker import WorkerProcess
-from ros_pose_stats.errors import BatchError, MeshError, RequestError
-from ros_pose_stats.mesh.overlap import TakesLongError
-from ros_pose_stats.records.scene import DropScene, Numbering
-from ros_pose_stats.ros import camera_counts, state as states
-from ros_pose_stats.ros.answering_node import answered
-from ros_pose_stats.ros.base import Base
-from ros_pose_stats.ros.jobs import JobListener, JobRequest, Jobs, State, job_reports
-from ros_pose_stats.ros.jobs.refinement import Refinement
-from ros_pose_stats.ros.lanes import Lane, Lanes, Rank, done_with, ending
-from ros_pose_stats.ros.messages.part_requests import PartRequest
-from ros_pose_stats.ros.parts.announcer import Announcer
-from ros_pose_stats.ros.parts.count_store import CellCounts, CountStore, Ground
-from ros_pose_stats.ros.parts.intake import LARGE_BYTES, Intake
-from ros_pose_stats.ros.parts.known_part import KnownPart, PartSource, Shown
-from ros_pose_stats.ros.parts.part_store import PartStore
-from ros_pose_stats.ros.parts.result_store import Stores
-from ros_pose_stats.ros.services.cell import PlateFits
+from ros_pose_stats.base.errors import BatchError, MeshError, RequestError
+from ros_pose_stats.base.worker import WorkerProcess
+from ros_pose_stats.core.mesh.overlap import TakesLongError
+from ros_pose_stats.core.records.scene import DropScene, Numbering
+from ros_pose_stats.node import camera_counts, state as states
+from ros_pose_stats.node.answering_node import answered
+from ros_pose_stats.node.base import Base
+from ros_pose_stats.node.jobs import JobListener, JobRequest, Jobs, State, job_reports
+from ros_pose_stats.node.jobs.refinement import Refinement
+from ros_pose_stats.node.lanes import Lane, Lanes, Rank, done_with, ending
+from ros_pose_stats.node.messages.part_requests import PartRequest
+from ros_pose_stats.node.parts.announcer import Announcer
+from ros_pose_stats.node.parts.count_store import CellCounts, CountStore, Ground
+from ros_pose_stats.node.parts.intake import LARGE_BYTES, Intake
+from ros_pose_stats.node.parts.known_part import KnownPart, PartSource, Shown
+from ros_pose_stats.node.parts.part_store import PartStore
+from ros_pose_stats.node.parts.result_store import Stores
+from ros_pose_stats.node.services.cell import PlateFits
 
 NODE_SCENE = (-1.0, -1.0)  # of a part that has no scene of its own
 TETRAHEDRON = (

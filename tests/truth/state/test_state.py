@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
 
-from ros_pose_stats.errors import RequestError
-from ros_pose_stats.plates import PlateProfile, read_profiles, write_profile
-from ros_pose_stats.ros.state import Change, State, StateInUseError
+from ros_pose_stats.base.errors import RequestError
+from ros_pose_stats.core.plates import PlateProfile, read_profiles, write_profile
+from ros_pose_stats.node.state import Change, State, StateInUseError
 
 NAMES = "abc"
 KINDS = dict.fromkeys(("PartMesh", "PoseStatistics", "JobEvent"), "float64 x")

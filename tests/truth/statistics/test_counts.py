@@ -7,13 +7,13 @@ import pytest
 from scipy import stats
 
 from ros_pose_stats import PoseStatsError, part_from_mesh
-from ros_pose_stats.design.paired_drops import (
+from ros_pose_stats.core.plates import count_part
+from ros_pose_stats.core.statistics.chi_square import goodness_of_fit, homogeneity
+from ros_pose_stats.tools.design.paired_drops import (
     adjust_together,
     chance_of_split,
     paired_difference,
 )
-from ros_pose_stats.plates import count_part
-from ros_pose_stats.statistics.chi_square import goodness_of_fit, homogeneity
 from tests.bodies import shapes
 
 

@@ -8,8 +8,8 @@ import pytest
 from manifold3d import CrossSection, JoinType, Manifold
 
 from ros_pose_stats import estimate, part_from_mesh, simulate, simulate_flips
-from ros_pose_stats.planning import feeding_plan
-from ros_pose_stats.planning.plate_fill import blocking_with_bays, plate_fill
+from ros_pose_stats.core.planning import feeding_plan
+from ros_pose_stats.core.planning.plate_fill import blocking_with_bays, plate_fill
 from study import shapes
 from tests.bodies import by_index
 

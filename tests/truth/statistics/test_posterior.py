@@ -9,14 +9,14 @@ from hypothesis import given, strategies as st
 from scipy.stats import beta, binom, dirichlet, norm
 
 from ros_pose_stats import estimate as estimated, part_from_mesh
-from ros_pose_stats.planning.confidence import (
+from ros_pose_stats.core.planning.confidence import (
     learnt_plate_error,
     observe_counts,
     plate_evidence,
 )
-from ros_pose_stats.statistics.errors import largest_error
-from ros_pose_stats.statistics.posterior import shortest_interval
-from ros_pose_stats.statistics.prior import ConnorMosimann, PosePrior, prior_fit
+from ros_pose_stats.core.statistics.errors import largest_error
+from ros_pose_stats.core.statistics.posterior import shortest_interval
+from ros_pose_stats.core.statistics.prior import ConnorMosimann, PosePrior, prior_fit
 from study import shapes
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 from hypothesis import given, strategies as st
 
-from ros_pose_stats.tolerances import number_equal
+from ros_pose_stats.core.tolerances import number_equal
 
 TOLERANCE = 1e-10
 

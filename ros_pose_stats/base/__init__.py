@@ -1,0 +1,1 @@
+"""What every wing needs: errors, words, files, names of methods, worker processes."""

@@ -1,0 +1,1 @@
+"""From a mesh to the statistics of its poses: imports no ROS, matplotlib or mcap."""

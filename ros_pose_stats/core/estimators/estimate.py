@@ -1,0 +1,137 @@
+"""From a part to its pose statistics by an estimator, of those whose rows `methods` has."""
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from importlib import import_module
+
+from ...base import errors, methods
+from ..records import (
+    Array,
+    DropScene,
+    Part,
+    PoseStatistics,
+    scene as scenes,
+    statistics,
+)
+from ..resting import poses, trust
+from . import published
+from .expected import ExpectedError, best_method, expected_error
+
+
+@dataclass(frozen=True)
+class Estimator(methods.Method):
+    """A method with its function."""
+
+    # from `RestingPoses` and `DropScene` to probabilities (P,), in the order of `index`, summing
+    # to 1
+    function: Callable[[poses.RestingPoses, DropScene], Array] = field(kw_only=True)
+
+
+def bind_function(method: methods.Method) -> Estimator:
+    """Join a row and the function of its name, which then takes poses and scene in any case.
+
+    Where faces tie, as the two of a coin do for its rim, an estimator decides for one of them; so
+    poses that symmetry makes equal share their probability.
+    """
+    function = getattr(import_module(f".{method.module}", __package__), method.name)
+
+    def evened(resting: poses.RestingPoses, scene: DropScene) -> Array:
+        return published.share_in_groups(
+            function(resting, scene) if method.knows_scene else function(resting),
+            resting.group,
+        )
+
+    return Estimator(**vars(method), function=evened)
+
+
+ESTIMATORS = {
+    method.name: bind_function(method) for method in methods.METHODS if method.module
+}
+
+
+def estimator(name: str) -> Estimator:
+    """Look an estimator up."""
+    try:
+        return ESTIMATORS[name]
+    except (KeyError, TypeError):
+        raise errors.RequestError(
+            f"a method out of {', '.join(methods.AT_ONCE)}",
+            f"{name!r}",
+            "see `ros_pose_stats estimate --help`",
+        ) from None
+
+
+def estimate_in(
+    part: Part, scene: DropScene, method: str = methods.AUTO
+) -> PoseStatistics:
+    """Estimate by an estimator's name, or `auto` for the one that errs least, without drops."""
+    begin = time.perf_counter()
+    chosen = estimator(
+        best_method(scene.restitution) if method == methods.AUTO else method
+    )
+    resting = poses.poses_in(part, scene)
+    remarks = trust.pose_remarks(resting)
+    probability = chosen.function(resting, scene)
+    expected = expected_error(chosen.name, resting, probability, scene)
+    return statistics.pose_statistics(
+        part,
+        resting.body.radius,
+        resting.poses,
+        expected.shares(probability),
+        chosen.name,
+        scene,
+        knows_scene=chosen.knows_scene,
+        seconds=time.perf_counter() - begin,
+        warnings=(*remarks.warnings, *_warnings(resting, chosen, scene, expected)),
+        notes=remarks.notes,
+    )
+
+
+def estimate_all(
+    part: Part,
+    *,
+    restitution: float = scenes.DEFAULT_RESTITUTION,
+    drop_height: float | None = None,
+    cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
+    round_sides: int = scenes.DEFAULT_ROUND_SIDES,
+) -> list[PoseStatistics]:
+    """Estimate by every registered method, in the registry's order, without drops.
+
+    Parameters and errors are those of `estimate`.
+    """
+    scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
+    return [estimate_in(part, scene, name) for name in ESTIMATORS]
+
+
+def _warnings(
+    resting: poses.RestingPoses,
+    chosen: Estimator,
+    scene: DropScene,
+    expected: ExpectedError,
+) -> list[str]:
+    warnings = []
+    radii = (
+        math.inf
+        if scene.drop_height is None
+        else scene.drop_height / resting.body.radius
+    )
+    if radii < scenes.LOW_DROP_RADII and not chosen.knows_scene:
+        warnings.append(
+            f"LOW_DROP: released {radii:.2g} radii above the plate, but {chosen.name} does not "
+            f"know the drop height; expect the pose at release to be more frequent."
+        )
+    if expected.unknown:
+        warnings.append(
+            f"OUTSIDE_FIT: part or scene lie outside of those that {chosen.name} was measured on; "
+            f"its error may well be larger than the {100.0 * expected.here:.2g} points expected, "
+            f"so simulate it."
+        )
+    if expected.unusual:
+        warnings.append(
+            f"METHODS_DISAGREE: eae, meae and qse differ by up to {100.0 * expected.apart:.2g} "
+            f"points on this part; expect an error of {100.0 * expected.here:.2g} points where "
+            f"{chosen.name} usually has {100.0 * expected.usual:.2g}, or simulate it."
+        )
+    return warnings

@@ -1,0 +1,193 @@
+"""Equilibria of a convex body in one call: stable faces, basins, merge tree, toppling graph.
+
+In the toppling graph of the quasi-static estimators (section 4.B) a part standing on an unstable
+face rolls over one of its sides onto a neighbour whose plane is closer to the centre of mass, so
+that the graph has no cycle.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ...tolerances import SAME_EDGE, TIP_MARGIN
+from ..array_types import Array, Fixed1, Fixed2, FixedIndex2, Index
+from ..body.convex_body import BodyArrays
+from ..body.descent import (
+    basins,
+    descend,
+    end_of,
+    faces_beyond,
+    is_lower,
+    without_barrier,
+)
+from ..compilation import entry_kernel, inlined, kernel
+from ..vectors import Vec3, cross, divided, dot, length, minus, plus, point_at, scaled
+from .merge_tree import MergeTree, merge_tree
+
+
+class EquilibriumArrays(NamedTuple):
+    """What the geometry of a body at rest says, before any estimate."""
+
+    stable: Index  # (S,) faces
+    basin: Index  # (F,) position in `stable` that a face descends to
+    target: Index  # (F, 2) toppling graph
+    share: Array  # (F, 2)
+    toppled: Array  # (F,) centroid solid angles carried down it, fractions of 4 pi
+    tree: MergeTree
+
+
+@entry_kernel
+def find_equilibria(points: Fixed2, body: BodyArrays) -> EquilibriumArrays:
+    """Find the equilibria of a convex body of radius 1 (sections 2.C, 4.B and 4.D)."""
+    beyond = faces_beyond(body)
+    parent = descend(body, beyond)
+    while without_barrier(body, beyond, parent):
+        pass
+    stable, basin = basins(parent)
+    target, share = toppling(points, body, beyond, parent)
+    toppled = settle(body.angle / body.angle.sum(), target, share)
+    return EquilibriumArrays(
+        stable, basin, target, share, toppled, merge_tree(body, stable, basin)
+    )
+
+
+@entry_kernel
+def settle_on_stable(initial: Fixed1, target: FixedIndex2, share: Fixed2) -> Array:
+    """`settle` for callers outside the kernels."""
+    return settle(initial, target, share)
+
+
+@kernel
+def toppling(
+    points: Array, body: BodyArrays, beyond: Index, parent: Index
+) -> tuple[Index, Array]:
+    """Targets and shares of the toppling graph of the quasi-static estimator (section 4.B).
+
+    An unstable face topples over the side pierced by the segment from its centroid to the foot of
+    the centre of mass; where the segment leaves through a corner, both sides there take an even
+    share.
+    """
+    faces = parent.shape[0]
+    target = np.full((faces, 2), -1, np.int64)
+    share = np.zeros((faces, 2))
+    for f in range(faces):
+        if parent[f] == f:
+            continue
+        _pierced(points, body, beyond, f, target)
+        if target[f, 0] < 0:
+            target[f, 0] = end_of(parent, f)
+        if target[f, 1] < 0:
+            share[f, 0] = 1.0
+        else:
+            share[f, 0] = share[f, 1] = 0.5
+    return target, share
+
+
+@inlined
+def _pierced(
+    points: Array, body: BodyArrays, beyond: Index, f: int, target: Index
+) -> None:
+    """Find the side that the segment from centroid to foot leaves through."""
+    corner = body.corner
+    distance = body.distance
+    inset = body.inset
+    begin = body.face_start[f]
+    end = body.face_start[f + 1]
+    normal = point_at(body.normal, f)
+    centroid = polygon_centroid(points, corner, begin, end, normal)
+    first = math.inf
+    exit_side = -1
+    for k in range(begin, end):
+        if inset[k] > TIP_MARGIN:
+            continue
+        w = corner[k + 1 if k + 1 < end else begin]
+        inside = _inset_of(
+            centroid, normal, point_at(points, corner[k]), point_at(points, w)
+        )
+        if inside <= inset[k]:
+            continue
+        crossing = inside / (inside - inset[k])
+        if crossing < first and is_lower(distance, beyond[k], f):
+            first = crossing
+            exit_side = k
+    if exit_side < 0:
+        return
+    target[f, 0] = beyond[exit_side]
+    after = exit_side + 1 if exit_side + 1 < end else begin
+    before = exit_side - 1 if exit_side > begin else end - 1
+    to_foot = minus(scaled(normal, distance[f]), centroid)
+    at_end = minus(point_at(points, corner[after]), centroid)
+    at_start = minus(point_at(points, corner[exit_side]), centroid)
+    if _off_line(at_end, to_foot, normal) < SAME_EDGE:
+        beside = after
+    elif _off_line(at_start, to_foot, normal) < SAME_EDGE:
+        beside = before
+    else:
+        return
+    other = beyond[beside]
+    if is_lower(distance, other, f):
+        target[f, 1] = other
+
+
+@inlined
+def _off_line(place: Vec3, line: Vec3, normal: Vec3) -> float:
+    """Distance of a place in a plane from the line through the origin there."""
+    return abs(dot(normal, cross(line, place))) / length(line)
+
+
+@inlined
+def polygon_centroid(
+    points: Array, corner: Index, begin: int, end: int, normal: Vec3
+) -> Vec3:
+    """Centroid of the area of the face with the corners `corner[begin:end]`."""
+    p = point_at(points, corner[begin])
+    total = 0.0
+    moment = Vec3(0.0, 0.0, 0.0)
+    for k in range(begin + 1, end - 1):
+        a = minus(point_at(points, corner[k]), p)
+        b = minus(point_at(points, corner[k + 1]), p)
+        weight = dot(normal, cross(a, b))
+        total += weight
+        moment = plus(moment, scaled(plus(a, b), weight))
+    return plus(p, divided(moment, 3.0 * total))
+
+
+@inlined
+def _inset_of(place: Vec3, normal: Vec3, v: Vec3, w: Vec3) -> float:
+    """Distance of a place on a face from its side from v to w, inside positive."""
+    side = minus(w, v)
+    return dot(minus(place, v), cross(normal, side)) / length(side)
+
+
+@kernel
+def settle(initial: Array, target: Index, share: Array) -> Array:
+    """Carry initial probabilities (F,) of all faces down the toppling graph."""
+    faces = initial.shape[0]
+    mass = initial.copy()
+    waiting = np.zeros(faces, np.int64)
+    for f in range(faces):
+        for j in range(2):
+            if target[f, j] >= 0:
+                waiting[target[f, j]] += 1
+    ready = np.empty(faces, np.int64)
+    size = 0
+    for f in range(faces):
+        if waiting[f] == 0:
+            ready[size] = f
+            size += 1
+    while size > 0:
+        size -= 1
+        f = ready[size]
+        if target[f, 0] < 0:
+            continue
+        for j in range(2):
+            g = target[f, j]
+            if g >= 0:
+                mass[g] += share[f, j] * mass[f]
+                waiting[g] -= 1
+                if waiting[g] == 0:
+                    ready[size] = g
+                    size += 1
+        mass[f] = 0.0
+    return mass

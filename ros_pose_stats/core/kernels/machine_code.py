@@ -1,0 +1,321 @@
+"""The machine code of kernels: how it is made, and where it is kept.
+
+numba compiles for the very processor it runs on, and optimises and emits every helper by
+itself and again within each of its callers. Here the code is made for a named baseline of
+processors, so that it is the same on all machines that have it, and a helper is made ready to be
+linked and nothing more, which halves the time to compile.
+
+numba's own cache goes by the path and time stamp of the file that defines a function, and
+does not notice an edit in a helper or a constant imported from elsewhere. Here it is one file a
+kernel, in a folder whose name is a digest of every source that a kernel can depend on and of the
+compiler, and below it of the baseline: any checkout or installation of the same sources finds it.
+
+numba has no public way to either. Each of its private members that is used says what it is for.
+"""
+
+import hashlib
+import os
+import pickle
+import sys
+import tempfile
+import warnings
+from collections.abc import Callable
+from functools import cached_property, lru_cache, partial
+from pathlib import Path
+from typing import Any
+
+if "numba" not in sys.modules:
+    # Intel's library of vector functions would round sums of sines its own way where installed.
+    os.environ["NUMBA_DISABLE_INTEL_SVML"] = "1"
+
+import llvmlite
+import llvmlite.binding as llvm
+import numba
+from numba.core.runtime import rtsys
+
+from ...base.files import write_file
+
+core: Any = numba.core
+config: Any = core.config  # its names are made at import and unknown to type checkers
+
+NAME = "ros_pose_stats"
+
+ENVIRONMENT = "_ZN08NumbaEnv"
+"""What the name of a function's environment begins with."""
+
+V3 = ("avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe", "xsave")
+"""What x86-64-v3 adds to x86-64, in the names of LLVM."""
+
+SEAL = 32
+"""Bytes of the digest at the head of a file."""
+
+
+def baseline() -> str:
+    """LLVM's name of the processors that kernels are compiled for; `$NUMBA_CPU_NAME` wins."""
+    if config.CPU_NAME:
+        return str(config.CPU_NAME)
+    return _baseline_of_this_machine()
+
+
+@lru_cache(maxsize=1)
+def _baseline_of_this_machine() -> str:
+    if not llvm.get_process_triple().startswith("x86_64"):
+        return "generic"
+    has = llvm.get_host_cpu_features()  # takes milliseconds
+    return "x86-64-v3" if all(has.get(name) for name in V3) else "x86-64"
+
+
+class KernelLibrary(core.codegen.JITCodeLibrary):
+    """Code of one function and all that it calls, optimised and emitted once it is to run.
+
+    `_final_module` is that code, and `_ensure_finalized` and `_get_module_for_linking` close it.
+    """
+
+    _emitted = False
+
+    def _optimize_functions(self, ll_module: Any) -> None:
+        """Nothing before it is to run; LLVM must know the layout of data, though."""
+        ll_module.data_layout = self._codegen._data_layout
+
+    def _optimize_final_module(self) -> None:
+        """Nothing before it is to run."""
+
+    def _finalize_final_module(self) -> None:
+        """Emit what comes from the disk; all else is closed (`_finalized`), to be linked."""
+        if (
+            self._object_caching_enabled and self._compiled_object is not None
+        ):  # from the disk
+            self._emitted = True
+            super()._finalize_final_module()
+        else:
+            self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """Address of one of its functions, which is emitted by then; 0 for another."""
+        self._ensure_finalized()
+        if not self._emitted and _defines(self._final_module, name):
+            self._emitted = True
+            self._get_module_for_linking()  # as it is now
+            super()._optimize_final_module()
+            self._final_module.verify()
+            super()._finalize_final_module()
+        return int(super().get_pointer_to_function(name))
+
+    def serialize_using_object_code(self) -> tuple[str, str, tuple[bytes, bytes]]:
+        """Machine code and the names in it; LLVM's form would make files five times as large."""
+        self._ensure_finalized()
+        return (
+            self.name,
+            "object",
+            (self._get_compiled_object(), _names_of(self._final_module)),
+        )
+
+
+def _names_of(module: Any) -> bytes:
+    """A module with the names by which a kernel is called, and nothing behind them."""
+    functions = [
+        function.name
+        for function in module.functions
+        if not function.is_declaration and function.linkage == llvm.Linkage.external
+    ]
+    environments = {ENVIRONMENT + name.removeprefix("_ZN") for name in functions}
+    text = [f'define void @"{name}"() {{ ret void }}' for name in functions]
+    text += [
+        f'@"{variable.name}" = global i8 0'
+        for variable in module.global_variables
+        if variable.name in environments
+    ]
+    return bytes(llvm.parse_assembly("\n".join(text)).as_bitcode())
+
+
+def _defines(module: Any, name: str) -> bool:
+    try:
+        return not module.get_function(name).is_declaration
+    except NameError:
+        return False
+
+
+class KernelCodegen(core.codegen.JITCPUCodegen):
+    """Compiles for the baseline."""
+
+    _library_class = KernelLibrary  # what it makes for each function
+
+    def _get_host_cpu_name(self) -> str:
+        """The processor that LLVM is asked to compile for."""
+        return baseline()
+
+    def _get_host_cpu_features(self) -> str:
+        """What it has beyond those that its name stands for."""
+        return str(config.CPU_FEATURES or "")
+
+    def set_env(self, env_name: str, env: Any) -> None:
+        """Hand a function its environment; a helper, which is not emitted, has none.
+
+        `_engine` knows what has been emitted.
+        """
+        if self._engine.is_symbol_defined(env_name):
+            super().set_env(env_name, env)
+
+
+class KernelContext(core.cpu.CPUContext):
+    """Lowers kernels."""
+
+    def init(self) -> None:
+        """Make what generates the code, which numba's context keeps as `_internal_codegen`."""
+        super().init()
+        self._internal_codegen = KernelCodegen("ros_pose_stats.core.kernels")
+
+
+class KernelTarget(core.registry.CPUTarget):
+    """The kernels' own target beside numba's `cpu`, which other users keep as it is."""
+
+    @cached_property
+    def target_context(self) -> KernelContext:
+        """What lowers kernels, one for all threads."""
+        return KernelContext(self.typing_context, NAME)
+
+
+class KernelDispatcher(core.dispatcher.Dispatcher):
+    """A function compiled for that target."""
+
+    targetdescr = KernelTarget(NAME)
+
+    def compile(self, sig: Any) -> Any:
+        """Compile for a signature, or load what has been compiled for it."""
+        with core.target_extension.target_override(NAME):
+            return super().compile(sig)
+
+
+class Kernels(core.target_extension.CPU):
+    """Mark of that target."""
+
+
+def _compile_overload(function: Any = None, **options: Any) -> Any:
+    """Compile a function of numba's own, such as `np.zeros`, that a kernel calls."""
+    if function is None:
+        return partial(_compile_overload, **options)
+    return KernelDispatcher(
+        function,
+        targetoptions={
+            "nopython": True,
+            "boundscheck": None,
+            "no_cfunc_wrapper": True,
+            **options,
+        },
+    )
+
+
+core.target_extension.target_registry[NAME] = Kernels
+core.target_extension.dispatcher_registry[Kernels] = KernelDispatcher
+core.target_extension.jit_registry[Kernels] = _compile_overload
+
+
+def source_digest() -> str:
+    """Digest of the sources that the compiled code depends on, and of the compiler."""
+    package = Path(__file__).resolve().parent
+    versions = (numba.__version__, llvmlite.__version__, sys.implementation.cache_tag)
+    digest = hashlib.sha256(repr(versions).encode())
+    for source in sorted([*package.rglob("*.py"), package.parent / "tolerances.py"]):
+        digest.update(source.name.encode())
+        digest.update(source.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+@lru_cache(maxsize=1)
+def cache_directory() -> Path:
+    """Directory of the machine code: `$NUMBA_CACHE_DIR` or the user's cache, by digest.
+
+    Else a folder for this process alone. The code is unpickled, so none of another owner is taken.
+    """
+    name = source_digest()
+    roots = [
+        os.environ.get("NUMBA_CACHE_DIR"),
+        os.environ.get("XDG_CACHE_HOME"),
+        "~/.cache",
+    ]
+    for root in roots:
+        if not root:
+            continue
+        directory = Path(root).expanduser() / "ros_pose_stats" / name
+        try:
+            directory.mkdir(parents=True, exist_ok=True)
+        except (OSError, RuntimeError):
+            continue
+        if os.access(directory, os.W_OK) and directory.stat().st_uid == os.getuid():
+            return directory
+    return Path(tempfile.mkdtemp(prefix="ros_pose_stats_"))
+
+
+class DamagedCodeError(Exception):
+    """A file that is not as it was written."""
+
+
+class KernelFile:
+    """The file of one kernel, behind the interface of numba's caches.
+
+    `_reduce` takes a compiled kernel apart into what can be pickled, and `_rebuild` puts it
+    together again. `fill_store` is called once, where code is missing for the first time; it may
+    make all that is.
+    """
+
+    cache_path = None
+    fill_store: Callable[[], object] | None = None
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    @cached_property
+    def file(self) -> Path:
+        """Where it is, or will be."""
+        vectors = "-svml" if config.USING_SVML else ""
+        return cache_directory() / f"{baseline()}{vectors}" / f"{self._name}.code"
+
+    def read(self) -> tuple[Any, ...] | None:
+        """A compiled kernel in pieces; None where there is none or only a damaged one."""
+        try:
+            stored = self.file.read_bytes()
+            if hashlib.sha256(stored[SEAL:]).digest() != stored[:SEAL]:
+                raise DamagedCodeError("its digest is not that of its content")
+            pieces: tuple[Any, ...] = pickle.loads(stored[SEAL:])
+            return pieces
+        except FileNotFoundError:
+            return None
+        except Exception as error:
+            self._warn("read", error)
+            return None
+
+    def load_overload(self, _: Any, context: Any) -> Any:
+        """The compiled kernel, None where it is still to be compiled."""
+        rtsys.initialize(context)
+        stored = self.read()
+        if stored is None and KernelFile.fill_store is not None:
+            fill = KernelFile.fill_store
+            KernelFile.fill_store = None
+            fill()
+            stored = self.read()
+        return (
+            None
+            if stored is None
+            else core.compiler.CompileResult._rebuild(context, *stored)
+        )
+
+    def save_overload(self, _: Any, compiled: Any) -> None:
+        """Keep a compiled kernel."""
+        if compiled.library.has_dynamic_globals:
+            raise ValueError(f"{self._name} holds addresses of this process")
+        # The last are environments of helpers, which hold nothing; to load them means to import
+        # the modules that they are from, half of numba and scipy.
+        *pieces, _ = compiled._reduce()
+        try:
+            content = core.serialize.dumps((*pieces, ()))
+            write_file(self.file, hashlib.sha256(content).digest() + content)
+        except OSError as error:
+            self._warn("written", error)
+
+    def _warn(self, done: str, error: Exception) -> None:
+        warnings.warn(
+            f"machine code of {self._name} in {self.file.parent} cannot be {done} "
+            f"({type(error).__name__}: {error})",
+            RuntimeWarning,
+            stacklevel=2,
+        )

@@ -1,0 +1,280 @@
+"""Small holes of a mesh are closed by caps, and it is bounded how wrong the caps can be.
+
+The edges that a triangle is missing at form closed loops. Each simple loop gets a cap that has no
+corners of its own, triangulated as seen along the normal of the loop; loops in one plane are
+capped together, so that the lost face of a tube is a ring.
+
+Where caps would be a guess there are none: over a sheet, through the surface, or over the two rims
+of a bore whose wall is lost.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from ...base import text
+from .. import tolerances
+from ..kernels.mesh import connections, measures
+from ..records import Array, Index
+from . import overlap, vectors, winding
+
+LARGEST_SHARE = 0.5
+"""Largest area of all caps, as a fraction of the other triangles'. A hemisphere lacks just that; a
+sheet would need caps as large as itself."""
+
+SAME_PLANE = 1e-4
+"""Most difference of components of the unit normals, and of distances in sizes, in one plane."""
+
+_FEWEST_AROUND = 6  # fewest edges around a bore
+
+_SLIT = 1e-18
+"""Square of the area, over the fourth power of the length, of a loop that has no width."""
+
+_MOST_OPEN_EDGES = 1.0
+"""Open edges a triangle from which on a mesh is loose triangles rather than a surface."""
+
+
+class Closing(NamedTuple):
+    """What came of closing the holes of a mesh."""
+
+    shells: (
+        winding.Shells | None
+    )  # the closed surface; None where it is not plain how to close it
+    problem: str = ""  # why there is none, to go on from "the mesh"
+    holes: int = 0  # loops of open edges
+    # largest volume that other caps without corners of their own may add or remove: that of the
+    # convex hulls of the loops
+    open_volume: float = 0.0
+
+
+def close_holes(vertices: Array, triangles: Index) -> Closing:
+    """Close the holes of a mesh whose vertices are welded."""
+    wound = winding.wound_alike(vertices, triangles)
+    if wound is None:
+        return Closing(None, "is one-sided like a Möbius strip")
+    edges = open_edges(wound)
+    if edges is None:
+        return Closing(None, "has edges that several triangles share in no order")
+    if len(edges.begin) == 0:
+        return Closing(None, "encloses no solid")
+    if len(edges.begin) > _MOST_OPEN_EDGES * len(wound):
+        return Closing(None, "is made of loose triangles")
+    rims = join_loops(edges)
+    loops = [edges.begin[rim] for rim in rims]
+    holes = text.several(len(loops), "hole")
+    low, high = measures.bounds(vertices)
+    size = float((high - low).max())
+    points = (vertices - (low + 0.5 * (high - low))) / size
+    if _wall_lost(points, edges, rims):
+        return Closing(None, f"has {holes}, of which two may be the ends of one bore")
+    caps = [_cap(points, together) for together in _coplanar(points, loops)]
+    closed = np.concatenate([wound, *caps])
+    if _area(points, closed[len(wound) :]) > LARGEST_SHARE * _area(points, wound):
+        return Closing(
+            None, f"is a sheet, with {holes}, rather than the surface of a solid"
+        )
+    cap = np.repeat(np.arange(len(caps) + 1), [len(wound), *map(len, caps)])
+    if overlap.reach_into_each_other(points, closed, cap):
+        return Closing(None, f"has {holes}, whose caps would cross the surface")
+    shells = winding.closed_shells(vertices, closed)
+    if shells is None:
+        return Closing(None, f"has {holes}, which touch in more than one way")
+    volume = sum(_hull_volume(points[loop]) for loop in loops)
+    return Closing(shells, "", len(loops), volume * size * size * size)
+
+
+def _wall_lost(points: Array, edges: "OpenEdges", rims: Sequence[Index]) -> bool:
+    """Whether two rims, each within a flat face, have one shape: ends of a lost bore."""
+    shapes: list[tuple[Array, Array, Array]] = []
+    for rim in rims:
+        if len(rim) < _FEWEST_AROUND:
+            continue
+        corners = points[edges.begin[rim]]
+        beside = points[edges.beside[rim]]
+        normal = _normal(corners)
+        center = corners.sum(axis=0) / len(rim)
+        if (
+            np.abs(
+                ((np.concatenate((corners, beside)) - center) * normal).sum(axis=1)
+            ).max()
+            > tolerances.COPLANAR
+        ):
+            continue
+        away = np.sort(vectors.lengths(corners - center))
+        away /= away[-1]
+        for other, its_center, its_normal in shapes:
+            apart = (
+                abs(float(((center - its_center) * its_normal).sum()))
+                > tolerances.COPLANAR
+            )
+            if (
+                apart
+                and len(other) == len(away)
+                and np.allclose(other, away, 0.0, 1e-3)
+            ):
+                return True
+        shapes.append((away, center, normal))
+    return False
+
+
+def _coplanar(points: Array, loops: Sequence[Index]) -> list[list[Index]]:
+    """Loops that lie in one plane together, each of the others alone."""
+    planes: list[Array] = []
+    groups: list[list[Index]] = []
+    for loop in loops:
+        normal = _normal(points[loop]) if len(loop) > 3 else np.zeros(3)
+        heights = (points[loop] * normal).sum(axis=1)
+        plane: Array = np.full(4, np.nan)  # of a loop alone: equal to none
+        if normal.any() and float(np.ptp(heights)) < tolerances.COPLANAR:
+            plane = np.append(normal, heights.mean())
+        same = [
+            k
+            for k, other in enumerate(planes)
+            if any(
+                (np.abs(plane - side * other) < SAME_PLANE).all()
+                for side in (1.0, -1.0)
+            )
+        ]
+        if same:
+            groups[same[0]].append(loop)
+        else:
+            planes.append(plane)
+            groups.append([loop])
+    return groups
+
+
+def _cap(points: Array, loops: Sequence[Index]) -> Index:
+    """Triangles that close one loop, or several that lie in a plane."""
+    if len(loops) == 1 and len(loops[0]) == 3:
+        return loops[0][None]
+    from manifold3d import triangulate  # only open meshes need it
+
+    across = _across(points, loops)
+    flat = [(points[loop][:, :, None] * across).sum(axis=1) for loop in loops]
+    return np.asarray(np.concatenate(loops)[triangulate(flat)], dtype=np.int64)
+
+
+def _across(points: Array, loops: Sequence[Index]) -> Array:
+    """Two axes (3, 2) of the plane onto which loops are projected, the largest one's own."""
+    spokes = points[loops[0]] - points[loops[0][0]]
+    longest = spokes[vectors.lengths(spokes).argmax()]
+    normals = np.array([_area_vector(points[loop]) for loop in loops])
+    normal = normals[vectors.lengths(normals).argmax()]
+    if float((normal * normal).sum()) > _SLIT * float((longest * longest).sum()) ** 2:
+        along = np.eye(3)[
+            np.abs(normal).argmin()
+        ]  # the coordinate axis farthest from it
+    else:  # any plane that holds the slit will do
+        along = longest
+        normal = np.cross(longest, np.eye(3)[np.abs(longest).argmin()])
+    second = np.cross(normal, along)
+    axes = np.array([np.cross(second, normal), second])
+    return np.asarray((axes / vectors.lengths(axes)[:, None]).T)
+
+
+def _area_vector(corners: Array) -> Array:
+    """Normal of a loop (n, 3), as long as its area is large."""
+    spokes = corners - corners[0]
+    crosses: Array = np.cross(spokes, np.roll(spokes, -1, axis=0))
+    return np.asarray(crosses.sum(axis=0) / 2.0)
+
+
+def _normal(corners: Array) -> Array:
+    """Unit normal of a loop (n, 3); zeros where it has no area."""
+    area = _area_vector(corners)
+    length = float(vectors.lengths(area[None])[0])
+    return area / length if length > 0.0 else area
+
+
+def _area(points: Array, triangles: Index) -> float:
+    """Area of triangles (T, 3)."""
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    return (
+        float(
+            vectors.lengths(np.asarray(np.cross(b - a, c - a), dtype=np.float64)).sum()
+        )
+        / 2.0
+    )
+
+
+def _hull_volume(corners: Array) -> float:
+    """Volume of the convex hull of a loop (n, 3); 0 where it is flat."""
+    try:
+        return float(ConvexHull(corners).volume)
+    except QhullError:
+        return 0.0
+
+
+class OpenEdges(NamedTuple):
+    """Edges that lack a triangle, directed as that triangle would run along them."""
+
+    begin: Index  # (E,); vertices
+    end: Index
+    beside: Index  # (E,); the third vertex of the triangle that is there
+    # (E,); which fan of linked triangles around the vertex it borders on
+    begin_fan: Index
+    end_fan: Index
+
+
+def open_edges(triangles: Index) -> OpenEdges | None:
+    """Edges that lack a triangle, of triangles (T, 3) wound alike; none where some lack more."""
+    begin = triangles.ravel()
+    end = triangles[:, [1, 2, 0]].ravel()
+    after = np.arange(len(begin)).reshape(-1, 3)[:, [1, 2, 0]].ravel()
+    order, forward, first, uses = winding.edges_of(triangles)
+    sense = np.where(forward, 1, -1)
+    surplus = np.add.reduceat(sense, first)
+    if (np.abs(surplus) > 1).any():
+        return None
+    one = order[first[uses == 2]]
+    two = order[first[uses == 2] + 1]
+    links = np.concatenate(
+        (np.stack((one, after[two]), axis=1), np.stack((after[one], two), axis=1))
+    )
+    fan = connections.component_labels(len(begin), links)
+    lacking = np.flatnonzero(surplus)
+    # Of three along an edge any one of the surplus direction stands for the edge.
+    place = np.flatnonzero(sense == np.repeat(surplus, uses))
+    owner = order[place[np.searchsorted(place, first[lacking])]]
+    return OpenEdges(
+        end[owner], begin[owner], end[after[owner]], fan[after[owner]], fan[owner]
+    )
+
+
+def join_loops(edges: OpenEdges) -> list[Index]:
+    """Join open edges to loops, each of which meets no vertex twice.
+
+    Where two holes touch, a loop goes on along its hole, not the fan of triangles it came by.
+    """
+    leaving: dict[int, list[int]] = {}
+    for edge, vertex in enumerate(edges.begin.tolist()):
+        leaving.setdefault(vertex, []).append(edge)
+    begin = edges.begin.tolist()
+    end = edges.end.tolist()
+    loops = []
+    for start in begin:
+        path: list[int] = []
+        at: dict[int, int] = {}
+        vertex = start
+        fan = -1
+        while leaving[vertex]:
+            at[vertex] = len(path)
+            ways = leaving[vertex]
+            other = next(
+                (k for k, way in enumerate(ways) if edges.begin_fan[way] != fan), 0
+            )
+            edge = ways.pop(other)
+            path.append(edge)
+            vertex = end[edge]
+            fan = int(edges.end_fan[edge])
+            if vertex in at:
+                loop = path[at[vertex] :]
+                del path[at[vertex] :]
+                loops.append(np.array(loop))
+                for one in loop:
+                    del at[begin[one]]
+                if path:
+                    fan = int(edges.end_fan[path[-1]])
+    return loops

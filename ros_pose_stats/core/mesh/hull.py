@@ -1,0 +1,163 @@
+"""The convex hull of a part, computed once.
+
+Qhull works on points shifted to the centre of their bounding box and scaled to size one:
+its own tolerances assume numbers of order one.
+
+It handles coplanar points by merging facets, and each merge walks around the whole facet: a
+ring of 1000 corners takes it 0.1 s, one of 25 000 minutes. Such a ring is seen in a sample of
+the points: many of the sample's corners share a face too.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from ...base import errors
+from .. import tolerances
+from ..kernels.mesh.measures import bounds, thinness
+from ..records import Array, Corners, Index, Part
+
+CROWD = 1000
+"""Corners of one face from which on Qhull takes longer for them than for as many other points."""
+
+_SAMPLE = 512
+_FEW = 6  # corners of a face in the sample that chance alone may put there
+
+CORNERS_SHAKEN = 1e-10
+"""By how much corners of a body that was made here are moved while their hull is found."""
+
+COUNTED = (
+    1e-10  # points this close to a face, as a fraction of the size, are counted with it
+)
+
+
+class Facets(NamedTuple):
+    """The hull that Qhull found."""
+
+    points: Array  # (N, 3); as given, not moved
+    simplices: Corners  # (M, 3); triangles, wound either way
+    neighbors: Corners  # (M, 3); triangle opposite to each corner
+    equations: Array  # (M, 4); outward normal and offset of each triangle's plane
+    volume: float
+
+    @property
+    def vertices(self) -> Index:
+        """Points on the hull, rising."""
+        on_hull = np.zeros(len(self.points), dtype=np.bool_)
+        on_hull[self.simplices] = True
+        return np.flatnonzero(on_hull)
+
+
+class Hull(NamedTuple):
+    """A convex hull in shifted and scaled coordinates."""
+
+    qhull: Facets  # of `(points - shift) / scale`; its indices are those of the points given
+    shift: Array  # (3,); centre of the bounding box, metres
+    scale: float  # largest extent of the bounding box, metres
+
+
+def hull_of(points: Array) -> Hull:
+    """Convex hull of points (N, 3) in space, metres."""
+    points = np.ascontiguousarray(points)
+    low, high = bounds(points)
+    shift = low + 0.5 * (high - low)
+    scale = float((high - low).max())
+    try:
+        qhull = _facets((points - shift) / scale)
+    except (QhullError, ValueError) as error:
+        raise _flat(points) from error
+    return Hull(qhull, shift, scale)
+
+
+def _flat(points: Array) -> errors.MeshError:
+    return errors.MeshError(
+        "points that span a volume",
+        f"{len(points)} points in a plane or line",
+        "check that the mesh is a solid part",
+    )
+
+
+def _facets(points: Array) -> Facets:
+    """Run Qhull; on slightly moved points where a face is crowded."""
+    # Points in a plane are no part, but would seem to be one once they are moved.
+    if is_crowded(points) and thinness(points, *bounds(points)) >= tolerances.FLATTEST:
+        for step in tolerances.SHAKEN:
+            moves = np.random.default_rng(0).uniform(-step, step, points.shape)
+            try:
+                return _copy_facets(points, ConvexHull(points + moves))
+            except QhullError:
+                continue
+    return _copy_facets(points, ConvexHull(points))
+
+
+def _copy_facets(points: Array, qhull: ConvexHull) -> Facets:
+    return Facets(
+        points, qhull.simplices, qhull.neighbors, qhull.equations, float(qhull.volume)
+    )
+
+
+def hull_of_corners(points: Array) -> tuple[Index, Index]:
+    """Triangles (M, 3) of the hull of points (N, 3) that are all its corners, and neighbours.
+
+    For round ends with hundreds of corners points are moved, by less than merges triangles.
+    """
+    moves = np.random.default_rng(0).uniform(
+        -CORNERS_SHAKEN, CORNERS_SHAKEN, points.shape
+    )
+    try:
+        qhull = ConvexHull(points + moves)
+    except QhullError as error:
+        raise _flat(points) from error
+    return qhull.simplices.astype(np.int64), qhull.neighbors.astype(np.int64)
+
+
+def hull_of_part(part: Part) -> Hull:
+    """Convex hull of a part's `surface_vertices`, kept for as long as the part lives."""
+    return part.prepare(_hull_of_surface)
+
+
+def keep_hull(part: Part, hull: Hull) -> None:
+    """Remember a hull that was computed from the part's `surface_vertices`."""
+    part.keep_all({(_hull_of_surface,): hull})
+
+
+def _hull_of_surface(part: Part) -> Hull:
+    return hull_of(part.surface_vertices)
+
+
+def is_crowded(points: Array) -> bool:
+    """Whether a face of the hull of points of size one has more than about `CROWD` corners."""
+    if len(points) <= CROWD:
+        return False
+    # A random sample, since regular steps might pick all points from one ring of a mesh.
+    drawn = np.random.default_rng(0).integers(len(points), size=_SAMPLE)
+    try:
+        hull = ConvexHull(points[drawn])
+    except QhullError:
+        return True  # almost all points lie in one plane
+    # All triangles of a face have its plane.
+    planes, triangles = np.unique(hull.equations, axis=0, return_counts=True)
+    often = np.argsort(-triangles, kind="stable")[:6]
+    suspect = often[
+        (triangles[often] + 2 > _FEW)
+        & ((triangles[often] + 2) * len(points) > CROWD * _SAMPLE)
+    ]
+    return any(_corners_on(points, planes[k]) > CROWD for k in suspect.tolist())
+
+
+def _corners_on(points: Array, plane: Array) -> int:
+    """Corners of the polygon around the points on a plane; 0 if other points lie beyond it."""
+    off = points @ plane[:3] + plane[3]
+    if off.max() > COUNTED:
+        return 0
+    there = points[off > -COUNTED]
+    across = np.delete(there, int(np.abs(plane[:3]).argmax()), axis=1)
+    drawn = np.random.default_rng(0).integers(len(across), size=_SAMPLE)
+    try:
+        # Where points lie all over a polygon, few of them are corners, in a sample as in all.
+        if len(ConvexHull(across[drawn]).vertices) * len(across) < CROWD * _SAMPLE:
+            return 0
+        return len(ConvexHull(across).vertices)
+    except QhullError:
+        return 0  # on a line

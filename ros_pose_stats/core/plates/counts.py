@@ -1,0 +1,141 @@
+"""Parts that were counted on a plate, by pose, and tables of such counts."""
+
+import csv
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from numbers import Integral
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...base.errors import RequestError, reason
+from ...base.files import read_file
+from ..records import Index, Part, scene as scenes
+from ..resting.poses import RestingPoses, resting_poses
+
+MOST = 2.0**48  # parts that nobody counts
+
+
+@dataclass(frozen=True, eq=False)
+class CountedPart:
+    """Counts of one part."""
+
+    part: Part
+    count: Index  # (P,) int; parts seen in each pose, by `index`
+    numbering: scenes.Numbering  # of the poses
+
+    @property
+    def resting(self) -> RestingPoses:
+        """Its stable poses."""
+        return resting_poses(self.part, *self.numbering)
+
+    def with_sides(self, sides: int) -> "CountedPart":
+        """The same counts of a part whose round surfaces have so many sides a turn."""
+        return replace(self, numbering=self.numbering._replace(round_sides=sides))
+
+    @property
+    def counted(self) -> int:
+        """Parts seen in all poses together."""
+        return int(self.count.sum())
+
+    @property
+    def by_group(self) -> Index:
+        """Parts (G,) in each group of poses that look alike; only these tell of a plate."""
+        return np.bincount(self.resting.group, self.count).astype(np.int64)
+
+
+def count_part(
+    part: Part,
+    counts: Mapping[int, int],
+    *,
+    cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
+    round_sides: int = scenes.DEFAULT_ROUND_SIDES,
+) -> CountedPart:
+    """Join a part and what was counted of it, from the `index` of a pose to the parts seen in it.
+
+    `cluster_tolerance, round_sides`: as of the statistics that numbered the poses. Raises
+    RequestError if the part has no such pose, or a count is negative.
+    """
+    numbering = scenes.Numbering(cluster_tolerance, round_sides)
+    poses = len(resting_poses(part, *numbering).poses)
+    count = np.zeros(poses, dtype=np.int64)
+    for index, number in dict[Any, Any](counts).items():
+        if (
+            isinstance(index, bool)
+            or not isinstance(index, Integral)
+            or (not 0 <= int(index) < poses)
+        ):
+            raise RequestError(
+                f"poses 0 to {poses - 1} of {part.part_id}",
+                f"{index!r}",
+                "count with the numbers that estimate shows, at the same cluster "
+                "tolerance and round sides",
+            )
+        if not isinstance(number, Integral) or not 0 <= int(number) <= MOST:
+            raise RequestError(
+                "whole counts from 0 on",
+                f"{number} of {part.part_id} in pose {index}",
+                "give the parts seen in each pose",
+            )
+        count[index] = number
+    return CountedPart(part, count, numbering)
+
+
+def read_count_rows(file: Path) -> dict[Path, Counter[int]]:
+    """Read a CSV file with the columns part, pose and count into the counts by part and pose.
+
+    The files of parts are looked for beside the table, then in the working directory.
+    """
+    found: dict[Path, Counter[int]] = {}
+    for name, (pose, count) in read_table(file, "part, pose, count", "clamp.stl,0,117"):
+        beside = file.parent / name
+        part = Path(name) if not beside.exists() and Path(name).exists() else beside
+        found.setdefault(part, Counter())[pose] += count
+    return found
+
+
+def read_table(file: Path, columns: str, example: str) -> list[tuple[str, list[int]]]:
+    """Read a CSV file whose rows are a name and whole numbers; a first one without is a head.
+
+    Raises RequestError if the file cannot be read, or for a row of another kind, with its number.
+    """
+    try:
+        lines = read_file(file).decode("utf-8-sig").splitlines()
+        first = next((line for line in lines if line.strip()), "")
+        rows = list(
+            csv.reader(lines, delimiter=max(",;\t", key=first.count), strict=True)
+        )
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise RequestError(
+            f"a CSV file in UTF-8 with the columns {columns}",
+            f"{file} ({reason(error)})",
+            "check the path, and that names which hold a separator are quoted",
+        ) from error
+    filled = [
+        (number, [cell.strip() for cell in row])
+        for number, row in enumerate(rows, 1)
+        if any(cell.strip() for cell in row)
+    ]
+    found = []
+    width = columns.count(",") + 1
+    for place, (number, row) in enumerate(filled):
+        if place == 0 and len(row) == width and not any(map(str.isdecimal, row[1:])):
+            continue
+        if (
+            len(row) != width
+            or not row[0]
+            or not all(cell.isdecimal() and float(cell) <= MOST for cell in row[1:])
+        ):
+            raise RequestError(
+                f"a row of {columns} with whole numbers from 0 on",
+                f"{','.join(row)!r} in line {number} of {file}",
+                f"for instance {example}",
+            )
+        found.append((row[0], [int(float(cell)) for cell in row[1:]]))
+    if not found:
+        raise RequestError(
+            f"rows of {columns}", f"none in {file}", f"for instance {example}"
+        )
+    return found

@@ -1,0 +1,282 @@
+"""What is known of a plate, and the file of plates (YAML) that keeps it."""
+
+import errno
+import math
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from datetime import datetime, timezone
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import yaml
+
+from ...base import errors, files, version
+from ..records import DropScene, statistics
+from . import fit as fits
+
+HEAD = "plates"
+MOST_PLATES = 256
+MOST_BYTES = 2**18  # of a file of plates: reading takes a second for so many
+MOST_VALUES = 50_000  # in a file of plates, each as often as aliases repeat it
+LONGEST_NAME = 100
+
+
+class LeftOut(NamedTuple):
+    """What a plate says of a part without that part's own counts."""
+
+    cluster_tolerance: float
+    round_sides: int  # by both of which the poses are numbered
+    probability: tuple[float, ...]  # of its poses, by `index`
+
+
+@dataclass(frozen=True)
+class PlateProfile:
+    """The scene that stands for a plate, and how far to trust it.
+
+    Raises RequestError if a value is out of its range.
+    """
+
+    name: str
+    restitution: (
+        float  # effective coefficient of restitution, and bounds of its 90 % interval
+    )
+    restitution_low: float
+    restitution_high: float
+    # effective height of the centre of mass at release, likewise, metres; -1: 20 part radii
+    drop_height: float
+    drop_height_low: float
+    drop_height_high: float
+    # expected root mean square error on a part that was not counted, as a fraction
+    plate_error: float
+    p_value: float = (
+        math.nan
+    )  # of the counts in this scene; NaN: nothing is left to test it
+    parts: tuple[str, ...] = ()  # names of the parts that were counted
+    counted: int = 0  # parts of all kinds together
+    date: str = ""  # when it was fitted, ISO 8601, UTC
+    version: str = ""  # of this package
+    # effective sides a turn of round parts, and the ends of the range that the counts do not
+    # exclude
+    round_sides: int = fits.UNTOLD_SIDES[0]
+    round_sides_low: int = fits.UNTOLD_SIDES[1]
+    round_sides_high: int = fits.UNTOLD_SIDES[2]
+    default_weight: float = (
+        math.nan
+    )  # probability that the default scene explains the counts best
+    # by digest of a counted part: what the others predict of it, so that its counts count once
+    left_out: Mapping[str, "LeftOut"] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        refuse_name(self.name)
+        for sides in (self.round_sides, self.round_sides_low, self.round_sides_high):
+            DropScene(
+                self.restitution,
+                None if self.drop_height == fits.AS_DEFAULT else self.drop_height,
+                round_sides=sides,
+            )
+        if not 0.0 <= self.plate_error <= 1.0:
+            raise errors.RequestError(
+                "a plate_error from 0 to 1", f"{self.plate_error}", "0.05 is 5 points"
+            )
+
+    @property
+    def tells_round_sides(self) -> bool:
+        """Whether the scene is one of its own sides, or some are left out by the counts."""
+        return (
+            self.round_sides,
+            self.round_sides_low,
+            self.round_sides_high,
+        ) != fits.UNTOLD_SIDES
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values that JSON and YAML can hold, without the name."""
+        found: dict[str, Any] = statistics.plain(vars(self))
+        del found["name"]
+        return found
+
+
+def refuse_name(name: str) -> None:
+    """Raise RequestError for a name that no plate can have."""
+    if not 0 < len(name.strip()) <= LONGEST_NAME or not name.isprintable():
+        raise errors.RequestError(
+            f"a plate's name of 1 to {LONGEST_NAME} printable characters",
+            f"{name!r}",
+            "for instance glass",
+        )
+
+
+def profile_of(name: str, fit: fits.PlateFit) -> PlateProfile:
+    """The profile of a plate as it was fitted, with today's date."""
+    return PlateProfile(
+        name,
+        *fit.restitution,
+        *fit.drop_height,
+        fit.plate_error,
+        fit.p_value,
+        tuple(dict.fromkeys(part.part_id for part in fit.parts)),
+        fit.counted,
+        datetime.now(timezone.utc).isoformat(timespec="seconds"),
+        version.VERSION,
+        *fit.round_sides,
+        fit.default_weight,
+        {
+            part.part_digest: LeftOut(
+                *part.numbering, tuple(part.left_out.round(9).tolist())
+            )
+            for part in fit.parts
+        },
+    )
+
+
+def read_profiles(file: Path) -> dict[str, PlateProfile]:
+    """All plates of a file, by name; raises RequestError where it is none that can be read."""
+    return {name: _profile(file, name, values) for name, values in _read(file).items()}
+
+
+def write_profile(file: Path, profile: PlateProfile) -> None:
+    """Write a plate into a file of plates, whole; its other plates stay, comments do not.
+
+    Raises RequestError if the file is there and is none of plates, or would become too large.
+    """
+    file = file.resolve()  # a link to the file stays a link
+    files.make_directories(file.parent)
+    with files.locked_directory(file.parent):
+        plates = _read(file) if file.exists() else {}
+        plates.pop(profile.name, None)  # so that it comes last
+        plates[profile.name] = profile.as_dict()
+        data = yaml.safe_dump(
+            {HEAD: plates}, sort_keys=False, allow_unicode=True, default_flow_style=None
+        ).encode()
+        _read(file, data)  # whatever is written can be read
+        files.replace_file(file, data)
+
+
+def refuse_foreign(file: Path) -> None:
+    """Raise RequestError, before anything is fitted, where no plate can be written into a file."""
+    if file.exists():
+        _read(file)
+
+
+def _read(file: Path, data: bytes | None = None) -> dict[str, Any]:
+    """Plates of a file by name, as YAML has them; `data`: what it is to hold, if that is new."""
+    try:
+        if data is None:
+            data = files.read_file(file, MOST_BYTES)
+        if len(data) > MOST_BYTES:
+            raise OSError(errno.EFBIG, f"of more than {MOST_BYTES} bytes")
+        node = yaml.compose(data.decode("utf-8"), yaml.SafeLoader)
+        if node is not None and _size(node, {}) > MOST_VALUES:
+            raise ValueError(f"more than {MOST_VALUES} values")
+        found = None if node is None else yaml.SafeLoader("").construct_document(node)
+    except (
+        OSError,
+        UnicodeDecodeError,
+        RecursionError,
+        ValueError,
+        yaml.YAMLError,
+    ) as error:
+        raise errors.RequestError(
+            "a YAML file of plates",
+            f"{file} ({errors.reason(error)})",
+            "name another one with --plates",
+        ) from error
+    if found is None:  # an empty file
+        return {}
+    if (
+        not isinstance(found, Mapping)
+        or list(found) != [HEAD]
+        or not isinstance(found[HEAD], Mapping | None)
+    ):
+        raise errors.RequestError(
+            f"a YAML file with `{HEAD}:` and nothing else at its top",
+            f"{file}",
+            "name another one with --plates",
+        )
+    plates = found[HEAD] or {}
+    if len(plates) > MOST_PLATES:
+        raise errors.RequestError(
+            f"a file of at most {MOST_PLATES} plates",
+            f"{len(plates)} in {file}",
+            "split it",
+        )
+    return {str(name): values for name, values in plates.items()}
+
+
+def _size(node: Any, sizes: dict[int, int]) -> int:
+    """Values that a node stands for, each as often as aliases of aliases repeat it."""
+    if id(node) not in sizes:
+        sizes[id(node)] = MOST_VALUES  # for a node that holds itself
+        inside = [] if isinstance(node, yaml.ScalarNode) else node.value
+        if isinstance(node, yaml.MappingNode):
+            inside = [each for pair in inside for each in pair]
+        sizes[id(node)] = 1 + sum(_size(each, sizes) for each in inside)
+    return sizes[id(node)]
+
+
+def _profile(file: Path, name: str, values: Any) -> PlateProfile:
+    """One plate; numbers may be written as YAML takes for text (1e-3)."""
+    expected = "restitution and drop_height of each plate"
+    found = f"{values!r}"
+    try:
+        if isinstance(values, Mapping):
+            return PlateProfile(
+                name,
+                **{
+                    key: read(values[key])
+                    for key, read in READERS.items()
+                    if key in REQUIRED or values.get(key) is not None
+                },
+            )
+    except KeyError as error:
+        expected = f"{error.args[0]} of each plate"
+        found = "none"
+    except errors.RequestError as error:
+        expected = error.expected
+        found = error.found
+    except (TypeError, ValueError, OverflowError, AttributeError) as error:
+        expected = "numbers for each plate"
+        found = re.sub(r"^.*: ", "", str(error))
+    raise errors.RequestError(
+        expected, f"{found} for {name} in {file}", "fit the plate again"
+    )
+
+
+def _whole(value: Any) -> int:
+    number = int(value)
+    if number != float(value):
+        raise ValueError(f"round_sides of {value}")
+    return number
+
+
+def _left_out(
+    cluster_tolerance: float, round_sides: int, probability: list[float]
+) -> LeftOut:
+    told = tuple(map(float, probability))
+    if not all(each >= 0.0 for each in told) or not abs(sum(told) - 1.0) < 1e-6:
+        raise ValueError(f"probabilities {probability} of sum {sum(told):g}")
+    return LeftOut(float(cluster_tolerance), int(round_sides), told)
+
+
+REQUIRED = (
+    "restitution",
+    "restitution_low",
+    "restitution_high",
+    "drop_height",
+    "drop_height_low",
+    "drop_height_high",
+    "plate_error",
+)
+
+READERS: dict[str, Callable[[Any], Any]] = {
+    **dict.fromkeys((*REQUIRED, "p_value", "default_weight"), float),
+    **dict.fromkeys(("round_sides", "round_sides_low", "round_sides_high"), _whole),
+    "parts": lambda parts: tuple(map(str, parts)) if isinstance(parts, list) else (),
+    "counted": int,
+    "date": str,
+    "version": str,
+    "left_out": lambda parts: {
+        str(digest): _left_out(**one) for digest, one in parts.items()
+    },
+}
+"""Fields of a plate in a file; earlier versions did not write all."""

@@ -1,0 +1,176 @@
+"""The scene that a part is dropped into."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from numbers import Integral, Real
+from typing import Any, NamedTuple
+
+from ...base.errors import RequestError
+from ...base.text import length_in_words, listed
+
+GRAVITY = 9.80665
+DEFAULT_RESTITUTION = 0.5
+DEFAULT_CLUSTER_TOLERANCE = 0.0025
+DEFAULT_ROUND_SIDES = 192
+"""Sides a turn of the polygons that stand for circles: they roll about as far as real parts."""
+
+FEWEST_ROUND_SIDES = 16
+MOST_ROUND_SIDES = 4096
+DEFAULT_DROP_RADII = 20.0
+LOW_DROP_RADII = 5.0
+
+HIGHEST_DROP = 2.0
+HIGHEST_KICK = 0.5
+"""Metres; no feeder drops or kicks a part higher, unless the part itself is as large."""
+
+HIGHEST_RADII = 1000.0
+LARGE_RADII = 20.0
+"""Radii up to which no part goes however low, and those that a large part may go."""
+
+DEFAULT_DROPS = 10_000
+DEFAULT_PLATE_ERROR = 0.05  # of a plate that nobody has counted on
+
+
+class Numbering(NamedTuple):
+    """What numbers a part's poses: with equal ones, and an equal digest, an index is one pose."""
+
+    cluster_tolerance: (
+        float  # share of the centre of mass's height; NaN where it is not known
+    )
+    round_sides: int  # 0: round surfaces as the file has them
+
+    def __str__(self) -> str:
+        """For people."""
+        tolerance = self.cluster_tolerance
+        shown = "unknown" if math.isnan(tolerance) else f"{tolerance:.12g}"
+        return f"cluster_tolerance {shown} and round_sides {self.round_sides}"
+
+    def agrees(self, other: "Numbering") -> bool:
+        """Whether both are known and equal."""
+        return self == other and not math.isnan(self.cluster_tolerance)
+
+
+@dataclass(frozen=True)
+class DropScene:
+    """Restitution and drop height, and what of a part counts as a pose and as round.
+
+    Attributes
+    ----------
+    restitution : float
+        Coefficient of restitution, 0 <= restitution < 1.
+    drop_height : float or None
+        Height of the centre of mass above the plate at release, metres; None stands for
+        20 part radii, as in the paper (section 3.B).
+    cluster_tolerance : float
+        Least rise of the centre of mass out of a pose, as a share of its height there; 0 keeps
+        every stable face.
+    round_sides : int
+        Sides a turn of the polygons that round surfaces are taken as; 0 takes the file as it is.
+
+    Raises
+    ------
+    RequestError
+        If a value is out of its range.
+    """
+
+    restitution: float = DEFAULT_RESTITUTION
+    drop_height: float | None = None
+    cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE
+    round_sides: int = DEFAULT_ROUND_SIDES
+
+    def __post_init__(self) -> None:
+        for name in ("restitution", "drop_height", "cluster_tolerance"):
+            if name != "drop_height" or self.drop_height is not None:
+                object.__setattr__(self, name, real_number(name, getattr(self, name)))
+        if not 0.0 <= self.restitution < 1.0:
+            raise RequestError(
+                "a coefficient of restitution from 0 to below 1",
+                f"{self.restitution}",
+                "0.5 is a hard plate",
+            )
+        if self.drop_height is not None and not 0.0 < self.drop_height < math.inf:
+            raise RequestError(
+                "a drop height above 0 m",
+                f"{self.drop_height} m",
+                "leave it out for 20 part radii",
+            )
+        if not 0.0 <= self.cluster_tolerance < 1.0:
+            raise RequestError(
+                "a cluster tolerance from 0 to below 1",
+                f"{self.cluster_tolerance}",
+                "0.0025 of the height is a tilt of 4 degrees",
+            )
+        sides: Any = self.round_sides
+        whole = isinstance(sides, Integral) and not isinstance(sides, bool)
+        if not whole or (sides and not FEWEST_ROUND_SIDES <= sides <= MOST_ROUND_SIDES):
+            raise RequestError(
+                f"round_sides of 0, or {FEWEST_ROUND_SIDES} to {MOST_ROUND_SIDES}",
+                f"{sides!r}",
+                "0 takes round surfaces as the file has them",
+            )
+
+    @property
+    def numbering(self) -> Numbering:
+        """What numbers the poses; the rest of the scene has no say in that."""
+        return Numbering(self.cluster_tolerance, self.round_sides)
+
+    def release_height(self, radius: float) -> float:
+        """Height of the centre of mass at release, metres, of a part of this radius, metres."""
+        return (
+            DEFAULT_DROP_RADII * radius
+            if self.drop_height is None
+            else self.drop_height
+        )
+
+
+def real_number(name: str, value: Any) -> float:
+    """Read a number of a request as a float."""
+    try:
+        if not isinstance(value, bool) and isinstance(value, Real):
+            return float(value) + 0.0  # -0 is 0
+    except OverflowError:
+        pass
+    raise RequestError(f"a number for {name}", f"{value!r}", "give a float")
+
+
+def height_warnings(
+    name: str, height: float | None, radius: float, highest: float
+) -> list[str]:
+    """One where no feeder has such a height, metres, for a part of this radius, metres.
+
+    `name`: what kind of height; `highest`: that a feeder has, metres.
+    """
+    if height is None or height <= min(
+        max(highest, LARGE_RADII * radius), HIGHEST_RADII * radius
+    ):
+        return []
+    return [
+        f"HEIGHT_SUSPECT: a {name} height of {height:g} m, which no feeder has; heights are "
+        "in metres whatever the unit of the mesh, so 200 mm are 0.2."
+    ]
+
+
+def describe_scene(
+    restitution: float | Sequence[float],
+    drop_height: float | None,
+    radius: float = math.nan,
+) -> str:
+    """The scene in one sentence: how high, onto what, how bouncy.
+
+    `restitution`: several where each was dropped with; `drop_height`: None for the default; NaN
+    where the method ignores both; `radius`: NaN where it is about many parts.
+    """
+    if drop_height is not None and math.isnan(drop_height):
+        return "released at any height above a frictionless plate, at any restitution"
+    metres = DEFAULT_DROP_RADII * radius if drop_height is None else drop_height
+    height = (
+        f"{DEFAULT_DROP_RADII:g} part radii"
+        if math.isnan(metres)
+        else length_in_words(metres)
+    )
+    values = [restitution] if isinstance(restitution, (int, float)) else restitution
+    return (
+        f"released {height} above a frictionless plate, restitution "
+        f"{listed([f'{one:g}' for one in values])}"
+    )

@@ -1,0 +1,178 @@
+"""The convex hull of a part as a polyhedron with true faces.
+
+A part rests on its convex hull, so this body is all that the estimators and the simulation
+see of a part, besides its mass properties. Lengths are scaled by the part's radius and
+positions are relative to the centre of mass, in part axes.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...base import errors
+from .. import tolerances
+from ..kernels.body.convex_body import BodyArrays, build_body
+from ..kernels.principal_axes import principal_axes
+from ..mesh.hull import Facets, hull_of_corners, hull_of_part
+from ..mesh.vectors import lengths, scatter
+from ..records import Array, Index, Part
+from . import reshaping, rims, round_surfaces, thinning
+
+
+@dataclass(frozen=True, eq=False)
+class ConvexBody:
+    """A convex polyhedron about its centre of mass, scaled to a radius of 1."""
+
+    radius: float  # largest distance from the centre of mass to a vertex, metres
+    # (H, 3); hull points; all but those on straight edges or inside faces are corners
+    points: Array
+    # faces as corner loops with their normals, distances, areas, solid angles and sides
+    arrays: BodyArrays
+    tolerance: (
+        float  # coplanarity at which the faces were merged, as a fraction of the radius
+    )
+    runs: tuple[
+        rims.Run, ...
+    ]  # its round and toothed runs; none where the body stands as in the file
+    # (F,) int; number of the strip that a face belongs to, the facets between two runs about one
+    # axis; -1 for a face of none
+    run_of_face: Index
+    rounded: int  # runs that were given other numbers of sides than in the file
+
+    @property
+    def faces(self) -> int:
+        """Number of planar faces."""
+        return int(self.arrays.distance.shape[0])
+
+    def polygon(self, face: int) -> Array:
+        """Corners (k, 3) of a face, counter-clockwise seen from outside."""
+        sides = slice(self.arrays.face_start[face], self.arrays.face_start[face + 1])
+        return self.points[self.arrays.corner[sides]]
+
+    def r(self, directions: Array) -> Array:
+        """Distance from the centre of mass to the surface along directions (section 2.C)."""
+        along = np.asarray(directions, dtype=np.float64) @ self.arrays.normal.T
+        with np.errstate(divide="ignore"):
+            distance = np.where(along > 0.0, self.arrays.distance / along, np.inf)
+        return np.asarray(distance.min(axis=-1))
+
+    def R(self, directions: Array) -> Array:  # noqa: N802 - the paper's name
+        """Height of the centre of mass where directions point down (section 2.C)."""
+        return np.asarray(
+            (np.asarray(directions, dtype=np.float64) @ self.points.T).max(axis=-1)
+        )
+
+
+def foot_directions(body: ConvexBody, sides: Index) -> Array:
+    """Directions (k, 3) of the points of polygon sides that are nearest to the centre of mass."""
+    first = body.points[body.arrays.corner[sides]]
+    last = body.points[body.arrays.corner[body.arrays.twin[sides]]]
+    length = lengths(last - first)[:, None]
+    along = (last - first) / length
+    foot = first + np.clip(-(first * along).sum(axis=1)[:, None], 0.0, length) * along
+    return np.asarray(foot / lengths(foot)[:, None])
+
+
+def convex_body(part: Part, round_sides: int) -> ConvexBody:
+    """Convex body of a part, built once; `round_sides` 0 takes the file as it is."""
+    return part.prepare(_build, round_sides)
+
+
+def keep_body(part: Part, body: ConvexBody, round_sides: int) -> None:
+    """Store a body that was made on another way, for `convex_body` to return."""
+    part.keep_all({(_build, round_sides): body})
+
+
+def _build(part: Part, round_sides: int) -> ConvexBody:
+    """Body with round surfaces as polygons of so many sides, its radius the file's if can be."""
+    if not round_sides:  # points about the centre of mass, in radii
+        qhull, shift, unit = hull_of_part(part)
+        points = qhull.points[qhull.vertices] + (shift - part.center_of_mass) / unit
+        radius = float(lengths(points).max())
+        points /= radius
+        points.flags.writeable = False
+        scale = radius * unit
+        arrays, tolerance = polyhedron(
+            points, *_triangles(qhull), part.rounding / scale
+        )
+        return ConvexBody(
+            scale, points, arrays, tolerance, (), np.full(len(arrays.area), -1), 0
+        )
+    plain = convex_body(part, 0)
+    scale = plain.radius
+    points = plain.points
+    arrays = plain.arrays
+    tolerance = plain.tolerance
+    qhull = hull_of_part(part).qhull
+    rounding = (
+        round_surfaces.rounding_of(part, part.surface_vertices[qhull.vertices]) / scale
+    )
+    if rounding > part.rounding / scale:
+        arrays, tolerance = polyhedron(points, *_triangles(qhull), rounding)
+    groups = round_surfaces.find_groups(
+        part, points, arrays, scale, rounding, round_sides
+    )
+    outline = reshaping.reshape(points, arrays, groups, round_sides)
+    thinning.thin_out(outline, arrays, round_sides)
+    if not (outline.changed or outline.added):
+        runs = tuple(chain.as_run(1.0) for chain in outline.chains)
+        return ConvexBody(
+            scale,
+            points,
+            arrays,
+            tolerance,
+            runs,
+            rims.strips(points, arrays, groups, outline.chains),
+            0,
+        )
+    points, chains = outline.compacted()
+    # A rim off the centre of mass may reach a little farther between the corners of the file.
+    farthest = max(float(lengths(points).max()), 1.0)
+    scaled = points / farthest
+    scaled.flags.writeable = False
+    if not outline.keeps.any():  # all are new, and none is rounded
+        rounding = part.rounding / scale
+    try:
+        arrays, tolerance = polyhedron(scaled, *hull_of_corners(scaled), rounding)
+    except (
+        errors.MeshError
+    ):  # the centre of mass is closer to the surface than a facet's arc
+        return plain
+    return ConvexBody(
+        scale * farthest,
+        scaled,
+        arrays,
+        tolerance,
+        tuple(chain.as_run(farthest) for chain in chains),
+        rims.strips(points, arrays, groups, chains),
+        outline.rounded,
+    )
+
+
+def _triangles(qhull: Facets) -> tuple[Index, Index]:
+    """Triangles and their neighbours in the numbering of the points on the hull."""
+    used = qhull.vertices
+    number = np.empty(qhull.points.shape[0], dtype=np.int64)
+    number[used] = np.arange(used.shape[0])
+    return number[qhull.simplices], qhull.neighbors.astype(np.int64)
+
+
+def polyhedron(
+    points: Array, triangles: Index, neighbors: Index, rounding: float
+) -> tuple[BodyArrays, float]:
+    """Merge coplanar triangles; where no polyhedron remains, repeat with smaller tolerances."""
+    moment, _ = principal_axes(scatter(points))
+    thickness = float(np.sqrt(max(moment[0], 0.0)))
+    rounding = min(tolerances.COPLANAR_ROUNDINGS * rounding, tolerances.COPLANAR_MOST)
+    widest = min(
+        max(tolerances.COPLANAR, rounding), tolerances.COPLANAR_OF_THICKNESS * thickness
+    )
+    for tolerance in (widest, widest / 10.0, widest / 100.0, 0.0):
+        valid, arrays = build_body(points, triangles, neighbors, tolerance)
+        if valid:
+            return arrays, tolerance
+    raise errors.MeshError(
+        "a convex hull that encloses the centre of mass",
+        "faces through the centre of mass",
+        "check the mesh and the given centre of mass",
+    )

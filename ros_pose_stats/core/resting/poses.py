@@ -1,0 +1,305 @@
+"""The stable poses of a part as records, before any probability.
+
+`equilibria` are the faces that it can stand on, `clusters` joins those that a small rise parts,
+and `records.statistics` gives the poses their probabilities.
+"""
+
+from dataclasses import dataclass
+from functools import cache, cached_property, partial
+
+import numpy as np
+
+from ...base.errors import RequestError
+from ..kernels.body.standing import silhouette, tops
+from ..kernels.features import corner_crowding as corners, split_features as features
+from ..kernels.levels.splits import split_probabilities
+from ..kernels.principal_axes import principal_axes
+from ..mesh.vectors import lengths, resting_quaternions, rotation_matrices
+from ..records import Array, DropScene, Index, Part, StablePose, scene as scenes
+from . import convex_body, symmetry
+from .equilibria import Clusters, Equilibria, clusters, equilibria, spread, tilt_margins
+from .turns import axis_offsets, curves, rolling_axes, yaw_symmetries
+
+CORNER_REACHES = np.array([0.05, 0.3125])
+"""Distances, in radii, within which corners count as one: for edges and bevels, and for shapes."""
+
+OTHER_SIDES_HEIGHT = 0.01
+OTHER_SIDES_TURN = 0.996
+"""Share of its height, and cosine of an angle (5 degrees), within which a pose is the same with
+another number of sides: facets of 48 lie 0.2 % nearer to the axis than the surface."""
+
+
+@dataclass(frozen=True, eq=False)
+class RestingPoses:
+    """Stable poses of a part at one cluster tolerance, in the order of their `index`."""
+
+    equilibria: Equilibria
+    clusters: Clusters
+    poses: tuple[StablePose, ...]  # without probabilities
+    inertia: Array  # (3, 3); central inertia in part axes over the mass and the squared radius
+
+    @property
+    def body(self) -> convex_body.ConvexBody:
+        """Convex body of the part."""
+        return self.equilibria.body
+
+    @cached_property
+    def group(self) -> Index:
+        """Symmetry group (P,) of each pose; one for each where no records were made."""
+        return np.array(
+            [pose.group for pose in self.poses] or range(self.clusters.lowest.shape[0])
+        )
+
+    @property
+    def downs(self) -> Array:
+        """Direction (P, 3) that points down in each pose."""
+        return self.equilibria.downs[self.clusters.lowest]
+
+    @cached_property
+    def moments(self) -> Array:
+        """Principal moments (3,) of `inertia`, rising."""
+        return principal_axes(self.inertia)[0]
+
+    @cached_property
+    def passage_r(self) -> tuple[Array, Array]:
+        """Component areas and node probabilities for r; see `split_probabilities`."""
+        return self._passage(False)
+
+    @cached_property
+    def passage_R(self) -> tuple[Array, Array]:  # noqa: N802 - the paper's name
+        """Component areas and node probabilities for R; see `split_probabilities`."""
+        return self._passage(True)
+
+    @cached_property
+    def shape_features(self) -> Array:
+        """Trace of `inertia`, its least and greatest share, highest split, lowest pose; (5,)."""
+        least, middle, most = self.moments.tolist()
+        trace = least + middle + most
+        levels = self.equilibria.arrays.tree.level[self.clusters.split]
+        return _read_only(
+            np.array(
+                [
+                    trace,
+                    least / trace,
+                    most / trace,
+                    levels.max(initial=0.0),
+                    self.equilibria.heights.min(),
+                ]
+            )
+        )
+
+    @cached_property
+    def split_features(self) -> Array:
+        """Features of the components of each split; see `kernels.features.split_features`."""
+        found = self.equilibria.arrays
+        return features.split_features(
+            self.body.points,
+            self.body.arrays,
+            found.stable,
+            found.basin,
+            found.tree,
+            self.clusters.split,
+            self.passage_r[0],
+            self.passage_R[0],
+            self.inertia,
+        )
+
+    @cached_property
+    def corner_crowding(self) -> Array:
+        """Crowding at each of `CORNER_REACHES`, (2,); see `kernels.features.corner_crowding`."""
+        return corners.corner_crowding(
+            self.body.points, self.body.arrays, CORNER_REACHES
+        )
+
+    @cached_property
+    def axis_offsets(self) -> Array:
+        """How far (P,) the centre of mass lies beside the axis of what a pose rolls on, radii."""
+        return axis_offsets(self.body, self.pose_of_face, self.downs)
+
+    @cached_property
+    def curves(self) -> tuple[Array, Array]:
+        """Share (P,) of curves in what leads to each pose, how far (P,) they lie across it."""
+        lowest = self.equilibria.faces[self.clusters.lowest]
+        return curves(self.body, self.inertia, self.pose_of_face, lowest, self.downs)
+
+    @property
+    def pose_of_face(self) -> Index:
+        """Pose (F,) to which each face descends."""
+        found = self.equilibria
+        return self.clusters.pose[found.rank][found.arrays.basin]
+
+    def is_numbered_like(self, other: "RestingPoses") -> bool:
+        """Whether poses of the same part, its round surfaces divided otherwise, have one number.
+
+        They must come in the same groups, as high, and on the same side where they do not roll.
+        """
+        if len(self.poses) != len(other.poses):
+            return False
+        return all(
+            (one.group, one.rolls) == (same.group, same.rolls)
+            and abs(one.height - same.height) <= OTHER_SIDES_HEIGHT * one.height
+            and (one.rolls or float(one.down @ same.down) >= OTHER_SIDES_TURN)
+            for one, same in zip(self.poses, other.poses, strict=True)
+        )
+
+    def _passage(self, of_R: bool) -> tuple[Array, Array]:  # noqa: N803 - the paper's name
+        tree = self.equilibria.arrays.tree
+        return split_probabilities(self.body.arrays, tree, self.clusters.split, of_R)
+
+    def gather(self, stable: Array) -> Array:
+        """Sum values of the stable faces (S,), by rising height, over the poses (P,)."""
+        sums = np.bincount(self.clusters.pose, stable, len(self.poses))
+        return sums.astype(np.float64)
+
+
+@dataclass(frozen=True, eq=False)
+class PoseShape:
+    """Contact polygon and outline of a body in one pose, computed on demand and kept."""
+
+    body: convex_body.ConvexBody
+    face: int
+    rotation: Array
+
+    @cached_property
+    def support_polygon(self) -> Array:
+        """Contact polygon (k, 2) in the plate frame, metres, counter-clockwise from above."""
+        seen = self.body.polygon(self.face)[::-1] @ self.rotation[:2].T
+        return _read_only(seen * self.body.radius)
+
+    @cached_property
+    def outline(self) -> Array:
+        """Convex silhouette (k, 2) in the plate frame, metres, counter-clockwise."""
+        seen = silhouette(self.body.points, self.body.arrays, self.rotation)
+        return _read_only(seen * self.body.radius)
+
+
+def _read_only(shared: Array) -> Array:
+    shared.flags.writeable = False
+    return shared
+
+
+def resting_poses(
+    part: Part,
+    cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
+    round_sides: int = scenes.DEFAULT_ROUND_SIDES,
+) -> RestingPoses:
+    """Stable poses of a part, found once for the options and kept as long as the part lives.
+
+    Parameters
+    ----------
+    part : Part
+    cluster_tolerance : float
+        Least rise out of a pose as a share of its height; 0 keeps every stable face.
+    round_sides : int
+        Sides a turn of round surfaces; 0 takes the file as it is.
+
+    Raises
+    ------
+    RequestError
+        If `part` is no Part, or the tolerance is not from 0 to below 1.
+    """
+    return poses_in(
+        part, DropScene(cluster_tolerance=cluster_tolerance, round_sides=round_sides)
+    )
+
+
+def poses_in(part: Part, scene: DropScene) -> RestingPoses:
+    """The stable poses of a part in a scene."""
+    if not isinstance(part, Part):
+        raise RequestError(
+            "a Part",
+            f"{type(part).__name__}",
+            "make one with load_part or part_from_mesh",
+        )
+    return part.prepare(_find, scene.numbering)
+
+
+def bare_poses(part: Part, scene: DropScene) -> RestingPoses:
+    """The same without records of the poses, symmetry and margins; not kept for the next call."""
+    if are_found(part, scene):
+        return poses_in(part, scene)
+    found = equilibria(part, scene.round_sides)
+    return RestingPoses(
+        found,
+        clusters(found, scene.cluster_tolerance),
+        (),
+        _scaled_inertia(part, found),
+    )
+
+
+def _scaled_inertia(part: Part, found: Equilibria) -> Array:
+    return part.inertia / (part.mass * found.body.radius * found.body.radius)
+
+
+def are_found(part: Part, scene: DropScene) -> bool:
+    """Whether `poses_in` would answer at once."""
+    return part.has_prepared(_find, scene.numbering)
+
+
+def _find(part: Part, numbering: scenes.Numbering) -> RestingPoses:
+    found = equilibria(part, numbering.round_sides)
+    grouped = clusters(found, numbering.cluster_tolerance)
+    return RestingPoses(
+        found, grouped, _records(part, found, grouped), _scaled_inertia(part, found)
+    )
+
+
+def _records(
+    part: Part, found: Equilibria, grouped: Clusters
+) -> tuple[StablePose, ...]:
+    body = found.body
+    downs = found.downs[grouped.lowest]
+    heights = found.heights[grouped.lowest] * body.radius
+    quaternions = resting_quaternions(downs)
+    rotations = rotation_matrices(quaternions)
+    positions = -rotations @ part.center_of_mass
+    positions[:, 2] += heights
+    top = heights + tops(body.points, np.ascontiguousarray(downs)) * body.radius
+    margins = tilt_margins(found, grouped)
+    surface = cache(partial(symmetry.SurfaceTrial, part, body))
+    groups = symmetry.symmetry_groups(
+        part, found, np.where(grouped.near, grouped.pose, -1), surface
+    )
+    # A shelf between two poses that are alike goes to one of them, and neither tilts farther.
+    least = np.full(len(margins), np.inf)
+    np.minimum.at(least, groups, margins)
+    margins = least[groups]
+    rolls, axes = rolling_axes(
+        body, downs, found.heights[grouped.lowest], grouped.tolerance
+    )
+    across = (rotations * axes[:, None, :]).sum(axis=2)
+    across[:, 2] = 0.0  # along the plate; zero stays zero
+    level = lengths(across)[:, None]
+    on_plate = np.divide(across, level, out=np.zeros_like(across), where=level > 0.0)
+    yaw = yaw_symmetries(part, found, grouped.lowest, surface)
+    faces = found.faces[grouped.lowest]
+    barriers = grouped.barrier * body.radius
+    ordered = np.argsort(grouped.pose, kind="stable")
+    members_of = [
+        some.tolist()
+        for some in np.split(ordered, np.cumsum(np.bincount(grouped.pose))[:-1])
+    ]
+    for array in (downs, quaternions, positions, on_plate):
+        array.flags.writeable = False
+    size = np.bincount(groups)
+    return tuple(
+        StablePose(
+            index=i,
+            group=int(groups[i]),
+            down=downs[i],
+            height=float(heights[i]),
+            top=float(top[i]),
+            margin=float(margins[i]),
+            barrier=float(barriers[i]),
+            spread=spread(found, grouped, members),
+            members=tuple(members),
+            orientation=quaternions[i],
+            position=positions[i],
+            shape=PoseShape(body, int(faces[i]), rotations[i]),
+            group_size=int(size[groups[i]]),
+            rolls=bool(rolls[i]),
+            roll_axis=on_plate[i],
+            yaw_symmetry=int(yaw[i]),
+        )
+        for i, members in enumerate(members_of)
+    )

@@ -1,0 +1,284 @@
+"""Flips: a flexible feeder's plate kicks parts that lie wrong, and they come to rest anew."""
+
+import math
+import time
+from collections.abc import Callable, Iterable
+
+import numpy as np
+
+from ...base import errors, version
+from ..kernels.drops.layout import P, V, W
+from ..mesh.vectors import lengths, turn_vectors
+from ..records import Array, DropScene, FlipStatistics, Index, Part, scene as scenes
+from ..resting.trust import pose_remarks
+from ..statistics.errors import standard_errors
+from . import chunks, drop_body, drops
+from .request import ALONE, DropRequest, Watch, drop_request
+
+DEFAULT_FLIPS = 2000  # flips a pose: a share is told to a point
+
+LOWEST_KICK = 0.05
+HIGHEST_KICK = 5.0
+KICKS = 13
+"""Part radii, and how many between them: below the lowest hardly a part leaves its pose, above
+the highest most come to rest as if dropped."""
+
+
+def simulate_flips(
+    part: Part,
+    kick_height: float,
+    drops: int = DEFAULT_FLIPS,
+    restitution: float = scenes.DEFAULT_RESTITUTION,
+    seed: int | None = None,
+    workers: int | None = None,
+    on_progress: Callable[[int, int], object] | None = None,
+    should_stop: Callable[[], bool] | None = None,
+    *,
+    cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
+    round_sides: int = scenes.DEFAULT_ROUND_SIDES,
+    background: bool = False,
+) -> FlipStatistics:
+    """Kick a part many times out of each of its poses, and count where it comes to rest.
+
+    Parameters
+    ----------
+    part : Part
+    kick_height : float
+        Energy of a kick over the weight, metres, 0 or more: as high would it lift the part
+        without turning it. The plate hits the part at a point of its contact polygon, drawn
+        uniformly.
+    drops : int
+        Flips out of each pose, from 1.
+    restitution : float
+        Of the plate on which the part falls back, 0 <= restitution < 1.
+    seed : int, optional
+        Flip k out of a pose depends on seed, k and the part alone. Default: a fresh one.
+    workers : int, optional
+        Threads; default: all cores.
+    on_progress : callable, optional
+        Takes the number of flips done, and of all.
+    should_stop : callable, optional
+        Once it returns True the simulation ends with the flips done by then.
+    cluster_tolerance, round_sides, background
+        As for `simulate`.
+
+    Returns
+    -------
+    FlipStatistics
+
+    Raises
+    ------
+    RequestError, MeshError
+        If a value is out of range, or the part's hull does not enclose its centre of mass.
+    """
+    return count_flips(
+        part,
+        DropScene(restitution, None, cluster_tolerance, round_sides),
+        kick_height,
+        drop_request(drops, seed, 0.0, workers),
+        Watch.of(None, should_stop, None, background),
+        on_progress,
+    )
+
+
+def count_flips(
+    part: Part,
+    scene: DropScene,
+    kick_height: float,
+    per_pose: DropRequest,
+    watch: Watch = ALONE,
+    on_progress: Callable[[int, int], object] | None = None,
+) -> FlipStatistics:
+    """Flip a part in a scene, out of each pose as requested; see `simulate_flips`."""
+    begin = time.perf_counter()
+    kick = check_kick(kick_height)
+    body = drop_body.drop_body(part, scene)
+    poses = body.resting.poses
+    request = drop_request(
+        per_pose.drops * len(poses), per_pose.seed, 0.0, per_pose.workers
+    )
+    outcomes = _count(body, scene, kick, request, watch, on_progress)
+    counts = outcomes[:, 1:]
+    unsettled = outcomes[:, 0]
+    settled = counts.sum(axis=1)
+    with np.errstate(invalid="ignore"):
+        transition = counts / settled[:, None]
+    errors = np.stack([standard_errors(row, int(row.sum())) for row in counts])
+    remarks = pose_remarks(body.resting)
+    warnings = [
+        *part.warnings,
+        *remarks.warnings,
+        *scenes.height_warnings("kick", kick, body.radius, scenes.HIGHEST_KICK),
+    ]
+    if unsettled.any():
+        warnings.append(
+            f"UNSETTLED: {unsettled.sum()} of {outcomes.sum()} flips were given up before their "
+            f"pose was certain; they are left out of the probabilities."
+        )
+    return FlipStatistics(
+        part.part_id,
+        part.digest,
+        body.radius,
+        scene.restitution,
+        kick,
+        scene.cluster_tolerance,
+        scene.round_sides,
+        poses,
+        counts,
+        unsettled,
+        transition,
+        errors,
+        request.seed,
+        time.perf_counter() - begin,
+        tuple(warnings),
+        version.VERSION,
+        (*part.notes, *remarks.notes),
+    )
+
+
+def flips_by_kick(
+    part: Part,
+    scene: DropScene,
+    kicks: Iterable[float],
+    per_pose: DropRequest,
+    watch: Watch = ALONE,
+    on_kick: Callable[[int, int], object] | None = None,
+) -> list[FlipStatistics]:
+    """Flips at several kick heights, as far as they are complete, at the same points."""
+    heights = sorted({check_kick(kick) for kick in kicks})
+    complete = []
+    for place, height in enumerate(heights):
+        if on_kick is not None:
+            on_kick(place, len(heights))
+        flips = count_flips(part, scene, height, per_pose, watch)
+        if flips.flips < per_pose.drops * len(flips.poses):
+            break
+        complete.append(flips)
+    return complete
+
+
+def check_kick(kick_height: float) -> float:
+    """A kick height as a number."""
+    kick = scenes.real_number("kick_height", kick_height)
+    if not 0.0 <= kick < math.inf:
+        raise errors.RequestError(
+            "a kick height of 0 m or more",
+            f"{kick_height}",
+            "half the part's radius flips most parts",
+        )
+    return kick
+
+
+def usual_kicks(radius: float) -> tuple[float, ...]:
+    """Kick heights, metres, that are worth looking at for a part of this radius, metres."""
+    return tuple((radius * np.geomspace(LOWEST_KICK, HIGHEST_KICK, KICKS)).tolist())
+
+
+def _count(
+    body: drop_body.PreparedBody,
+    scene: DropScene,
+    kick: float,
+    request: DropRequest,
+    watch: Watch,
+    on_progress: Callable[[int, int], object] | None,
+) -> Index:
+    """Flips (K, 1 + K) out of each pose: given up, and into each pose."""
+    poses = len(body.resting.poses)
+    rules = drops.drop_rules(scene, body.radius)
+    kicks = Kicks(body, kick / body.radius)
+
+    def flip(first: int, count: int) -> drops.DropOutcomes:
+        return drops.compute_motions(
+            body, rules, kicks.states(request.seed, first, count)
+        )
+
+    workers = chunks.DropWorkers(
+        flip, request.drops, request.workers, watch.should_stop, watch.background
+    )
+    found = np.zeros(poses * (1 + poses), dtype=np.int64)
+    done = 0
+    for outcomes in workers.outcomes_in_order():
+        end = done + outcomes.pose.shape[0]
+        row = np.arange(done, end) % poses
+        found += np.bincount(
+            row * (1 + poses) + outcomes.pose + 1, minlength=found.shape[0]
+        )
+        done = end
+        if on_progress is not None:
+            on_progress(done, request.drops)
+    return found.reshape(poses, 1 + poses)
+
+
+class Kicks:
+    """A plate that kicks the part, lying in any of its poses, at points of the contact polygon.
+
+    `height`: energy of a kick over the weight, radii.
+    """
+
+    def __init__(self, body: drop_body.PreparedBody, height: float) -> None:
+        self.body = body
+        self.height = height
+        resting = body.resting
+        faces = resting.equilibria.faces[resting.clusters.lowest]
+        rows: list[tuple[Array, ...]] = []
+        for pose, face in enumerate(faces.tolist()):
+            polygon = turn_vectors(resting.body.polygon(face), body.axes)
+            first = polygon[1:-1] - polygon[0]
+            second = polygon[2:] - polygon[0]
+            grown = np.cumsum(lengths(np.cross(first, second)))
+            share = np.concatenate(([0.0], grown / grown[-1]))
+            rows.append(
+                (
+                    np.broadcast_to(polygon[0], first.shape),
+                    first,
+                    second,
+                    pose + share[1:],
+                    pose + share[:-1],
+                )
+            )
+        # (T, 3); a triangle of a contact polygon, in principal axes: a corner and the sides that
+        # leave it; (T,): share of the polygon's area that it and those before it have, plus the
+        # pose's index, and the same without itself. Where corners lie on one line both are equal.
+        self.corner, self.first, self.second, self.end, self.begin = map(
+            np.concatenate, zip(*rows, strict=True)
+        )
+
+    def states(self, seed: int, first: int, count: int) -> Array:
+        """States (count, 8) just after kicks from `first` on, all poses in turn.
+
+        A vertical impulse J acts at a point r drawn uniformly from the contact polygon: v = J / m
+        and w = J I^-1 (r x up), with J such that the energy is m g times the height.
+        """
+        resting = self.body.resting
+        moment = self.body.arrays.moment
+        pose = np.arange(first, first + count) % len(resting.poses)
+        lowest = resting.clusters.lowest[pose]
+        states = drops.states_at_rest(
+            self.body,
+            resting.equilibria.heights[lowest],
+            resting.equilibria.downs[lowest],
+        )
+        x, y, z = self._points(pose, drops.flip_draws(seed, first, count)).T
+        p, q, r = states[:, P : P + 3].T
+        arm = np.stack((y * r - z * q, z * p - x * r, x * q - y * p), axis=1)
+        reach = arm * arm / moment
+        impulse = np.sqrt(
+            2.0 * self.height / (1.0 + reach[:, 0] + reach[:, 1] + reach[:, 2])
+        )
+        states[:, V] = impulse
+        states[:, W : W + 3] = impulse[:, None] * arm / moment
+        return states
+
+    def _points(self, pose: Index, draws: Array) -> Array:
+        """Points (n, 3) of contact polygons from two uniform numbers each."""
+        at = np.searchsorted(self.end, pose + draws[:, 0], side="right")
+        # A sum that rounds up would be the next pose's.
+        at = np.minimum(at, np.searchsorted(self.end, pose + 1.0, side="left"))
+        size = self.end[at] - self.begin[at]
+        share = np.clip((pose + draws[:, 0] - self.begin[at]) / size, 0.0, 1.0)
+        out = np.sqrt(share)[:, None]
+        along = draws[:, 1:]
+        return np.asarray(
+            self.corner[at]
+            + out * ((1.0 - along) * self.first[at] + along * self.second[at])
+        )

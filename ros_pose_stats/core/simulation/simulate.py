@@ -1,0 +1,268 @@
+"""A whole simulation: from a part and a request to the pose statistics counted from its drops."""
+
+import time
+from collections.abc import Callable, Iterable
+
+from numpy.typing import ArrayLike
+
+from ...base.errors import RequestError
+from ...base.methods import SIMULATION
+from ..records import (
+    DropProgress,
+    DropScene,
+    Part,
+    PoseStatistics,
+    scene as scenes,
+    statistics,
+)
+from ..records.part import Array, Index
+from ..resting import poses, trust
+from ..statistics.prefix import Judge, Prefix, counted_shares, target_reached
+from .chunks import DropWorkers
+from .drop_body import drop_body
+from .drops import DropChunk, compute_drops, drop_rules, random_starts
+from .request import ALONE, FEWEST, DropRequest, Watch, drop_request
+
+
+def simulate(
+    part: Part,
+    drops: int | None = None,
+    restitution: float = scenes.DEFAULT_RESTITUTION,
+    seed: int | None = None,
+    drop_height: float | None = None,
+    target_error: float = 0.0,
+    workers: int | None = None,
+    starts: ArrayLike | None = None,
+    on_progress: Callable[[DropProgress], object] | None = None,
+    should_stop: Callable[[], bool] | None = None,
+    *,
+    on_drops: Callable[[DropChunk], object] | None = None,
+    background: bool = False,
+    cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
+    round_sides: int = scenes.DEFAULT_ROUND_SIDES,
+    judge: Judge | None = None,
+) -> PoseStatistics:
+    """Drop a part many times and count the poses in which it comes to rest (section 3).
+
+    Parameters
+    ----------
+    part : Part
+        As from `load_part` or `part_from_mesh`.
+    drops : int, optional
+        How many, 1 to 1e9; the most where a target error is given. Default: 10 000, or all starts.
+    restitution : float
+        Coefficient of restitution, 0 <= restitution < 1.
+    seed : int, optional
+        0 to 2^64 - 1; drop k depends on seed and k alone. Default: a fresh one, in the answer.
+    drop_height : float, optional
+        Height of the centre of mass at release, metres; too low to fit means released
+        touching the plate. Default: 20 part radii.
+    target_error : float
+        Stop once the root mean square error over the poses is within this fraction with 90 %
+        confidence, which is checked after 100, 150, 225, ... drops. 0 asks for all drops.
+    workers : int, optional
+        Threads; default: all cores.
+    starts : (k, 3) array, optional
+        Directions in the part frame that point down at release, one a drop.
+    on_progress, on_drops : callable, optional
+        Called in the caller's thread: the first with a `DropProgress`, some twenty times a second,
+        the second with a `DropChunk` for all drops that count, in their order.
+    should_stop : callable, optional
+        Once it returns True the simulation ends, within about 50 ms, with the drops done by then.
+    background : bool
+        Whether workers give way to other threads of this machine (Linux: niceness 10).
+    cluster_tolerance : float
+        Least rise out of a pose as a share of its height there; 0 merges nothing.
+    round_sides : int
+        Sides a turn of the polygons that round surfaces are taken as; 0 takes the file as it is.
+    judge : Judge, optional
+        Judges in place of the counts, and says how many drops come before the first check.
+
+    Returns
+    -------
+    PoseStatistics
+        All poses, most probable first; the same whatever the workers and the timing. Where none
+        of fewer than 50 drops comes to rest, probabilities and errors are NaN.
+
+    Raises
+    ------
+    RequestError, MeshError
+        If a value is out of range, the part's hull does not enclose its centre of mass, or none of
+        the first 50 drops comes to rest, as on a plate that takes next to no energy.
+    """
+    return count_drops(
+        part,
+        DropScene(restitution, drop_height, cluster_tolerance, round_sides),
+        drop_request(drops, seed, target_error, workers, starts),
+        Watch.of(on_progress, should_stop, on_drops, background),
+        judge,
+    )
+
+
+def count_drops(
+    part: Part,
+    scene: DropScene,
+    request: DropRequest,
+    watch: Watch = ALONE,
+    judge: Judge | None = None,
+) -> PoseStatistics:
+    """Drop a part in a scene as requested; `judge` and the rest as for `simulate`."""
+    return _Simulation(part, scene, request, judge).run(watch)
+
+
+class _Simulation:
+    """One simulation: its request, and the counts of the drops so far."""
+
+    def __init__(
+        self, part: Part, scene: DropScene, request: DropRequest, judge: Judge | None
+    ) -> None:
+        self._begin = time.perf_counter()
+        self._part = part
+        self._scene = scene
+        self._request = request
+        self._body = drop_body(part, scene)
+        self._rules = drop_rules(scene, self._body.radius)
+        first = min(FEWEST, request.drops) if request.events else request.drops
+        self._prefix = Prefix(
+            len(self._body.resting.poses), first, request.target_error, judge
+        )
+        self._touched = self._events = self._early = 0
+
+    def run(self, watch: Watch) -> PoseStatistics:
+        """Count drops until there are enough of them or the caller stops."""
+        prefix = self._prefix
+        request = self._request
+
+        def stop() -> bool:
+            return prefix.finished or bool(watch.should_stop())
+
+        workers = DropWorkers(
+            lambda first, count: compute_drops(
+                self._body, self._rules, self._downs(first, count)
+            ),
+            request.drops,
+            request.workers,
+            stop,
+            watch.background,
+            prefix.wanted,
+        )
+        for outcomes in workers.outcomes_in_order():
+            first = prefix.drops
+            kept = prefix.add(outcomes.pose)
+            if watch.on_drops is not None and kept:
+                watch.on_drops(
+                    DropChunk(first, self._downs(first, kept), outcomes.first(kept))
+                )
+            self._touched += int(outcomes.touched[:kept].sum())
+            self._events += int(outcomes.events[:kept].sum())
+            self._early += int(
+                (outcomes.pose[: max(0, min(kept, FEWEST - first))] >= 0).sum()
+            )
+            if prefix.drops >= FEWEST and not self._early:
+                workers.stop()
+                raise RequestError(
+                    "drops that come to rest",
+                    f"none of the first {FEWEST}, each of which was "
+                    f"given up, {self._statistics().scene}",
+                    "lower the restitution or the drop height",
+                )
+            if request.events and prefix.drops == FEWEST:
+                prefix.extend(
+                    min(request.drops, FEWEST * request.events // max(self._events, 1))
+                )
+            if prefix.finished:
+                workers.stop()
+            workers.request_drops(prefix.wanted)
+            if watch.on_progress is not None and kept:
+                judged = prefix.recently_judged()
+                watch.on_progress(
+                    DropProgress(
+                        prefix.drops,
+                        request.drops,
+                        prefix.drops - prefix.settled,
+                        judged.expected_error,
+                        judged.bound,
+                        request.target_error,
+                        time.perf_counter() - self._begin,
+                        self._statistics,
+                    )
+                )
+        return self._statistics()
+
+    def _downs(self, first: int, count: int) -> Array:
+        request = self._request
+        if request.starts is not None:
+            return request.starts[first : first + count]
+        return random_starts(request.seed, first, count)
+
+    def _statistics(self) -> PoseStatistics:
+        """Statistics of the drops counted so far."""
+        prefix = self._prefix
+        missed = list[str]()
+        if (
+            prefix.finished
+            and prefix.target_error > 0.0
+            and not target_reached(prefix.judged().bound, prefix.target_error)
+        ):
+            missed.append(
+                f"TARGET_MISSED: the 90 % bound of the error is {prefix.judged().bound:.2g} after "
+                f"all {prefix.drops} drops, above the target of {prefix.target_error:g}."
+            )
+        return counted_statistics(
+            self._part,
+            self._body.resting,
+            self._scene,
+            prefix.counts,
+            prefix.drops,
+            self._touched,
+            self._request.seed,
+            time.perf_counter() - self._begin,
+            missed,
+        )
+
+
+def counted_statistics(
+    part: Part,
+    resting: poses.RestingPoses,
+    scene: DropScene,
+    counts: Index,
+    drops: int,
+    touched: int,
+    seed: int,
+    seconds: float,
+    warnings: Iterable[str] = (),
+    uncertain: str = "their pose",
+) -> PoseStatistics:
+    """Statistics of drops by the poses in which they ended, `counts` (P,).
+
+    `touched`: drops that were released touching the plate; `uncertain`: what was not certain of
+    those that are left out.
+    """
+    remarks = trust.pose_remarks(resting)
+    unsettled = drops - int(counts.sum())
+    told = [*remarks.warnings, *warnings]
+    if touched:
+        told.append(
+            f"RELEASED_TOUCHING: in {touched} of {drops} drops the part did not fit under "
+            f"a drop height of {scene.drop_height:g} m and was released touching the "
+            "plate."
+        )
+    if unsettled:
+        told.append(
+            f"UNSETTLED: {unsettled} of {drops} drops were given up before {uncertain} "
+            "was certain; they are left out of the probabilities."
+        )
+    return statistics.pose_statistics(
+        part,
+        resting.body.radius,
+        resting.poses,
+        counted_shares(counts),
+        SIMULATION,
+        scene,
+        drops=drops,
+        unsettled=unsettled,
+        seed=seed,
+        seconds=seconds,
+        warnings=told,
+        notes=remarks.notes,
+    )

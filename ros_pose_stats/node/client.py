@@ -1,0 +1,231 @@
+"""What the commands `publish` and `show` ask of a running node."""
+
+import math
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+
+import numpy as np
+import rclpy
+from rclpy import exceptions, node as nodes, qos, signals
+from ros_pose_stats_msgs.msg import PartMesh, PoseStatistics as Message
+from ros_pose_stats_msgs.srv import GetStatistics
+
+from ..base.errors import RequestError
+from ..core.mesh import files, mass_properties, parts
+from ..core.records import DropScene, Part, PoseStatistics, scene as scenes
+from .messages import part_messages, part_requests, times
+from .messages.statistics_messages import statistics_of_message
+from .parts import part_builder
+from .stop_signals import StopSignals, kill_after
+
+PATIENCE = 5.0  # seconds that a node is given to answer
+UNCHECKED = 1.5  # seconds after which no more comes than an estimate without drops
+GLANCE = 0.1  # seconds between looks at whether the end is asked for
+LATCHED = qos.QoSProfile(depth=1024, durability=qos.DurabilityPolicy.TRANSIENT_LOCAL)
+START = "start one: ros_pose_stats node"
+
+Tell = Callable[[str], object]
+
+
+@contextmanager
+def ros_node(
+    name: str, arguments: Sequence[str]
+) -> Iterator[tuple[nodes.Node, StopSignals]]:
+    """A node of one's own, and whether SIGINT or SIGTERM has asked for the end."""
+    stop = StopSignals()
+    try:
+        rclpy.init(
+            args=list(arguments), signal_handler_options=signals.SignalHandlerOptions.NO
+        )
+    except (
+        Exception
+    ) as error:  # what rcl raises for arguments it cannot parse has no base
+        raise RequestError(
+            "ROS arguments that rcl can read",
+            str(error),
+            "for instance --ros-args -r __ns:=/cell",
+        ) from error
+    node = None
+    try:
+        node = rclpy.create_node(name)
+        yield node, stop
+    except RequestError:
+        raise
+    except (exceptions.NameValidationException, ValueError) as error:
+        raise RequestError(
+            "the name of a ROS topic or node", str(error), "for instance /pose_stats"
+        ) from error
+    finally:
+        kill_after(PATIENCE)
+        if node is not None:
+            node.destroy_node()
+        kill_after(0.0)
+        rclpy.try_shutdown()
+
+
+def spin_until(
+    node: nodes.Node,
+    stop: StopSignals,
+    ready: Callable[[], bool],
+    seconds: float = math.inf,
+) -> bool:
+    """Whether something is so before the seconds are over or the end is asked for."""
+    end = time.monotonic() + seconds
+    while not (stop.asked or ready()) and time.monotonic() < end:
+        rclpy.spin_once(node, timeout_sec=GLANCE)
+    return ready()
+
+
+def read_part(
+    file: str,
+    unit: str | None,
+    center_of_mass: Sequence[float] | None,
+    part_id: str,
+    mass: float | None,
+    density: float | None,
+) -> tuple[Part, PartMesh]:
+    """The part of a file, with all checks of the node, and its message."""
+    part_requests.check_name(part_id)
+    mesh = files.read_mesh(file, unit)
+    properties = mass_properties.check_given(center_of_mass, mass, None, density)
+    part = parts.part_of_file(mesh, properties, part_id)
+    given = (
+        (part.mass, part.center_of_mass)
+        if any(value is not None for value in properties)
+        else ()
+    )
+    return part, part_messages.part_message(
+        part_requests.PartRequest(
+            part_id,
+            np.asarray(mesh.vertices, dtype=np.float64),
+            np.asarray(mesh.triangles, dtype=np.uint32),
+            mesh.unit,
+            *given,
+        ),
+        part_id,
+        times.now(),
+    )
+
+
+def publish_part(
+    part: Part,
+    message: PartMesh,
+    restitution: float | None,
+    drop_height: float | None,
+    topic: str,
+    seconds: float | None,
+    arguments: Sequence[str],
+    tell: Tell,
+    warn: Tell,
+) -> Iterator[PoseStatistics]:
+    """Publish a part, latched, until a node has answered; what it latched, nothing after Ctrl-C.
+
+    `restitution, drop_height`: default: the node's; `seconds`: default: without end.
+    """
+    # The node would refuse a scene that is out of range only once the part has arrived there.
+    DropScene(
+        scenes.DEFAULT_RESTITUTION if restitution is None else restitution, drop_height
+    )
+    if seconds is not None and not seconds >= 0.0:
+        raise RequestError("seconds from 0 on", f"{seconds}", "leave them out to go on")
+    message.restitution = -1.0 if restitution is None else restitution
+    message.drop_height = -1.0 if drop_height is None else drop_height
+    newest: list[tuple[float, Message]] = []
+
+    def take(result: Message) -> None:
+        """Keep a result of this part in this scene."""
+        if (
+            (result.part_id, result.part_digest) == (part.part_id, part.digest)
+            and (restitution in (None, result.restitution))
+            and (
+                drop_height in (None, result.drop_height)
+                or math.isnan(result.drop_height)
+            )
+        ):
+            newest.append((time.monotonic(), result))
+
+    def is_complete() -> bool:
+        if not newest:
+            return False
+        came, result = newest[-1]
+        stamp = result.header.stamp
+        sent = message.header.stamp
+        is_new = (stamp.sec, stamp.nanosec) >= (sent.sec, sent.nanosec)
+        return (is_new and result.drops > 0) or time.monotonic() - came > (
+            PATIENCE if part_builder.is_large(part) and not is_new else UNCHECKED
+        )
+
+    with ros_node("part_publisher", arguments) as (node, stop):
+        publisher = node.create_publisher(PartMesh, topic, LATCHED)
+        results = publisher.topic_name.rpartition("/")[0] + "/pose_statistics"
+        node.create_subscription(Message, results, take, LATCHED)
+        publisher.publish(message)
+        tell(f"{part_requests.part_line(part)} published on {topic}")
+        left = math.inf if seconds is None else seconds
+        spin_until(node, stop, is_complete, min(left, PATIENCE))
+        if not newest and not stop.asked:
+            heard = publisher.get_subscription_count()
+            problem = (
+                "a node has the part but no result yet; its log says why"
+                if heard
+                else f"no node answers on {results}; {START}"
+            )
+            if left <= PATIENCE:
+                raise RequestError(f"a result within {seconds:g} s", "none", problem)
+            warn(f"{problem}. Publishing on until one answers, or Ctrl-C")
+            if (
+                not spin_until(node, stop, is_complete, left - PATIENCE)
+                and not stop.asked
+            ):
+                raise RequestError(f"a result within {seconds:g} s", "none", problem)
+        if newest:
+            yield statistics_of_message(newest[-1][1])
+
+
+def latched_results(
+    name: str, part_id: str, watch: bool, arguments: Sequence[str]
+) -> Iterator[tuple[PoseStatistics, ...]]:
+    """What the node of a name has latched, of one part or all; then, watched, each new result."""
+    news: list[Message] = []
+    with ros_node("pose_stats_show", arguments) as (node, stop):
+        if watch:
+            node.create_subscription(
+                Message, f"{name}/pose_statistics", news.append, LATCHED
+            )
+        service = node.create_client(GetStatistics, f"{name}/get_statistics")
+        end = time.monotonic() + PATIENCE
+        answer = None
+        while answer is None and time.monotonic() < end and not stop.asked:
+            if spin_until(node, stop, service.service_is_ready, end - time.monotonic()):
+                # Asked again: an answer to a client that was found just now may be lost.
+                future = service.call_async(GetStatistics.Request())
+                spin_until(node, stop, future.done, 1.0)
+                answer = future.result() if future.done() else None
+        if stop.asked:
+            return
+        if answer is None:
+            raise RequestError(
+                f"a node that answers on {name}/get_statistics",
+                f"none within {PATIENCE:g} s",
+                f"{START}, or give its --node",
+            )
+        shown = {one.part_id: one.revision for one in answer.statistics}
+        if part_id and part_id not in shown:
+            raise RequestError(
+                f"a part that the node has a result of ({', '.join(shown)})",
+                f"'{part_id}'",
+                "publish it first",
+            )
+        yield tuple(
+            statistics_of_message(one)
+            for one in answer.statistics
+            if part_id in ("", one.part_id)
+        )
+        while watch and spin_until(node, stop, lambda: bool(news)):
+            result = news.pop(0)
+            if part_id in ("", result.part_id) and result.revision != shown.get(
+                result.part_id
+            ):
+                shown[result.part_id] = result.revision
+                yield (statistics_of_message(result),)

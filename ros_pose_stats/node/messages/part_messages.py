@@ -1,0 +1,319 @@
+"""Between part messages and what the core works on; pure functions.
+
+rclpy makes a Python object of every vertex and triangle, a second for a large mesh. Here the
+arrays are seen in place instead: little-endian plain CDR (XCDR1) with its 4-byte header, in
+which primitives are aligned to their own size, counted from behind the header.
+"""
+
+from array import array
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple, TypeVar
+from urllib.parse import unquote
+
+import numpy as np
+from ament_index_python.packages import (
+    PackageNotFoundError,
+    get_package_share_directory,
+)
+from numpy.typing import NDArray
+from rclpy.serialization import deserialize_message, serialize_message
+from ros_pose_stats_msgs.msg import ObservedParts, PartMesh
+from shape_msgs.msg import Mesh
+
+from ...base.errors import MeshError, RequestError
+from ...core.mesh import files
+from . import part_requests, times
+
+LITTLE_ENDIAN_CDR = b"\x00\x01"
+HEADER = 4
+MOST_ROOM = (
+    16  # at the end: Fast CDR leaves room for empty sequences that it does not write
+)
+
+
+class NotPlainCdrError(Exception):
+    """The bytes are in another encapsulation, or not what they should be."""
+
+
+class ObservedArrays(NamedTuple):
+    """Content of an `ObservedParts`; arrays view the buffer."""
+
+    stamp: int  # nanoseconds
+    frame_id: str
+    part_id: str
+    poses: NDArray[np.float64]  # (n, 7); position, and orientation x y z w
+    confidence: NDArray[np.float64]  # (m,)
+    from_pose: int  # -1: fresh landings
+    feeder_speed: str
+
+
+class _Cursor:
+    """Reads along a buffer."""
+
+    def __init__(self, data: bytes) -> None:
+        if len(data) < HEADER or bytes(data[:2]) != LITTLE_ENDIAN_CDR:
+            raise NotPlainCdrError
+        self._data = data
+        self._at = HEADER
+
+    def array(self, count: int, kind: str) -> NDArray[Any]:
+        """The next numbers; none are not aligned for."""
+        dtype = np.dtype(kind)
+        if not count:
+            return np.zeros(0, dtype)
+        begin = self._at + -(self._at - HEADER) % dtype.itemsize
+        self._at = begin + count * dtype.itemsize
+        if self._at > len(self._data):
+            raise NotPlainCdrError
+        return np.frombuffer(self._data, dtype, count, begin)
+
+    def count(self) -> int:
+        """The next uint32."""
+        return int(self.array(1, "<u4")[0])
+
+    def stamp(self) -> int:
+        """The next time, in nanoseconds."""
+        seconds = int(self.array(1, "<i4")[0])
+        return 10**9 * seconds + self.count()
+
+    def text(self) -> str:
+        """The next string, which ends in a zero byte."""
+        try:
+            return self.array(self.count(), "u1").tobytes()[:-1].decode("utf-8")
+        except UnicodeDecodeError as error:
+            raise NotPlainCdrError from error
+
+    def end(self) -> None:
+        """Make sure that all was read, but for what serialisers leave room for at the end."""
+        if len(self._data) - self._at >= MOST_ROOM:
+            raise NotPlainCdrError
+
+
+def _mesh(cursor: _Cursor) -> tuple[NDArray[np.float64], NDArray[np.uint32]]:
+    triangles = cursor.array(3 * cursor.count(), "<u4").reshape(-1, 3)
+    return cursor.array(3 * cursor.count(), "<f8").reshape(-1, 3), triangles
+
+
+def _observed_parts(data: bytes) -> ObservedArrays:
+    cursor = _Cursor(data)
+    stamp = cursor.stamp()
+    frame_id = cursor.text()
+    part_id = cursor.text()
+    poses = cursor.array(7 * cursor.count(), "<f8").reshape(-1, 7)
+    confidence = cursor.array(cursor.count(), "<f8")
+    from_pose = int(cursor.array(1, "<i4")[0])
+    feeder_speed = cursor.text()
+    cursor.end()
+    return ObservedArrays(
+        stamp, frame_id, part_id, poses, confidence, from_pose, feeder_speed
+    )
+
+
+T = TypeVar("T")
+
+MOST_NESTED = (
+    10_000  # triangles of a nested mesh in a request; each is a Python object to rclpy
+)
+MOST_DESERIALIZED = 4 * 2**20
+"""Bytes of a message for rclpy's deserialiser: they become 25 times as many, 0.3 s a MiB."""
+
+
+def request_of_mesh_bytes(
+    data: bytes, part_id: str, unit: float
+) -> part_requests.PartRequest:
+    """Take a serialised `shape_msgs/Mesh`; raises MeshError, RequestError."""
+
+    def view(data: bytes) -> part_requests.PartRequest:
+        cursor = _Cursor(data)
+        vertices, triangles = _mesh(cursor)
+        cursor.end()
+        return part_requests.PartRequest(part_id, vertices, triangles, unit)
+
+    return see(data, Mesh, view)
+
+
+def request_of_part_bytes(data: bytes) -> part_requests.PartRequest:
+    """Take a serialised `PartMesh`; raises MeshError, RequestError."""
+    return see(data, PartMesh, _part_request)
+
+
+def observed_parts(data: bytes, most: int) -> ObservedArrays:
+    """Take a serialised `ObservedParts`; raises RequestError."""
+    check_size(data, ObservedParts, most)
+    return see(data, ObservedParts, _observed_parts)
+
+
+def taken_request(message: PartMesh) -> part_requests.PartRequest:
+    """Take a `PartMesh` that came in a request, and empty it."""
+    try:
+        for name, most in (("triangles", MOST_NESTED), ("vertices", 3 * MOST_NESTED)):
+            count = len(getattr(message.mesh, name))
+            if count > most:
+                raise RequestError(
+                    f"a nested mesh of at most {most} {name} in a request",
+                    f"{count}",
+                    "publish it on ~/part_mesh or use the flat arrays",
+                )
+        return request_of_part_bytes(serialize_message(message))
+    finally:
+        message.mesh = Mesh()
+        message.vertices = array("d")
+        message.triangles = array("I")
+
+
+def is_given(message: PartMesh) -> bool:
+    """Whether a request carries a part."""
+    return bool(
+        len(message.mesh.triangles)
+        or len(message.mesh.vertices)
+        or len(message.vertices)
+        or len(message.triangles)
+        or message.mesh_resource
+    )
+
+
+def part_message(
+    request: part_requests.PartRequest, part_id: str, stamp: int
+) -> PartMesh:
+    """What goes to the bag: flat arrays as received, under the part's final name."""
+    message = PartMesh(
+        part_id=part_id,
+        vertices=flat(request.vertices),
+        triangles=flat(request.triangles, "I"),
+        unit=request.unit,
+    )
+    message.restitution, message.drop_height = request.scene_override
+    message.header.stamp = times.time_message(stamp)
+    given = message.inertia
+    com = message.inertia.com
+    given.m, (com.x, com.y, com.z) = request.mass, map(float, request.center_of_mass)
+    (given.ixx, given.ixy, given.ixz, given.iyy, given.iyz, given.izz) = map(
+        float, request.inertia[np.triu_indices(3)]
+    )
+    return message
+
+
+def flat(values: NDArray[Any], code: str = "d") -> Any:
+    """A matrix row by row as an `array.array`, which rclpy takes as it is."""
+    return array(code, np.ascontiguousarray(values, dtype=np.dtype(code)).tobytes())
+
+
+def _part_request(data: bytes) -> part_requests.PartRequest:
+    cursor = _Cursor(data)
+    stamp = cursor.stamp()
+    cursor.text()  # frame_id
+    part_id = cursor.text()
+    vertices, triangles = _mesh(cursor)
+    flat_vertices = cursor.array(cursor.count(), "<f8")
+    flat_triangles = cursor.array(cursor.count(), "<u4")
+    # unit, mass, centre of mass (3), ixx, ixy, ixz, iyy, iyz, izz, restitution, drop_height
+    values = cursor.array(13, "<f8")
+    resource = cursor.text()
+    cursor.end()
+    name = part_requests.named(part_id)
+    filled = [
+        field
+        for field, there in (
+            ("mesh", vertices.size + triangles.size),
+            ("the flat arrays", flat_vertices.size + flat_triangles.size),
+            ("mesh_resource", resource),
+        )
+        if there
+    ]
+    if len(filled) != 1:
+        raise MeshError(
+            "one of mesh, the flat arrays vertices and triangles, and mesh_resource "
+            f"filled{name}",
+            " and ".join(filled) or "none",
+            "fill exactly one",
+        )
+    unit = float(values[0])
+    if resource:
+        mesh = files.read_mesh(resource_file(resource), unit, unless_declared=True)
+        vertices = np.asarray(mesh.vertices)
+        triangles = np.asarray(mesh.triangles, np.uint32)
+        unit = mesh.unit
+    elif filled != ["mesh"]:
+        vertices = _rows(flat_vertices, f"vertices{name}")
+        triangles = _rows(flat_triangles, f"triangles{name}")
+    inertia = values[[5, 6, 7, 6, 8, 9, 7, 9, 10]].reshape(3, 3)
+    return part_requests.PartRequest(
+        part_id,
+        vertices,
+        triangles,
+        unit,
+        float(values[1]),
+        np.array(values[2:5]),
+        inertia,
+        (float(values[11]), float(values[12])),
+        stamp,
+    )
+
+
+def resource_file(uri: str) -> Path:
+    """The file that a mesh_resource names; raises RequestError."""
+    kind, given, rest = uri.partition("://")
+    place, _, name = rest.partition("/")
+    try:
+        if given and kind == "package" and place and name:
+            return Path(get_package_share_directory(place), unquote(name))
+        if given and kind == "file" and not place and name:
+            return Path("/", unquote(name))
+    except (PackageNotFoundError, ValueError, OSError) as error:
+        raise RequestError(
+            "mesh_resource in a package that is installed",
+            part_requests.shown(uri),
+            "source its workspace",
+        ) from error
+    raise RequestError(
+        "mesh_resource as package://PACKAGE/FILE or file:///FILE",
+        part_requests.shown(uri),
+        "write out the whole path",
+    )
+
+
+def _rows(values: NDArray[Any], name: str) -> NDArray[Any]:
+    if values.size % 3:
+        raise MeshError(
+            f"a multiple of three numbers in {name}",
+            f"{values.size}",
+            "x y z a vertex, three vertex numbers a triangle",
+        )
+    return values.reshape(-1, 3)
+
+
+def see(data: bytes, kind: type, view: Callable[[bytes], T]) -> T:
+    """What a message holds, in place if it is in plain CDR; raises RequestError."""
+    try:
+        return view(data)
+    except NotPlainCdrError:
+        return view(serialize_message(deserialized(data, kind, MOST_DESERIALIZED)))
+
+
+def deserialized(data: bytes, kind: type, most: int) -> Any:
+    """The message that bytes are; raises RequestError."""
+    check_size(data, kind, most)
+    try:
+        return deserialize_message(data, kind)
+    except Exception as error:  # the bindings raise what they like
+        raise RequestError(
+            f"a serialised {kind.__name__}",
+            f"{len(data)} bytes that are none ({type(error).__name__})",
+            "check the publisher",
+        ) from error
+
+
+def check_size(data: bytes, kind: type, most: int) -> None:
+    """Refuse what is too large for whoever reads it; raises RequestError."""
+    if len(data) > most:
+        in_place = (
+            "; a mesh in plain little-endian CDR may be larger"
+            if (kind in (Mesh, PartMesh))
+            else ""
+        )
+        raise RequestError(
+            f"a {kind.__name__} of at most {most} bytes",
+            f"{len(data)} bytes",
+            f"check the publisher{in_place}",
+        )

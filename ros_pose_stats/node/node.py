@@ -1,0 +1,298 @@
+"""The node `pose_stats`: its wiring, its start, and its end on SIGINT and SIGTERM."""
+
+import os
+import sys
+import threading
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor, wait
+from functools import partial
+from typing import Any
+
+import rclpy
+from rclpy import exceptions, executors, signals
+
+from ..base.errors import PoseStatsError, RequestError
+from . import camera_counts
+from .answering_node import AnsweringNode
+from .base import Base
+from .jobs import Jobs, job_reports, queue, refinement, run
+from .lanes import Lanes
+from .messages.times import follow_clock, steady_timer
+from .parts import (
+    announcer,
+    count_store,
+    intake,
+    part_builder,
+    part_store,
+    result_store,
+)
+from .recorder import Recorder, as_of_today, definitions
+from .refusals import COUNTS, Refusals, publish_diagnostics
+from .services import cell, goals, services
+from .settings import Parameters, Settings
+from .state import OF_PARTS, Change, State
+from .stop_signals import StopSignals, kill_after, within
+
+PARTING_SECONDS = (
+    0.1  # nobody has been answered for so long when the node stops answering
+)
+LAST_SECONDS = (
+    0.6  # requests that wait for their turn when the node ends are refused in that time
+)
+MENDING_SECONDS = (
+    1.0  # a start waits for the bags of earlier runs to be mended for so long
+)
+REFUSED = 2
+FAILED = 1
+THREADS = 8
+RESTORE_SECONDS = (
+    1.5  # the first client is let wait so long for parts whose scene is a new one
+)
+END_SECONDS = 1.4  # jobs, goals and clients that wait are seen off in that time
+SAVE_SECONDS = (
+    0.4  # to commit the state and finish the bag, where the rest took too long
+)
+KILL_SECONDS = 10.0  # after which DDS is taken to have locked the interpreter
+SWITCH_SECONDS = 0.001  # threads that wait for the interpreter get it this soon
+
+
+class PoseStatsNode(AnsweringNode):
+    """Takes meshes, answers with stable poses and probabilities; computes only after `start`."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__("pose_stats", **options)
+        follow_clock(self.get_clock())
+        self.table = Parameters(self, self._on_change)
+        settings = self._settings
+        log = self.get_logger()
+        name = self.get_fully_qualified_name()
+        # What the node keeps, and its bag.
+        self.state = state = State(
+            settings().state_path(name), definitions(), as_of_today, log.warning
+        )
+        self.recorder = recorder = Recorder(settings(), name, state, log.warning)
+        # What all others work with.
+        self.lanes = lanes = Lanes(lambda: settings().max_mesh_bytes)
+        refusals = Refusals(log.warning)
+        base = Base(self, settings, state, recorder, refusals, lanes)
+        # Parts and their results.
+        self.builder = part_builder.PartBuilder(base)
+        board = announcer.Announcer(base)
+        self.parts = parts = part_store.PartStore(base, board, self.builder)
+        counts = count_store.CountStore(base, parts)
+        self.results = results = result_store.ResultStore(base, parts, counts, board)
+        stores = result_store.Stores(parts, counts, results, board)
+        # Simulations. Goals may flip for minutes: ~/feeding does not wait for them.
+        reports = job_reports.JobReports(base, stores)
+        flips = run.FlipReports()
+        prefix = recorder.log.directory.name.removeprefix("pose_stats_")
+        self.jobs = jobs = Jobs(prefix, reports, log.error)
+        self.flip_jobs = (
+            Jobs(f"{prefix}_flips", flips, log.error, run.run_flips),
+            Jobs(f"{prefix}_feeding", flips, log.error, run.run_flips),
+        )
+        refiner = refinement.Refinement(base, stores, jobs)
+        # Meshes and cameras; nothing is heard before the executor has the node.
+        self.intake = intake.Intake(base, stores, self.builder, refiner.follow)
+        intake.subscribe_to_meshes(base, self.intake)
+        self.cameras = camera_counts.Cameras(base, stores)
+        if settings().restore:
+            parts.restore()
+        else:
+            state.put(
+                *(
+                    Change(table, row[0], None)
+                    for table in OF_PARTS
+                    for row in state.rows(table)
+                )
+            )
+        reports.restore()
+        # Services and actions, what a feeder is to do, and plates.
+        self.outlines = part_builder.Outlines(base)
+        asked = services.Services(
+            base, stores, self.intake, refiner, jobs, reports, self.outlines
+        )
+        self.actions = [
+            goals.SimulateDropsServer(base, asked, jobs, reports),
+            goals.SimulateFlipsServer(base, parts, self.intake, self.flip_jobs[0]),
+        ]
+        cell.FeedingService(
+            base, stores, self.flip_jobs[1], flips, self.intake, self.outlines
+        )
+        cell.PlateFits(base, stores, self.table.use_plate)
+        # Once a second: what was counted, the disk, and how the node is.
+        steady_timer(self, 1.0, self._write_down)
+        publish_diagnostics(
+            self,
+            {
+                "parts": lambda: refusals.health(len(parts.all()), lanes.waiting()),
+                "counts": counts.health,
+                "jobs": lambda: queue.job_health(jobs, settings()),
+                "flips": lambda: queue.flip_health(*self.flip_jobs),
+                "recording": lambda: recorder.health(refusals.lost[COUNTS]),
+            },
+        )
+
+    def _settings(self) -> Settings:
+        return self.table.settings
+
+    def start(self) -> None:
+        """Latch what an earlier run has latched, and begin to work; kernels are loaded by now."""
+        log = self.get_logger()
+        parts = self.parts.all()
+        for known in parts:
+            self.results.restore(known)
+        if parts:
+            log.info(f"{len(parts)} parts of an earlier run are known again")
+        within(MENDING_SECONDS, self.recorder.mend_bags)
+        self.lanes.start()
+        self.intake.restore()
+
+    def _on_change(self, settings: Settings) -> None:
+        """Estimate known parts again, in the background."""
+        self.parts.shrink()
+        self.intake.show_all_again()
+
+    def _write_down(self) -> None:
+        """Once a second: show what was counted, and have all on the disk."""
+        self.results.show_waiting()
+        self.parts.keep_uses()
+        self.state.commit()
+        self.recorder.sync()
+
+    def close(self) -> None:
+        """End jobs and goals, and write all down; what does not end in its time is left so."""
+        self.builder.close()
+        self.outlines.close()
+        ends = [
+            self.lanes.close,
+            partial(self.answers.close, LAST_SECONDS),
+            *(
+                partial(jobs.close, "the node ended")
+                for jobs in (self.jobs, *self.flip_jobs)
+            ),
+        ]
+        with ThreadPoolExecutor(len(ends)) as closing:  # each may take its time
+            list(closing.map(lambda end: end(), ends))
+        self.answers.wait_until_quiet(
+            PARTING_SECONDS,
+            LAST_SECONDS,
+            lambda: any(action.goals for action in self.actions),
+        )
+        self.cameras.take_waiting()
+        self._write_down()
+        self.save()
+
+    def save(self) -> None:
+        """Commit the state and finish the bag, whatever else goes on; may be called twice."""
+        self.state.close()
+        written = self.recorder.log.bytes_written
+        self.recorder.close()
+        if written:
+            self.get_logger().info(f"recorded to {self.recorder.log.directory}")
+
+
+def run_node(stop: StopSignals, arguments: Sequence[str] | None = None) -> int:
+    """Run the node until SIGINT or SIGTERM, and then end the process with status 0.
+
+    `arguments`: with `--ros-args`; default: the process's own. Ends with 1 after an internal
+    failure; returns 2 for a refused parameter.
+    """
+    sys.setswitchinterval(SWITCH_SECONDS)
+    try:
+        rclpy.init(
+            args=arguments, signal_handler_options=signals.SignalHandlerOptions.NO
+        )
+    except (
+        Exception
+    ) as error:  # what rcl raises for arguments it cannot parse has no base
+        refused = RequestError(
+            "ROS arguments that rcl can read",
+            str(error).strip(),
+            "for instance --ros-args -p restitution:=0.3",
+        )
+        print(f"pose_stats: {refused}", file=sys.stderr)
+        return REFUSED
+    try:
+        node = None if stop.asked else PoseStatsNode()
+    except (
+        PoseStatsError,
+        exceptions.InvalidParameterException,
+        exceptions.InvalidParameterValueException,
+        exceptions.NameValidationException,
+    ) as refusal:
+        print(f"pose_stats: {' '.join(str(refusal).split())}", file=sys.stderr)
+        node = None
+    if node is None:
+        rclpy.try_shutdown()
+        return 0 if stop.asked else REFUSED
+    return Life(node, stop).run()
+
+
+class Life:
+    """Everything that a node does is done in threads that the end does not wait for for long."""
+
+    def __init__(self, node: PoseStatsNode, stop: StopSignals) -> None:
+        self._node = node
+        self._stop = stop
+        self._executor = executors.MultiThreadedExecutor(num_threads=THREADS)
+        self._living = threading.Thread(target=self._live, name="executor", daemon=True)
+        self._failure: BaseException | None = None
+
+    def run(self) -> int:
+        """Live until the end is asked for, and end the process."""
+        self._living.start()
+        self._stop.wait()
+        kill_after(KILL_SECONDS)
+        if not within(END_SECONDS, self._end):
+            within(SAVE_SECONDS, self._node.save)
+        if self._failure is not None:
+            print(f"pose_stats: internal failure: {self._failure!r}", file=sys.stderr)
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(
+            FAILED if self._failure else 0
+        )  # Python would wait for every pool of threads
+
+    def _live(self) -> None:
+        """Load the kernels before anything is computed, and answer."""
+        try:
+            part_builder.warm_up(self._node.get_logger().info)
+            if self._stop.asked:
+                return
+            self._node.start()
+            wait(self._node.intake.restored, RESTORE_SECONDS)
+            self._executor.add_node(self._node)
+            self._executor.create_task(self._node.get_logger().info, "ready")
+            self._spin()
+        except BaseException as error:
+            if not self._stop.asked:  # else the executor has just been taken apart
+                self._failure = error
+        finally:
+            self._stop.ask()
+
+    def _spin(self) -> None:
+        """Answer until the executor is shut down, also where it lets an exception through."""
+        while True:
+            try:
+                self._executor.spin()
+                return
+            except (
+                Exception
+            ) as error:  # of what a client sent to rclpy itself, for instance
+                if not self._stop.asked:  # else the executor has just been taken apart
+                    self._node.get_logger().error(
+                        "a callback failed, and the node goes on: "
+                        f"{type(error).__name__}: {error}"
+                    )
+
+    def _end(self) -> None:
+        """End what goes on, and leave ROS once nothing is called back any more."""
+        self._node.close()
+        self._executor.shutdown(timeout_sec=0.0)
+        self._living.join()
+        self._executor._executor.shutdown(
+            wait=True
+        )  # for which rclpy 7.1.6 does not wait
+        self._node.destroy_node()
+        rclpy.try_shutdown()

@@ -1,0 +1,214 @@
+"""The way of a mesh, from a topic, a request or an earlier run, to a part with its result."""
+
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future
+from functools import partial
+
+from rclpy import callback_groups, event_handler, qos
+from ros_pose_stats_msgs.msg import PartMesh
+from shape_msgs.msg import Mesh
+
+from ...base.errors import PoseStatsError
+from ...core.mesh.overlap import TakesLongError
+from ...core.records import DropScene
+from ...core.resting.poses import are_found
+from ..base import Base
+from ..lanes import Lane, NotDoneError, Rank, done_with, words_of
+from ..messages import part_messages, part_requests
+from ..refusals import MESHES, SequenceGaps
+from ..settings import mesh_topics
+from . import part_builder, result_store
+from .known_part import KnownPart
+
+DEPTH = 100  # messages that wait in the middleware
+LARGE_BYTES = 36 * part_builder.LARGE_TRIANGLES  # of a part that is not built yet
+
+
+class Intake:
+    """Builds known parts in the lanes; `follow` is called with each that is shown anew."""
+
+    def __init__(
+        self,
+        base: Base,
+        stores: result_store.Stores,
+        builder: part_builder.PartBuilder,
+        follow: Callable[[KnownPart], object],
+    ) -> None:
+        self._settings = base.settings
+        self._lanes = base.lanes
+        self._refusals = base.refusals
+        self._parts, _, self._results, self._announcer = stores
+        self._builder = builder
+        self._follow = follow
+        self._log = base.node.get_logger()
+        self.restored: list[
+            Future[None]
+        ] = []  # parts that have no result in the present scene
+
+    def _take(self, request: part_requests.PartRequest) -> KnownPart:
+        """Make a mesh that is no copy a known part, and latch it; raises PoseStatsError."""
+        settings = self._settings()
+        part_requests.check_request(request, settings.max_mesh_bytes)
+        scene = settings.scene(request.scene_override)
+        known, new = self._parts.identify(request)
+        if new:
+            self._results.estimate(
+                known, "", scene
+            )  # what has no equilibrium is no part
+            self._parts.put(known, request)
+            self._results.show_best(known)
+            self._announcer.log_part(known)
+            self._follow(known)
+        return known
+
+    def queue(
+        self, request: part_requests.PartRequest, source: str, rank: Rank
+    ) -> Future[KnownPart]:
+        """Queue a mesh; waits while there is no room for a small one that was published."""
+        coming = self._lanes.put(
+            partial(self._take, request),
+            rank,
+            _lane_of(request),
+            request.bytes(),
+            request.part_id,
+        )
+        self._refusals.watch_mesh(source, coming)
+        return coming
+
+    def built(
+        self, known: KnownPart, scene: DropScene | None = None
+    ) -> Future[KnownPart]:
+        """A known part once it is built, with its poses in a scene; before parts that are new."""
+        lane = _lane_of(known)
+        is_built = known.source.part is not None
+        if is_built and (
+            scene is None or lane is Lane.QUICK or are_found(known.part, scene)
+        ):
+            return done_with(known)
+
+        def build() -> KnownPart:
+            part = known.part
+            if scene is not None:
+                self._builder.find_poses(part, scene)
+            return known
+
+        return self._lanes.put(
+            build, Rank.KNOWN, lane, 0, "" if is_built else known.part_id
+        )
+
+    def show_all_again(self) -> None:
+        """Show known parts in another scene, when nothing else waits."""
+        for known in self._parts.all():
+            again = self._lanes.put(
+                partial(self._show_again, known), Rank.LATER, _lane_of(known)
+            )
+            self._refusals.watch_mesh("parameters", again)
+
+    def _show_again(self, known: KnownPart) -> None:
+        self._builder.find_poses(known.part, self._settings().scene())
+        self._results.show_best(known)
+        self._follow(known)
+
+    def restore(self) -> None:
+        """Build parts of an earlier run when nothing else waits, first those not shown again."""
+        latest_first = self._parts.all()[::-1]
+        for known in sorted(latest_first, key=lambda known: known.shown is not None):
+            is_shown = known.shown is not None
+            build = partial(self._build_again, known, not is_shown)
+            coming = self._lanes.put(build, Rank.LATER, _lane_of(known))
+            self.restored += [] if is_shown else [coming]
+
+    def _build_again(self, known: KnownPart, to_show: bool) -> None:
+        """Build a part of an earlier run; one that is refused now goes."""
+        name = part_requests.named(known.part_id)
+        try:
+            known.source.get()
+            if to_show:
+                self._show_again(known)
+            elif self._results.lacks_check(known):
+                self._follow(known)
+        except (TakesLongError, NotDoneError):
+            raise
+        except PoseStatsError as refusal:
+            if (
+                self._parts.current(known.part_id) is known
+            ):  # else nobody wants it any more
+                self._refusals.refuse(f"part of an earlier run{name}", str(refusal))
+                self._parts.forget(known, f"it is refused now: {refusal}")
+        except Exception as error:
+            self._log.error(
+                f"a part of an earlier run{name} could not be built: "
+                f"{type(error).__name__}: {error}; a request tries again"
+            )
+        self._announcer.draw()
+
+
+def _lane_of(part: KnownPart | part_requests.PartRequest) -> Lane:
+    """Where a mesh, or a known part that may not be built yet, is worked on."""
+    if isinstance(part, KnownPart) and part.source.part is None:
+        is_large = part.size > LARGE_BYTES
+    else:
+        is_large = part_builder.is_large(
+            part.part if isinstance(part, KnownPart) else part
+        )
+    return Lane.SLOW if is_large else Lane.QUICK
+
+
+def subscribe_to_meshes(base: Base, intake: Intake) -> None:
+    """Hand on what comes on `~/part_mesh` and on each of `mesh_topics`."""
+    settings = base.settings
+    refusals = base.refusals
+    group = callback_groups.MutuallyExclusiveCallbackGroup()
+
+    def subscribe(
+        kind: type, topic: str, read: Callable[[bytes], part_requests.PartRequest]
+    ) -> None:
+        """Plain and latched publishers both arrive; a copy is ignored later."""
+
+        def on_mesh(data: bytes) -> None:
+            try:
+                request = read(data)
+            except Exception as error:  # a refusal, or a failure that is told like one
+                refusals.refuse(topic, words_of(error))
+            else:
+                intake.queue(
+                    request,
+                    topic + part_requests.named(request.part_id),
+                    Rank.PUBLISHED,
+                )
+
+        gaps = SequenceGaps()
+
+        def on_counted_mesh(data: bytes, info: Mapping[str, int]) -> None:
+            refusals.floods.count(f"meshes on {topic}")
+            refusals.count_lost(MESHES, gaps.missing_before(info))
+            on_mesh(data)
+
+        base.node.create_subscription(
+            kind, topic, on_counted_mesh, DEPTH, raw=True, callback_group=group
+        )
+        # Plain publishers do not match this one; what else is wrong with a publisher, the
+        # plain subscription warns of.
+        base.node.create_subscription(
+            kind,
+            topic,
+            on_mesh,
+            qos.QoSProfile(
+                depth=DEPTH, durability=qos.DurabilityPolicy.TRANSIENT_LOCAL
+            ),
+            raw=True,
+            callback_group=group,
+            event_callbacks=event_handler.SubscriptionEventCallbacks(
+                incompatible_qos=lambda info: None
+            ),
+        )
+
+    subscribe(PartMesh, "~/part_mesh", part_messages.request_of_part_bytes)
+    for part_id, topic in mesh_topics(settings().mesh_topics).items():
+        subscribe(
+            Mesh,
+            topic,
+            lambda data, part_id=part_id: (  # type: ignore[misc]
+                part_messages.request_of_mesh_bytes(data, part_id, settings().mesh_unit)
+            ),
+        )

@@ -1,0 +1,131 @@
+"""Messages of this package's types, decoded by the definition in the file."""
+
+import math
+from collections.abc import Callable
+from contextlib import suppress
+from hashlib import blake2b
+from typing import Any
+
+import numpy as np
+from mcap.records import Schema
+from mcap_ros2.decoder import DecoderFactory
+
+from ...base.errors import BagError, PoseStatsError
+from ...core.records import Part, scene as scenes
+from .reader import RawMessage
+
+PACKAGE = "ros_pose_stats_msgs"
+KINDS = PART_MESH, POSE_STATISTICS, JOB_EVENT, POSE_COUNTS, DROP_RECORDS = (
+    "PartMesh",
+    "PoseStatistics",
+    "JobEvent",
+    "PoseCounts",
+    "DropRecords",
+)
+CONVERT = "`ros2 bag convert` makes a plain MCAP bag of it"
+SECOND = 1_000_000_000
+PACKED = b"\x28\xb5\x2f\xfd"  # how data compressed by zstd begins; a message begins with a zero
+
+
+def kind_of(type_name: str) -> str:
+    """Name of a message type that the analysis reads, without the package; empty for others."""
+    package, _, rest = type_name.partition("/")
+    name = rest.removeprefix("msg/")
+    return name if package == PACKAGE and name in KINDS else ""
+
+
+class Decoders:
+    """Decodes by the definitions that come with messages; `failed` did not fit theirs."""
+
+    def __init__(self) -> None:
+        self._known: dict[tuple[str, str], Callable[[bytes], Any] | None] = {}
+        self.failed = 0
+
+    def decode(self, message: RawMessage) -> Any | None:
+        """The message with the fields of its definition; None if broken, BagError if packed."""
+        if message.data.startswith(PACKED):
+            raise BagError(
+                "messages that are not compressed one by one",
+                f"such on {message.topic}",
+                CONVERT,
+            )
+        definition = message.type_name, message.definition
+        if definition not in self._known:
+            self._known[definition] = None
+            with suppress(Exception):  # a definition that does not parse
+                self._known[definition] = DecoderFactory().decoder_for(
+                    "cdr",
+                    Schema(
+                        1, message.definition.encode(), "ros2msg", message.type_name
+                    ),
+                )
+        decoder = self._known[definition]
+        # struct, Unicode, index and memory errors alike: the bytes are not what was said.
+        with suppress(Exception):
+            if decoder is not None:
+                return decoder(message.data)
+        self.failed += 1
+        return None
+
+
+def numbering_of(message: Any) -> scenes.Numbering:
+    """What a message says, the tolerance to 12 digits; older ones took round surfaces as given."""
+    tolerance = float(f"{float(getattr(message, 'cluster_tolerance', math.nan)):.12g}")
+    # One object for all that are not known: a NaN as a key equals itself alone.
+    return scenes.Numbering(
+        tolerance if math.isfinite(tolerance) else math.nan,
+        int(getattr(message, "round_sides", 0)),
+    )
+
+
+def stamp_of(message: Any) -> int:
+    """Time stamp of a message's header, nanoseconds since 1970; 0 where there is none."""
+    stamp = getattr(getattr(message, "header", None), "stamp", None)
+    return 0 if stamp is None else int(stamp.sec) * SECOND + int(stamp.nanosec)
+
+
+def fingerprint(*values: Any) -> bytes:
+    """Sixteen bytes that stand for plain values and numpy arrays."""
+    digest = blake2b(digest_size=16)
+    for value in values:
+        digest.update(
+            value.tobytes() if isinstance(value, np.ndarray) else repr(value).encode()
+        )
+        digest.update(b"\0")
+    return digest.digest()
+
+
+def part_of(message: Any) -> Part | None:
+    """The part of a PartMesh; None where a node refused it too, or the definition is another."""
+    from ...core.mesh.parts import part_from_mesh
+
+    try:
+        corners = list(message.vertices)
+        numbers = list(message.triangles)
+        if not numbers:
+            nested = message.mesh
+            corners = [x for p in nested.vertices for x in (p.x, p.y, p.z)]
+            numbers = [
+                k for triangle in nested.triangles for k in triangle.vertex_indices
+            ]
+        given = message.inertia
+        weighed = given.m != 0.0
+        tensor = np.array(
+            [
+                [given.ixx, given.ixy, given.ixz],
+                [given.ixy, given.iyy, given.iyz],
+                [given.ixz, given.iyz, given.izz],
+            ],
+            dtype=np.float64,
+        )
+        return part_from_mesh(
+            np.array(corners, dtype=np.float64).reshape(-1, 3),
+            np.array(numbers, dtype=np.uint32).reshape(-1, 3),
+            (given.com.x, given.com.y, given.com.z) if weighed else None,
+            float(given.m) if weighed else None,
+            tensor if weighed and tensor.any() else None,
+            part_id=str(message.part_id),
+            unit=float(message.unit),
+        )
+    except (AttributeError, TypeError, ValueError, PoseStatsError):
+        return None

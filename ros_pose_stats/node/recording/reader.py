@@ -1,0 +1,249 @@
+"""Bags read back, whoever recorded them and however they ended."""
+
+import os
+import re
+import shutil
+import struct
+import tempfile
+import zlib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+from typing import Any, BinaryIO, cast
+
+import zstandard
+from mcap import data_stream, exceptions, opcode, records as recorded, stream_reader
+
+from ...base.files import open_file
+from .writer.mcap_layout import CHECK, CHECK_START, MAGIC, MESSAGE, RECORD
+
+UNREADABLE = (struct.error, exceptions.McapError, UnicodeDecodeError)
+"""What reading a record out of the wrong bytes raises."""
+
+_READERS: dict[int, Callable[[data_stream.ReadDataStream], recorded.McapRecord]] = {
+    opcode.Opcode.SCHEMA: recorded.Schema.read,
+    opcode.Opcode.CHANNEL: recorded.Channel.read,
+    opcode.Opcode.CHUNK: recorded.Chunk.read,
+}
+_BLOCK = 1 << 20
+_STEP = 1_000_000
+_FIRST_PRIVATE = 0x80
+_PACKED = ".zstd"
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A whole record."""
+
+    opcode: int
+    start: int  # its place in the file, including the checksum record in front of it, if any
+    end: int
+    head: bytes  # the checksum record, if any, opcode and length
+    body: bytes
+
+    def record(self) -> recorded.McapRecord | None:
+        """The record itself; None for a kind not needed, one of UNREADABLE where it is no such."""
+        if self.opcode == opcode.Opcode.MESSAGE:
+            channel, number, log_time, publish_time = MESSAGE.unpack_from(self.body)
+            return recorded.Message(
+                channel, log_time, self.body[MESSAGE.size :], publish_time, number
+            )
+        read = _READERS.get(self.opcode)
+        return (
+            None
+            if read is None
+            else read(data_stream.ReadDataStream(BytesIO(self.body)))
+        )
+
+
+def frames(file: BinaryIO, on_damage: Callable[[int, int], None]) -> Iterator[Frame]:
+    """All whole records of a seekable file in order, up to the footer.
+
+    Damage is passed over where a checksum record behind it shows where to go on.
+    """
+    size = file.seek(0, os.SEEK_END)
+    file.seek(0)
+    place = len(MAGIC) if file.read(len(MAGIC)) == MAGIC else 0
+    while place < size:
+        frame = _frame(file, place, size) if place else None
+        if frame is None:
+            onward = _next_checked(file, place + 1, size)
+            on_damage(place, onward)
+            place = onward
+        elif frame.opcode == opcode.Opcode.FOOTER:
+            return
+        else:
+            yield frame
+            place = frame.end
+    on_damage(size, size)
+
+
+def _frame(file: BinaryIO, start: int, size: int) -> Frame | None:
+    """The record at a place; None where there is no whole and sound one."""
+    file.seek(start)
+    check = b""
+    head = file.read(RECORD.size)
+    if head == CHECK_START:
+        check = head + file.read(CHECK.size - RECORD.size)
+        head = file.read(RECORD.size)
+    if len(head) < RECORD.size:
+        return None
+    code, length = RECORD.unpack(head)
+    possible = (
+        length >= MESSAGE.size
+        if code == opcode.Opcode.MESSAGE  # zeros are no record
+        else opcode.Opcode.HEADER <= code <= opcode.Opcode.DATA_END
+        or code >= _FIRST_PRIVATE
+    )
+    if not possible or length > size - file.tell():
+        return None
+    body = file.read(length)
+    total = zlib.crc32(body, zlib.crc32(head))
+    if len(body) < length or check not in (
+        b"",
+        CHECK_START + total.to_bytes(4, "little"),
+    ):
+        return None
+    return Frame(code, start, file.tell(), check + head, body)
+
+
+def _next_checked(file: BinaryIO, start: int, size: int) -> int:
+    """Where the next record with a sound checksum begins; the size where there is none."""
+    while start < size:
+        file.seek(start)
+        block = file.read(_BLOCK)
+        place = block.find(CHECK_START)
+        if place < 0:
+            start += max(1, len(block) - len(CHECK_START) + 1)
+        elif _frame(file, start + place, size) is not None:
+            return start + place
+        else:
+            start += place + 1
+    return size
+
+
+@dataclass(frozen=True)
+class RawMessage:
+    """A recorded message."""
+
+    topic: str  # such as `/pose_stats/answers` and `ros_pose_stats_msgs/msg/PoseStatistics`
+    type_name: str
+    data: bytes  # CDR with its header of 4 bytes
+    log_time: int  # when it was recorded [ns since 1970]
+    definition: str  # definition of the type, as the bag has it
+
+
+OnDamage = Callable[[int, int, int, str], None]
+"""Told begin and end of bytes that were passed over, equal where only summary and footer are
+missing, out of how many, unpacked, and the reason in one clause."""
+
+
+def raw_messages(
+    bag: Path,
+    on_damage: OnDamage = lambda start, end, size, reason: None,
+    on_read: Callable[[float], None] = lambda share: None,
+) -> Iterator[RawMessage]:
+    """All whole messages of a bag, file by file, in the order in which they were recorded.
+
+    `bag`: a directory or a single file, chunked, finished, or compressed as a whole, or not;
+    `on_read`: told after every megabyte which fraction of its file has been read.
+    """
+    for path in files_of_bag(bag):
+        with _opened(path) as file:
+            yield from _messages(file, on_damage, on_read)
+
+
+def _messages(
+    file: BinaryIO, on_damage: OnDamage, on_read: Callable[[float], None]
+) -> Iterator[RawMessage]:
+    """The whole messages of one file, each with its topic and type."""
+
+    def damaged(start: int, end: int) -> None:
+        on_damage(start, end, size, "no whole record" if end > start else "no footer")
+
+    schemas: dict[int, recorded.Schema] = {}
+    channels: dict[int, tuple[str, str, str]] = {}
+    size = os.fstat(file.fileno()).st_size
+    next_told = 0
+    for frame in frames(file, damaged):
+        if frame.end > next_told:
+            on_read(min(1.0, frame.end / size))
+            next_told = frame.end + _STEP
+        try:
+            record = frame.record()
+            records = (
+                _unpacked(record) if isinstance(record, recorded.Chunk) else [record]
+            )
+        except UNREADABLE as error:
+            on_damage(frame.start, frame.end, size, str(error))
+            continue
+        for one in records:
+            if isinstance(one, recorded.Schema):
+                schemas[one.id] = one
+            elif isinstance(one, recorded.Channel):
+                schema = schemas.get(one.schema_id)
+                channels[one.id] = (
+                    one.topic,
+                    schema.name if schema else "",
+                    schema.data.decode(errors="replace") if schema else "",
+                )
+            elif isinstance(one, recorded.Message):
+                if one.channel_id not in channels:
+                    on_damage(
+                        frame.start, frame.end, size, f"no channel {one.channel_id}"
+                    )
+                    continue
+                topic, type_name, definition = channels[one.channel_id]
+                yield RawMessage(topic, type_name, one.data, one.log_time, definition)
+
+
+def files_of_bag(bag: Path, *endings: str) -> list[Path]:
+    """The MCAP files of a bag directory, or those of other endings, in the order of their numbers.
+
+    A file is its own bag.
+    """
+    if not bag.is_dir():
+        return [bag]
+    wanted = endings or (".mcap", ".mcap.zstd")
+    return sorted(
+        (path for path in bag.iterdir() if path.name.endswith(wanted)),
+        key=lambda path: [
+            (int(part), "") if part.isdecimal() else (0, part)
+            for part in re.split(r"(\d+)", path.name)
+        ],
+    )
+
+
+def _opened(path: Path) -> BinaryIO:
+    """A bag's file, seekable; one that was compressed as a whole is unpacked for that."""
+    if path.suffix != _PACKED:
+        return open_file(path)
+    unpacked = cast(BinaryIO, tempfile.TemporaryFile())  # noqa: SIM115  closed by the caller
+    try:
+        with (
+            open_file(path) as file,
+            zstandard.ZstdDecompressor().stream_reader(
+                file, read_across_frames=True
+            ) as reader,
+        ):
+            shutil.copyfileobj(cast(Any, reader), unpacked)
+    except (
+        zstandard.ZstdError
+    ):  # what came out before is as good as a file that was cut
+        if not unpacked.tell():
+            unpacked.close()
+            return open_file(path)
+    except OSError:
+        unpacked.close()
+        raise
+    unpacked.seek(0)
+    return unpacked
+
+
+def _unpacked(chunk: recorded.Chunk) -> list[recorded.McapRecord]:
+    """The records of a chunk; McapError where it is damaged or compressed in an unknown way."""
+    try:
+        return stream_reader.breakup_chunk(chunk, validate_crc=True)
+    except Exception as error:  # each compression has errors of its own
+        raise exceptions.McapError(f"unreadable chunk: {error}") from error

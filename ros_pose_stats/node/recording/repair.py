@@ -1,0 +1,206 @@
+"""Mending the bags of runs that ended without being able to finish them."""
+
+import os
+import re
+import shutil
+import time
+import zlib
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from mcap import exceptions, opcode, reader, records
+
+from ...base import files as disk
+from .reader import UNREADABLE, Frame, frames
+from .runs import METADATA, bag_files, runs
+from .writer import mcap_layout as layout
+
+_LEAST = 2 * len(layout.MAGIC) + layout.RECORD.size + layout.FOOTER_LENGTH
+_CHECK_SIZE = 4 + len(
+    layout.MAGIC
+)  # of the checksum of the summary, and what follows it
+_YOUNG = 60.0  # seconds; a run without files is then that of a process that died
+_MESSAGE_COUNT = re.compile(r"^  message_count: (\d+)$", re.MULTILINE)
+
+
+@dataclass(frozen=True)
+class Repair:
+    """What was done to one bag."""
+
+    directory: Path  # the bag
+    kept: int = 0  # messages in it now; 0 where it could not be mended
+    cut_bytes: int = 0  # bytes of half or damaged records that were cut away
+    problem: str = ""  # why it could not be mended; empty where it is
+
+
+def repair_bags(log_directory: Path) -> list[Repair]:
+    """Mend all unfinished bags of a log directory that no process has in hand.
+
+    One repair for each, oldest first, or one for a directory that cannot be read; nothing is
+    raised, and what has other names than ours is left alone.
+    """
+    try:
+        tried = map(_repair, runs(log_directory))
+        return [repair for repair in tried if repair is not None]
+    except OSError as error:
+        return [_problem(log_directory, error)]
+
+
+def _repair(run: Path) -> Repair | None:
+    """Mend one bag; None where there is nothing to do, or somebody else has it."""
+    try:
+        if not bag_files(run):
+            with suppress(OSError):  # it does no harm, and may be gone already
+                young = time.time() - run.stat().st_ctime < _YOUNG
+                lock = None if young else disk.DirectoryLock.take(run)
+                if lock is not None:
+                    with lock:
+                        disk.remove_empty(run)
+            return None
+        lock = None if _is_finished(run) else disk.DirectoryLock.take(run)
+        if lock is None:
+            return None
+        with lock:
+            return None if _is_finished(run) else mend(run)
+    except OSError as error:
+        return _problem(run, error)
+
+
+def _problem(directory: Path, error: OSError) -> Repair:
+    return Repair(
+        directory, problem=f"cannot mend {directory}: {error.strerror or error}"
+    )
+
+
+def _is_finished(run: Path) -> bool:
+    """Whether all files are finished, and `metadata.yaml` names them and counts their messages."""
+    messages = 0
+    files = bag_files(run)
+    for path in files:
+        contents = _finished_contents(path)
+        if contents is None:
+            return False
+        messages += contents.messages
+    try:
+        text = disk.read_file(run / METADATA).decode("utf-8")
+    except (FileNotFoundError, disk.NotAFileError, UnicodeDecodeError):
+        return False
+    count = _MESSAGE_COUNT.search(text)
+    return (
+        count is not None
+        and int(count[1]) == messages
+        and all(path.name in text for path in files)
+    )
+
+
+def _finished_contents(path: Path) -> layout.Contents | None:
+    """What the summary of a file says; None where the file does not end with a sound one."""
+    with disk.open_file(path) as file:
+        size = os.fstat(file.fileno()).st_size
+        if size < _LEAST:
+            return None
+        file.seek(size - layout.FOOTER_LENGTH - len(layout.MAGIC))
+        begin = int.from_bytes(file.read(8), "little")
+        if not 0 < begin < size:
+            return None
+        file.seek(0)
+        try:
+            summary = reader.SeekingReader(file).get_summary()
+        except UNREADABLE:
+            return None
+        file.seek(begin)
+        end = file.read()
+    check = int.from_bytes(end[-_CHECK_SIZE : -len(layout.MAGIC)], "little")
+    if check not in (0, zlib.crc32(end[:-_CHECK_SIZE])):
+        return None
+    if (
+        summary is None
+        or summary.statistics is None
+        or any(
+            channel.schema_id not in summary.schemas
+            for channel in summary.channels.values()
+        )
+    ):
+        return None
+    told = summary.statistics
+    return layout.Contents(
+        summary.schemas,
+        summary.channels,
+        told.channel_message_counts,
+        told.message_start_time,
+        told.message_end_time,
+    )
+
+
+def mend(directory: Path) -> Repair:
+    """Finish and describe the files of a locked run; this may be killed and repeated."""
+    files: dict[str, layout.Contents] = {}
+    cut_bytes = 0
+    for path in bag_files(directory):
+        contents = _finished_contents(path)
+        if contents is None:
+            contents, cut = _mend_file(path)
+            cut_bytes += cut
+        files[path.name] = contents
+    if files:
+        disk.replace_file(directory / METADATA, layout.metadata_yaml(files).encode())
+    for name in (*files, METADATA):
+        with suppress(OSError):
+            (directory / (name + disk.HALF)).unlink()
+    return Repair(
+        directory, sum(contents.messages for contents in files.values()), cut_bytes
+    )
+
+
+def _mend_file(path: Path) -> tuple[layout.Contents, int]:
+    """Write the sound part of a file under a header of today, closed, in its place; bytes cut."""
+    half = path.with_name(path.name + disk.HALF)
+    cut: list[int] = []
+    try:
+        half.unlink(missing_ok=True)  # it may be a pipe
+        with disk.open_file(path) as old, half.open("wb") as new:
+            made = os.fstat(old.fileno()).st_mtime_ns
+            contents = layout.Contents(start=made, end=made)
+            new.write(layout.magic_and_header())
+            for frame in frames(old, lambda begin, end: cut.append(end - begin)):
+                if frame.opcode == opcode.Opcode.DATA_END:
+                    break
+                if frame.opcode in (opcode.Opcode.HEADER, opcode.Opcode.METADATA):
+                    continue  # the second from a bag of an older version
+                try:
+                    _enter(frame, contents)
+                except UNREADABLE:
+                    cut.append(frame.end - frame.start)
+                else:
+                    new.write(frame.head)
+                    new.write(frame.body)
+            new.write(layout.closing(contents, new.tell()))
+            new.flush()
+            os.fsync(new.fileno())
+        shutil.copymode(path, half)
+        half.replace(path)
+        disk.sync_directory(path.parent)
+    except OSError:
+        with suppress(OSError):
+            half.unlink()
+        raise
+    return contents, sum(cut)
+
+
+def _enter(frame: Frame, contents: layout.Contents) -> None:
+    """Note what a record adds to the contents; one of UNREADABLE if it is better left out.
+
+    OSError: without the channel or type of a message the file is better left as it is.
+    """
+    record = frame.record()
+    if isinstance(record, records.Message):
+        if record.channel_id not in contents.channels:
+            raise OSError("the description of a topic in it is damaged")
+        contents.count(record.channel_id, record.log_time)
+    elif isinstance(record, records.Schema):
+        contents.schemas[record.id] = record
+    elif isinstance(record, records.Channel):
+        if record.schema_id not in contents.schemas:
+            raise exceptions.McapError(f"no schema {record.schema_id}")
+        contents.channels[record.id] = record

@@ -1,0 +1,106 @@
+"""Messages as bytes: CDR by fields, and markers without an object for every corner of a mesh."""
+
+import struct
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ....core.records import Array
+
+SECOND = 1_000_000_000
+
+
+class CdrWriter:
+    """A little-endian CDR message that grows by its fields; numbers are aligned to their size."""
+
+    def __init__(self) -> None:
+        self._data = bytearray()
+
+    def number(self, kind: str, *values: float) -> "CdrWriter":
+        """Add numbers of one kind, named as in `struct`: `i`, `I`, `f`, `d`, `B` or `?`."""
+        form = struct.Struct(f"<{kind}")
+        for value in values:
+            self._align(form.size)
+            self._data += form.pack(value)
+        return self
+
+    def string(self, text: str) -> "CdrWriter":
+        """Add a string."""
+        data = text.encode() + b"\0"
+        self.number("I", len(data))
+        self._data += data
+        return self
+
+    def header(self, stamp: int, frame: str) -> "CdrWriter":
+        """Add a std_msgs/Header; stamp in nanoseconds."""
+        return (
+            self.number("i", stamp // SECOND).number("I", stamp % SECOND).string(frame)
+        )
+
+    def doubles(self, values: ArrayLike) -> "CdrWriter":
+        """Add the float64 numbers of an array of any shape, row by row."""
+        data = np.ascontiguousarray(values, dtype="<f8").tobytes()
+        if data:
+            self._align(8)
+        self._data += data
+        return self
+
+    def message(self) -> bytes:
+        """What was added, as a message."""
+        return b"\0\1\0\0" + bytes(self._data)  # plain CDR, little-endian
+
+    def _align(self, size: int) -> None:
+        self._data += bytes(-len(self._data) % size)
+
+
+CUBE = 1
+TEXT_VIEW_FACING = 9
+TRIANGLE_LIST = 11
+"""Kinds of markers, as in visualization_msgs/Marker."""
+
+ADD = 0
+DELETE_ALL = 3  # what is done with a marker
+NO_CORNERS = np.empty((0, 3))
+
+
+class Marker(NamedTuple):
+    """A visualization_msgs/Marker; its other fields stay empty."""
+
+    frame: str = ""
+    name: str = ""
+    kind: int = 0
+    # position in the frame, metres, and quaternion x y z w
+    place: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+    scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    color: tuple[float, ...] = (
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+    )  # red, green, blue and opacity, 0 to 1
+    corners: Array = (
+        NO_CORNERS  # three coordinates a corner, three corners a triangle, metres
+    )
+    text: str = ""
+    number: int = 0  # of the marker among those of the name
+    action: int = ADD
+    stamp: int = 0  # nanoseconds
+    locked: bool = False  # whether it moves with its frame
+
+
+def marker_array_message(markers: list[Marker]) -> bytes:
+    """A visualization_msgs/MarkerArray, serialised."""
+    message = CdrWriter().number("I", len(markers))
+    for one in markers:
+        message.header(one.stamp, one.frame).string(one.name)
+        message.number("i", one.number, one.kind, one.action)
+        message.doubles(one.place).doubles(one.scale).number("f", *one.color)
+        message.number("i", 0).number("I", 0).number("?", one.locked)  # shown for ever
+        message.number("I", one.corners.size // 3).doubles(one.corners).number(
+            "I", 0
+        ).string("")
+        message.header(0, "").string("").number("I", 0)  # no texture
+        message.number("I", 0).string(one.text)
+        message.string("").string("").number("I", 0).number("?", False)  # no file
+    return message.message()

@@ -1,0 +1,132 @@
+"""A drop as an MCAP file that Foxglove and RViz play: transforms, markers, energy."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from ....core.mesh import decimation, vectors
+from ....core.records import Part
+from ....core.simulation.frames import RATE, DropFrames
+from . import bag_file, message_types
+from .cdr import CUBE, SECOND, TRIANGLE_LIST, CdrWriter, Marker, marker_array_message
+
+TF = "/tf"
+BODY = "/drop/markers"
+ENERGY = "/drop/energy"
+REACH = "/drop/within_reach"
+PLATE = "plate"
+FRAME = "part"  # frames: the plate, z up, and the part's own
+FINEST = 10_000  # triangles of the marker
+START = (
+    SECOND  # time [ns] of the release in the file; 0 has a meaning of its own in ROS
+)
+EVERY = (
+    SECOND // 4
+)  # between two copies of the markers, for viewers that begin anywhere
+_TIME = "int32 sec\nuint32 nanosec\n"
+_VECTOR = "float64 x\nfloat64 y\nfloat64 z\n"
+_TEXTS = {
+    "builtin_interfaces/msg/Time": _TIME,
+    "builtin_interfaces/msg/Duration": _TIME,
+    "std_msgs/msg/Float64": "float64 data\n",
+    "std_msgs/msg/String": "string data\n",
+    "std_msgs/msg/Header": "builtin_interfaces/Time stamp\nstring frame_id\n",
+    "std_msgs/msg/ColorRGBA": "float32 r\nfloat32 g\nfloat32 b\nfloat32 a\n",
+    "geometry_msgs/msg/Vector3": _VECTOR,
+    "geometry_msgs/msg/Point": _VECTOR,
+    "geometry_msgs/msg/Quaternion": f"{_VECTOR}float64 w\n",
+    "geometry_msgs/msg/Pose": "Point position\nQuaternion orientation\n",
+    "geometry_msgs/msg/Transform": "Vector3 translation\nQuaternion rotation\n",
+    "geometry_msgs/msg/TransformStamped": "std_msgs/Header header\nstring child_frame_id\nTransform transform\n",
+    "tf2_msgs/msg/TFMessage": "geometry_msgs/TransformStamped[] transforms\n",
+    "sensor_msgs/msg/CompressedImage": "std_msgs/Header header\nstring format\nuint8[] data\n",
+    "visualization_msgs/msg/UVCoordinate": "float32 u\nfloat32 v\n",
+    "visualization_msgs/msg/MeshFile": "string filename\nuint8[] data\n",
+    "visualization_msgs/msg/Marker": (
+        "std_msgs/Header header\nstring ns\nint32 id\nint32 type\nint32 action\n"
+        "geometry_msgs/Pose pose\ngeometry_msgs/Vector3 scale\nstd_msgs/ColorRGBA color\n"
+        "builtin_interfaces/Duration lifetime\nbool frame_locked\ngeometry_msgs/Point[] points\n"
+        "std_msgs/ColorRGBA[] colors\nstring texture_resource\n"
+        "sensor_msgs/CompressedImage texture\nUVCoordinate[] uv_coordinates\nstring text\n"
+        "string mesh_resource\nMeshFile mesh_file\nbool mesh_use_embedded_materials\n"
+    ),
+    "visualization_msgs/msg/MarkerArray": "Marker[] markers\n",
+}
+"""Names, order and kinds of the fields are those of ROS 2 Jazzy, which need not be installed."""
+
+TYPES = {
+    topic: message_types.MessageType(
+        name, message_types.used_texts(name, _TEXTS.__getitem__)
+    )
+    for topic, name in (
+        (TF, "tf2_msgs/msg/TFMessage"),
+        (BODY, "visualization_msgs/msg/MarkerArray"),
+        (ENERGY, "std_msgs/msg/Float64"),
+        (REACH, "std_msgs/msg/String"),
+    )
+}
+
+
+def write_film(
+    file: Path, part: Part, frames: DropFrames, within: Callable[[float], str]
+) -> None:
+    """Write a drop to a new MCAP file, in true time; `within`: poses in reach of joules."""
+    film = bag_file.BagFile(file, TYPES)
+    places = -(vectors.rotation_matrices(frames.orientations) @ part.center_of_mass)
+    places[:, 2] += frames.heights
+    still = np.maximum(np.arange(len(frames.times)) - frames.rest, 0) / RATE
+    drawn = -EVERY
+    for k, time in enumerate((frames.times + still).tolist()):
+        stamp = START + round(SECOND * time)
+        if stamp - drawn >= EVERY:
+            drawn = stamp
+            film.append(BODY, memoryview(_markers(part, stamp)), stamp)
+        energy = float(frames.energies[k])
+        transform = (
+            CdrWriter()
+            .number("I", 1)
+            .header(stamp, PLATE)
+            .string(FRAME)
+            .doubles(places[k])
+            .doubles(frames.orientations[k])
+        )
+        film.append(TF, memoryview(transform.message()), stamp)
+        film.append(
+            ENERGY, memoryview(CdrWriter().number("d", energy).message()), stamp
+        )
+        film.append(
+            REACH, memoryview(CdrWriter().string(within(energy)).message()), stamp
+        )
+    film.finish()
+
+
+def _markers(part: Part, stamp: int) -> bytes:
+    """The part in its own frame, which the transforms move, and the plate below it."""
+    corners = decimation.visible_triangles(part, FINEST).reshape(-1, 3)
+    about = corners - part.center_of_mass
+    reach = float(np.sqrt((about * about).sum(axis=1).max()))
+    thin = 0.02 * reach
+    return marker_array_message(
+        [
+            Marker(
+                FRAME,
+                part.part_id,
+                TRIANGLE_LIST,
+                color=(0.42, 0.64, 0.92, 1.0),
+                corners=corners,
+                stamp=stamp,
+                locked=True,
+            ),
+            Marker(
+                PLATE,
+                PLATE,
+                CUBE,
+                (0.0, 0.0, -0.5 * thin, 0.0, 0.0, 0.0, 1.0),
+                (3.0 * reach, 3.0 * reach, thin),
+                (0.8, 0.8, 0.8, 1.0),
+                stamp=stamp,
+                locked=True,
+            ),
+        ]
+    )

@@ -1,0 +1,230 @@
+"""The bytes of a bag's file: its beginning, its messages, what closes it, and `metadata.yaml`.
+
+Records stand by themselves, in no chunk, so that each is complete once it is on disk. Every
+record but the header is preceded by a record of our own with the checksum of what follows;
+MCAP leaves opcodes from 0x80 on to applications, and readers skip those they do not know.
+"""
+
+import json
+import struct
+import zlib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from textwrap import indent
+
+from mcap import data_stream, opcode, records as mcap
+
+from ....base.version import VERSION
+from .message_types import MessageType
+
+MAGIC = b"\x89MCAP0\r\n"
+CHECK_OPCODE = 0xC5
+CHECK = struct.Struct("<BQI")
+CHECK_START = struct.pack("<BQ", CHECK_OPCODE, 4)
+"""How a checksum record begins; looked for behind damage."""
+
+RECORD = struct.Struct("<BQ")  # opcode of a record and length of what follows
+
+MESSAGE = struct.Struct("<HIQQ")
+"""Channel, number within the channel, log time and publish time [ns]; then the data."""
+
+FOOTER_LENGTH = 20
+
+_WHOLE_HEAD = CHECK.size + RECORD.size + MESSAGE.size
+
+LATCHED = frozenset(("/pose_stats/part_mesh", "/pose_stats/pose_statistics"))
+"""Topics whose late subscribers get the last messages, in the cell and when a bag is played."""
+
+_FOREVER = "\n    sec: 9223372036\n    nsec: 854775807"
+
+
+@dataclass
+class Contents:
+    """Schemas, channels and counts of one file: kept while writing, filled while scanning."""
+
+    schemas: dict[int, mcap.Schema] = field(default_factory=dict)  # by their ids
+    channels: dict[int, mcap.Channel] = field(default_factory=dict)
+    counts: dict[int, int] = field(default_factory=dict)  # messages a channel id
+    # log time of the first and the last message [ns]; without messages both the time of the file's
+    # making, where it is known
+    start: int = 0
+    end: int = 0
+
+    @property
+    def messages(self) -> int:
+        """How many messages there are."""
+        return sum(self.counts.values())
+
+    def count(self, channel: int, log_time: int) -> None:
+        """Take in one message."""
+        self.start = min(self.start, log_time) if self.counts else log_time
+        self.end = max(self.end, log_time) if self.counts else log_time
+        self.counts[channel] = self.counts.get(channel, 0) + 1
+
+
+Files = Mapping[str, Contents]  # contents of a bag's files by their names, in order
+
+
+def metadata_yaml(files: Files) -> str:
+    """Text of `metadata.yaml` (rosbag2's version 9)."""
+    held = [contents for contents in files.values() if contents.messages] or list(
+        files.values()
+    )
+    start = min(contents.start for contents in held)
+    lines = [
+        "version: 9",
+        "storage_identifier: mcap",
+        f"duration:\n  nanoseconds: {max(contents.end for contents in held) - start}",
+        f"starting_time:\n  nanoseconds_since_epoch: {start}",
+        f"message_count: {sum(contents.messages for contents in held)}",
+        _list("topics_with_message_count", _topics(files.values())),
+        'compression_format: ""',
+        'compression_mode: ""',
+        _list("relative_file_paths", map(json.dumps, files)),
+        _list(
+            "files",
+            (
+                f"path: {json.dumps(name)}\n"
+                f"starting_time:\n  nanoseconds_since_epoch: {contents.start}\n"
+                f"duration:\n  nanoseconds: {contents.end - contents.start}\n"
+                f"message_count: {contents.messages}"
+                for name, contents in files.items()
+            ),
+        ),
+        "custom_data: ~",
+        "ros_distro: jazzy",
+    ]
+    return "rosbag2_bagfile_information:\n" + indent("\n".join(lines) + "\n", "  ")
+
+
+def _list(key: str, items: Iterable[str]) -> str:
+    """A YAML list of blocks under a key."""
+    text = "".join(f"\n  - {indent(item, '    ').lstrip()}" for item in items)
+    return f"{key}:{text or ' []'}"
+
+
+def _topics(files: Iterable[Contents]) -> list[str]:
+    """The topics of several files, each once, in order of appearance."""
+    described: dict[str, str] = {}
+    totals: dict[str, int] = {}
+    for contents in files:
+        for number, channel in contents.channels.items():
+            described[channel.topic] = f"""\
+topic_metadata:
+  name: {json.dumps(channel.topic)}
+  type: {json.dumps(contents.schemas[channel.schema_id].name)}
+  serialization_format: cdr
+  offered_qos_profiles:
+{indent(channel.metadata.get("offered_qos_profiles", "[]"), "    ")}
+  type_description_hash: {json.dumps(channel.metadata.get("topic_type_hash", ""))}"""
+            totals[channel.topic] = totals.get(channel.topic, 0) + contents.counts.get(
+                number, 0
+            )
+    return [
+        f"{text}\nmessage_count: {totals[topic]}" for topic, text in described.items()
+    ]
+
+
+def _qos(latched: bool) -> str:
+    """A list with one profile, values as words, as rosbag2 writes it since version 9."""
+    return f"""\
+- history: keep_last
+  depth: 100
+  reliability: reliable
+  durability: {"transient_local" if latched else "volatile"}
+  deadline:{_FOREVER}
+  lifespan:{_FOREVER}
+  liveliness: automatic
+  liveliness_lease_duration:{_FOREVER}
+  avoid_ros_namespace_conventions: false"""
+
+
+def magic_and_header() -> bytes:
+    """What every file begins with."""
+    return MAGIC + _encoded([mcap.Header("ros2", f"ros_pose_stats {VERSION}")])
+
+
+def message_size(data: memoryview) -> int:
+    """Bytes that a message takes in a file."""
+    return _WHOLE_HEAD + len(data)
+
+
+def message_head(channel: int, number: int, log_time: int, data: memoryview) -> bytes:
+    """What stands before the data of a message, checksum included."""
+    head = RECORD.pack(opcode.Opcode.MESSAGE, MESSAGE.size + len(data)) + MESSAGE.pack(
+        channel, number & 0xFFFFFFFF, log_time, log_time
+    )
+    return CHECK.pack(CHECK_OPCODE, 4, zlib.crc32(data, zlib.crc32(head))) + head
+
+
+def opening(
+    types: Mapping[str, MessageType], now: int, node: str
+) -> tuple[bytes, Contents]:
+    """The beginning of a file made `now` [ns], and its contents so far; topics carry the node."""
+    contents = Contents(start=now, end=now)
+    numbers: dict[str, int] = {}
+    for channel, (topic, kind) in enumerate(types.items(), 1):
+        schema = numbers.setdefault(kind.name, len(numbers) + 1)
+        contents.schemas[schema] = mcap.Schema(
+            schema, kind.definition.encode(), "ros2msg", kind.name
+        )
+        contents.channels[channel] = mcap.Channel(
+            channel,
+            topic,
+            "cdr",
+            {
+                "offered_qos_profiles": _qos(topic in LATCHED),
+                "topic_type_hash": kind.type_hash,
+                "node": node,
+            },
+            schema,
+        )
+    records = map(
+        _encoded,
+        ([one] for one in (*contents.schemas.values(), *contents.channels.values())),
+    )
+    return magic_and_header() + b"".join(
+        CHECK.pack(CHECK_OPCODE, 4, zlib.crc32(record)) + record for record in records
+    ), contents
+
+
+def closing(contents: Contents, offset: int) -> bytes:
+    """What makes a file complete, at an offset: end of data, summary, footer."""
+    data_end = _encoded([mcap.DataEnd(0)])
+    start = offset + len(data_end)
+    statistics = mcap.Statistics(
+        attachment_count=0,
+        channel_count=len(contents.channels),
+        channel_message_counts=contents.counts,
+        chunk_count=0,
+        message_count=contents.messages,
+        message_end_time=contents.end,
+        message_start_time=contents.start,
+        metadata_count=0,
+        schema_count=len(contents.schemas),
+    )
+    groups: list[tuple[opcode.Opcode, Iterable[mcap.McapRecord]]] = [
+        (opcode.Opcode.SCHEMA, contents.schemas.values()),
+        (opcode.Opcode.CHANNEL, contents.channels.values()),
+        (opcode.Opcode.STATISTICS, [statistics]),
+    ]
+    summary = b""
+    offsets: list[mcap.McapRecord] = []
+    for code, records in groups:
+        group = _encoded(records)
+        if group:
+            offsets.append(mcap.SummaryOffset(code, start + len(summary), len(group)))
+        summary += group
+    offsets_start = start + len(summary)
+    summary += _encoded(offsets)
+    footer = _encoded([mcap.Footer(start, offsets_start, 0)])[:-4]
+    check = zlib.crc32(footer, zlib.crc32(summary))
+    return data_end + summary + footer + struct.pack("<I", check) + MAGIC
+
+
+def _encoded(records: Iterable[mcap.McapRecord]) -> bytes:
+    """Records one after the other."""
+    builder = data_stream.RecordBuilder()
+    for record in records:
+        record.write(builder)
+    return bytes(builder.end())  # type: ignore[no-untyped-call]

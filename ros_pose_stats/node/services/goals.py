@@ -1,0 +1,303 @@
+"""The actions `~/simulate_drops` and `~/simulate_flips`: goals that are jobs."""
+
+import threading
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any
+
+from rclpy.action import ActionServer, CancelResponse, GoalResponse, server
+from rclpy.callback_groups import ReentrantCallbackGroup
+from ros_pose_stats_msgs.action import SimulateDrops, SimulateFlips
+from ros_pose_stats_msgs.msg import PartMesh
+
+from ...base.errors import PoseStatsError, RequestError
+from ...core.resting.poses import are_found, poses_in
+from ..answering_node import SERVICE_QUALITY, AnsweringNode
+from ..base import Base
+from ..jobs import FlipRequest, Job, Jobs, State, job_reports, run
+from ..lanes import words_of
+from ..messages.part_messages import flat
+from ..parts import part_builder, part_store
+from ..parts.intake import Intake
+from .services import Services
+
+FEEDBACK_SECONDS = 0.1
+CANCEL_SECONDS = (
+    5.0  # for the transition that follows a cancel's callback, usually in 1 ms
+)
+MOST_ASKED = 1000
+RESULT_SECONDS = 900  # results can be asked for this long after the end
+
+
+class Server(ActionServer):
+    """Shows a goal as executing without a thread that waits for its end."""
+
+    def notify_execute(
+        self,
+        goal_handle: server.ServerGoalHandle,
+        execute_callback: Callable[[server.ServerGoalHandle], Any] | None,
+    ) -> None:
+        """Have what ends a goal called; `execute` alone names nothing."""
+        if execute_callback is not None:
+            super().notify_execute(goal_handle, execute_callback)
+
+
+class GoalServer(ABC):
+    """Ties goals to jobs; no thread waits for the end of one."""
+
+    def __init__(self, node: AnsweringNode, kind: Any, name: str, jobs: Jobs) -> None:
+        jobs.listener.follow = self._follow
+        self._node = node
+        self._name = name
+        self._jobs = jobs
+        # with their jobs, by request, until they have been told how these ended
+        self.goals: dict[int, tuple[server.ServerGoalHandle, Job]] = {}
+        # requests that are being accepted, with their jobs or why they are refused
+        self._asked: dict[int, tuple[Any, Job | str]] = {}
+        self._lock = threading.Lock()
+        self._next_feedback = 0.0
+        self._server = Server(
+            node,
+            kind,
+            f"~/{name}",
+            execute_callback=lambda goal: None,  # each has its own
+            goal_callback=self._ask,
+            handle_accepted_callback=self._accepted,
+            cancel_callback=self._cancel,
+            callback_group=ReentrantCallbackGroup(),
+            goal_service_qos_profile=SERVICE_QUALITY,
+            cancel_service_qos_profile=SERVICE_QUALITY,
+            result_service_qos_profile=SERVICE_QUALITY,
+            result_timeout=RESULT_SECONDS,
+        )
+
+    @abstractmethod
+    def start_job(self, request: Any) -> Job:
+        """Accept what a goal asks for; raises PoseStatsError with the value and the bound."""
+
+    @abstractmethod
+    def feedback(self, job: Job) -> Any:
+        """How far a job is, as a message."""
+
+    @abstractmethod
+    def result(self, job: Job | None, success: bool, message: str) -> Any:
+        """What a job has done, as a message; None where it was refused."""
+
+    def _ask(self, request: Any) -> GoalResponse:
+        """Queue the job; a refused goal is accepted and aborted: a rejection has no message."""
+        answer: Job | str
+        try:
+            answer = self.start_job(request)
+        except Exception as error:  # must not end the executor
+            answer = words_of(error)
+            if not isinstance(error, PoseStatsError):
+                self._node.get_logger().error(f"{self._name}: {answer}")
+        with self._lock:
+            self._asked[id(request)] = request, answer
+            if (
+                len(self._asked) > MOST_ASKED
+            ):  # clients that were gone before the answer
+                del self._asked[next(iter(self._asked))]
+        return GoalResponse.ACCEPT
+
+    def _accepted(self, goal: server.ServerGoalHandle) -> None:
+        """Tie the goal to its job."""
+        with self._lock:
+            _, answer = self._asked.pop(id(goal.request))
+            if isinstance(answer, Job):
+                self.goals[id(goal.request)] = goal, answer
+        if isinstance(answer, str):
+            goal.execute(lambda handle: self._refuse(handle, answer))
+            return
+        if answer.state == State.RUNNING:
+            self._show_executing(goal)
+        answer.finished.add_done_callback(lambda _: self._complete(goal, answer))
+
+    def _follow(self, job: Job) -> None:
+        """Show goals of a job that runs how far it is."""
+        now = time.monotonic()
+        with self._lock:
+            goals = [goal for goal, its_job in self.goals.values() if its_job is job]
+        for goal in goals:
+            self._show_executing(goal)
+        if job.drops_done and goals and now >= self._next_feedback:
+            self._next_feedback = now + FEEDBACK_SECONDS
+            feedback = self.feedback(job)
+            for goal in goals:
+                if goal.is_active:
+                    goal.publish_feedback(feedback)
+
+    def _cancel(self, goal: server.ServerGoalHandle) -> CancelResponse:
+        """Cancel the job once the goal is known to be cancelled, which follows the callback."""
+        with self._lock:
+            _, job = self.goals.get(
+                id(goal.request)
+            ) or self._asked.get(  # accepted just now
+                id(goal.request), (None, "")
+            )
+        if not isinstance(job, Job) or job.state.ended:
+            return CancelResponse.REJECT
+        until = time.monotonic() + CANCEL_SECONDS
+
+        def cancel() -> None:
+            while (
+                goal.is_active
+                and not goal.is_cancel_requested
+                and time.monotonic() < until
+            ):
+                time.sleep(0.001)
+            self._jobs.cancel(job.job_id, "cancelled by a client")
+
+        threading.Thread(target=cancel, daemon=True).start()
+        return CancelResponse.ACCEPT
+
+    @staticmethod
+    def _show_executing(goal: server.ServerGoalHandle) -> None:
+        """Tell clients that the job of a goal runs."""
+        if goal.status == server.GoalStatus.STATUS_ACCEPTED:
+            with suppress(
+                RuntimeError
+            ):  # of rcl: cancelled, or shown by another thread, just now
+                goal.execute()
+
+    def _complete(self, goal: server.ServerGoalHandle, job: Job) -> None:
+        """End a goal whose job has ended."""
+        self._show_executing(goal)
+        self._server.notify_execute(goal, lambda handle: self._end(handle, job))
+
+    def _end(self, goal: server.ServerGoalHandle, job: Job) -> Any:
+        result = self.result(job, job.state == State.DONE, job.message)
+        if result.success:
+            goal.succeed()
+        elif job.state == State.CANCELLED and goal.is_cancel_requested:
+            goal.canceled()
+        else:
+            goal.abort()
+        with self._lock:
+            del self.goals[id(goal.request)]
+        self._node.answers.last = time.monotonic()  # the result is on its way
+        return result
+
+    def _refuse(self, goal: server.ServerGoalHandle, refusal: str) -> Any:
+        goal.abort()
+        return self.result(None, False, refusal)
+
+
+class SimulateDropsServer(GoalServer):
+    """Goals that are drop simulations."""
+
+    def __init__(
+        self,
+        base: Base,
+        services: Services,
+        jobs: Jobs,
+        reports: job_reports.JobReports,
+    ) -> None:
+        self._services = services
+        self._reports = reports
+        super().__init__(base.node, SimulateDrops, "simulate_drops", jobs)
+
+    def start_job(self, request: Any) -> Job:
+        """Accept a drop simulation."""
+        try:
+            return self._services.start_job(request)
+        finally:  # the goal is kept for a while
+            request.part = PartMesh(part_id=request.part.part_id)
+
+    def feedback(self, job: Job) -> Any:
+        """How far a simulation is."""
+        return SimulateDrops.Feedback(
+            job_id=job.job_id,
+            drops_done=job.drops_done,
+            drops_total=job.request.drops,
+            expected_error=job.expected_error,
+            drops_per_second=job.drops_per_second,
+        )
+
+    def result(self, job: Job | None, success: bool, message: str) -> Any:
+        """The statistics of what was done."""
+        result = SimulateDrops.Result(success=success, message=message)
+        if job is not None:
+            result.job_id = job.job_id
+            result.statistics = self._reports.answer_of(job.job_id, job)
+        return result
+
+
+class SimulateFlipsServer(GoalServer):
+    """Goals that are flips."""
+
+    def __init__(
+        self, base: Base, parts: part_store.PartStore, intake: Intake, jobs: Jobs
+    ) -> None:
+        self._settings = base.settings
+        self._parts = parts
+        self._intake = intake
+        super().__init__(base.node, SimulateFlips, "simulate_flips", jobs)
+
+    def start_job(self, request: Any) -> Job:
+        """Accept flips; too many are refused at once where the part's poses are at hand."""
+        settings = self._settings()
+        known = self._parts.known(request.part_id)
+        kick = settings.kick(request.kick_height)
+        if request.kick_height < 0.0 and not kick:
+            raise RequestError(
+                "a kick_height of 0 m or more, for the parameter flip_height is 0",
+                f"{request.kick_height:g}",
+                "half the part's radius flips most parts",
+            )
+        scene = settings.scene(known.scene_override)
+        coming = self._intake.built(known)
+        if known.source.part is not None and (
+            not part_builder.is_large(known.part) or are_found(known.part, scene)
+        ):
+            poses = len(poses_in(known.part, scene).poses)
+            run.flips_in_all(poses, request.drops, settings)
+        return self._jobs.submit(
+            FlipRequest(
+                known.part_id,
+                known.content,
+                scene,
+                request.drops,
+                request.seed,
+                0.0,
+                settings.max_job_seconds,
+                kick_height=kick,
+            ),
+            coming,
+            settings,
+        )
+
+    def feedback(self, job: Job) -> Any:
+        """How far the flips are."""
+        return SimulateFlips.Feedback(
+            flips_done=job.drops_done, flips_total=job.flips_total
+        )
+
+    def result(self, job: Job | None, success: bool, message: str) -> Any:
+        """The transition matrix of what was done."""
+        result = SimulateFlips.Result(success=success, message=message)
+        flips = None if job is None else job.flips
+        if flips is None:
+            return result
+        for name in ("part_id", "part_digest", "restitution", "kick_height", "seed"):
+            setattr(result, name, getattr(flips, name))
+        result.message = " ".join(
+            filter(
+                None,
+                (
+                    message,
+                    *(
+                        line
+                        for line in flips.warnings
+                        if line.startswith("HEIGHT_SUSPECT")
+                    ),
+                ),
+            )
+        )
+        result.flips = flat(flips.counts.sum(axis=1) + flips.unsettled, "Q")
+        result.unsettled = flat(flips.unsettled, "Q")
+        result.transition = flat(flips.transition)
+        result.standard_error = flat(flips.standard_error)
+        return result

@@ -1,0 +1,300 @@
+"""Service callbacks: a request in, a response out, refusals as messages."""
+
+from concurrent.futures import Future, wait
+from dataclasses import replace
+from typing import Any
+
+from ros_pose_stats_msgs import srv
+from ros_pose_stats_msgs.msg import JobEvent, JobStatus
+
+from ...base import errors, methods, text
+from ...core.mesh import mass_properties, parts as meshes
+from ...core.records import Part
+from ...core.simulation.request import check_target
+from ..answering_node import Steps
+from ..base import Base
+from ..jobs import Job, JobRequest, Jobs, State, job_reports, refinement as refining
+from ..lanes import Rank, done_with, ending, result_of
+from ..messages import part_messages, part_requests, statistics_messages
+from ..parts import part_builder, result_store
+from ..parts.intake import Intake
+from ..parts.known_part import KnownPart, Memory, PartSource, memory_of_parts
+from ..recorder import ANSWERS
+
+BY_DROPS = "ask for the method auto, or start a drop simulation"
+AS_ITSELF = "for drops, send the part with this centre of mass in its inertia"
+"""What to do about an estimate that misses its target."""
+
+CANCEL_PATIENCE = 0.06  # seconds that a cancel waits for the simulation's end
+START_PATIENCE = (
+    0.004  # seconds that a start waits for a small part, which may be refused
+)
+QUICK_TRIANGLES = 1000  # most of such a part
+
+
+class Services:
+    """All services about parts and drop simulations."""
+
+    def __init__(
+        self,
+        base: Base,
+        stores: result_store.Stores,
+        intake: Intake,
+        refinement: refining.Refinement,
+        jobs: Jobs,
+        reports: job_reports.JobReports,
+        outlines: part_builder.Outlines,
+    ) -> None:
+        self._settings = base.settings
+        self._refusals = base.refusals
+        self._intake = intake
+        self._parts, _, self._results, self._announcer = stores
+        self._refinement = refinement
+        self._outlines = outlines
+        self._lanes = base.lanes
+        self._jobs = jobs
+        self._reports = reports
+        self._shifted: Memory[Any, Part] = memory_of_parts()
+        for kind, name, callback in (
+            (srv.EstimatePoses, "estimate", self.estimate),
+            (srv.StartDropSimulation, "start_drop_simulation", self.start),
+            (srv.GetStatistics, "get_statistics", self.get_statistics),
+            (srv.ForgetPart, "forget_part", self.forget),
+            (srv.GetDropSimulation, "get_drop_simulation", self.get),
+            (srv.ListDropSimulations, "list_drop_simulations", self.list),
+            (srv.CancelDropSimulation, "cancel_drop_simulation", self.cancel),
+        ):
+            base.node.serve(
+                kind,
+                f"~/{name}",
+                callback,
+                lambda request: (
+                    not (  # meshes have lanes
+                        hasattr(request, "part")
+                        and part_messages.is_given(request.part)
+                    )
+                ),
+            )
+
+    def _find_part(
+        self, request: Any
+    ) -> tuple[Future[KnownPart], KnownPart | part_requests.PartRequest]:
+        """The part of a request, on its way, and as far as it is there; empties its message.
+
+        A known part may not be built yet.
+        """
+        if self._lanes.closed:
+            raise ending()
+        message = request.part
+        if request.part_id and message.part_id and request.part_id != message.part_id:
+            both = " and ".join(
+                map(part_requests.shown, (request.part_id, message.part_id))
+            )
+            raise errors.RequestError(
+                "the same part_id in the request and in its part",
+                both,
+                "fill one of the two",
+            )
+        part_id = message.part_id = message.part_id or request.part_id
+        if not part_messages.is_given(message):
+            known = self._parts.known(part_id)
+        else:
+            same = self._parts.find(part_id) if part_id else None
+            source = f"request for {part_requests.shown(part_id)}"
+            try:
+                mesh = part_messages.taken_request(message)
+                part_requests.check_request(mesh, self._settings().max_mesh_bytes)
+                self._settings().scene(mesh.scene_override)
+            except errors.PoseStatsError as refusal:
+                self._refusals.refuse(source, str(refusal))
+                raise
+            if same is None or (same.content, same.scene_override) != (
+                mesh.content,
+                mesh.scene_override,
+            ):
+                return self._intake.queue(mesh, source, Rank.SENT), mesh
+            known = same
+        return done_with(known), known
+
+    def estimate(self, request: Any, response: Any) -> Steps:
+        """An analytic answer; one that nobody chose is checked by drops, or refined by them."""
+        check_target(request.target_error)
+        step = request.com_offset
+        offset = mass_properties.check_offset((step.x, step.y, step.z))
+        coming, mesh = self._find_part(request)
+        known = received = yield coming
+        scene = self._settings().scene(
+            (request.restitution, request.drop_height), mesh.scene_override
+        )
+        if offset.any():
+            yield self._intake.built(received)
+            key = received.part_id, received.digest, offset.tobytes()
+            part = self._shifted.get(key) or meshes.shift_center(received.part, offset)
+            self._shifted.put(key, part)
+            known = replace(
+                received,
+                digest=part.digest,
+                source=PartSource(part),
+                shown=None,
+                counts=None,
+            )
+        if request.target_error or not self._results.remembers(
+            known, request.method, scene
+        ):
+            yield self._intake.built(known, scene)
+        is_auto = (request.method or self._settings().default_method) == methods.AUTO
+        if is_auto and not request.target_error:
+            checked = yield self._refinement.checked(known, scene)
+            message, response.message = self._refinement.answer_checked(
+                known, checked, scene
+            )
+        elif is_auto and known is received:
+            message, response.message = self._refinement.answer(
+                known, request.target_error, scene
+            )
+        else:  # drops in the background would be of the part as it is known
+            message = self._refinement.answer_by(
+                request.method,
+                known,
+                request.target_error,
+                scene,
+                BY_DROPS if known is received else AS_ITSELF,
+            )
+        if known is not received:
+            shift = text.listed([text.millimetres(x) for x in offset.tolist()])
+            message = statistics_messages.with_warning(
+                message,
+                f"COM_SHIFTED: the centre of mass is shifted by {shift} mm along the "
+                "part's axes, the inertia about it stays; what is latched is of the part as it "
+                "was sent.",
+            )
+        if not self._parts.is_kept(received):
+            message = self._announcer.warn_unrecorded(message)
+        response.statistics = self._announcer.record(ANSWERS, received, message)
+
+    def start(self, request: Any, response: Any) -> None:
+        """Queue a drop simulation."""
+        job = self.start_job(request)
+        response.job_id = job.job_id
+        if not job.recorded:
+            response.message = self._announcer.not_recorded()
+
+    def start_job(self, request: Any) -> Job:
+        """Accept a drop simulation out of a `StartDropSimulation` or a goal."""
+        settings = self._settings()
+        drops = request.drops or min(settings.drops, settings.max_drops)
+        if drops > settings.max_drops:
+            raise errors.RequestError(
+                f"at most {settings.max_drops} drops (parameter max_drops)",
+                f"{drops}",
+                "ask for fewer, or raise the parameter",
+            )
+        check_target(request.target_error)
+        seconds = request.max_seconds or settings.max_job_seconds
+        most = settings.max_job_seconds
+        if not 0.0 < seconds <= most:
+            raise errors.RequestError(
+                f"max_seconds from 0 to {most:g} s (parameter max_job_seconds)",
+                f"{request.max_seconds:g} s",
+                "0 stands for the node's",
+            )
+        coming, mesh = self._find_part(request)
+        if isinstance(mesh, KnownPart):
+            coming = self._intake.built(mesh)
+        if isinstance(mesh, KnownPart) or len(mesh.triangles) <= QUICK_TRIANGLES:
+            wait([coming], START_PATIENCE)
+        if coming.done():
+            result_of(coming)
+        scene = settings.scene(
+            (request.restitution, request.drop_height), mesh.scene_override
+        )
+        return self._jobs.submit(
+            JobRequest(
+                mesh.part_id,
+                mesh.content,
+                scene,
+                drops,
+                request.seed,
+                request.target_error,
+                seconds,
+            ),
+            coming,
+            settings,
+        )
+
+    def get_statistics(self, request: Any, response: Any) -> Steps:
+        """What is latched, with outlines of one part where they are asked for."""
+        parts = self._parts
+        if request.heights and not request.part_id:
+            raise errors.RequestError(
+                "a part_id with heights", "none", "ask for one part's outlines"
+            )
+        chosen = [parts.known(request.part_id)] if request.part_id else parts.all()
+        latched = [
+            shown.latched for known in chosen if (shown := known.shown) is not None
+        ]
+        response.statistics = latched
+        if request.heights and latched:
+            known = yield self._intake.built(chosen[0])
+            response.outlines = yield self._outlines.begin(
+                known.part, latched[0], request.heights
+            )
+
+    def forget(self, request: Any, response: Any) -> None:
+        """Forget a part."""
+        if not self._parts.forget(self._parts.known(request.part_id)):
+            response.message = self._announcer.not_recorded()
+
+    def get(self, request: Any, response: Any) -> None:
+        """How far a job is."""
+        job, event = self._look_up(request.job_id)
+        response.state = event.event
+        response.message = event.message
+        response.drops_done = event.drops_done
+        response.drops_total = event.drops
+        response.statistics = self._reports.answer_of(request.job_id, job)
+
+    def list(self, request: Any, response: Any) -> None:
+        """All jobs."""
+        present = {job.job_id: job_reports.job_event(job) for job in self._jobs.all()}
+        events = self._reports.ends | present
+        response.jobs = [
+            JobStatus(
+                job_id=job_id,
+                part_id=events[job_id].part_id,
+                state=events[job_id].event,
+                drops_done=events[job_id].drops_done,
+                drops_total=events[job_id].drops,
+            )
+            for job_id in sorted(events, key=job_reports.acceptance)
+        ]
+        for name in ("job_id", "part_id", "state", "drops_done", "drops_total"):
+            setattr(response, name, [getattr(status, name) for status in response.jobs])
+
+    def cancel(self, request: Any, response: Any) -> None:
+        """Cancel a job; what was done is kept."""
+        job, event = self._look_up(request.job_id)
+        if job is None:
+            response.success = False
+            response.message = (
+                f"{event.job_id} had ended before: {State(event.event).name}"
+            )
+        else:
+            self._jobs.cancel(job.job_id, "cancelled by a client")
+            wait([job.finished], CANCEL_PATIENCE)
+
+    def _look_up(self, job_id: str) -> tuple[Job | None, JobEvent]:
+        """A job, unless it has ended, and what has happened last to it, also in earlier runs."""
+        job = self._jobs.get(job_id)
+        event = (
+            self._reports.ends.get(job_id)
+            if job is None
+            else job_reports.job_event(job)
+        )
+        if event is None:
+            raise errors.RequestError(
+                "the job_id of a drop simulation",
+                part_requests.shown(job_id),
+                "list_drop_simulations lists those that the node knows",
+            )
+        return job, event

@@ -1,0 +1,274 @@
+"""The node's state: changes are handed in by anybody and written many at a time."""
+
+import hashlib
+import os
+import sqlite3
+import threading
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
+from pathlib import Path
+
+from ...base import errors, files
+from . import tables
+from .tables import Change, Row
+
+LARGE = (
+    64 * 2**10
+)  # bytes of a mesh that lies in a file of its own: SQLite would write it twice
+
+
+class State:
+    """Rows of the tables in `tables.COLUMNS`, in a file that one living node has.
+
+    `problem` says why changes cannot be written now, which are kept and tried again; `set_aside`
+    names a file that could not be read.
+    """
+
+    def __init__(
+        self,
+        file: Path,
+        definitions: Mapping[str, str] | None = None,
+        convert: tables.Convert = lambda kind, definition, data: None,
+        say: Callable[[str], object] = lambda line: None,
+        patience: float = tables.LOCK_SECONDS,
+    ) -> None:
+        self.file = file
+        self.meshes = file.with_name(f"{file.stem}.meshes")
+        self.problem = self.set_aside = ""
+        self._definitions = dict(definitions or {})
+        self._convert = convert
+        self._say = say
+        self._link: sqlite3.Connection | None = None
+        self._lock: int | None = None  # descriptor of the lock file
+        self._about: os.stat_result | None = None  # the file that the connection is of
+        self._pending: dict[tuple[str, str | bytes], tuple[Row | None]] = {}
+        self._number = self._committed = (
+            0  # of the last change, and of the last on the disk
+        )
+        self.writes = self._tried = (
+            0  # times that the file was written, and up to which change
+        )
+        self._closed = False
+        self._changing = threading.Lock()
+        self.in_use = threading.Lock()  # held while the file is written or read
+        self._filing = threading.Lock()  # held while files of meshes come or go
+        try:
+            files.refuse_irregular(file)
+            self._open(patience)
+        except (files.NotAFileError, IsADirectoryError) as error:
+            raise errors.RequestError(
+                "state_file to be a file",
+                f"'{file}' ({error.strerror})",
+                "name another one",
+            ) from error
+        except (sqlite3.Error, OSError) as error:
+            self.problem = tables.problem_of(file, error)
+            say(f"NOT_RECORDED: {self.problem}")
+        except errors.RequestError:
+            self._release()
+            raise
+
+    def put(self, *changes: Change) -> int:
+        """Hand changes in that belong together; the number that `commit` takes."""
+        with self._changing:
+            for change in changes:
+                self._pending[change.table, change.key] = (change.row,)
+            self._number += 1
+            return self._number
+
+    def put_mesh(self, part_id: str, message: bytes, *changes: Change) -> int:
+        """Hand in the mesh of a part, a large one as a file, and changes that belong to it."""
+        row: Row = (part_id, message, "")
+        if len(message) < LARGE:
+            return self.put(Change("meshes", part_id, row), *changes)
+        name = hashlib.sha256(message).hexdigest()
+        with self._filing:
+            with suppress(
+                OSError
+            ):  # else it is tried as a row, which says what is wrong
+                files.make_directories(self.meshes)
+                if not (self.meshes / name).exists():
+                    files.replace_file(self.meshes / name, message)
+                row = part_id, b"", name
+            return self.put(Change("meshes", part_id, row), *changes)
+
+    def commit(self, number: int | None = None) -> bool:
+        """Write a change and all before it, or all so far; whether they are on the disk.
+
+        What comes while another thread writes is written together, by one of those who wait.
+        """
+        with self._changing:
+            wanted = self._number if number is None else number
+            writes = self.writes
+            if self._committed >= wanted:
+                return True
+        with self.in_use:
+            with self._changing:
+                is_tried = self.writes > writes and self._tried >= wanted
+                if self._committed >= wanted or is_tried or self._closed:
+                    return self._committed >= wanted
+                taken = dict(self._pending)
+                self._tried = self._number
+                problem = ""
+            try:
+                self._write([Change(*key, row) for key, (row,) in taken.items()])
+            except Exception as error:  # whoever waits hears of it
+                problem = tables.problem_of(self.file, error)
+            with self._changing:
+                self.writes += 1
+                if not problem:
+                    self._committed = self._tried
+                    self._pending = {
+                        key: held
+                        for key, held in self._pending.items()
+                        if taken.get(key) is not held
+                    }
+                changed = bool(problem) != bool(self.problem)
+                self.problem = problem
+        if changed:
+            self._say(
+                f"NOT_RECORDED: {problem}"
+                if problem
+                else f"the state file {self.file} is written again"
+            )
+        return not problem
+
+    def get(self, table: str, key: str | bytes) -> Row | None:
+        """A row by its key, as it was handed in last; None where there is none."""
+        with self._changing:
+            held = self._pending.get((table, key))
+        if held is not None:
+            return held[0]
+        with self.in_use, suppress(sqlite3.Error):
+            return (
+                None if self._link is None else tables.look_up(self._link, table, key)
+            )
+        return None
+
+    def rows(self, table: str) -> list[Row]:
+        """All rows of a table that were there at the start, in the order of their making."""
+        with self.in_use:
+            return [] if self._link is None else tables.rows_of(self._link, table)
+
+    def mesh(self, part_id: str) -> bytes | None:
+        """The mesh of a part as it was handed in; None where it is not there, or damaged."""
+        row = self.get("meshes", part_id)
+        if row is None or not row[2]:
+            return None if row is None else row[1]
+        try:
+            message = files.read_file(self.meshes / row[2])
+        except OSError:
+            return None
+        return message if hashlib.sha256(message).hexdigest() == row[2] else None
+
+    def close(self) -> bool:
+        """Write what waits, and let go of the file; whether all of it is written."""
+        written = self.commit()
+        with self.in_use:
+            self._closed = True
+            self._release()
+        return written
+
+    def _release(self) -> None:
+        self._use(None)
+        self._let_go()
+
+    def _let_go(self) -> None:
+        lock = self._lock
+        self._lock = None
+        if lock is not None:
+            os.close(lock)
+
+    def _write(self, changes: list[Change]) -> None:
+        if self._link is None:
+            self._open(0.0)
+        elif not (
+            self._about
+            and self.file.exists()
+            and os.path.samestat(self.file.stat(), self._about)
+        ):
+            self._make_anew(self._link)
+        elif self.problem:
+            self._use(tables.connect(self.file))
+        link = self._link
+        assert link is not None
+        replaced = {
+            row[2]
+            for table, key, _ in changes
+            if table == "meshes"
+            and (row := tables.look_up(link, table, key)) is not None
+            and row[2]
+        }
+        tables.write(link, changes)
+        if replaced:
+            self._remove_files(link, replaced)
+
+    def _open(self, patience: float) -> None:
+        """Take the file and see whether it is sound; one that is not is set aside."""
+        files.make_directories(self.file.parent)
+        if self._lock is None:
+            self._lock = tables.lock_file(self.file, patience)
+        try:
+            self._use(self._sound())
+        except Exception as error:
+            if not tables.is_damage(error):
+                raise
+            self.set_aside = tables.set_aside(self.file, self.meshes)
+            self._say(
+                f"the state file {self.file} cannot be read ({error}); it is now "
+                f"{self.set_aside}, and the node starts without it"
+            )
+            self._use(self._sound())
+        if self.meshes.is_dir() and self._link is not None:
+            self._remove_files(
+                self._link, [path.name for path in self.meshes.iterdir()]
+            )
+
+    def _sound(self) -> sqlite3.Connection:
+        link = tables.connect(self.file)
+        try:
+            tables.check_sound(link)
+            tables.update_messages(link, self._definitions, self._convert)
+        except BaseException:
+            link.close()
+            raise
+        return link
+
+    def _use(self, link: sqlite3.Connection | None) -> None:
+        """Work with a connection, or with none, from now on."""
+        about = None if link is None else self.file.stat()
+        before = self._link
+        self._link = link
+        self._about = about
+        if before is not None:
+            with suppress(sqlite3.Error):
+                before.close()
+
+    def _make_anew(self, old: sqlite3.Connection) -> None:
+        """Write what the deleted file holds, which is still open, into one of its name."""
+        files.make_directories(self.file.parent)
+        self._let_go()  # of a lock file that may be gone, too
+        self._lock = tables.lock_file(self.file, 0.0)
+        half = self.file.with_name(f"{self.file.name}{files.HALF}")
+        half.unlink(missing_ok=True)
+        for end in ("-wal", "-shm"):
+            Path(f"{self.file}{end}").unlink(missing_ok=True)
+        copy = sqlite3.connect(half)
+        old.backup(copy)
+        copy.close()
+        half.replace(self.file)
+        self._use(tables.connect(self.file))
+        self._say(f"the state file {self.file} was deleted, and is made anew")
+
+    def _remove_files(self, link: sqlite3.Connection, names: Iterable[str]) -> None:
+        """Remove files of meshes that no part has any more."""
+        with self._filing:
+            with self._changing:
+                waiting = {
+                    held[0][2]
+                    for (table, _), held in self._pending.items()
+                    if table == "meshes" and held[0] is not None
+                }
+            for name in set(names) - tables.files_of_meshes(link) - waiting:
+                with suppress(OSError):
+                    (self.meshes / name).unlink()

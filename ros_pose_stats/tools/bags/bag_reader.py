@@ -1,0 +1,456 @@
+"""Which bags lie under paths, and what of this package's messages lies in them, read in one go."""
+
+import math
+import os
+import re
+import sqlite3
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from itertools import chain
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from ...base.errors import BagError
+from ...base.files import folders_below, open_file
+from ...core.records import Part, scene as scenes, statistics
+from ...node.recording import decoding
+from ...node.recording.reader import RawMessage, files_of_bag, raw_messages
+from . import camera_counts
+from .jobs import DropCollector, DropLog, Job, JobCollector
+from .results import ResultCollector, ResultHistory
+
+SQLITE = ".db3"
+PACKED_SQLITE = ".db3.zstd"
+ENDINGS = (".mcap", ".mcap.zstd", SQLITE, PACKED_SQLITE)
+
+TOPICS = "SELECT id, name, type FROM topics WHERE serialization_format = 'cdr'"
+DEFINITIONS = "SELECT topic_type, encoded_message_definition FROM message_definitions"
+MESSAGES = (
+    "SELECT topic_id, timestamp, data FROM messages WHERE topic_id IN ({}) "
+    "ORDER BY timestamp, id"
+)
+
+_STATE = re.compile(r"\.(sqlite3|meshes)\b")
+"""In names of what lies beside bags and is the node's state: `bag DIR/*` names it too."""
+
+OnRead = Callable[[float], None]  # told which fraction of a file has been read
+
+
+def find_bags(paths: Iterable[Path]) -> dict[Path, list[Path]]:
+    """Files of all bags under the paths, each file once, in the order of recording.
+
+    The keys are directories, or the file itself where a file was named.
+    """
+    bags: dict[Path, list[Path]] = {}
+    known: set[Path] = set()
+    for path in paths:
+        if _STATE.search(path.name):
+            continue
+        for bag, files in _bags_under(path):
+            new = [file for file in files if file.resolve() not in known]
+            known.update(file.resolve() for file in new)
+            if new:
+                bags.setdefault(bag, []).extend(new)
+    if not bags:
+        raise BagError(
+            "at least one bag", "none", "name a bag directory or a directory of bags"
+        )
+    return bags
+
+
+def _bags_under(path: Path) -> list[tuple[Path, list[Path]]]:
+    try:
+        if not path.exists():
+            raise BagError(
+                "a bag directory or file",
+                f"{path}, which does not exist",
+                "check the path",
+            )
+        if path.is_file():
+            return [(path, [_readable(path)])]
+        # A hidden directory is a run on its way in or out.
+        folders = sorted(
+            {
+                _readable(folder / name).parent
+                for folder, names in folders_below(path)
+                for name in names
+                if name.endswith(ENDINGS)
+            }
+        )
+        bags = [
+            (
+                folder,
+                [
+                    file
+                    for file in (*files_of_bag(folder), *files_of_bag(folder, SQLITE))
+                    if file.is_file()
+                ],
+            )
+            for folder in folders
+        ]
+    except OSError as error:
+        raise BagError(
+            "a readable directory",
+            f"{path}: {error.strerror or error}",
+            "check its permissions",
+        ) from error
+    if not any(files for _, files in bags):
+        raise BagError(
+            "a directory with *.mcap files",
+            f"none under {path}",
+            "name a bag directory or a directory of bags",
+        )
+    return bags
+
+
+def _readable(file: Path) -> Path:
+    """The same file; compressed SQLite is refused."""
+    if file.name.endswith(PACKED_SQLITE):
+        raise BagError(
+            "an MCAP bag, or SQLite that is not compressed", str(file), decoding.CONVERT
+        )
+    return file
+
+
+class FileMessages:
+    """Goes through a file, MCAP or SQLite in rosbag2's layout, once.
+
+    `state`, known then: `whole`, `open` (never closed, with whole records), `cut` inside a record,
+    `damaged` or `unreadable`. `note`: the same for people.
+    """
+
+    def __init__(self, file: Path, on_read: OnRead) -> None:
+        self._file = file
+        self._on_read = on_read
+        self.state = "whole"
+        self.note = ""
+
+    def __iter__(self) -> Iterator[RawMessage]:
+        """Messages in the order of the file; BagError where it cannot be read."""
+        try:
+            if self._file.suffix == SQLITE:
+                yield from self._sqlite_messages()
+            else:
+                yield from raw_messages(self._file, self._damaged, self._on_read)
+        except OSError as error:
+            raise BagError(
+                "a readable bag file",
+                f"{self._file}: {error.strerror or error}",
+                "check its permissions and the disk",
+            ) from error
+
+    def _set(self, state: str, note: str) -> None:
+        """Remember what was found; what comes after the first only makes it `damaged`."""
+        if self.state == "whole":
+            self.state = state
+            self.note = note
+        elif state != "open":
+            self.state = "damaged"
+            self.note = "is damaged in several places: what is whole was read"
+
+    def _damaged(self, start: int, end: int, size: int, reason: str) -> None:
+        if start == end:
+            self._set(
+                *(
+                    (
+                        "open",
+                        "was never closed: its recorder is still running or was stopped "
+                        "hard; all its records are whole",
+                    )
+                    if size
+                    else ("cut", "is empty")
+                )
+            )
+        elif start == 0 and end >= size:
+            self._set("unreadable", "is not an MCAP file")
+        elif end >= size:
+            self._set(
+                "cut",
+                f"is cut off or damaged from byte {start} on: what stands "
+                "before it was read",
+            )
+        else:
+            self._set(
+                "damaged",
+                f"is damaged in bytes {start} to {end} ({reason}): the rest was read",
+            )
+
+    def _sqlite_messages(self) -> Iterator[RawMessage]:
+        """Messages of this package's types, by the time of recording."""
+        with open_file(self._file) as stream:
+            size = stream.seek(0, os.SEEK_END)
+        if not size:
+            self._set("cut", "is empty")
+            return
+        base = sqlite3.connect(f"{self._file.resolve().as_uri()}?mode=ro", uri=True)
+        read = 0
+        try:
+            topics = {
+                number: (name, kind)
+                for number, name, kind in base.execute(TOPICS)
+                if decoding.kind_of(kind)
+            }
+            try:
+                texts = dict(base.execute(DEFINITIONS)) if topics else {}
+            except sqlite3.OperationalError as error:  # from before ROS 2 Iron
+                raise BagError(
+                    "a bag that holds its message definitions",
+                    f"{self._file}, which does not",
+                    decoding.CONVERT,
+                ) from error
+            query = MESSAGES.format(", ".join("?" * len(topics)))
+            for number, time, data in base.execute(query, tuple(topics)):
+                name, kind = topics[number]
+                read += len(data)
+                self._on_read(min(1.0, read / size))
+                yield RawMessage(name, kind, bytes(data), time, texts.get(kind, ""))
+        except sqlite3.DatabaseError as error:
+            self._set("damaged", f"is damaged ({error}): what could be read was")
+        finally:
+            base.close()
+
+
+ANSWERS = "answers"
+PartKey = tuple[str, str]  # name and digest
+OnProgress = Callable[
+    [int, int], None
+]  # told how many bytes have been read, and of how many
+Paths: TypeAlias = "str | os.PathLike[str] | Iterable[str | os.PathLike[str]]"
+
+
+@dataclass(frozen=True)
+class BagFile:
+    """One file of a bag, and how whole it was."""
+
+    bag: Path
+    path: Path
+    state: str  # `whole`, `open`, `cut`, `damaged` or `unreadable`
+    note: str  # the same for people; empty where it is whole
+    messages: int  # of this package's types that were read
+
+
+@dataclass(frozen=True, eq=False)
+class PartRecord:
+    """What the bags hold about one part; equal names with several digests are several parts."""
+
+    part_id: str
+    part_digest: str
+    radius: float  # metres; NaN where no result tells it
+    histories: tuple[
+        ResultHistory, ...
+    ]  # one a numbering, the one with most results first
+    jobs: tuple[Job, ...]  # by time
+    forgotten: tuple[int, ...]  # when the node forgot the part, nanoseconds since 1970
+    warnings: tuple[str, ...]  # of all results, each once
+    plates: tuple[str, ...]  # named by results
+    drop_log: DropLog  # drops recorded one by one
+
+
+@dataclass(frozen=True, eq=False)
+class BagContents:
+    """All of it."""
+
+    files: tuple[BagFile, ...]
+    messages: dict[str, int]  # how many of each type were read, copies included
+    begin: int  # times of recording of the first and the last of them, nanoseconds since 1970
+    end: int
+    parts: tuple[PartRecord, ...]  # in the order of first appearance
+    counts: tuple[camera_counts.CameraCounts, ...]
+    notes: tuple[str, ...]  # what could not be read or used, one sentence each
+
+    @property
+    def bags(self) -> tuple[Path, ...]:
+        """The bags that were read."""
+        return tuple(dict.fromkeys(file.bag for file in self.files))
+
+
+def read_bags(paths: Paths, on_progress: OnProgress | None = None) -> BagContents:
+    """Read directories of bags, bags or files; `on_progress`: bytes read, of how many."""
+    named = [paths] if isinstance(paths, (str, os.PathLike)) else list(paths)
+    bags = find_bags(map(Path, named))
+    return _BagReader().read(bags, on_progress or (lambda done, all: None))
+
+
+class _BagReader:
+    """Reads once; see `read_bags`."""
+
+    def __init__(self) -> None:
+        self._decoders = decoding.Decoders()
+        self._files: list[BagFile] = []
+        self._messages: Counter[str] = Counter()
+        self._times: list[int] = []
+        self._sources: dict[tuple[Path, str], int] = {}
+        self._results: dict[PartKey, dict[scenes.Numbering, ResultCollector]] = {}
+        self._jobs = JobCollector()
+        self._counts = camera_counts.CountCollector()
+        self._drops = DropCollector()
+        self._notes: Counter[str] = Counter()
+
+    def read(
+        self, bags: Mapping[Path, Sequence[Path]], on_progress: OnProgress
+    ) -> BagContents:
+        """Read all of it."""
+        sizes: Counter[Path] = Counter()
+        for file in chain(*bags.values()):
+            with suppress(OSError):  # reading it will tell
+                sizes[file] = file.stat().st_size
+        done = 0
+        total = sum(sizes.values())
+
+        def tell(share: float) -> None:
+            on_progress(done + round(share * sizes[file]), total)
+
+        for bag, files in bags.items():
+            for file in files:
+                self._read_file(bag, file, tell)
+                done += sizes[file]
+        if not self._messages:
+            unread = [file for file in self._files if file.state != "whole"]
+            said = f" ({unread[0].path.name} {unread[0].note})" if unread else ""
+            raise BagError(
+                f"messages of {decoding.PACKAGE} in {', '.join(map(str, list(bags)[:3]))}",
+                f"none in {len(self._files)} file{'s'[: len(self._files) > 1]}{said}",
+                "name a bag of the node, or one recorded with its topics",
+            )
+        return BagContents(
+            tuple(self._files),
+            dict(sorted(self._messages.items())),
+            min(self._times),
+            max(self._times),
+            tuple(_part_records(self._results, self._jobs, self._drops)),
+            tuple(self._counts.counts.values()),
+            tuple(self._remarks()),
+        )
+
+    def _read_file(self, bag: Path, file: Path, on_read: OnRead) -> None:
+        messages = FileMessages(file, on_read)
+        seen = 0
+        for message in messages:
+            if decoding.kind_of(message.type_name):
+                seen += 1
+                self._take(message, bag)
+        if bag == file and messages.state == "unreadable":
+            raise BagError(
+                "an MCAP file or a bag directory",
+                f"{file}, which {messages.note}",
+                "check the path",
+            )
+        self._files.append(BagFile(bag, file, messages.state, messages.note, seen))
+
+    def _take(self, raw: RawMessage, bag: Path) -> None:
+        kind = decoding.kind_of(raw.type_name)
+        self._messages[kind] += 1
+        self._times[:] = (
+            [min(self._times[0], raw.log_time), max(self._times[1], raw.log_time)]
+            if self._times
+            else [raw.log_time] * 2
+        )
+        # A mesh may be large and slow to decode, and nothing of it is needed here.
+        message = None if kind == decoding.PART_MESH else self._decoders.decode(raw)
+        if message is None:
+            return
+        try:
+            stamp = decoding.stamp_of(message)
+            if kind == decoding.POSE_STATISTICS:
+                self._take_result(message, stamp or raw.log_time, raw.topic)
+            elif kind == decoding.JOB_EVENT:
+                self._jobs.add(message, stamp or raw.log_time)
+            elif kind == decoding.POSE_COUNTS:
+                source = self._sources.setdefault((bag, raw.topic), len(self._sources))
+                self._counts.add(message, source, stamp, raw.log_time)
+            elif kind == decoding.DROP_RECORDS:
+                self._drops.add(message)
+        except (AttributeError, OverflowError, TypeError, ValueError):
+            # A definition of another kind under our name, or numbers that cannot be.
+            self._decoders.failed += 1
+
+    def _take_result(self, message: Any, time: int, topic: str) -> None:
+        if not getattr(message, "poses", ()):
+            if any(
+                line.startswith(statistics.FORGOTTEN)
+                for line in getattr(message, "warnings", ())
+            ):
+                self._jobs.note_forgotten(message, time)
+                return
+            self._notes["{} left out, without poses: result"] += 1
+            return
+        key = (
+            str(getattr(message, "part_id", "")),
+            str(getattr(message, "part_digest", "")),
+        )
+        numbering = decoding.numbering_of(message)
+        collector = self._results.get(key, {}).get(numbering) or ResultCollector(
+            message, numbering
+        )
+        if not collector.fits(message):
+            self._notes[
+                "{} left out, numbering other poses than the first one of the same part, "
+                "cluster_tolerance and round_sides: result"
+            ] += 1
+            return
+        collector.add(message, time, topic.rpartition("/")[2] != ANSWERS)
+        self._results.setdefault(key, {})[numbering] = collector
+
+    def _remarks(self) -> list[str]:
+        counts = self._counts
+        found = {
+            **self._notes,
+            "{} left out, broken or of another definition: message": self._decoders.failed,
+            "{} left out, with more poses than numbers or fewer: camera count": counts.refused,
+            "{} left out, of flips and not of landings: camera count": counts.flips,
+            "{} in several bags, counted once: camera count": counts.copies.found,
+            "{} without a time stamp; copies in other bags were recognized by the time of "
+            "recording (within 1 s): camera count": counts.copies.unstamped,
+        }
+        notes = []
+        for text, count in found.items():
+            said, _, noun = text.rpartition(": ")
+            if count:
+                notes.append(said.format(f"{count} {noun}{'s'[: count > 1]}"))
+        return notes
+
+
+def _part_records(
+    results: Mapping[PartKey, Mapping[scenes.Numbering, ResultCollector]],
+    jobs: JobCollector,
+    drops: DropCollector,
+) -> Iterator[PartRecord]:
+    """A record a part, in the order of first appearance: in results, then in jobs."""
+    jobs_of: dict[PartKey, list[Job]] = {}
+    for job in sorted(
+        jobs.jobs.values(),
+        key=lambda job: (job.queued or job.started or job.ended, job.job_id),
+    ):
+        jobs_of.setdefault((job.part_id, job.part_digest), []).append(job)
+    seen = ((job.part_id, job.part_digest) for job in jobs.jobs.values())
+    for key in dict.fromkeys((*results, *seen, *jobs.forgotten)):
+        found = list(results.get(key, {}).values())
+        histories = sorted(
+            (one.history() for one in found), key=lambda one: -len(one.time)
+        )
+        plates = (each.plate for one in histories for each in one.predictions)
+        yield PartRecord(
+            *key,
+            found[0].radius if found else math.nan,
+            tuple(histories),
+            tuple(jobs_of.get(key, ())),
+            tuple(sorted(jobs.forgotten.get(key, ()))),
+            tuple(dict.fromkeys(line for one in found for line in one.warnings)),
+            tuple(dict.fromkeys(name for name in plates if name)),
+            drops.logs.get(key[1], DropLog()),
+        )
+
+
+def read_parts(paths: Iterable[Path]) -> Iterator[Part]:
+    """Every part in bags, in the order of recording, without broken ones; BagError if no bag."""
+    decoders = decoding.Decoders()
+    for files in find_bags(paths).values():
+        for file in files:
+            for message in FileMessages(file, lambda share: None):
+                if decoding.kind_of(message.type_name) == decoding.PART_MESH:
+                    decoded = decoders.decode(message)
+                    part = None if decoded is None else decoding.part_of(decoded)
+                    if part is not None:
+                        yield part

@@ -1,0 +1,234 @@
+"""Work on a dask.distributed cluster; no other module imports that."""
+
+import asyncio
+import logging
+import time
+from collections import Counter
+from collections.abc import Callable, Generator, Iterator, Sequence
+from concurrent.futures import CancelledError, Future
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, Generic
+
+from distributed import Client, Security, TimeoutError, rpc
+from distributed.scheduler import KilledWorker
+
+from ...base.errors import BatchError, reason
+from ...base.version import VERSION
+from .processes import POLL_SECONDS, Made, Piece, in_flight
+
+WORKER_SECONDS = 60.0  # time that a run waits while there is no worker at all
+LOOK_SECONDS = 1.0  # time between two checks for workers
+CONNECT_SECONDS = 10.0
+ANSWER_SECONDS = 5.0
+CLOSE_SECONDS = 5.0
+
+LOSSES = 3
+"""Times that a piece whose workers died is handed out anew.
+
+The scheduler itself gives it to another worker three times before it counts as failed, and
+it counts the pieces that a lost worker had not begun.
+"""
+
+
+@dataclass(frozen=True)
+class ClusterWork(Generic[Piece, Made]):
+    """What is to be done with each piece."""
+
+    function: Callable[..., Made]  # of a module, so that workers find it
+    arguments: Callable[[Piece], tuple[Any, ...]]  # what it is called with for a piece
+    # most pieces handed out at a time, for so many threads of all workers together
+    in_hand: Callable[[int], int]
+    # what comes of a piece whose workers died again and again; default: the run ends
+    stand_in: Callable[[Piece], Made] | None = None
+
+
+def work_on_cluster(
+    address: str,
+    work: ClusterWork[Piece, Made],
+    pieces: Sequence[Piece],
+    should_stop: Callable[[], bool],
+    worker_seconds: float = WORKER_SECONDS,
+) -> Generator[tuple[Piece, Made], None, None]:
+    """Have the workers of a scheduler do work; pieces of lost workers are done by others.
+
+    `address`: such as `tcp://10.0.0.1:8786`; `worker_seconds`: longest without any worker.
+    """
+    if not pieces:
+        return
+    with client_of(address, should_stop) as client:
+        if client is not None:
+            run = _Run(client, address, work, worker_seconds)
+            executor = client.get_executor(pure=False)
+            yield from in_flight(
+                lambda piece: executor.submit(
+                    work_there, VERSION, work.function, *work.arguments(piece)
+                ),
+                run.receive,
+                pieces,
+                partial(run.is_over, should_stop),
+                run.in_hand,
+            )
+
+
+class _Run(Generic[Piece, Made]):
+    """The state of a run on a cluster: lost pieces, and the time without workers."""
+
+    def __init__(
+        self,
+        client: Client,
+        address: str,
+        work: ClusterWork[Piece, Made],
+        worker_seconds: float,
+    ) -> None:
+        self._client = client
+        self._address = address
+        self._work = work
+        self._worker_seconds = worker_seconds
+        self._losses: Counter[Piece] = Counter()
+        self._seen = time.monotonic()
+        self._looked = -LOOK_SECONDS
+        self._threads = 0
+
+    def receive(self, future: Future[Made], piece: Piece) -> Made | None:
+        """Take what was made of a piece; None where it was lost with its worker."""
+        try:
+            return future.result()
+        except KilledWorker as error:
+            self._losses[piece] += 1
+            if self._losses[piece] <= LOSSES:
+                return None
+            if self._work.stand_in is None:
+                raise _failed(error) from error
+            return self._work.stand_in(piece)
+        except CancelledError as error:
+            raise BatchError(
+                "a scheduler that stays",
+                f"{self._address} gone",
+                "start it again; the same command then goes on from here",
+            ) from error
+        except Exception as error:
+            raise _failed(error) from error
+
+    def in_hand(self) -> int:
+        """Most pieces that are handed out at a time."""
+        return self._work.in_hand(self._threads)
+
+    def is_over(self, should_stop: Callable[[], bool]) -> bool:
+        """Ask whether to stop, and give up where there is no worker for too long."""
+        now = time.monotonic()
+        if now >= self._looked + LOOK_SECONDS:
+            self._looked = now
+            self._threads = _threads(self._client)
+            if self._threads:
+                self._seen = now
+            elif now > self._seen + self._worker_seconds:
+                raise BatchError(
+                    "a worker at the scheduler",
+                    f"none at {self._address}",
+                    f"start one with `dask worker {self._address}` where this package is "
+                    "installed; the same command then goes on from here",
+                )
+        return should_stop()
+
+
+def work_there(version: str, function: Callable[..., Made], *arguments: Any) -> Made:
+    """Do a piece on a worker that has the caller's version."""
+    if version != VERSION:
+        raise BatchError(
+            f"ros_pose_stats {version} on the worker",
+            VERSION,
+            "install the same version everywhere",
+        )
+    return function(*arguments)
+
+
+def _failed(error: Exception) -> BatchError:
+    return BatchError(
+        "a piece from the cluster",
+        f"{type(error).__name__}: {reason(error)}",
+        "see the logs of scheduler and workers, which need this package in the "
+        "same version; the same command goes on from here",
+    )
+
+
+@contextmanager
+def client_of(address: str, should_stop: Callable[[], bool]) -> Iterator[Client | None]:
+    """Yield a client while the context lasts; None if stopped before there was one."""
+    with _quiet():
+        client = _client(address, should_stop)
+        try:
+            yield client
+        finally:
+            if client is not None:
+                with suppress(TimeoutError, OSError):
+                    client.close(timeout=CLOSE_SECONDS)
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep tracebacks of lost connections off the terminal, since the errors say the same."""
+    loggers = [
+        logging.getLogger(name)
+        for name in tuple(logging.root.manager.loggerDict)
+        if name.partition(".")[0] == "distributed"
+    ]
+    levels = [logger.level for logger in loggers]
+    try:
+        for logger in loggers:
+            logger.setLevel(logging.CRITICAL)
+        yield
+    finally:
+        for logger, level in zip(loggers, levels, strict=True):
+            logger.setLevel(level)
+
+
+def _client(address: str, should_stop: Callable[[], bool]) -> Client | None:
+    # A client without a scheduler prints long complaints at its end, so ask for one first.
+    try:
+        found = asyncio.run(_identity(address, should_stop))
+        if found is None:
+            return None
+        if found.get("type") != "Scheduler":
+            raise TypeError(f"a {found.get('type')} answers")
+        return Client(address, timeout=CONNECT_SECONDS, set_as_default=False)
+    except Exception as error:  # whatever is behind the address may answer anything
+        raise BatchError(
+            "a scheduler that answers",
+            f"none at {address!r} ({reason(error)})",
+            "start one with `dask scheduler` and give its address, such as "
+            "tcp://10.0.0.1:8786",
+        ) from error
+
+
+def _threads(client: Client) -> int:
+    """Threads of all workers together; 0 too where the scheduler does not answer."""
+    try:
+        return sum(client.nthreads(callback_timeout=ANSWER_SECONDS).values())
+    except (TimeoutError, OSError):
+        return 0
+
+
+async def _identity(
+    address: str, should_stop: Callable[[], bool]
+) -> dict[str, Any] | None:
+    """Identity of what answers at an address; None if stopped before."""
+    asked = asyncio.ensure_future(_ask(address))
+    begin = time.monotonic()
+    while not asked.done():
+        if should_stop() or time.monotonic() > begin + CONNECT_SECONDS:
+            asked.cancel()
+        await asyncio.wait([asked], timeout=POLL_SECONDS)
+    if asked.cancelled():
+        if should_stop():
+            return None
+        raise TimeoutError(f"no answer in {CONNECT_SECONDS:g} s")
+    return asked.result()
+
+
+async def _ask(address: str) -> dict[str, Any]:
+    arguments = Security().get_connection_args("client")
+    async with rpc(address, connection_args=arguments) as scheduler:
+        answer: dict[str, Any] = await scheduler.identity()
+        return answer

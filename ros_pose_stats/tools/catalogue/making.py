@@ -1,0 +1,365 @@
+"""Makes a catalogue: estimates of all parts first, then drops of those that need them.
+
+Parts are made by processes of this machine, or by a dask.distributed cluster.
+"""
+
+import time
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from ...base import errors, files, worker
+from ...core.simulation.request import check_workers
+from ..batch import folder as folders, processes
+from .page import CHUNKS, PAGE, PageState, write_page
+from .request import CatalogueRequest, PartFile
+from .rows import Described, Row, content_of, describe_part, refused
+from .store import ROWS, TABLES, Entry, RowStore, Tally, tally, write_tables
+
+CLAIM = "request.json"
+PICTURES = "pictures"
+
+Piece = tuple[PartFile, bool]
+"""A file, and whether the part is to be dropped where its estimate is not sure enough."""
+
+Maker = Callable[
+    [CatalogueRequest, Sequence[Piece], Callable[[], bool]],
+    Generator[tuple[Piece, Described], None, None],
+]
+"""Makes pieces and yields each when it is done, until told to stop."""
+
+
+@dataclass(frozen=True)
+class CatalogueProgress:
+    """State of a run."""
+
+    parts: int  # done in all, and wanted
+    bound: int
+    found: int  # number of those that were there when this run began
+    dropping: (
+        bool  # whether these are parts that are dropped, after the estimates of all
+    )
+    seconds: float  # since this stage began
+
+
+@dataclass(frozen=True)
+class Catalogue:
+    """What was made."""
+
+    folder: Path
+    page: Path
+    tables: list[Path]
+    done: int  # rows in the tables, and parts that there are
+    bound: int
+    found: int  # rows that an earlier run had made
+    # rows that are not as sure as the target error asks, as the run was stopped
+    to_be_dropped: int
+    tally: Tally  # what the rows come to: those that were refused, and warnings
+    rows: list[Row] | None  # where they were to be kept
+
+    @property
+    def complete(self) -> bool:
+        """Whether every part has the row that was asked for."""
+        return self.done == self.bound and not self.to_be_dropped
+
+
+def make_catalogue(
+    folder: Path,
+    parts: Sequence[PartFile],
+    request: CatalogueRequest,
+    maker: Maker,
+    *,
+    parquet: bool = False,
+    keep_rows: bool = False,
+    on_progress: Callable[[CatalogueProgress], object] = lambda _: None,
+    should_stop: Callable[[], bool] = lambda: False,
+) -> Catalogue:
+    """Make a catalogue, or go on where an earlier run was cut off.
+
+    Rows of files that have not changed since are kept; so a folder to which parts were added costs
+    the new ones alone. The same files and request give the same tables, by whichever `maker`.
+    `keep_rows`: whether to return the rows; hundreds of thousands fill the memory.
+    """
+    ours = (ROWS, PAGE, *TABLES)
+    with (
+        folders.WorkFolder(
+            folder,
+            CLAIM,
+            request.as_dict(),
+            lambda: any((folder / name).exists() for name in ours),
+            "a catalogue",
+        ),
+        closing(RowStore(folder)) as store,
+    ):
+        for place in (folder, folder / CHUNKS):
+            files.remove_unfinished(place)
+        run = _Run(folder, parts, store, on_progress)
+        missing = run.missing()
+        found = len(parts) - len(missing)
+        run.collect(missing, False, partial(maker, request), should_stop)
+        if run.unsure() and not should_stop():
+            run.write(request, parquet)  # to be looked at while parts are dropped
+            run.collect(run.unsure(), True, partial(maker, request), should_stop)
+        tables, counted = run.write(request, parquet)
+        there = run.there()
+        return Catalogue(
+            folder,
+            folder / PAGE,
+            tables,
+            len(there),
+            len(parts),
+            found,
+            len(run.unsure()),
+            counted,
+            [store.row(name) for name in there] if keep_rows else None,
+        )
+
+
+class _Run:
+    """A run in a folder."""
+
+    def __init__(
+        self,
+        folder: Path,
+        parts: Sequence[PartFile],
+        store: RowStore,
+        on_progress: Callable[[CatalogueProgress], object],
+    ) -> None:
+        self._folder = folder
+        self._parts = parts
+        self._store = store
+        self._on_progress = on_progress
+
+    def missing(self) -> list[PartFile]:
+        """Files without a row, or about what they held before, or refused: that may go well."""
+        return [
+            part
+            for part in self._parts
+            if (entry := self._entry(part)) is None or entry.refused
+        ]
+
+    def unsure(self) -> list[PartFile]:
+        """Files whose rows are estimates that are not sure enough."""
+        return [
+            part
+            for part in self._parts
+            if (entry := self._entry(part)) is not None and entry.to_be_dropped
+        ]
+
+    def collect(
+        self,
+        parts: Sequence[PartFile],
+        dropping: bool,
+        make: Callable[..., Generator[tuple[Piece, Described], None, None]],
+        should_stop: Callable[[], bool],
+    ) -> None:
+        """Have parts made and keep them as they come."""
+        begin = time.monotonic()
+        bound = len(self._parts)
+        found = done = bound - len(parts)
+        self._on_progress(CatalogueProgress(done, bound, found, dropping, 0.0))
+        with closing(make([(part, dropping) for part in parts], should_stop)) as made:
+            for (part, _), described in made:
+                self._store.keep(part, described, self._keep_picture(described))
+                done += 1
+                self._on_progress(
+                    CatalogueProgress(
+                        done, bound, found, dropping, time.monotonic() - begin
+                    )
+                )
+        self._store.sync()
+
+    def there(self) -> list[str]:
+        """Names of the files that have a row."""
+        return [part.name for part in self._parts if self._entry(part) is not None]
+
+    def write(
+        self, request: CatalogueRequest, parquet: bool
+    ) -> tuple[list[Path], Tally]:
+        """Write tables and page of what is there, and count what it comes to."""
+        there = self.there()
+
+        def rows() -> Iterator[Row]:
+            return map(self._store.row, there)
+
+        tables = write_tables(self._folder, rows, parquet)
+        counted = tally(rows())
+        state = PageState(len(there), len(self._parts), len(self.unsure()), counted)
+        write_page(
+            self._folder,
+            request,
+            state,
+            (
+                (self._store.row(name), entry.picture)
+                for name in there
+                if (entry := self._store.entry(name)) is not None
+            ),
+        )
+        return tables, counted
+
+    def _entry(self, part: PartFile) -> Entry | None:
+        """What is known of a file as it is now; None where it has no row, or lost its picture."""
+        entry = self._store.entry(part.name)
+        if entry is None or entry.part != part:
+            return None
+        try:
+            whole = (
+                not entry.picture or (self._folder / entry.picture).stat().st_size > 0
+            )
+        except OSError:
+            return None
+        return entry if whole else None
+
+    def _keep_picture(self, made: Described) -> str:
+        """Write the picture under a name of the part's content; the same part has the same."""
+        if made.picture is None:
+            return ""
+        digest: str = made.row["part_digest"]
+        name = f"{PICTURES}/{digest[:2]}/{digest[:16]}.png"
+        with folders.needing_room("the pictures", self._folder / name):
+            (self._folder / name).parent.mkdir(parents=True, exist_ok=True)
+            (self._folder / name).write_bytes(made.picture)
+        return name
+
+
+MOST_THREADS = 8
+"""Of a process for the drops of its part: the last part, which may be the longest, has the cores
+that the others have left."""
+
+SECONDS = (600.0, 3 * 3600.0)
+"""Of an estimate, and of drops. What takes longer is refused: it would hold back all tables.
+
+Estimates take a second, rarely a minute. Ten million drops, the most that a target error costs,
+take nine parts of ten an hour and a half on one core; tables of the estimates are there meanwhile.
+"""
+
+
+def on_processes(workers: int | None = None) -> Maker:
+    """Parts made by processes of this machine; one that dies costs its own part alone."""
+    count = check_workers(workers)
+
+    def make(
+        request: CatalogueRequest,
+        pieces: Sequence[Piece],
+        should_stop: Callable[[], bool],
+    ) -> Generator[tuple[Piece, Described], None, None]:
+        return processes.work_in_processes(
+            count,
+            lambda process, piece: describe_within_limit(
+                process, request, piece, min(count, MOST_THREADS)
+            ),
+            died,
+            pieces,
+            should_stop,
+        )
+
+    return make
+
+
+def describe_within_limit(
+    process: worker.WorkerProcess,
+    request: CatalogueRequest,
+    piece: Piece,
+    threads: int = 1,
+) -> Described:
+    """Look at a part in a process, which is ended if that never ends."""
+    part, drop = piece
+    return process.call_within(
+        SECONDS[drop], describe_part, part.name, None, request, drop, threads
+    )
+
+
+def died(piece: Piece, how: worker.ProcessDiedError) -> Described:
+    """What comes of a part whose process died, from how it ended."""
+    part, drop = piece
+    why = (
+        f"the process that looked at it {how}, and so did a second one; export the part anew, "
+        "or in fewer faces"
+    )
+    if isinstance(how, worker.TookLongError):
+        done, remedy = (
+            ("dropped", "ask for a larger target error")
+            if drop
+            else ("looked at", "export it in fewer faces")
+        )
+        why = str(
+            errors.RequestError(
+                f"a part that is {done} within {SECONDS[drop]:g} s",
+                "one that takes longer",
+                remedy,
+            )
+        )
+    return Described(refused(part.name, why), None, False, 0.0)
+
+
+MOST_TOGETHER = 8
+FEWEST_BUNDLES = 50
+"""Estimates that are handed out in a bundle, since a scheduler takes milliseconds for each; fewer
+where there would be too few bundles to share out."""
+
+FEWEST_IN_HAND = 4
+IN_HAND_A_THREAD = 4
+"""Bundles handed out at a time: what files hold is sent along, into the scheduler's memory."""
+
+Bundle = tuple[Piece, ...]
+
+
+def on_cluster(address: str) -> Maker:
+    """Parts made by the workers of a scheduler; lost workers' parts are made by others.
+
+    The files are read here and sent, so that workers need not see them. Parts whose workers
+    died again and again are made in a process of this machine, where that harms nobody.
+    """
+    from ..batch.cluster import ClusterWork, work_on_cluster
+
+    def make(
+        request: CatalogueRequest,
+        pieces: Sequence[Piece],
+        should_stop: Callable[[], bool],
+    ) -> Generator[tuple[Piece, Described], None, None]:
+        work: ClusterWork[Bundle, list[Described]] = ClusterWork(
+            describe_bundle,
+            lambda bundle: (
+                [(part.name, content_of(part.name), drop) for part, drop in bundle],
+                request,
+            ),
+            lambda threads: max(FEWEST_IN_HAND, IN_HAND_A_THREAD * threads),
+            lambda bundle: [_make_here(request, piece) for piece in bundle],
+        )
+        for bundle, made in work_on_cluster(
+            address, work, bundles(pieces), should_stop
+        ):
+            yield from zip(bundle, made, strict=True)
+
+    return make
+
+
+def bundles(pieces: Sequence[Piece]) -> list[Bundle]:
+    """Pieces as they are handed out: those to be dropped, which take long, one by one."""
+    dropping = any(drop for _, drop in pieces)
+    size = 1 if dropping else max(1, min(MOST_TOGETHER, len(pieces) // FEWEST_BUNDLES))
+    return [
+        tuple(pieces[first : first + size]) for first in range(0, len(pieces), size)
+    ]
+
+
+def describe_bundle(
+    contents: list[tuple[str, bytes | errors.PoseStatsError, bool]],
+    request: CatalogueRequest,
+) -> list[Described]:
+    """Look at the parts of a bundle, one after the other."""
+    return [
+        describe_part(name, content, request, drop) for name, content, drop in contents
+    ]
+
+
+def _make_here(request: CatalogueRequest, piece: Piece) -> Described:
+    process = worker.WorkerProcess()
+    try:
+        return describe_within_limit(process, request, piece)
+    except worker.ProcessDiedError as error:
+        return died(piece, error)
+    finally:
+        process.kill()

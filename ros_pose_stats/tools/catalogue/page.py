@@ -1,0 +1,194 @@
+"""The page of a catalogue: parts to sort and filter, without a network or a server.
+
+A page of some hundred parts holds all it shows. One of more takes rows from scripts beside it, for
+pages that are opened as files may read nothing else, and pictures as they come into view.
+"""
+
+import base64
+import json
+import math
+import re
+from collections.abc import Iterator, Sequence
+from itertools import groupby, islice
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from ...base import files, text, version
+from ...core.records.scene import describe_scene
+from ..batch.folder import needing_room
+from ..report.words import template
+from . import rows, store
+from .request import CatalogueRequest
+
+PAGE = "index.html"
+CHUNKS = "rows"
+REPORTS = "reports"
+ASSETS = Path(__file__).with_name("assets")
+EMBEDDED = 400  # parts up to which the page holds rows and pictures itself: about two megabytes
+ROWS_A_CHUNK = 2000
+LONGEST_STEM = 200  # bytes of a part's name in that of its report
+GROUPS = (
+    8  # poses of a part that the page lists, those that symmetry makes alike as one
+)
+Shown = tuple[rows.Row, str]  # a row and the file of its picture
+
+
+class PageState(NamedTuple):
+    """How many parts have a row, there are, and are still to be dropped; and what rows come to."""
+
+    parts: int
+    bound: int
+    to_be_dropped: int
+    tally: store.Tally
+
+
+def write_page(
+    folder: Path, request: CatalogueRequest, state: PageState, rows: Iterator[Shown]
+) -> None:
+    """Write the page into the folder of the pictures, and what it reads, in the rows' order."""
+    embedded = state.parts <= EMBEDDED
+    shown = (_shown(folder, row, picture, embedded) for row, picture in rows)
+    with needing_room("the page", folder):
+        own = list(shown) if embedded else []
+        chunks: list[str] = []
+        while some := list(islice(shown, ROWS_A_CHUNK)):
+            chunks.append(f"{CHUNKS}/{len(chunks):05d}.js")
+            files.write_file(
+                folder / chunks[-1], f"addRows({_script_json(some)});\n".encode()
+            )
+        ours = {one for one in (folder / CHUNKS).glob("*.js") if one.stem.isdecimal()}
+        for old in ours - {folder / name for name in chunks}:
+            old.unlink()
+        files.write_file(
+            folder / PAGE,
+            template("catalogue.html", ASSETS, unbroken=_unbroken)
+            .render(
+                state=state,
+                tally=state.tally,
+                one_way=f"{100.0 * store.ONE_WAY:g}",
+                request=request,
+                version=version.VERSION,
+                rows=_script_json(own),
+                chunks=chunks,
+                scene=describe_scene(
+                    request.scene.restitution, request.scene.drop_height
+                ),
+                target=f"{100.0 * request.target_error:.2f}",
+                settings=_script_json(_settings(folder, request)),
+            )
+            .encode(),
+        )
+
+
+def _settings(folder: Path, request: CatalogueRequest) -> dict[str, Any]:
+    """What the command of a report is put together from."""
+    asked = request.as_dict()
+    usual = CatalogueRequest().as_dict()
+    names = (
+        "density",
+        "drop_height",
+        "restitution",
+        "cluster_tolerance",
+        "round_sides",
+    )
+    options = [
+        word
+        for name in names
+        if name == "restitution" or asked[name] != usual[name]
+        for word in (f"--{name.replace('_', '-')}", str(asked[name]))
+    ]
+    return {
+        "here": str(Path.cwd()),
+        "folder": str(folder.absolute()),
+        "options": options,
+        "unit": [] if request.unit is None else ["--unit", request.unit],
+    }
+
+
+def _shown(folder: Path, row: rows.Row, picture: str, embedded: bool) -> list[Any]:
+    """A row in the order in which the script takes it apart; lengths in millimetres."""
+    if row["refusal"]:
+        return [row["file"], row["refusal"]]
+    # Links must be UTF-8, and names have 255 bytes at most.
+    stem = (
+        Path(row["file"])
+        .stem.encode(errors="ignore")[:LONGEST_STEM]
+        .decode(errors="ignore")
+    )
+    report = f"{REPORTS}/{stem}_{row['part_digest'][:8]}.html"
+    if embedded and picture:
+        data = base64.b64encode(files.read_file(folder / picture)).decode()
+        picture = f"data:image/png;base64,{data}"
+    return [
+        row["file"],
+        "",
+        picture,
+        report,
+        int((folder / report).exists()),
+        int(row["unit_declared"]),
+        row["triangles"],
+        [_millimetres(row[f"size_{axis}_m"]) for axis in "xyz"],
+        row["stable_poses"],
+        row["distinct_poses"],
+        row["method"],
+        row["drops"],
+        _short(row["expected_error"]),
+        _short(row["largest_error"]),
+        *(_short(row[f"best_share{end}"]) for end in BOUNDS),
+        _short(row["entropy_bits"]),
+        *(_short(row[f"passes{end}"]) for end in BOUNDS),
+        _millimetres(row["footprint_length_m"]),
+        _millimetres(row["footprint_width_m"]),
+        _millimetres(row["top_m"]),
+        row["warnings"],
+        _groups(row["poses"]),
+    ]
+
+
+BOUNDS = ("", "_low", "_high")
+
+
+def _groups(poses: Sequence[rows.Row]) -> list[list[Any]]:
+    """The most probable poses, those that symmetry makes alike as one."""
+    alike = (list(group) for _, group in groupby(poses, key=lambda pose: pose["group"]))
+    return [
+        [
+            text.ranges([pose["pose"] for pose in group]),
+            *(_short(group[0][f"group_share{end}"]) for end in BOUNDS),
+            _millimetres(group[0]["footprint_length_m"]),
+            _millimetres(group[0]["footprint_width_m"]),
+            _millimetres(group[0]["top_m"]),
+            _short(
+                min(
+                    (
+                        math.degrees(pose["margin_rad"])
+                        for pose in group
+                        if pose["margin_rad"] is not None
+                    ),
+                    default=None,
+                )
+            ),
+            int(group[0]["rolls"]),
+        ]
+        for group in islice(alike, GROUPS)
+    ]
+
+
+def _millimetres(metres: float) -> float | None:
+    return _short(1e3 * metres)
+
+
+def _short(value: float | None) -> float | None:
+    return None if value is None else float(f"{value:.4g}")
+
+
+def _unbroken(words: str) -> str:
+    """Words that keep to the number behind them."""
+    return re.sub(r" (?=\d)", "\N{NO-BREAK SPACE}", words)
+
+
+def _script_json(values: Any) -> str:
+    """JSON that may stand in a script of a page."""
+    return json.dumps(values, separators=(",", ":"), allow_nan=False).replace(
+        "<", "\\u003c"
+    )

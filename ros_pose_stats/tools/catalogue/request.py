@@ -1,0 +1,88 @@
+"""What a catalogue is asked for: files of parts, and how to look at them."""
+
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from ...base import errors, files, text
+from ...core.mesh import files as meshes, mass_properties
+from ...core.records import DropScene
+from ...core.simulation.request import drop_request
+
+
+@dataclass(frozen=True)
+class CatalogueRequest:
+    """All that the row of a part depends on, besides the content of its file and the program."""
+
+    scene: DropScene = field(default_factory=DropScene)
+    unit: str | None = None  # of files that declare none; as for `load_part`
+    density: float | None = None  # kg/m³; as for `load_part`
+    # error over the poses, a fraction: parts whose estimate is not that sure are dropped. 0 asks
+    # for estimates alone
+    target_error: float = 0.0
+
+    def __post_init__(self) -> None:
+        mass_properties.check_given(None, None, None, self.density)
+        drop_request(1, None, self.target_error, None, None)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values, for JSON."""
+        return {
+            "unit": self.unit,
+            "density": self.density,
+            **asdict(self.scene),
+            "target_error": self.target_error,
+        }
+
+
+class PartFile(NamedTuple):
+    """A file, and by what one sees that it has changed."""
+
+    # path as it was given, or below a folder that was given; `./` before one that a spreadsheet
+    # would take for a formula
+    name: str
+    bytes: int  # its size and the time of its last change; -1 for a file that cannot be looked at
+    mtime_ns: int
+
+
+def find_parts(paths: Sequence[str | os.PathLike[str]]) -> list[PartFile]:
+    """Files of parts, each once, by name.
+
+    `paths`: files, taken whatever their kind, and folders with all parts below them that are not
+    hidden. A folder to which several links lead counts once.
+    """
+    named = [str(name) for path in paths for name in _files_of(Path(path))]
+    names = {f"./{name}" if name.startswith(text.FORMULAS) else name for name in named}
+    if not names:
+        raise errors.RequestError(
+            f"files of parts ({', '.join(meshes.SUFFIXES)})",
+            f"none in {', '.join(map(str, paths))}",
+            "name a folder that holds some, or the files themselves",
+        )
+    return [_looked_at(name) for name in sorted(names)]
+
+
+def _files_of(path: Path) -> Iterator[Path]:
+    if not path.is_dir():
+        if not path.exists():
+            raise errors.RequestError(
+                "files of parts, and folders of such",
+                f"no file {path}",
+                "check the path",
+            )
+        yield path
+        return
+    for folder, below in files.folders_below(path):
+        for name in below:
+            if name.lower().endswith(meshes.SUFFIXES):
+                yield Path(folder, name)
+
+
+def _looked_at(name: str) -> PartFile:
+    try:
+        found = os.stat(name)  # noqa: PTH116 - hundreds of thousands of times
+    except OSError:  # a broken link; its row will say so
+        return PartFile(name, -1, -1)
+    return PartFile(name, found.st_size, found.st_mtime_ns)

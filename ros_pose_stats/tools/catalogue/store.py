@@ -1,0 +1,327 @@
+"""The rows of a catalogue: as they come in a file of SQLite, what they come to, and as tables."""
+
+import json
+import os
+import sqlite3
+import time
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import closing, contextmanager
+from dataclasses import dataclass, field
+from itertools import islice
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from ...base import errors, files, text
+from ..batch.folder import needing_room
+from .request import PartFile
+from .rows import Described, Row
+
+ROWS = "parts.sqlite3"
+SYNC_SECONDS = (
+    1.0  # a power cut costs the rows of this time; anything else, as a kill, costs none
+)
+
+TABLE = """CREATE TABLE IF NOT EXISTS parts (
+    name BLOB PRIMARY KEY, bytes INTEGER, mtime_ns INTEGER, picture TEXT, to_be_dropped INTEGER,
+    refused INTEGER, seconds REAL, row TEXT) WITHOUT ROWID"""
+
+
+class Entry(NamedTuple):
+    """What is to be known about the row of a file without reading it."""
+
+    part: PartFile
+    picture: str  # file of its picture; empty where it has none
+    to_be_dropped: bool
+    refused: bool
+
+
+class RowStore:
+    """The latest row of each file, in a folder that is locked by whoever makes the catalogue."""
+
+    def __init__(self, folder: Path) -> None:
+        self.path = folder / ROWS
+        with self._refusing():
+            files.refuse_irregular(self.path)
+            # Nobody else has the folder, so that a file system need not share memory for WAL.
+            self._rows = sqlite3.connect(self.path, isolation_level=None)
+            self._rows.executescript(
+                "PRAGMA locking_mode=EXCLUSIVE; PRAGMA journal_mode=WAL; "
+                f"PRAGMA synchronous=NORMAL; {TABLE}"
+            )
+        self._synced = time.monotonic()
+
+    def close(self) -> None:
+        """Let go of the file, and of one without any row."""
+        empty = self._rows.execute("SELECT 1 FROM parts LIMIT 1").fetchone() is None
+        self._rows.close()
+        if empty:
+            self.path.unlink()
+
+    def keep(self, part: PartFile, made: Described, picture: str) -> None:
+        """Add or replace the row of a file; `picture` as in `Entry`."""
+        with self._refusing():
+            self._rows.execute(
+                "REPLACE INTO parts VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
+                (
+                    os.fsencode(part.name),
+                    part.bytes,
+                    part.mtime_ns,
+                    picture,
+                    made.to_be_dropped,
+                    bool(made.row["refusal"]),
+                    round(made.seconds, 4),
+                    json.dumps(made.row),
+                ),
+            )
+        if time.monotonic() >= self._synced + SYNC_SECONDS:
+            self.sync()
+
+    def sync(self) -> None:
+        """Wait until the disk has all rows."""
+        with self._refusing():
+            self._rows.execute("PRAGMA wal_checkpoint").fetchall()
+        self._synced = time.monotonic()
+
+    def entry(self, name: str) -> Entry | None:
+        """What is known of a file; None where it has no row."""
+        with (
+            self._refusing(),
+            closing(
+                self._rows.execute(
+                    "SELECT bytes, mtime_ns, picture, to_be_dropped, refused FROM parts "
+                    "WHERE name = ?",
+                    (os.fsencode(name),),
+                )
+            ) as rows,
+        ):
+            found = rows.fetchone()
+        if found is None:
+            return None
+        size, mtime, picture, to_be_dropped, refused = found
+        return Entry(
+            PartFile(name, size, mtime), picture, bool(to_be_dropped), bool(refused)
+        )
+
+    def row(self, name: str) -> Row:
+        """The row of a file that has one."""
+        with (
+            self._refusing(),
+            closing(
+                self._rows.execute(
+                    "SELECT row FROM parts WHERE name = ?", (os.fsencode(name),)
+                )
+            ) as rows,
+        ):
+            row: Row = json.loads(rows.fetchone()[0])
+        return row
+
+    @contextmanager
+    def _refusing(self) -> Iterator[None]:
+        try:
+            with needing_room(
+                "the rows", self.path, (OSError, sqlite3.OperationalError)
+            ):
+                yield
+        except sqlite3.DatabaseError as error:
+            raise errors.BatchError(
+                "the rows of an earlier run",
+                f"{self.path} ({error})",
+                "delete it; all parts are then looked at again",
+            ) from error
+
+
+ALIKE = (
+    1.05  # factor up to which lengths of a part differ by how finely its files are cut
+)
+ONE_WAY = 0.9  # share of the best pose from which on a part is said to lie one way
+
+
+@dataclass
+class Tally:
+    """Counts over rows."""
+
+    # parts that were not refused, and those of them whose best pose has at least `ONE_WAY`
+    answered: int = 0
+    one_way: int = 0
+    doubted: int = 0  # parts with warnings
+    # parts by the code of a warning, the most frequent first when listed
+    warnings: Counter[str] = field(default_factory=Counter)
+    refused: dict[str, str] = field(
+        default_factory=dict
+    )  # reasons by the names of the files
+    # likewise how long those are that have the name of another one, but for its suffix, and differ
+    unlike: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def codes(self) -> str:
+        """The codes of warnings with their numbers, in words."""
+        return ", ".join(
+            f"{code} {count}" for code, count in self.warnings.most_common()
+        )
+
+
+def tally(rows: Iterable[Row]) -> Tally:
+    """Count what rows say."""
+    counted = Tally()
+    first: dict[Path, tuple[str, float]] = {}
+    for row in rows:
+        if row["refusal"]:
+            counted.refused[row["file"]] = row["refusal"]
+            continue
+        counted.answered += 1
+        share = row["best_share"]
+        counted.one_way += share is not None and share >= ONE_WAY
+        codes = set(map(text.code_of, row["warnings"]))
+        counted.doubted += bool(codes)
+        counted.warnings.update(sorted(codes))
+        length = max(
+            pose["footprint_length_m"] for pose in row["poses"]
+        )  # however it is turned
+        file, other = first.setdefault(
+            Path(row["file"]).with_suffix(""), (row["file"], length)
+        )
+        if not 1.0 / ALIKE <= length / other <= ALIKE:
+            counted.unlike[row["file"]] = (
+                f"{text.length_in_words(length)} long, {file} "
+                f"{text.length_in_words(other)}"
+            )
+    return counted
+
+
+COLUMNS: dict[str, type] = {
+    "file": str,
+    "part_digest": str,
+    "triangles": int,
+    "size_x_m": float,
+    "size_y_m": float,
+    "size_z_m": float,
+    "stable_poses": int,
+    "distinct_poses": int,
+    "method": str,
+    "drops": int,
+    "expected_error": float,
+    "largest_error": float,
+    "best_pose": int,
+    "best_share": float,
+    "best_share_low": float,
+    "best_share_high": float,
+    "entropy_bits": float,
+    "passes": float,
+    "passes_low": float,
+    "passes_high": float,
+    "footprint_length_m": float,
+    "footprint_width_m": float,
+    "top_m": float,
+    "warnings": str,
+    "refusal": str,
+}
+"""Of `catalogue.csv`, with the kind of their values. Shares and errors are fractions."""
+
+POSE_COLUMNS: dict[str, type] = {
+    "file": str,
+    "part_digest": str,
+    "pose": int,
+    "group": int,
+    "group_size": int,
+    "group_share": float,
+    "group_share_low": float,
+    "group_share_high": float,
+    "probability": float,
+    "probability_low": float,
+    "probability_high": float,
+    "standard_error": float,
+    "count": int,
+    "footprint_length_m": float,
+    "footprint_width_m": float,
+    "top_m": float,
+    "height_m": float,
+    "margin_rad": float,
+    "barrier_m": float,
+    "rolls": bool,
+}
+"""Of `poses.csv`."""
+
+PARTS = "catalogue"
+POSES = "poses"
+TABLES = tuple(
+    f"{name}.{kind}" for name in (PARTS, POSES) for kind in ("csv", "parquet")
+)
+BETWEEN = " | "  # between the warnings of a part
+AT_ONCE = 20_000  # rows of a Parquet table in memory
+Table = tuple[dict[str, type], Iterator[Sequence[Any]]]
+
+
+def load_parquet() -> None:
+    """Import what Parquet files need."""
+    import pyarrow.parquet  # noqa: F401
+
+
+def write_tables(
+    folder: Path, rows: Callable[[], Iterable[Row]], parquet: bool
+) -> list[Path]:
+    """Write all tables, each whole or not at all; Parquet of an earlier run goes.
+
+    `rows`: gives all rows from the first one, each time anew.
+    """
+
+    def write(aside: Path) -> None:
+        for name, (columns, values) in _tables(rows).items():
+            # Names of files need not be UTF-8.
+            with (aside / f"{name}.csv").open(
+                "w", encoding="utf-8", errors="surrogateescape", newline=""
+            ) as stream:
+                stream.writelines(text.csv_lines(columns, values))
+        if parquet:
+            for name, (columns, values) in _tables(rows).items():
+                _write_parquet(aside / f"{name}.parquet", columns, values)
+
+    with needing_room("the tables", folder):
+        written = files.write_whole(folder, write)
+        for name in set(TABLES) - {file.name for file in written}:
+            (folder / name).unlink(missing_ok=True)
+    return written
+
+
+def _tables(rows: Callable[[], Iterable[Row]]) -> dict[str, Table]:
+    parts = (
+        {**row, "warnings": BETWEEN.join(row.get("warnings", ()))} for row in rows()
+    )
+    poses = ({**row, **pose} for row in rows() for pose in row.get("poses", ()))
+    return {
+        PARTS: (COLUMNS, ([row.get(name) for name in COLUMNS] for row in parts)),
+        POSES: (
+            POSE_COLUMNS,
+            ([row.get(name) for name in POSE_COLUMNS] for row in poses),
+        ),
+    }
+
+
+def _write_parquet(
+    file: Path, columns: dict[str, type], rows: Iterator[Sequence[Any]]
+) -> None:
+    import pyarrow
+    from pyarrow import parquet
+
+    kinds = {
+        str: pyarrow.string(),
+        int: pyarrow.int64(),
+        float: pyarrow.float64(),
+        bool: pyarrow.bool_(),
+    }
+    schema = pyarrow.schema([(name, kinds[kind]) for name, kind in columns.items()])
+    with parquet.ParquetWriter(file, schema) as writer:
+        while some := list(islice(rows, AT_ONCE)):
+            # Names that are not UTF-8 have what is none of it replaced.
+            columns_of = [
+                [
+                    value.encode(errors="replace").decode()
+                    if isinstance(value, str)
+                    else value
+                    for value in column
+                ]
+                for column in zip(*some, strict=True)
+            ]
+            writer.write_table(
+                pyarrow.table(dict(zip(columns, columns_of, strict=True)), schema)
+            )

@@ -1,0 +1,403 @@
+"""Arguments of the commands: the parser, numbers as people type them, options of part and scene.
+
+A count may be typed as 1e5, poses as 0,1 or 0 1 or 0-3, a length as 0.2, 200mm or 8 in. A refusal
+is one line, and every help ends with an example.
+"""
+
+import argparse
+import re
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from decimal import Decimal, InvalidOperation
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn, TypeAlias
+
+from ...base.errors import RequestError
+from ...core.records import scene as scenes
+
+if TYPE_CHECKING:
+    from ...core.records import Part
+
+REFUSED = 2
+
+Commands: TypeAlias = "argparse._SubParsersAction[CommandParser]"
+"""Where a command adds its parser; argparse has no public name for it."""
+
+
+class CommandParser(argparse.ArgumentParser):
+    """A parser whose refusals are one line, and for whom -1e-3 and -1mm are no options.
+
+    `examples`: whole lines as they are typed, shown at the end of the help; `run`: from options to
+    the exit status.
+    """
+
+    def __init__(
+        self,
+        *,
+        examples: Sequence[str] = (),
+        run: Callable[[argparse.Namespace], int] | None = None,
+        **options: Any,
+    ) -> None:
+        super().__init__(**options)
+        self.set_defaults(run=run)
+        self.advanced = self.add_argument_group("advanced options")
+        self.examples = tuple(examples)
+        self._negative_number_matcher = LENGTH
+
+    def format_help(self) -> str:
+        """The help, with the examples as the last lines."""
+        title = "example" if len(self.examples) == 1 else "examples"
+        lines = "".join(f"  {line}\n" for line in self.examples)
+        return super().format_help() + (f"\n{title}:\n{lines}" if lines else "")
+
+    def parse_known_args(
+        self, args: Any = None, namespace: Any = None
+    ) -> tuple[Any, list[str]]:
+        """Parse; what nobody knows is refused by the command that it was given to.
+
+        Coordinates may be one word, as in --com "1mm 2mm 0".
+        """
+        words = list(sys.argv[1:] if args is None else args)
+        for place in reversed(
+            [
+                k
+                for k, word in enumerate(words[:-1], 1)
+                if word == "--com" and not LENGTH.match(words[k])
+            ]
+        ):
+            words[place : place + 1] = words[place].replace(",", " ").split() or [""]
+        parsed, unknown = super().parse_known_args(words, namespace)
+        if unknown:
+            options = re.findall(r"--[a-z-]+", super().format_help())
+            self.error(
+                f"unrecognized arguments: {' '.join(unknown)}"
+                + _meant(unknown[0].partition("=")[0], options)
+            )
+        return parsed, unknown
+
+    def error(self, message: str) -> NoReturn:
+        """Print one line, with what was perhaps meant, and exit with status 2."""
+        choice = re.search(r"invalid choice: '(.*?)' \(choose from (.*)\)", message)
+        meant = _meant(choice[1], re.findall(r"[\w-]+", choice[2])) if choice else ""
+        if choice and meant:
+            message = message.replace(f" (choose from {choice[2]})", "")
+        self.exit(REFUSED, f"{self.prog}: {message}{meant}; see `{self.prog} --help`\n")
+
+
+def _meant(word: str, choices: Sequence[str]) -> str:
+    """The choice that a misspelt word is nearest to, as a question; empty where none is near."""
+    import difflib
+
+    near = difflib.get_close_matches(word, choices, 1)
+    return f"; did you mean {near[0]}?" if near else ""
+
+
+LENGTH = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([a-zA-Z]*)\s*$")
+MOST_DIGITS = 30  # digits of a whole number; no seed has more
+POSES = "indices of poses, for instance 0,1 or 0 1 or 0-3"
+MOST_RANGE = 100_000  # poses of a range; no part has more
+SHOWN = 60  # characters of the refused text that the refusal repeats
+
+
+def read_count(text: str) -> int:
+    """A whole number in any range, in digits or in scientific notation."""
+    try:
+        number = Decimal(text)
+    except InvalidOperation:
+        number = Decimal("nan")
+    # Before the conversion: 1e999999999 as an integer fills the memory.
+    if number.is_finite() and number.adjusted() >= MOST_DIGITS:
+        raise _refusal(f"a whole number of at most {MOST_DIGITS} digits", text)
+    if not number.is_finite() or number != number.to_integral_value():
+        raise _refusal("a whole number, for instance 100000 or 1e5", text)
+    return int(number)
+
+
+def read_length(text: str) -> float:
+    """A length in metres, from a number of metres, or one with a unit behind it."""
+    found = LENGTH.match(text)
+    unit = None
+    if found is not None:
+        # numpy comes with it.
+        from ...core.mesh.units import METRES_PER_UNIT, named_unit
+
+        unit = METRES_PER_UNIT.get(named_unit(found[2] or "m") or "")
+    if found is None or unit is None:
+        raise _refusal(
+            "a length, for instance 0.2 for metres, 200mm, 20cm or 8inch", text
+        )
+    return float(found[1]) * unit
+
+
+def read_indices(text: str) -> list[int]:
+    """Indices of poses, separated by commas or spaces; 0-3 stands for 0,1,2,3."""
+    pieces = [piece.split() for piece in text.strip().removesuffix(",").split(",")]
+    if not all(pieces):
+        raise _refusal(POSES, text)
+    return [
+        index for piece in pieces for word in piece for index in _read_range(word, text)
+    ]
+
+
+def _read_range(word: str, text: str) -> Sequence[int]:
+    """The indices of a number or a range, as a table or a page writes it."""
+    if word.removeprefix("-").isdecimal():
+        return [read_count(word)]
+    begin, _, end = word.replace("\N{EN DASH}", "-").partition("-")
+    if not (begin.isdecimal() and end.isdecimal()):
+        raise _refusal(POSES, text)
+    found = range(read_count(begin), read_count(end) + 1)
+    # Before it is written out: a range may be longer than the memory.
+    if not found or found[-1] - found[0] >= MOST_RANGE:
+        raise _refusal(
+            f"{POSES}; a range rises and has at most {MOST_RANGE} poses", text
+        )
+    return found
+
+
+class JoinIndices(argparse.Action):
+    """Joins the lists that `read_indices` returned into one."""
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: str | Sequence[Any] | None,
+        option_string: str | None = None,
+    ) -> None:
+        """Store the list."""
+        setattr(
+            namespace, self.dest, [index for each in values or () for index in each]
+        )
+
+
+def _refusal(expected: str, text: str) -> argparse.ArgumentTypeError:
+    shown = text if len(text) <= SHOWN else f"{text[: SHOWN - 1]}…"
+    return argparse.ArgumentTypeError(f"expected {expected}, got {shown!r}")
+
+
+UNITS = ("auto", "mm", "m", "cm", "inch")
+
+
+def read_unit(text: str) -> str:
+    """The name of a unit from any spelling; what is none comes back and is refused as a choice."""
+    # numpy comes with it, and --help does without.
+    from ...core.mesh.units import named_unit
+
+    return named_unit(text) or text
+
+
+CENTER = (
+    "centre of mass in the file's axes, as 0.017 (metres) or 17mm (default: uniform "
+    "density)"
+)
+KICK = (
+    "energy of a kick over the part's weight, a height as 0.003 (metres) or 3mm: as high "
+    "would it throw the part without turning it"
+)
+
+OPTIONS: dict[str, dict[str, Any]] = {
+    "part": {"metavar": "PART", "help": "file: STEP, STL, OBJ, PLY, OFF or 3MF"},
+    "--unit": {
+        "type": read_unit,
+        "choices": UNITS,
+        "default": UNITS[0],
+        "help": "unit of the file, in any spelling (default: auto, what the file declares, else a "
+        "guess, which a warning names)",
+    },
+    "--com": {
+        "nargs": 3,
+        "type": read_length,
+        "metavar": ("X", "Y", "Z"),
+        "help": CENTER,
+    },
+    "--mass": {
+        "type": float,
+        "metavar": "KG",
+        "help": "mass in kilograms (default: 1)",
+    },
+    "--density": {
+        "type": float,
+        "metavar": "KG_M3",
+        "help": "density in kilograms a cubic metre, for the mass of the volume that the mesh "
+        "encloses",
+    },
+    "--cluster-tolerance": {
+        "type": float,
+        "default": scenes.DEFAULT_CLUSTER_TOLERANCE,
+        "metavar": "T",
+        "help": "least rise of the centre of mass out of a pose, as a share of its height there; what is "
+        "shallower belongs to the pose next to it (default: %(default)s; 0 lists every stable "
+        "face)",
+    },
+    "--round-sides": {
+        "type": read_count,
+        "default": scenes.DEFAULT_ROUND_SIDES,
+        "metavar": "N",
+        "help": "sides a turn of the polygons that stand for round surfaces, whatever the file has "
+        "(default: %(default)s; 0 takes the file as it is)",
+    },
+    "--restitution": {
+        "type": float,
+        "default": scenes.DEFAULT_RESTITUTION,
+        "metavar": "R",
+        "help": "coefficient of restitution of the plate, 0 to below 1 (default: "
+        "%(default)s)",
+    },
+    "--drop-height": {
+        "type": read_length,
+        "metavar": "H",
+        "help": "height of the centre of mass at release, as 0.2 (metres) or 200mm "
+        "(default: 20 part radii); a part too large for it is released touching "
+        "the plate",
+    },
+    "--wanted": {
+        "type": read_indices,
+        "nargs": "+",
+        "action": JoinIndices,
+        "metavar": "I",
+        "help": "indices of the poses that are accepted, for instance 0 1 or 0-3",
+    },
+    "--rate": {
+        "type": float,
+        "default": 60.0,
+        "metavar": "R",
+        "help": "parts that can be dropped a minute (default: %(default)s)",
+    },
+    "--kick": {"type": read_length, "metavar": "H", "help": KICK},
+    "--cycle-time": {
+        "type": float,
+        "default": 1.0,
+        "metavar": "S",
+        "help": "seconds from one kick to the next (default: %(default)s)",
+    },
+    "--drops": {"type": read_count, "metavar": "N"},
+    "--seed": {
+        "type": read_count,
+        "metavar": "S",
+        "help": "the same seed gives the same counts (default: a fresh one, which the answer "
+        "names; `estimate` without a target error takes one of the part's own)",
+    },
+    "--workers": {
+        "type": read_count,
+        "metavar": "W",
+        "help": "number of threads (default: all cores)",
+    },
+    "--output": {"metavar": "FILE"},
+    "--png": {"metavar": "FILE"},
+    "--each": {
+        "action": "store_true",
+        "help": "give every pose a row of its own; else poses that the part's symmetry makes alike "
+        "share one, with their number and total",
+    },
+    "--json": {
+        "action": "store_true",
+        "help": "print one JSON object, in SI units, which its key `units` names, and no table",
+    },
+}
+"""What commands share."""
+
+SHARED_UNIT = (
+    "unit of the files that declare none, in any spelling (default: auto, a guess for "
+    "each); STEP and 3MF files are in the unit that they declare"
+)
+ADVANCED = (
+    "--com",
+    "--mass",
+    "--density",
+    "--cluster-tolerance",
+    "--round-sides",
+    "--seed",
+    "--workers",
+)
+POSES_OF = (
+    "--cluster-tolerance",
+    "--round-sides",
+)  # what counts as a pose, and as round
+SCENE = ("--restitution", "--drop-height")
+
+
+def add(command: "CommandParser", *names: str, **changes: Any) -> None:
+    """Add options that commands share; `changes`: what is different about them here."""
+    for name in names:
+        group = command.advanced if name in ADVANCED else command
+        words = ("-o", name) if name == "--output" else (name,)
+        group.add_argument(*words, **{**OPTIONS[name], **changes})
+
+
+def add_part(command: "CommandParser", *names: str) -> None:
+    """Add the part file and what is known about it, then others of the shared options."""
+    add(command, "part", "--unit", "--com")
+    heavy = command.advanced.add_mutually_exclusive_group()
+    for name in ("--mass", "--density"):
+        heavy.add_argument(name, **OPTIONS[name])
+    add(command, *names)
+
+
+def typed_again(values: Mapping[str, Any], *names: str) -> list[str]:
+    """Options as they are typed, of those names that have a value."""
+    words: list[str] = []
+    for name in names:
+        value = values[name]
+        if value is None or value is False or value == []:
+            continue
+        words.append(f"--{name.replace('_', '-')}")
+        if value is not True:
+            words += [
+                each if isinstance(each, str) else repr(each)
+                for each in (value if isinstance(value, list) else [value])
+            ]
+    return words
+
+
+def folder(name: str) -> Path:
+    """Path of a folder to write to."""
+    if not name:
+        raise RequestError(
+            "the name of a folder to write to", "an empty one", "`.` is this one"
+        )
+    return Path(name)
+
+
+def scene_of(options: argparse.Namespace) -> scenes.DropScene:
+    """The scene that the options name."""
+    return scenes.DropScene(**scene_keywords(options))
+
+
+def scene_keywords(options: argparse.Namespace) -> dict[str, Any]:
+    """Scene of the options, by the keywords of the library's functions."""
+    return {
+        name: getattr(options, name)
+        for name in ("restitution", "drop_height", "cluster_tolerance", "round_sides")
+    }
+
+
+def add_drop_options(command: "CommandParser", drops: int | None) -> None:
+    """Add the number of drops (None: no default), the target error, the seed and the threads."""
+    shown = "10000 for hybrid, ten million for auto" if drops is None else drops
+    add(
+        command,
+        "--drops",
+        default=drops,
+        help="number of drops, or the most where a target "
+        f"error is given (default: {shown})",
+    )
+    command.add_argument(
+        "--target-error",
+        type=float,
+        default=None if drops is None else 0.0,
+        metavar="E",
+        help="stop once the root mean square error over "
+        "the poses is within this fraction with 90 %% confidence; 0.01 is one "
+        "percentage point (default: none)",
+    )
+    add(command, "--seed", "--workers")
+
+
+def load_named_part(options: argparse.Namespace) -> "Part":
+    """Load the part that the options name."""
+    from ...core.mesh.parts import load_part
+
+    return load_part(
+        options.part, options.unit, options.com, options.mass, density=options.density
+    )

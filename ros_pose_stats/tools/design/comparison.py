@@ -1,0 +1,201 @@
+"""What a comparison of variants found: shares, differences, verdicts, and what a feeder gets.
+
+How the chances come about is in `compare`.
+"""
+
+import math
+from dataclasses import asdict, dataclass
+from typing import Any, NamedTuple
+
+from ...base.version import VERSION
+from ...core.records import DropScene, Part, PoseStatistics, statistics
+from ...core.statistics import feeding
+from . import paired_drops
+from .correspondence import Correspondence, MatchedPoses
+
+SHOWN = "difference shown"
+NONE_SHOWN = "none shown"
+
+LEVEL = 0.05  # chance that a difference is shown between variants that do not differ
+
+
+class ShareDifference(NamedTuple):
+    """One share in two variants."""
+
+    first: feeding.Bounded  # the shares with their 90 % intervals
+    second: feeding.Bounded
+    difference: paired_drops.PairedDifference  # second less first, by the joint counts
+    file_error: float  # standard deviation of what the facets of the files add to the difference
+    plate_error: float  # the same of the plate
+    # that drops differ this much by chance alone, for all differences and looks together
+    chance: float = 1.0
+    # that they do by chance and by the files, together likewise, or that this difference is one of
+    # the plate, whichever is the larger
+    chance_on_plate: float = 1.0
+
+    @property
+    def in_model(self) -> str:
+        """Whether the drops show a difference in the model, beyond their chance."""
+        return SHOWN if self.chance <= LEVEL else NONE_SHOWN
+
+    @property
+    def on_plate(self) -> str:
+        """Whether a plate is expected to show it, beyond the error of model and plate."""
+        return SHOWN if self.chance_on_plate <= LEVEL else NONE_SHOWN
+
+    def as_dict(self) -> dict[str, Any]:
+        """What JSON says of it."""
+        return {
+            "probability": [self.first.value, self.second.value],
+            "probability_low": [self.first.low, self.second.low],
+            "probability_high": [self.first.high, self.second.high],
+            "difference": self.difference.value,
+            "difference_low": self.difference.low,
+            "difference_high": self.difference.high,
+            "standard_error": self.difference.standard_error,
+            "model_error": math.hypot(self.file_error, self.plate_error),
+            "p_value_in_model": self.chance,
+            "p_value_on_plate": self.chance_on_plate,
+            "in_model": self.in_model,
+            "on_plate": self.on_plate,
+        }
+
+
+class PoseComparison(NamedTuple):
+    """A pose of the first variant beside that of another; see `MatchedPoses`."""
+
+    poses: MatchedPoses
+    share: ShareDifference
+
+
+class FeederComparison(NamedTuple):
+    """What a feeder gets that accepts the same poses of both."""
+
+    poses: MatchedPoses  # those accepted in each
+    share: ShareDifference  # of the accepted parts
+    lost: tuple[
+        int, ...
+    ]  # wanted poses of the first variant that have no partner in the second
+
+    @property
+    def passes(self) -> tuple[feeding.Bounded, feeding.Bounded]:
+        """Drops for each accepted part, where those that lie wrong are dropped again."""
+        return feeding.passes_of(*self.share.first), feeding.passes_of(
+            *self.share.second
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class VariantComparison:
+    """The first variant beside another one."""
+
+    second: int  # which variant, from 1 on
+    correspondence: Correspondence
+    # pairs first, the most probable ones first; then poses without a partner
+    poses: tuple[PoseComparison, ...]
+    feeder: FeederComparison | None
+
+    @property
+    def shares(self) -> list[ShareDifference]:
+        """All that is tested."""
+        own = [one.share for one in self.poses]
+        return own if self.feeder is None else [*own, self.feeder.share]
+
+    @property
+    def deciding(self) -> ShareDifference:
+        """What the verdict is about: what is accepted, else the largest difference shown."""
+        if self.feeder is not None:
+            return self.feeder.share
+        return max(
+            self.shares,
+            key=lambda one: (
+                one.on_plate == SHOWN,
+                one.in_model == SHOWN,
+                abs(one.difference.value),
+            ),
+        )
+
+    @property
+    def in_model(self) -> str:
+        """Whether any share differs in the model, by more than the chance of the drops."""
+        return SHOWN if any(one.chance <= LEVEL for one in self.shares) else NONE_SHOWN
+
+    @property
+    def on_plate(self) -> str:
+        """Whether any share is expected to differ on a plate."""
+        return (
+            SHOWN
+            if any(one.chance_on_plate <= LEVEL for one in self.shares)
+            else NONE_SHOWN
+        )
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values for JSON."""
+        match = self.correspondence
+        entry: dict[str, Any] = {
+            "first": 0,
+            "second": self.second,
+            "matched_by": "orientation and footprint"
+            if match.by_orientation
+            else "footprint and height",
+            "turned_degrees": round(math.degrees(match.angle), 3),
+            "same_body": match.same_body,
+            "in_model": self.in_model,
+            "on_plate": self.on_plate,
+            "poses": [
+                {**pose.poses._asdict(), **pose.share.as_dict()} for pose in self.poses
+            ],
+        }
+        if self.feeder is not None:
+            entry["feeder"] = {
+                **self.feeder.poses._asdict(),
+                "without_partner": self.feeder.lost,
+                **self.feeder.share.as_dict(),
+                **{
+                    f"passes{end}": [one[place] for one in self.feeder.passes]
+                    for place, end in enumerate(("", "_low", "_high"))
+                },
+            }
+        found: dict[str, Any] = statistics.plain(entry)
+        return found
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Variants of a part side by side."""
+
+    parts: tuple[Part, ...]
+    # of each variant, from the drops from which all came to rest
+    found: tuple[PoseStatistics, ...]
+    variants: tuple[
+        VariantComparison, ...
+    ]  # the first variant beside each of the others
+    scene: DropScene
+    seed: int
+    wanted: tuple[int, ...]
+    plate_error: float
+    seconds: float
+
+    @property
+    def drops(self) -> int:
+        """Of each variant, behind the shares and differences; as many before gave the verdicts."""
+        return self.found[0].drops
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values under the keys of the JSON contract."""
+        first = self.found[0]
+        return statistics.with_units(
+            {
+                "scene": first.scene,
+                **asdict(self.scene),
+                "seed": self.seed,
+                "drops": self.drops,
+                "unsettled": first.unsettled,
+                "plate_error": self.plate_error,
+                "seconds": self.seconds,
+                "version": VERSION,
+                "wanted": self.wanted,
+                "variants": [one.as_dict() for one in self.found],
+                "comparisons": [one.as_dict() for one in self.variants],
+            }
+        )

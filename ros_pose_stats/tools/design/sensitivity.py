@@ -1,0 +1,308 @@
+"""How the share of wanted poses changes with each thing that can be changed on a part.
+
+Derivatives come from the fast estimator, fitted over steps to both sides; those that matter most
+are checked by drops of the part before and after from the same starts.
+"""
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ...base import errors, methods, version
+from ...core import tolerances
+from ...core.estimators import estimate_in
+from ...core.records import DropScene, Part, scene as scenes, statistics
+from ...core.simulation.request import drop_request
+from ...core.statistics import feeding, pose_groups
+from . import alike, changes, describe, paired_drops, shares
+
+STEP = 0.05
+"""Of the radius, and of stretching as a fraction: a change that a designer would make. What less
+does is lost in the estimator's own unevenness (docs/measured/design.md)."""
+
+SAME_CHANGE = 1e-9
+"""Changes of a share this close are a tie: by symmetry both ways change it alike."""
+
+CHECKS = 5
+CHECK_DROPS = 2000
+"""Effects that are checked, and drops of the part before and after for each of them."""
+
+SCATTER = 0.005
+SCATTER_OF_SLOPE = 0.2
+SCATTER_OF_UNEVEN = 0.5
+"""Root mean square difference of estimated and dropped changes by one step: of any, as a share of
+the change, and as a share of its unevenness (docs/measured/design.md)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Effect:
+    """What a change of one feature does to the share of the wanted poses."""
+
+    feature: changes.Feature
+    number: int  # of the feature
+    # numbers of the features that do the same by the part's symmetry, this one first
+    alike: tuple[int, ...]
+    slope: float  # change of the share a metre, or a unit of stretching, and its standard error
+    error: float
+    step: float  # the change that helps, metres or a fraction
+    change: float  # estimated change of the share by that step
+    lost: tuple[int, ...] = ()  # wanted poses that are gone after that step
+    # the same change by drops; None where it was not checked
+    check: paired_drops.PairedDifference | None = None
+
+    @property
+    def helps(self) -> bool:
+        """Whether the step raises the share by more than the error of that."""
+        return self.change > self.error * abs(self.step)
+
+    @property
+    def contradicted(self) -> bool:
+        """Whether drops leave out the estimated change, and do not show one to the same side."""
+        if self.check is None or math.isnan(self.check.value):
+            return False
+        return (
+            self.check.low <= 0.0
+            and not self.check.low <= self.change <= self.check.high
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Sensitivity:
+    """What changes of a part do to the share of its wanted poses."""
+
+    space: changes.DesignSpace
+    wanted: tuple[int, ...]
+    scene: DropScene  # with the drop height in metres
+    method: str  # the estimator
+    accepted: (
+        feeding.Bounded
+    )  # estimated share of the wanted poses of the part as it is
+    step: float  # the change that is meant, metres; stretching is by the same share of the radius
+    effects: tuple[Effect, ...]  # the greatest first, by what their step changes
+    drops: int  # of each check
+    seed: int
+    seconds: float
+    # about the part, the estimate and the wanted poses, each `CODE: sentence`
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def share(self) -> float:
+        """Estimated share of the wanted poses, without its interval."""
+        return self.accepted.value
+
+    @property
+    def best(self) -> list[Effect]:
+        """Effects whose step helps, the one that helps most first."""
+        return [one for one in self.effects if one.helps]  # they are in that order
+
+    @property
+    def checked(self) -> list[tuple[Effect, paired_drops.PairedDifference]]:
+        """Effects with their checks, in the same order."""
+        return [(one, one.check) for one in self.best if one.check is not None]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values; lengths in metres, shares as fractions, NaN as None.
+
+        The `unit` of an effect is that of its step, `slope_unit` that of its slope and its error.
+        """
+        space = self.space
+        return statistics.with_units(
+            {
+                "part_id": space.part.part_id,
+                "part_digest": space.part.digest,
+                "radius": space.body.radius,
+                "method": self.method,
+                **asdict(self.scene),
+                "wanted": self.wanted,
+                "share": self.accepted.value,
+                "share_low": self.accepted.low,
+                "share_high": self.accepted.high,
+                "step": self.step,
+                "effects": [
+                    {
+                        **describe.feature_as_dict(space, one.number),
+                        "alike": len(one.alike),
+                        "slope": one.slope,
+                        "error": one.error,
+                        "slope_unit": "1/m" if one.feature.is_length else "1",
+                        "step": one.step,
+                        "change": one.change,
+                        "lost": one.lost,
+                        "contradicted": one.contradicted,
+                        "check": None
+                        if one.check is None
+                        else describe.difference_as_dict(one.check),
+                    }
+                    for one in self.effects
+                ],
+                "drops": self.drops,
+                "seed": self.seed,
+                "seconds": self.seconds,
+                "warnings": self.warnings,
+                "version": version.VERSION,
+            }
+        )
+
+
+def effect_error(slope: float, uneven: float) -> float:
+    """Standard error of the estimated change by one step, `slope`.
+
+    `uneven`: half of how far the changes to both sides are from a line.
+    """
+    return math.hypot(SCATTER, SCATTER_OF_SLOPE * slope, SCATTER_OF_UNEVEN * uneven)
+
+
+def sensitivity(
+    part: Part,
+    wanted: Sequence[int],
+    *,
+    step: float | None = None,
+    checks: int = CHECKS,
+    drops: int = CHECK_DROPS,
+    seed: int | None = None,
+    restitution: float = scenes.DEFAULT_RESTITUTION,
+    drop_height: float | None = None,
+    cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
+    round_sides: int = scenes.DEFAULT_ROUND_SIDES,
+    workers: int | None = None,
+    on_progress: Callable[[float], object] = lambda share: None,
+    should_stop: Callable[[], bool] = lambda: False,
+) -> Sensitivity:
+    """How the share of wanted poses changes with centre of mass, proportions and faces.
+
+    Parameters
+    ----------
+    part : Part
+    wanted : sequence of int
+        Indices of the accepted poses.
+    step : float, optional
+        Change that is meant, metres; default: a twentieth of the radius. Stretching is by the
+        same share of the radius.
+    checks : int
+        Effects that are checked by drops: those that raise the share most, by more than their
+        error.
+    drops : int
+        Of the part before, and after, for each check. Each check has drops of its own.
+    seed : int, optional
+        Of the drops; the same one gives the same counts. Default: a fresh one.
+    restitution, drop_height, cluster_tolerance, round_sides, workers
+        As for `simulate`.
+    on_progress : callable
+        Takes the share done, 0 to 1.
+    should_stop : callable
+        After True what is known by then is returned.
+
+    Raises
+    ------
+    RequestError
+        If a value is out of its range or there is no such pose.
+    """
+    begin = time.perf_counter()
+    scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
+    asked = drop_request(drops, seed, 0.0, workers)
+    if checks < 0:
+        raise errors.RequestError(
+            "a number of checks from 0", f"{checks}", "0 drops none of them"
+        )
+    space = changes.DesignSpace(part, scene)
+    model = shares.WantedShare(space, wanted)
+    reach = STEP * space.body.radius if step is None else step
+    changes.check_reach("step", reach, space.body.radius)
+    estimated = estimate_in(part, model.scene, methods.AUTO)
+    effects = _effects(
+        space,
+        model,
+        reach,
+        asked.workers,
+        lambda share: on_progress(0.5 * share),
+        should_stop,
+    )
+    best = [place for place, one in enumerate(effects) if one.helps][:checks]
+    for number, place in enumerate(best):
+        if should_stop():
+            break
+
+        def tell(done: int, before: int = 2 * number * asked.drops) -> None:
+            on_progress(0.5 + 0.25 * (before + done) / (asked.drops * len(best)))
+
+        one = effects[place]
+        before, after = model.drop(
+            [space.change_one(one.number, step) for step in (0.0, one.step)],
+            asked.drops,
+            asked.seed,
+            asked.workers,
+            tell,
+            should_stop,
+            number * asked.drops,
+        )
+        effects[place] = replace(
+            one, check=paired_drops.paired_difference(before, after)
+        )
+    return Sensitivity(
+        space,
+        model.wanted,
+        model.scene,
+        estimated.method,
+        feeding.drop_afresh(pose_groups.pose_shares(estimated), model.wanted).accepted,
+        reach,
+        tuple(effects),
+        asked.drops,
+        asked.seed,
+        time.perf_counter() - begin,
+        (*estimated.warnings, *pose_groups.warn_of_alike(estimated, model.wanted)),
+    )
+
+
+def _effects(
+    space: changes.DesignSpace,
+    model: shares.WantedShare,
+    reach: float,
+    workers: int,
+    on_progress: Callable[[float], object],
+    should_stop: Callable[[], bool],
+) -> list[Effect]:
+    """Effects of all features; those of which no body remains after the step are left out."""
+    first = alike.first_alike(space, model.kept)
+    numbers = np.unique(first).tolist()
+    base = model.estimate(space.change_one(0, 0.0))
+    done = iter(range(1, len(numbers) + 1))
+
+    def effect_of(number: int) -> list[Effect]:
+        feature = space.features[number]
+        unit = reach if feature.is_length else reach / space.body.radius
+        if should_stop():
+            return []
+        try:
+            after = [space.change_one(number, side) for side in (-unit, unit)]
+        except errors.MeshError:
+            return []
+        finally:
+            on_progress(next(done) / len(numbers))
+        other, change = (model.estimate(one) - base for one in after)
+        slope = 0.5 * (change - other)
+        error = effect_error(slope, 0.5 * abs(change + other))
+        place = 0 if other > change + SAME_CHANGE else 1
+        return [
+            Effect(
+                feature,
+                number,
+                tuple(np.flatnonzero(first == number).tolist()),
+                slope / unit,
+                error / unit,
+                (-unit, unit)[place],
+                (other, change)[place],
+                model.lost(after[place]),
+            )
+        ]
+
+    with ThreadPoolExecutor(workers) as pool:
+        found = [effect for some in pool.map(effect_of, numbers) for effect in some]
+    rank = tolerances.number_equal(
+        [-abs(effect.change) for effect in found], SAME_CHANGE
+    )
+    return [found[k] for k in sorted(range(len(found)), key=rank.__getitem__)]

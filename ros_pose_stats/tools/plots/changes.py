@@ -1,0 +1,162 @@
+"""A part coloured by what changes of it do: where to add, and where to take away."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from ...base.text import name_poses, shortened
+from ...core.mesh.decimation import visible_triangles
+from ...core.records import Array, Index
+from ...core.resting.convex_body import ConvexBody
+from ..design import describe, sensitivity
+from . import figures, rendering
+
+ADD = np.array([0.0, 0.45, 0.70])
+TAKE = np.array([0.84, 0.37, 0.0])
+PLAIN = np.array([0.86, 0.86, 0.86])
+FAINTEST = 0.35  # strength of the colour of an effect that is hardly above its error
+
+SIDES = (
+    ("as in the part frame, from above", np.ones(3)),
+    ("turned upside down about x", np.array([1.0, -1.0, -1.0])),
+)
+"""How the part is shown, with the light from above each time."""
+
+ON_FACE = 0.01
+SAME_NORMAL = 0.998
+"""A triangle this close to a face of the hull, in radii, and as steep, is coloured like it."""
+
+PIXELS = 620
+LISTED = 4
+
+SHADES = "the stronger the colour of a face, the more a step gains; grey: no gain beyond the error"
+
+
+def changes_figure(found: sensitivity.Sensitivity) -> Figure:
+    """Draw a part from two sides: blue faces are better moved out, orange ones moved in.
+
+    The stronger the colour, the more a step gains; effects within their error are grey. The arrow
+    leads the centre of mass to where it is better.
+    """
+    figure = figures.new_figure(9.0, 5.6)
+    space = found.space
+    colors = _face_colors(found)
+    triangles = visible_triangles(space.part) - space.part.center_of_mass
+    body = space.body
+    shades = colors[_faces_of(triangles, body)]
+    view = rendering.View(
+        np.zeros(3), 2.1 * body.radius, (PIXELS, PIXELS), elevation=28.0
+    )
+    for place, (title, turned) in enumerate(SIDES):
+        axes = figure.add_axes((0.01 + 0.49 * place, 0.2, 0.48, 0.68))
+        axes.imshow(
+            rendering.rendered(triangles * turned, view, shades),
+            interpolation="antialiased",
+        )
+        axes.set_axis_off()
+        axes.set_title(title, fontsize=10, color=figures.REFERENCE)
+        _draw_arrow(axes, view, _gradient(found) * turned, body.radius)
+    figure.suptitle(
+        f"{shortened(space.part.part_id, 30)}: wanted {shortened(name_poses(found.wanted), 30)}, "
+        f"{100.0 * found.accepted.value:.1f} % by {found.method}",
+        fontsize=12,
+        color=figures.INK,
+        parse_math=False,
+    )
+    figure.legend(
+        handles=[
+            Patch(color=tuple(ADD), label="add here"),
+            Patch(color=tuple(TAKE), label="take away here"),
+        ],
+        loc="lower left",
+        bbox_to_anchor=(0.02, 0.02),
+        frameon=False,
+        fontsize=10,
+    )
+    figure.text(0.26, 0.025, SHADES, fontsize=8, color=figures.REFERENCE)
+    figure.text(
+        0.26,
+        0.165,
+        "\n".join(_line(found, one) for one in found.best[:LISTED]),
+        fontsize=9,
+        color=figures.INK,
+        va="top",
+    )
+    return figure
+
+
+def _line(found: sensitivity.Sensitivity, one: sensitivity.Effect) -> str:
+    step = describe.name_step(found.space, one.number, one.step)
+    text = f"{100.0 * one.change:+.1f} points: {step}"
+    return (
+        text
+        if one.check is None
+        else (
+            f"{text} (drops: {100.0 * one.check.low:+.1f} to {100.0 * one.check.high:+.1f})"
+        )
+    )
+
+
+def _face_colors(found: sensitivity.Sensitivity) -> Array:
+    """Colours (F + 1, 3) of the faces of the hull; the last is that of what lies on none."""
+    space = found.space
+    colors = np.tile(PLAIN, (space.body.faces + 1, 1))
+    faces = [one for one in found.best if one.feature.kind == "face"]
+    for one in faces:
+        color = ADD if one.step > 0.0 else TAKE
+        strength = FAINTEST + (1.0 - FAINTEST) * one.change / faces[0].change
+        for number in one.alike:
+            colors[space.features[number].planes] = (
+                strength * color + (1.0 - strength) * PLAIN
+            )
+    return colors
+
+
+def _faces_of(triangles: Array, body: ConvexBody) -> Index:
+    """Face of the hull that each triangle (t, 3, 3) lies on; the number of faces for none."""
+    normals = rendering.triangle_normals(triangles)
+    middle = triangles.mean(axis=1) / body.radius
+    found = np.empty(len(triangles), dtype=np.int64)
+    for begin in range(0, len(triangles), 1000):
+        some = slice(begin, begin + 1000)
+        along = normals[some] @ body.arrays.normal.T
+        off = np.abs(middle[some] @ body.arrays.normal.T - body.arrays.distance)
+        fits = (along > SAME_NORMAL) & (off < ON_FACE)
+        found[some] = np.where(
+            fits.any(axis=1), np.where(fits, along, -2.0).argmax(axis=1), body.faces
+        )
+    return found
+
+
+def _gradient(found: sensitivity.Sensitivity) -> Array:
+    """Direction (3,) in which the centre of mass is better moved; zero where none is clear."""
+    slope = np.zeros(3)
+    for one in found.best:
+        if one.feature.kind == "centre":
+            slope[one.feature.axis] = one.slope
+    length = float(np.linalg.norm(slope))
+    return slope / length if length else slope
+
+
+def _draw_arrow(
+    axes: Axes, view: rendering.View, direction: Array, radius: float
+) -> None:
+    if not direction.any():
+        return
+    right, up, _ = rendering.view_axes(view)
+    scale = view.pixels[0] / view.width
+    tip = 0.45 * radius * scale * np.array([direction @ right, -direction @ up])
+    middle = 0.5 * np.array(view.pixels)
+    axes.annotate(
+        "",
+        (middle + tip).tolist(),
+        middle.tolist(),
+        arrowprops={
+            "arrowstyle": "-|>",
+            "color": figures.INK,
+            "linewidth": 2.0,
+            "mutation_scale": 16,
+        },
+    )
+    axes.plot(*middle, "o", color=figures.INK, markersize=4)

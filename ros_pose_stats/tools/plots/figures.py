@@ -1,0 +1,204 @@
+"""What figures share: colours, axes, labels that do not overlap; figures and films as files."""
+
+import base64
+import io
+import shutil
+import subprocess
+from collections.abc import Iterable
+from itertools import chain
+from pathlib import Path
+from typing import Any, Literal
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.image import imsave
+from numpy.typing import NDArray
+from PIL import Image
+
+from ...base.errors import RequestError
+from ...core.records import Array
+
+INK = "#222222"
+REFERENCE = "#767676"
+"""Colours of text and outlines, and of the background: grids, notes, lines to compare with."""
+
+BLUE = "#0072B2"
+
+
+def new_figure(width: float, height: float, **options: Any) -> Figure:
+    """A figure of so many inches, drawn by Agg whatever backend the user has chosen."""
+    figure = Figure(figsize=(width, height), **options)
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def open_axes(
+    axes: Axes, grid: str, width: float, axis: Literal["both", "x", "y"] = "both"
+) -> None:
+    """Grid lines of a colour and a width behind the data; no frame above and to the right."""
+    axes.grid(which="major", axis=axis, color=grid, linewidth=width)
+    axes.set_axisbelow(True)
+    axes.spines[["top", "right"]].set_visible(False)
+
+
+def apart(
+    heights: Array, gap: float, low: float = -np.inf, high: float = np.inf
+) -> Array:
+    """Move heights (k,) as little as it takes to lie `gap` apart in order; `high` may give way."""
+    order = np.argsort(heights, kind="stable")
+    steps = gap * np.arange(len(heights))
+    rising = _nearest_rising(heights[order] - steps)
+    highest = high - gap * (len(heights) - 1)
+    placed = np.empty_like(heights)
+    placed[order] = np.maximum(np.minimum(rising, highest), low) + steps
+    return placed
+
+
+def _nearest_rising(values: Array) -> Array:
+    """Nearest sequence that never falls: neighbours that fall are pooled into their mean."""
+    pools: list[tuple[float, int]] = []
+    for value in values:
+        mean = float(value)
+        size = 1
+        while pools and pools[-1][0] > mean:
+            before, count = pools.pop()
+            mean = (before * count + mean * size) / (count + size)
+            size = count + size
+        pools.append((mean, size))
+    return np.array([mean for mean, size in pools for _ in range(size)])
+
+
+def in_digits(value: float, digits: int) -> str:
+    """A length with so many digits, never with an exponent where it is large."""
+    return f"{value:.{digits}g}" if value < 10.0**digits else f"{value:.0f}"
+
+
+Picture = NDArray[np.uint8]
+
+RASTER = 150  # dots per inch of images within vector graphics
+
+
+def figure_png(figure: Figure) -> bytes:
+    """A figure as a PNG file."""
+    file = io.BytesIO()
+    figure.savefig(file, format="png", dpi=RASTER)
+    return file.getvalue()
+
+
+def png_bytes(picture: Picture) -> bytes:
+    """A picture (height, width, 3) as a PNG file."""
+    file = io.BytesIO()
+    imsave(file, picture, format="png")
+    return file.getvalue()
+
+
+COLORS = 36  # number of colours of a GIF, besides those kept
+
+KEPT = ((255, 255, 255), (213, 94, 0), (0, 114, 178), (34, 34, 34))
+"""Colours of paper, markers and lines, which an average of pixels would turn grey."""
+
+NEAR = 8  # levels within which a colour is replaced by one of those kept
+
+
+def address(kind: str, picture: bytes) -> str:
+    """A picture as an address that contains its data."""
+    return f"data:image/{kind};base64,{base64.b64encode(picture).decode()}"
+
+
+def svg_address(figure: Figure) -> str:
+    """A figure as such an address, letters as outlines, no background; equal ones are equal."""
+    file = io.BytesIO()
+    with matplotlib.rc_context(
+        {"svg.hashsalt": "ros_pose_stats", "svg.fonttype": "path"}
+    ):
+        figure.savefig(
+            file,
+            format="svg",
+            metadata={"Date": None, "Creator": None},
+            dpi=RASTER,
+            transparent=True,
+        )
+    return address("svg+xml", file.getvalue())
+
+
+def write_gif(file: Path, pictures: Iterable[Picture], rate: int) -> None:
+    """Write an animation that repeats for ever, at so many pictures a second."""
+    every = [Image.fromarray(picture) for picture in pictures]
+    # One palette for all pictures, since colours would flicker otherwise.
+    some = np.concatenate(
+        [np.asarray(every[k]) for k in np.linspace(0, len(every) - 1, 5).astype(int)]
+    )
+    palette = Image.fromarray(some).quantize(COLORS, method=Image.Quantize.MEDIANCUT)
+    found = np.array((palette.getpalette() or [])[: 3 * COLORS]).reshape(-1, 3)
+    for (
+        color
+    ) in KEPT:  # Pillow's choice of the nearest colour is rough: paper would turn grey
+        found[np.abs(found - color).max(axis=1) <= NEAR] = color
+    palette.putpalette(
+        [*found.ravel().tolist(), *(level for color in KEPT for level in color)]
+    )
+    flat = [one.quantize(palette=palette, dither=Image.Dither.NONE) for one in every]
+    flat[0].save(
+        file,
+        format="GIF",
+        save_all=True,
+        append_images=flat[1:],
+        duration=round(1000.0 / rate),
+        loop=0,
+        optimize=True,
+        disposal=1,
+    )
+
+
+def ffmpeg() -> str:
+    """Path of ffmpeg."""
+    found = shutil.which("ffmpeg")
+    if found is None:
+        raise RequestError(
+            "ffmpeg for an .mp4",
+            "none on the PATH",
+            "install it (apt install ffmpeg), or write a .gif",
+        )
+    return found
+
+
+def write_mp4(file: Path, pictures: Iterable[Picture], rate: int) -> None:
+    """Write a film with ffmpeg; the pictures, at least one, are of even height and width."""
+    waiting = iter(pictures)
+    first = next(waiting)
+    size = f"{first.shape[1]}x{first.shape[0]}"
+    command = [
+        ffmpeg(),
+        "-loglevel",
+        "error",
+        "-y",
+        "-f",
+        "rawvideo",
+        "-pix_fmt",
+        "rgb24",
+        "-s",
+        size,
+        "-r",
+        str(rate),
+        "-i",
+        "-",
+        "-an",
+        "-c:v",
+        "libx264",
+        "-pix_fmt",
+        "yuv420p",
+        "-movflags",
+        "+faststart",
+        str(file),
+    ]
+    data = b"".join(picture.tobytes() for picture in chain([first], waiting))
+    done = subprocess.run(command, input=data, capture_output=True, check=False)
+    if done.returncode != 0:
+        raise RequestError(
+            "a film from ffmpeg",
+            done.stderr.decode(errors="replace")[-300:],
+            "write a .gif instead",
+        )

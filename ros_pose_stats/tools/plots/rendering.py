@@ -1,0 +1,195 @@
+"""A part on the plate as pixels: orthographic, with hidden surfaces, edges and a shadow.
+
+The nearest triangle of each pixel is seen, so that concave parts come out right; a picture takes a
+few hundredths of a second.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...core.records import Array, Index, Mask
+
+LIGHT = np.array([-0.25, -0.5, 0.8]) / np.linalg.norm([-0.25, -0.5, 0.8])
+PART = np.array([0.42, 0.64, 0.92])
+PLATE = 0.925
+RIM = 0.72
+SHADOW = 0.70
+"""Greys of the plate, its border and the shadow straight below the part."""
+
+LINE = 0.28  # brightness left on an edge
+
+CREASE = np.cos(np.radians(25.0))
+"""Angle between two triangles above which an edge is drawn between them."""
+
+STEP = 0.02  # difference of depth that makes an outline, as a fraction of the picture's width
+FINENESS = 2  # samples of a pixel in each direction
+
+
+class View(NamedTuple):
+    """The part of the plate frame that a picture shows, and the viewer's direction."""
+
+    center: Array  # (3,); point in the middle of the picture, metres
+    width: float  # metres across the picture
+    pixels: tuple[int, int]  # width and height
+    elevation: float = 22.0  # of the viewer, degrees
+    azimuth: float = -62.0
+    plate: float = 0.0  # half the side of the plate around the origin, metres
+
+
+def rendered(triangles: Array, view: View, color: Array = PART) -> NDArray[np.uint8]:
+    """Draw triangles (t, 3, 3) above the plate z = 0, as pixels (height, width, 3).
+
+    In the plate frame, metres, counter-clockwise seen from outside; `color`: of the part, or of
+    each triangle, 0 to 1.
+    """
+    wide, high = (FINENESS * side for side in view.pixels)
+    normals = triangle_normals(triangles)
+    right, up, towards = view_axes(view)
+    scale = wide / view.width
+    frame = np.stack([scale * right, -scale * up, scale * towards], axis=1)
+    shift = np.array([0.5 * wide, 0.5 * high, 0.0]) - view.center @ frame
+    seen = normals @ towards > 1e-9
+    nearest, depth = nearest_triangles(triangles[seen] @ frame + shift, wide, high)
+    plate, level = _plate(frame, shift, view.plate, wide, high)
+    plate &= ~(depth > level)
+    parts = int(seen.sum())
+    nearest[plate] = parts
+    depth[plate] = level[plate]
+    bright = 0.38 + 0.68 * (0.5 + 0.5 * normals[seen] @ LIGHT) ** 1.5
+    colors = np.broadcast_to(color, (len(triangles), 3))[seen]
+    shades = np.concatenate(
+        [bright[:, None] * colors, np.full((1, 3), PLATE), np.ones((1, 3))]
+    )
+    picture = shades[np.where(nearest < 0, parts + 1, nearest)]
+    lit = triangles[normals[:, 2] > 1e-9] * (1.0, 1.0, 0.0) @ frame + shift
+    picture[plate & (nearest_triangles(lit, wide, high)[0] >= 0)] *= SHADOW / PLATE
+    facing = np.concatenate([normals[seen], [[0.0, 0.0, 1.0]], np.zeros((1, 3))])
+    picture *= _edges(nearest, depth, facing, parts, STEP * wide)[..., None]
+    picture = np.clip(picture, 0.0, 1.0)
+    samples = [
+        picture[i::FINENESS, j::FINENESS]
+        for i in range(FINENESS)
+        for j in range(FINENESS)
+    ]
+    return np.asarray(sum(samples) * (255.0 / len(samples)) + 0.5, dtype=np.uint8)
+
+
+def triangle_normals(triangles: Array) -> Array:
+    """Unit normals (t, 3) of triangles (t, 3, 3); zero where a triangle has no area."""
+    normals = np.cross(
+        triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
+    )
+    lengths = np.maximum(np.linalg.norm(normals, axis=1), 1e-300)
+    return np.asarray(normals / lengths[:, None])
+
+
+def view_axes(view: View) -> tuple[Array, Array, Array]:
+    """Right and up in the picture, and the direction to the viewer."""
+    up, about = np.radians((view.elevation, view.azimuth))
+    towards = np.array(
+        [np.cos(up) * np.cos(about), np.cos(up) * np.sin(about), np.sin(up)]
+    )
+    right = np.array([-np.sin(about), np.cos(about), 0.0])
+    return right, np.cross(towards, right), towards
+
+
+def _plate(
+    frame: Array, shift: Array, side: float, wide: int, high: int
+) -> tuple[Mask, Array]:
+    """Which pixels show the plate if nothing is on it, and its depth (high, wide)."""
+    x, y = np.meshgrid(
+        np.arange(wide) + 0.5 - shift[0], np.arange(high) + 0.5 - shift[1]
+    )
+    # The picture's two axes as seen from points of z = 0.
+    onto = np.linalg.inv(frame[:2, :2])
+    east, north = (x * onto[0, k] + y * onto[1, k] for k in range(2))
+    inside = (np.abs(east) <= side) & (np.abs(north) <= side)
+    return inside, east * frame[0, 2] + north * frame[1, 2] + shift[2]
+
+
+def _edges(
+    nearest: Index, depth: Array, facing: Array, parts: int, step: float
+) -> Array:
+    """Brightness (high, wide): dark where a crease or an outline runs, light grey at the rim."""
+    bright = np.ones(nearest.shape)
+    for here, there in ((np.s_[:, :-1], np.s_[:, 1:]), (np.s_[:-1], np.s_[1:])):
+        differ = np.nonzero(nearest[here] != nearest[there])
+        one = nearest[here][differ]
+        two = nearest[there][differ]
+        part = ((one >= 0) & (one < parts)) | ((two >= 0) & (two < parts))
+        bend = (facing[one] * facing[two]).sum(axis=1) < CREASE
+        with np.errstate(invalid="ignore"):
+            jump = ~(np.abs(depth[here][differ] - depth[there][differ]) < step)
+        value = np.where(part & (bend | jump), LINE, np.where(~part & bend, RIM, 1.0))
+        for side in (here, there):
+            bright[side][differ] = np.minimum(bright[side][differ], value)
+    return bright
+
+
+AT_ONCE = 3_000_000  # most pixels of triangles in memory at a time
+
+
+def nearest_triangles(corners: Array, wide: int, high: int) -> tuple[Index, Array]:
+    """Which triangle is seen in every pixel, -1 for none, and its depth at the pixel's middle.
+
+    `corners` (t, 3, 3): across and down the picture in pixels, and towards the viewer.
+    """
+    found = np.full(wide * high, -1, dtype=np.int64)
+    depth = np.full(wide * high, -np.inf)
+    owner, y, begin, end = _spans(corners, wide, high)
+    span = end - begin
+    # Rise of the depth across and down each triangle; none where it is seen edge-on.
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    edge_on = np.abs(normal[:, 2:]) < 1e-9
+    slope = np.where(
+        edge_on, 0.0, -normal[:, :2] / np.where(edge_on, 1.0, normal[:, 2:])
+    )
+    covers = np.flatnonzero(span)
+    portion = np.cumsum(span[covers]) // AT_ONCE
+    least = corners[:, :, 2].min(axis=1)
+    most = corners[:, :, 2].max(axis=1)
+    for some in np.split(covers, np.flatnonzero(np.diff(portion)) + 1):
+        row = np.repeat(some, span[some])
+        first = np.repeat(np.cumsum(span[some]) - span[some], span[some])
+        x = begin[row] + np.arange(len(row)) - first
+        mine = owner[row]
+        pixel = y[row] * wide + x
+        origin = corners[mine, 0]
+        far = (
+            origin[:, 2]
+            + (x + 0.5 - origin[:, 0]) * slope[mine, 0]
+            + (y[row] + 0.5 - origin[:, 1]) * slope[mine, 1]
+        )
+        far = np.clip(far, least[mine], most[mine])
+        np.maximum.at(depth, pixel, far)
+        kept = far >= depth[pixel]
+        found[pixel[kept]] = mine[kept]
+    return found.reshape(high, wide), depth.reshape(high, wide)
+
+
+def _spans(corners: Array, wide: int, high: int) -> tuple[Index, Index, Index, Index]:
+    """Triangle, row, first column and end of every stretch of pixels that is covered."""
+    low = np.clip(np.ceil(corners[:, :, 1].min(axis=1) - 0.5), 0, high).astype(np.int64)
+    top = np.clip(np.ceil(corners[:, :, 1].max(axis=1) - 0.5), 0, high).astype(np.int64)
+    rows = top - low
+    owner = np.repeat(np.arange(len(corners)), rows)
+    y = low[owner] + np.arange(len(owner)) - np.repeat(np.cumsum(rows) - rows, rows)
+    left = np.full(len(owner), np.inf)
+    right = np.full(len(owner), -np.inf)
+    for k in range(3):
+        p = corners[owner, k, :2]
+        q = corners[owner, (k + 1) % 3, :2]
+        crosses = (p[:, 1] <= y + 0.5) != (q[:, 1] <= y + 0.5)
+        share = (y + 0.5 - p[:, 1])[crosses] / (q[:, 1] - p[:, 1])[crosses]
+        x = p[crosses, 0] + share * (q[:, 0] - p[:, 0])[crosses]
+        left[crosses] = np.minimum(left[crosses], x)
+        right[crosses] = np.maximum(right[crosses], x)
+    begin = np.clip(np.ceil(np.clip(left, -1.0, wide + 1.0) - 0.5), 0, wide).astype(
+        np.int64
+    )
+    end = np.clip(np.ceil(np.clip(right, -1.0, wide + 1.0) - 0.5), 0, wide).astype(
+        np.int64
+    )
+    return owner, y, begin, np.maximum(end, begin)
