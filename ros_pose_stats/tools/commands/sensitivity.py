@@ -208,7 +208,7 @@ def sensitivity_table(found: "sensitivity.Sensitivity") -> list[str]:
             ]
         )
     lines = [
-        describe.describe_gain(found),
+        found.describe_gain(),
         f"{space.part.part_id}: wanted {name_poses(found.wanted)}: "
         f"{_bounded(found.accepted)} by {found.method}, in brackets 90 % intervals",
         describe_scene(found.scene.restitution, found.scene.drop_height),

@@ -1,16 +1,13 @@
 """Features, changes and verdicts in words."""
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ...base.text import listed, name_poses, points, several
 from ...core.records import Array, statistics
 from . import changes, comparison, paired_drops
-
-if TYPE_CHECKING:
-    from . import sensitivity
 
 JUDGED = (
     "judged by the outer shape (the convex hull) and the centre of mass alone, not by "
@@ -49,40 +46,6 @@ def name_moves(space: changes.DesignSpace, moves: Array) -> str:
     return listed([name_step(space, one, float(moves[one])) for one in named]) + (
         f", and {more} more like it" if more else ""
     )
-
-
-def describe_gain(found: "sensitivity.Sensitivity") -> str:
-    """What gains most by estimate, of steps whose drops show a gain beyond the chance of all.
-
-    The drops do not choose, so their interval is what it says.
-    """
-    best = [(one, "") for one in found.best]
-    if found.checked:
-        chances = paired_drops.adjust_together(
-            [check.p_value for _, check in found.checked]
-        )
-        best = [
-            (
-                one,
-                f", {points(check.value)} by drops ({points(check.low)} to "
-                f"{points(check.high)})",
-            )
-            for (one, check), chance in zip(found.checked, chances, strict=True)
-            if check.value > 0.0 and chance <= comparison.LEVEL
-        ]
-    if best:
-        one, by_drops = best[0]
-        return (
-            f"gains most by estimate: {name_step(found.space, one.number, one.step)}: "
-            f"{points(one.change)} points{by_drops}"
-        )
-    if found.checked:
-        return (
-            f"no gain is sure: of the best {several(len(found.checked), 'step')}, tested "
-            f"together, {found.drops} drops show none; more drops may"
-        )
-    step = f"{1e3 * found.step:.3g} mm or {100.0 * found.step / found.space.body.radius:.3g} %"
-    return f"nothing to gain: no step of {step} raises the share by more than its own error"
 
 
 def feature_as_dict(space: changes.DesignSpace, number: int) -> dict[str, Any]:

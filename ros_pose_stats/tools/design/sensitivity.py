@@ -14,12 +14,13 @@ from typing import Any
 import numpy as np
 
 from ...base import errors, methods, version
+from ...base.text import points, several
 from ...core import tolerances
 from ...core.estimators import estimate_in
 from ...core.records import DropScene, Part, scene as scenes, statistics
 from ...core.simulation.request import drop_request
 from ...core.statistics import feeding, pose_groups
-from . import alike, changes, describe, paired_drops, shares
+from . import alike, changes, comparison, describe, paired_drops, shares
 
 STEP = 0.05
 """Of the radius, and of stretching as a fraction: a change that a designer would make. What less
@@ -104,6 +105,36 @@ class Sensitivity:
     def checked(self) -> list[tuple[Effect, paired_drops.PairedDifference]]:
         """Effects with their checks, in the same order."""
         return [(one, one.check) for one in self.best if one.check is not None]
+
+    def describe_gain(self) -> str:
+        """The change that gains most, in words, of those whose gain is beyond chance.
+
+        The drops do not choose the step, so their interval is what it says.
+        """
+        checked = self.checked
+        if not checked and self.best:
+            return self._gain_in_words(self.best[0])
+        chances = paired_drops.adjust_together([check.p_value for _, check in checked])
+        for (effect, check), chance in zip(checked, chances, strict=True):
+            if check.value > 0.0 and chance <= comparison.LEVEL:
+                return (
+                    f"{self._gain_in_words(effect)}, {points(check.value)} by drops "
+                    f"({points(check.low)} to {points(check.high)})"
+                )
+        if checked:
+            return (
+                f"no gain is sure: of the best {several(len(checked), 'step')}, tested "
+                f"together, {self.drops} drops show none; more drops may"
+            )
+        percent = 100.0 * self.step / self.space.body.radius
+        return (
+            f"nothing to gain: no step of {1e3 * self.step:.3g} mm or {percent:.3g} % "
+            "raises the share by more than its own error"
+        )
+
+    def _gain_in_words(self, effect: Effect) -> str:
+        step = describe.name_step(self.space, effect.number, effect.step)
+        return f"gains most by estimate: {step}: {points(effect.change)} points"
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values; lengths in metres, shares as fractions, NaN as None.

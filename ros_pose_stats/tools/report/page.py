@@ -192,7 +192,7 @@ def _changes(findings: Findings) -> dict[str, Any] | None:
             "png", figures.figure_png(changes.changes_figure(found))
         ),
         "found": found,
-        "gain": describe.describe_gain(found),
+        "gain": found.describe_gain(),
         "rows": [
             (describe.name_step(found.space, one.number, one.step), one)
             for one in found.best[:MOST_EFFECTS]

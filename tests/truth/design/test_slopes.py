@@ -9,7 +9,6 @@ import pytest
 
 from ros_pose_stats import part_from_mesh, resting_poses, sensitivity, suggest
 from ros_pose_stats.core.shapes.demo_parts import DEMO_PARTS
-from ros_pose_stats.tools.design.describe import describe_gain
 from ros_pose_stats.tools.design.paired_drops import paired_difference
 from study import shapes
 
@@ -105,15 +104,13 @@ def test_the_first_line_is_as_sure_as_it_says(gain, right):
             random.choice(3, 2000, p=(0.86 - gain, 0.07, 0.07 + gain))
             for _ in found.effects
         ]
-        line = describe_gain(
-            replace(
-                found,
-                effects=tuple(
-                    replace(one, check=paired_difference(end == 1, end == 2))
-                    for one, end in zip(found.effects, ends, strict=True)
-                ),
-            )
-        )
+        line = replace(
+            found,
+            effects=tuple(
+                replace(one, check=paired_difference(end == 1, end == 2))
+                for one, end in zip(found.effects, ends, strict=True)
+            ),
+        ).describe_gain()
         told = re.search(r"by drops \((\S+) to (\S+)\)", line)
         kept.append(
             line.startswith("no gain is sure: ")
