@@ -24,9 +24,13 @@ test-all: test
 	$(PYTEST) --dist worksteal -m long
 	for name in fuzz attacks soak state; do .venv/bin/python -m lab.trials.$$name --short || exit 1; done
 
+CODE := ros_pose_stats tests study lab launch .ci setup.py
+
 lint: $(READY)
-	.venv/bin/ruff check --config .ci/ruff.toml ros_pose_stats tests study lab setup.py
+	.venv/bin/ruff check --config .ci/ruff.toml $(CODE)
+	.venv/bin/ruff format --check --config .ci/ruff.toml $(CODE)
 	.venv/bin/mypy
+	.venv/bin/python -m tests.house.weight
 
 clean:
 	rm -rf .venv build install log demo

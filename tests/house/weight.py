@@ -1,31 +1,116 @@
-"""What the project weighs: lines, files and imports by tree, words of pages, by one command.
+"""What a reader takes in, by tree: printed by `make lint`, bounded when a version is released.
 
-    python -m tests.house.weight
+    python -m tests.house.weight                      the trees beside the last release
+    python -m tests.house.weight --release VERSION    the same, kept as what that release weighs
 
-`PROCESS_STARTS` of the tests are counted while they run, by the hook in `tests/conftest.py`.
+A release may weigh 3 % more than the one before, counted in syntax nodes; `--release` ends with
+status 1 where a tree weighs more, unless `docs/decisions.md` names the version under "Weight".
 """
 
+import argparse
 import ast
+import json
+import sys
 from collections import Counter
 from pathlib import Path
 from typing import NamedTuple
 
 ROOT = Path(__file__).resolve().parents[2]
+PACKAGE = "ros_pose_stats"
+TREES = (PACKAGE, "tests", "lab", "study")
+RELEASED = Path(__file__).with_name("released_weight.json")
+ROOM = 1.03
+COLUMNS = 88
+
+VAGUE = frozenset(
+    """
+    all alone another any apart aside asked beside both came coming done drawn each every few
+    found given gone got held here how it its kept known left made many met more much named
+    none now of one ones other own place said same seen sent shown some still such taken that
+    them then there these they this those told wanted way what when where which who whom whose
+    why about after again ahead among around at before behind between by far into near off on
+    once onto out over since so to together too twice under until very without yet
+    """.split()  # noqa: SIM905 - a list would take a line for each
+)
+"""Pronouns, participles, prepositions and adverbs: no name of a thing is one of them alone."""
+
+USUAL_ALIASES = frozenset({"numpy", "matplotlib.pyplot"})
 
 
 class Weight(NamedTuple):
     """Of a tree of Python files."""
 
     files: int
-    lines: int
-    imports: int
-    """Lines of import statements."""
+    nodes: int
+    """Syntax nodes: what a reader takes in, however the lines are broken."""
+    code_lines: int
+    """Lines that are not blank."""
+    long_lines: int
+    """Of more than 88 columns."""
+    packed: int
+    """Assignments of a tuple to a tuple, swaps among them."""
+    names: int
+    """Variables and parameters, at each place that binds them."""
+    vague: Counter
+    """Those of them that are in `VAGUE`."""
+    aliases: int
+    """Modules and names imported under another name, numpy and pyplot left out."""
 
 
 def python_files(tree):
     """The sources below a folder of the repository."""
     return sorted(
         file for file in (ROOT / tree).rglob("*.py") if "__pycache__" not in file.parts
+    )
+
+
+def is_packed(node):
+    """Whether a statement assigns several values to several names."""
+    return (
+        isinstance(node, ast.Assign)
+        and isinstance(node.targets[0], ast.Tuple)
+        and isinstance(node.value, ast.Tuple)
+    )
+
+
+def bound_names(module):
+    """Names of variables and parameters of a parsed file, at each place that binds them."""
+    for node in ast.walk(module):
+        if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            yield node.id
+        elif isinstance(node, ast.arg):
+            yield node.arg
+
+
+def aliases(module):
+    """Imports of a parsed file under another name."""
+    for node in imports_of(module):
+        source = getattr(node, "module", None)
+        for alias in node.names:
+            full = ".".join(filter(None, (source, alias.name)))
+            if alias.asname not in (None, alias.name) and full not in USUAL_ALIASES:
+                yield alias
+
+
+def weigh(tree):
+    """Weight of a folder of the repository."""
+    nodes = code_lines = long_lines = packed = names = alias_count = 0
+    vague = Counter()
+    files = python_files(tree)
+    for file in files:
+        text = file.read_text(encoding="utf-8")
+        module = ast.parse(text)
+        lines = text.splitlines()
+        code_lines += sum(bool(line.strip()) for line in lines)
+        long_lines += sum(len(line) > COLUMNS for line in lines)
+        nodes += sum(1 for _ in ast.walk(module))
+        packed += sum(map(is_packed, ast.walk(module)))
+        bound = list(bound_names(module))
+        names += len(bound)
+        vague.update(name for name in bound if name in VAGUE)
+        alias_count += sum(1 for _ in aliases(module))
+    return Weight(
+        len(files), nodes, code_lines, long_lines, packed, names, vague, alias_count
     )
 
 
@@ -38,91 +123,111 @@ def imports_of(module):
     ]
 
 
-def weigh(tree):
-    """Weight of a folder of the repository."""
-    lines = imports = 0
-    files = python_files(tree)
-    for file in files:
-        text = file.read_text(encoding="utf-8")
-        lines += text.count("\n")
-        imports += sum(
-            node.end_lineno - node.lineno + 1 for node in imports_of(ast.parse(text))
-        )
-    return Weight(len(files), lines, imports)
-
-
-PACKAGE = "ros_pose_stats"
-DOORS = {PACKAGE, f"{PACKAGE}.cli", f"{PACKAGE}.errors", f"{PACKAGE}.shapes"}
+DOORS = {
+    PACKAGE,
+    f"{PACKAGE}.tools.cli",
+    f"{PACKAGE}.base.errors",
+    f"{PACKAGE}.core.shapes",
+}
 """What tests may import freely: the library, the command, the root of errors, simple bodies."""
 
 
 def inner_imports(tree):
     """Imports of the product's inside by tests below a folder: (file, line, module)."""
-    met = []
+    imports = []
     for file in python_files(tree):
         for node in imports_of(ast.parse(file.read_text(encoding="utf-8"))):
-            modules = (
-                [alias.name for alias in node.names]
-                if isinstance(node, ast.Import)
-                else [node.module or ""]
-            )
-            if isinstance(node, ast.ImportFrom) and node.module in DOORS:
-                modules = [
-                    f"{node.module}.{alias.name}"
-                    for alias in node.names
-                    if (ROOT / PACKAGE / alias.name).is_dir()
-                    and f"{PACKAGE}.{alias.name}" not in DOORS
-                ]
-            met += [
-                (str(file.relative_to(ROOT)), node.lineno, module)
-                for module in modules
-                if module.split(".")[0] == PACKAGE and module not in DOORS
-            ]
-    return met
+            for module in imported_modules(node):
+                if module.split(".")[0] == PACKAGE and not is_door(module):
+                    imports.append((str(file.relative_to(ROOT)), node.lineno, module))
+    return imports
 
 
-MEASURED = ROOT / "docs" / "measured"
-PRINTED = (ROOT / "docs" / "commands.md",)
-"""Pages that a program writes, beside those in `docs/measured`."""
+def is_door(module):
+    """Whether a module, or the one that has this name, may be imported freely."""
+    return module in DOORS or module.rpartition(".")[0] in DOORS - {PACKAGE}
 
 
-def words_of_people():
-    """Words of each page that a person wrote, by its path."""
-    pages = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]
-    return {
-        str(page.relative_to(ROOT)): len(page.read_text(encoding="utf-8").split())
-        for page in sorted(pages)
-        if page not in PRINTED and MEASURED not in page.parents
-    }
-
-
-def main():
-    """Print the tables."""
-    print(f"{'tree':22}{'files':>7}{'lines':>8}{'imports %':>11}")
-    trees = [
-        *sorted(
-            str(folder.relative_to(ROOT))
-            for top in (PACKAGE, "tests", "lab", "study")
-            for folder in (ROOT / top, *(ROOT / top).iterdir())
-            if folder.is_dir() and python_files(folder)
-        )
+def imported_modules(node):
+    """Modules that an import statement names, those in a package by their own names."""
+    if isinstance(node, ast.Import):
+        return [alias.name for alias in node.names]
+    folder = ROOT / Path(*(node.module or "").split("."))
+    submodules = [
+        f"{node.module}.{alias.name}"
+        for alias in node.names
+        if (folder / alias.name).is_dir() or (folder / f"{alias.name}.py").is_file()
     ]
-    for tree in trees:
-        weight = weigh(tree)
+    return submodules or [node.module or ""]
+
+
+def weigh_trees():
+    """Weight of each tree."""
+    return {tree: weigh(tree) for tree in TREES}
+
+
+def print_weights(weights, released):
+    """Print a row for each tree, beside the release that was weighed last."""
+    print(
+        f"{'tree':16}{'files':>6}{'nodes':>9}{'released':>10}{'change':>8}"
+        f"{'a line':>8}{'> 88':>6}{'packed':>8}{'vague':>8}{'aliases':>9}"
+    )
+    for tree, weight in weights.items():
+        before = released["nodes"][tree]
         print(
-            f"{tree:22}{weight.files:7}{weight.lines:8}"
-            f"{100.0 * weight.imports / max(weight.lines, 1):11.1f}"
+            f"{tree:16}{weight.files:6}{weight.nodes:9}{before:10}"
+            f"{weight.nodes / before - 1.0:8.1%}"
+            f"{weight.nodes / max(weight.code_lines, 1):8.1f}{weight.long_lines:6}"
+            f"{1000.0 * weight.packed / max(weight.code_lines, 1):8.1f}"
+            f"{sum(weight.vague.values()) / max(weight.names, 1):8.1%}{weight.aliases:9}"
         )
-    inner = inner_imports("tests")
-    print(f"\nimports of the product's inside by tests: {len(inner)}")
-    folders = Counter("/".join(file.split("/")[:3]) for file, *_ in inner)
-    for folder, count in folders.most_common():
-        print(f"{folder:40}{count:6}")
-    words = words_of_people()
-    print(f"\nwords of pages that people wrote: {sum(words.values())}")
-    for page, count in sorted(words.items(), key=lambda item: -item[1]):
-        print(f"{page:40}{count:6}")
+    print(
+        f"released: {released['version']}; nodes a line; lines over {COLUMNS} columns; "
+        "packed assignments a thousand lines; names that are no nouns"
+    )
+
+
+def too_heavy(weights, released):
+    """Trees that weigh more than a release may."""
+    return [
+        tree
+        for tree, weight in weights.items()
+        if weight.nodes > ROOM * released["nodes"][tree]
+    ]
+
+
+def is_explained(version):
+    """Whether the page of decisions says what a user gets for the weight of a version."""
+    page = (ROOT / "docs/decisions.md").read_text(encoding="utf-8")
+    section = page.partition("\n## Weight\n")[2].partition("\n## ")[0]
+    return version in section
+
+
+def main(arguments=None):
+    """Print the table; keep it where a version is released."""
+    parser = argparse.ArgumentParser(prog="tests.house.weight", description=__doc__)
+    parser.add_argument("--release", metavar="VERSION", help="keep it as a release")
+    version = parser.parse_args(arguments).release
+    released = json.loads(RELEASED.read_text(encoding="utf-8"))
+    weights = weigh_trees()
+    print_weights(weights, released)
+    if version is None:
+        return 0
+    if (heavy := too_heavy(weights, released)) and not is_explained(version):
+        print(
+            f"more than {ROOM - 1.0:.0%} heavier than {released['version']}: "
+            f"{', '.join(heavy)}; say in docs/decisions.md, under Weight, what a user "
+            f"of {version} gets for it",
+            file=sys.stderr,
+        )
+        return 1
+    nodes = {tree: weight.nodes for tree, weight in weights.items()}
+    RELEASED.write_text(
+        json.dumps({"version": version, "nodes": nodes}, indent=2) + "\n",
+        encoding="utf-8",
+    )
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())
