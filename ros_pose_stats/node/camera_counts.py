@@ -14,7 +14,7 @@ from ros_pose_stats_msgs.msg import ObservedParts, PoseCounts
 
 from ..base.errors import RequestError
 from ..core.resting.observed_orientations import classify_orientations
-from .base import Base
+from .equipment import Equipment
 from .lanes import words_of
 from .messages import part_messages, part_requests, times
 from .parts import known_part, result_store
@@ -35,19 +35,19 @@ class BatchSubscription:
 
     def __init__(
         self,
-        base: Base,
+        equipment: Equipment,
         kind: type,
         topic: str,
         noun: str,
         take: Callable[[list[bytes]], object],
     ) -> None:
-        self._log = base.node.get_logger()
-        self._floods = base.refusals.floods
+        self._log = equipment.node.get_logger()
+        self._floods = equipment.refusals.floods
         self._kind = kind
         self._topic = topic
         self._noun = noun
         self._hand_over = take
-        self._count_lost = partial(base.refusals.count_lost, COUNTS)
+        self._count_lost = partial(equipment.refusals.count_lost, COUNTS)
         self._gaps = SequenceGaps()
         self._warned = -math.inf
         self._lock = threading.Lock()
@@ -55,7 +55,7 @@ class BatchSubscription:
             4 * DEPTH
         )
         group = callback_groups.MutuallyExclusiveCallbackGroup()
-        self._subscription: Any = base.node.create_subscription(
+        self._subscription: Any = equipment.node.create_subscription(
             kind,
             topic,
             lambda data, info: self._take_with([(data, info)]),
@@ -66,7 +66,7 @@ class BatchSubscription:
                 incompatible_qos=lambda info: None
             ),
         )
-        base.node.create_subscription(
+        equipment.node.create_subscription(
             kind,
             topic,
             self._take_unreliable,
@@ -143,23 +143,23 @@ class Cameras:
     What a camera saw is counted, and taken as if it had counted that itself.
     """
 
-    def __init__(self, base: Base, stores: result_store.Stores) -> None:
-        self._settings = base.settings
-        self._refusals = base.refusals
-        self._log = base.node.get_logger()
-        self._recorder = base.recorder
-        self._state = base.state
+    def __init__(self, equipment: Equipment, stores: result_store.Stores) -> None:
+        self._settings = equipment.settings
+        self._refusals = equipment.refusals
+        self._log = equipment.node.get_logger()
+        self._recorder = equipment.recorder
+        self._state = equipment.state
         self._parts, self._counts, _, self._announcer = stores
         self._subscriptions = [
             BatchSubscription(
-                base,
+                equipment,
                 ObservedParts,
                 OBSERVED_TOPIC,
                 "messages",
                 partial(self._take, OBSERVED_TOPIC, "message", self._count_observed),
             ),
             BatchSubscription(
-                base,
+                equipment,
                 PoseCounts,
                 COUNTS_TOPIC,
                 "counts",

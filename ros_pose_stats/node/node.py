@@ -14,7 +14,7 @@ from rclpy import exceptions, executors, signals
 from ..base.errors import PoseStatsError, RequestError
 from . import camera_counts
 from .answering_node import AnsweringNode
-from .base import Base
+from .equipment import Equipment
 from .jobs import Jobs, job_reports, queue, refinement, run
 from .lanes import Lanes
 from .messages.times import follow_clock, steady_timer
@@ -74,16 +74,18 @@ class PoseStatsNode(AnsweringNode):
         # What all others work with.
         self.lanes = lanes = Lanes(lambda: settings().max_mesh_bytes)
         refusals = Refusals(log.warning)
-        base = Base(self, settings, state, recorder, refusals, lanes)
+        equipment = Equipment(self, settings, state, recorder, refusals, lanes)
         # Parts and their results.
-        self.builder = part_builder.PartBuilder(base)
-        board = announcer.Announcer(base)
-        self.parts = parts = part_store.PartStore(base, board, self.builder)
-        counts = count_store.CountStore(base, parts)
-        self.results = results = result_store.ResultStore(base, parts, counts, board)
+        self.builder = part_builder.PartBuilder(equipment)
+        board = announcer.Announcer(equipment)
+        self.parts = parts = part_store.PartStore(equipment, board, self.builder)
+        counts = count_store.CountStore(equipment, parts)
+        self.results = results = result_store.ResultStore(
+            equipment, parts, counts, board
+        )
         stores = result_store.Stores(parts, counts, results, board)
         # Simulations. Goals may flip for minutes: ~/feeding does not wait for them.
-        reports = job_reports.JobReports(base, stores)
+        reports = job_reports.JobReports(equipment, stores)
         flips = run.FlipReports()
         prefix = recorder.log.directory.name.removeprefix("pose_stats_")
         self.jobs = jobs = Jobs(prefix, reports, log.error)
@@ -91,11 +93,11 @@ class PoseStatsNode(AnsweringNode):
             Jobs(f"{prefix}_flips", flips, log.error, run.run_flips),
             Jobs(f"{prefix}_feeding", flips, log.error, run.run_flips),
         )
-        refiner = refinement.Refinement(base, stores, jobs)
+        refiner = refinement.Refinement(equipment, stores, jobs)
         # Meshes and cameras; nothing is heard before the executor has the node.
-        self.intake = intake.Intake(base, stores, self.builder, refiner.follow)
-        intake.subscribe_to_meshes(base, self.intake)
-        self.cameras = camera_counts.Cameras(base, stores)
+        self.intake = intake.Intake(equipment, stores, self.builder, refiner.follow)
+        intake.subscribe_to_meshes(equipment, self.intake)
+        self.cameras = camera_counts.Cameras(equipment, stores)
         if settings().restore:
             parts.restore()
         else:
@@ -108,18 +110,18 @@ class PoseStatsNode(AnsweringNode):
             )
         reports.restore()
         # Services and actions, what a feeder is to do, and plates.
-        self.outlines = part_builder.Outlines(base)
+        self.outlines = part_builder.Outlines(equipment)
         asked = services.Services(
-            base, stores, self.intake, refiner, jobs, reports, self.outlines
+            equipment, stores, self.intake, refiner, jobs, reports, self.outlines
         )
         self.actions = [
-            goals.SimulateDropsServer(base, asked, jobs, reports),
-            goals.SimulateFlipsServer(base, parts, self.intake, self.flip_jobs[0]),
+            goals.SimulateDropsServer(equipment, asked, jobs, reports),
+            goals.SimulateFlipsServer(equipment, parts, self.intake, self.flip_jobs[0]),
         ]
         cell.FeedingService(
-            base, stores, self.flip_jobs[1], flips, self.intake, self.outlines
+            equipment, stores, self.flip_jobs[1], flips, self.intake, self.outlines
         )
-        cell.PlateFits(base, stores, self.table.use_plate)
+        cell.PlateFits(equipment, stores, self.table.use_plate)
         # Once a second: what was counted, the disk, and how the node is.
         steady_timer(self, 1.0, self._write_down)
         publish_diagnostics(

@@ -10,7 +10,7 @@ from ros_pose_stats_msgs.msg import DropRecords, JobEvent, PoseStatistics
 
 from ...core.records import PoseStatistics as Statistics
 from ...core.simulation.drops import DropChunk
-from ..base import Base
+from ..equipment import Equipment
 from ..messages import part_messages, statistics_messages, times
 from ..parts import announcer, known_part, result_store
 from ..recorder import ANSWERS, DROP_RECORDS, JOB_EVENTS
@@ -70,11 +70,11 @@ def job_change(event: JobEvent, answer: bytes = b"") -> Change:
 class JobReports(JobListener):
     """Keeps and records what happens to jobs of drops; says the end of each in one line."""
 
-    def __init__(self, base: Base, stores: result_store.Stores) -> None:
+    def __init__(self, equipment: Equipment, stores: result_store.Stores) -> None:
         self._parts, _, self._results, self._announcer = stores
-        self._recorder = base.recorder
-        self._state = base.state
-        self._log = base.node.get_logger()
+        self._recorder = equipment.recorder
+        self._state = equipment.state
+        self._log = equipment.node.get_logger()
         self._interims: dict[str, tuple[Statistics, PoseStatistics]] = {}
         self._kept_at = 0.0
         self.ends: dict[

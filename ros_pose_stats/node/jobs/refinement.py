@@ -13,7 +13,7 @@ from ...core.estimators import best_method
 from ...core.planning import confidence, hybrid
 from ...core.records import DropScene, Part
 from ...core.resting.poses import poses_in
-from ..base import Base
+from ..equipment import Equipment
 from ..lanes import Lane, Rank, done_with
 from ..messages import statistics_messages
 from ..parts import result_store
@@ -40,12 +40,14 @@ def credible_bound(part: Part, message: PoseStatistics, scene: DropScene) -> flo
 class Refinement:
     """Has estimates checked in a lane of their own, equal ones once, and refined by jobs."""
 
-    def __init__(self, base: Base, stores: result_store.Stores, jobs: Jobs) -> None:
-        self._settings = base.settings
-        self._lanes = base.lanes
+    def __init__(
+        self, equipment: Equipment, stores: result_store.Stores, jobs: Jobs
+    ) -> None:
+        self._settings = equipment.settings
+        self._lanes = equipment.lanes
         self._jobs = jobs
         self._parts, _, self._results, self._announcer = stores
-        self._report_failure = base.node.get_logger().error
+        self._report_failure = equipment.node.get_logger().error
         self._checks: dict[tuple[str, str, DropScene], Future[PoseStatistics]] = {}
         self._followed: set[str] = (
             set()

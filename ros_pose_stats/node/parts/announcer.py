@@ -13,7 +13,7 @@ from visualization_msgs.msg import MarkerArray
 from ...base.text import most_probable
 from ...core.mesh.decimation import visible_triangles
 from ...core.records import Array
-from ..base import Base
+from ..equipment import Equipment
 from ..messages import part_requests, statistics_messages, times
 from ..recorder import PART_MESH, POSE_STATISTICS
 from ..recording.writer import cdr as drawing
@@ -121,11 +121,11 @@ NOT_RECORDED = "NOT_RECORDED: this could not be written down: {}."
 class Announcer:
     """Publishes results, each part's by its own publisher, and records them after its mesh."""
 
-    def __init__(self, base: Base) -> None:
-        self._node = base.node
-        self._recorder = base.recorder
-        self._state = base.state
-        self._floods = base.refusals.floods
+    def __init__(self, equipment: Equipment) -> None:
+        self._node = equipment.node
+        self._recorder = equipment.recorder
+        self._state = equipment.state
+        self._floods = equipment.refusals.floods
         self._introduced: Memory[tuple[Path, str, str], bool] = Memory(
             INTRODUCED
         )  # by bag
@@ -135,8 +135,10 @@ class Announcer:
         self._leaving: dict[str, float] = {}  # since when, of parts that are forgotten
         self._lock = threading.Lock()
         self._changed = threading.Event()
-        self._markers = base.node.create_publisher(MarkerArray, "~/markers", LATCHED)
-        times.steady_timer(base.node, SECONDS_BETWEEN, self._look)
+        self._markers = equipment.node.create_publisher(
+            MarkerArray, "~/markers", LATCHED
+        )
+        times.steady_timer(equipment.node, SECONDS_BETWEEN, self._look)
 
     def introduce(self, known: KnownPart) -> None:
         """Put a part's mesh on record once a bag, and what it shows where that is not yet."""

@@ -21,7 +21,7 @@ from ...core.planning.confidence import (
 from ...core.records import Array, Index, scene as scenes
 from ...core.resting.poses import resting_poses
 from ...core.statistics.chi_square import homogeneity
-from ..base import Base
+from ..equipment import Equipment
 from ..messages import part_requests, statistics_messages
 from ..recording.decoding import numbering_of
 from ..refusals import Health
@@ -131,11 +131,11 @@ class CellCounts:
 class CountStore:
     """Learns counts of known parts on the node's plate."""
 
-    def __init__(self, base: Base, parts: part_store.PartStore) -> None:
-        self._settings = base.settings
+    def __init__(self, equipment: Equipment, parts: part_store.PartStore) -> None:
+        self._settings = equipment.settings
         self._parts = parts
-        self._state = base.state
-        self._warn = base.node.get_logger().warning
+        self._state = equipment.state
+        self._warn = equipment.node.get_logger().warning
 
     def restore(self, known: known_part.KnownPart) -> None:
         """Give a part what the state has of its counts, where it has none yet."""

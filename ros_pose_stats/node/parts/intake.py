@@ -12,7 +12,7 @@ from ...base.errors import PoseStatsError
 from ...core.mesh.overlap import TakesLongError
 from ...core.records import DropScene
 from ...core.resting.poses import are_found
-from ..base import Base
+from ..equipment import Equipment
 from ..lanes import Lane, NotDoneError, Rank, done_with, words_of
 from ..messages import part_messages, part_requests
 from ..refusals import MESHES, SequenceGaps
@@ -29,18 +29,18 @@ class Intake:
 
     def __init__(
         self,
-        base: Base,
+        equipment: Equipment,
         stores: result_store.Stores,
         builder: part_builder.PartBuilder,
         follow: Callable[[KnownPart], object],
     ) -> None:
-        self._settings = base.settings
-        self._lanes = base.lanes
-        self._refusals = base.refusals
+        self._settings = equipment.settings
+        self._lanes = equipment.lanes
+        self._refusals = equipment.refusals
         self._parts, _, self._results, self._announcer = stores
         self._builder = builder
         self._follow = follow
-        self._log = base.node.get_logger()
+        self._log = equipment.node.get_logger()
         self.restored: list[
             Future[None]
         ] = []  # parts that have no result in the present scene
@@ -154,10 +154,10 @@ def _lane_of(part: KnownPart | part_requests.PartRequest) -> Lane:
     return Lane.SLOW if is_large else Lane.QUICK
 
 
-def subscribe_to_meshes(base: Base, intake: Intake) -> None:
+def subscribe_to_meshes(equipment: Equipment, intake: Intake) -> None:
     """Hand on what comes on `~/part_mesh` and on each of `mesh_topics`."""
-    settings = base.settings
-    refusals = base.refusals
+    settings = equipment.settings
+    refusals = equipment.refusals
     group = callback_groups.MutuallyExclusiveCallbackGroup()
 
     def subscribe(
@@ -184,12 +184,12 @@ def subscribe_to_meshes(base: Base, intake: Intake) -> None:
             refusals.count_lost(MESHES, gaps.missing_before(info))
             on_mesh(data)
 
-        base.node.create_subscription(
+        equipment.node.create_subscription(
             kind, topic, on_counted_mesh, DEPTH, raw=True, callback_group=group
         )
         # Plain publishers do not match this one; what else is wrong with a publisher, the
         # plain subscription warns of.
-        base.node.create_subscription(
+        equipment.node.create_subscription(
             kind,
             topic,
             on_mesh,

@@ -23,7 +23,7 @@ from ...core.mesh import decimation, overlap
 from ...core.records import DropScene, Part
 from ...core.resting.outlines import outline_at
 from ...core.resting.poses import are_found, resting_poses
-from ..base import Base
+from ..equipment import Equipment
 from ..lanes import Lane, NotDoneError, Rank, ending
 from ..messages.part_requests import PartRequest, part_of
 
@@ -86,10 +86,10 @@ def attempt(function: Callable[..., T], *arguments: Any) -> T | Exception:
 class PartWorker(Worker):
     """The process, for one caller after the other."""
 
-    def __init__(self, base: Base) -> None:
+    def __init__(self, equipment: Equipment) -> None:
         super().__init__(prepare)
-        self._settings = base.settings
-        self._lanes = base.lanes
+        self._settings = equipment.settings
+        self._lanes = equipment.lanes
 
     def call(
         self,

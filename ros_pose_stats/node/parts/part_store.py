@@ -10,7 +10,7 @@ from ros_pose_stats_msgs.msg import JobEvent
 
 from ...base.errors import MeshError, PoseStatsError, RequestError
 from ...core.records import Part, part
-from ..base import Base
+from ..equipment import Equipment
 from ..lanes import NotDoneError
 from ..messages import part_messages, part_requests, times
 from ..recorder import JOB_EVENTS
@@ -27,11 +27,14 @@ class PartStore:
     """Known parts by their id."""
 
     def __init__(
-        self, base: Base, announcer: Announcer, builder: part_builder.PartBuilder
+        self,
+        equipment: Equipment,
+        announcer: Announcer,
+        builder: part_builder.PartBuilder,
     ) -> None:
-        self._settings = base.settings
-        self._recorder = base.recorder
-        self._state = base.state
+        self._settings = equipment.settings
+        self._recorder = equipment.recorder
+        self._state = equipment.state
         self._announcer = announcer
         self._builder = builder
         self._parts: OrderedDict[str, KnownPart] = OrderedDict()

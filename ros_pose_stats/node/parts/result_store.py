@@ -16,7 +16,7 @@ from ...core import records
 from ...core.estimators.estimate import estimate_in
 from ...core.planning import hybrid
 from ...core.simulation.request import Watch, drop_request
-from ..base import Base
+from ..equipment import Equipment
 from ..messages import part_requests, statistics_messages as messages
 from ..recorder import POSE_STATISTICS
 from ..settings import Settings
@@ -40,17 +40,17 @@ class ResultStore:
 
     def __init__(
         self,
-        base: Base,
+        equipment: Equipment,
         parts: part_store.PartStore,
         counts: count_store.CountStore,
         announcer: announcer.Announcer,
     ) -> None:
-        self._settings = base.settings
+        self._settings = equipment.settings
         self._parts = parts
         self._counts = counts
         self._announcer = announcer
-        self._state = base.state
-        self._lanes = base.lanes
+        self._state = equipment.state
+        self._lanes = equipment.lanes
         self._results: Memory[Key, PoseStatistics] = Memory(
             REMEMBERED_POSES, lambda message: len(message.poses)
         )

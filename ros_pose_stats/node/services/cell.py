@@ -19,7 +19,7 @@ from ...core.records import FlipStatistics, Index
 from ...core.simulation.flips import check_kick, usual_kicks
 from ...core.statistics import feeding, pose_groups
 from ..answering_node import Steps
-from ..base import Base
+from ..equipment import Equipment
 from ..jobs import FlipRequest, Jobs, State, run
 from ..lanes import Lane, Rank, done_with, ending
 from ..messages import part_messages, part_requests
@@ -42,14 +42,14 @@ class FeedingService:
 
     def __init__(
         self,
-        base: Base,
+        equipment: Equipment,
         stores: result_store.Stores,
         jobs: Jobs,
         reports: run.FlipReports,
         ways_in: intake.Intake,
         outlines: part_builder.Outlines,
     ) -> None:
-        self._settings = base.settings
+        self._settings = equipment.settings
         self._ways_in = ways_in
         self._outlines = outlines
         self._parts, self._learnt, _, _ = stores
@@ -58,7 +58,7 @@ class FeedingService:
         self._flipped: known_part.Memory[run.FlipKey, bool] = known_part.Memory(
             MOST_FLIPPED
         )
-        base.node.serve(FeedingAnswer, "~/feeding", self.answer)
+        equipment.node.serve(FeedingAnswer, "~/feeding", self.answer)
 
     def answer(self, request: Any, response: Any) -> Steps:
         """What to do and what a feeder gets, from the result that is latched now."""
@@ -215,16 +215,16 @@ class PlateFits:
 
     def __init__(
         self,
-        base: Base,
+        equipment: Equipment,
         stores: result_store.Stores,
         use_plate: Callable[[str], object],
     ) -> None:
-        self._settings = base.settings
-        self._lanes = base.lanes
+        self._settings = equipment.settings
+        self._lanes = equipment.lanes
         self._parts, self._counts, _, self._announcer = stores
         self._use_plate = use_plate
-        self._log = base.node.get_logger()
-        base.node.serve(FitPlate, "~/fit_plate", self.answer)
+        self._log = equipment.node.get_logger()
+        equipment.node.serve(FitPlate, "~/fit_plate", self.answer)
 
     def answer(self, request: Any, response: Any) -> Steps:
         """Fit, and work with what was found if that is wanted."""

@@ -15,7 +15,7 @@ from ros_pose_stats_msgs.msg import PartMesh
 from ...base.errors import PoseStatsError, RequestError
 from ...core.resting.poses import are_found, poses_in
 from ..answering_node import SERVICE_QUALITY, AnsweringNode
-from ..base import Base
+from ..equipment import Equipment
 from ..jobs import FlipRequest, Job, Jobs, State, job_reports, run
 from ..lanes import words_of
 from ..messages.part_messages import flat
@@ -190,14 +190,14 @@ class SimulateDropsServer(GoalServer):
 
     def __init__(
         self,
-        base: Base,
+        equipment: Equipment,
         services: Services,
         jobs: Jobs,
         reports: job_reports.JobReports,
     ) -> None:
         self._services = services
         self._reports = reports
-        super().__init__(base.node, SimulateDrops, "simulate_drops", jobs)
+        super().__init__(equipment.node, SimulateDrops, "simulate_drops", jobs)
 
     def start_job(self, request: Any) -> Job:
         """Accept a drop simulation."""
@@ -229,12 +229,16 @@ class SimulateFlipsServer(GoalServer):
     """Goals that are flips."""
 
     def __init__(
-        self, base: Base, parts: part_store.PartStore, intake: Intake, jobs: Jobs
+        self,
+        equipment: Equipment,
+        parts: part_store.PartStore,
+        intake: Intake,
+        jobs: Jobs,
     ) -> None:
-        self._settings = base.settings
+        self._settings = equipment.settings
         self._parts = parts
         self._intake = intake
-        super().__init__(base.node, SimulateFlips, "simulate_flips", jobs)
+        super().__init__(equipment.node, SimulateFlips, "simulate_flips", jobs)
 
     def start_job(self, request: Any) -> Job:
         """Accept flips; too many are refused at once where the part's poses are at hand."""

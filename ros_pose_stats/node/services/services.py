@@ -12,7 +12,7 @@ from ...core.mesh import mass_properties, parts as meshes
 from ...core.records import Part
 from ...core.simulation.request import check_target
 from ..answering_node import Steps
-from ..base import Base
+from ..equipment import Equipment
 from ..jobs import Job, JobRequest, Jobs, State, job_reports, refinement as refining
 from ..lanes import Rank, done_with, ending, result_of
 from ..messages import part_messages, part_requests, statistics_messages
@@ -37,7 +37,7 @@ class Services:
 
     def __init__(
         self,
-        base: Base,
+        equipment: Equipment,
         stores: result_store.Stores,
         intake: Intake,
         refinement: refining.Refinement,
@@ -45,13 +45,13 @@ class Services:
         reports: job_reports.JobReports,
         outlines: part_builder.Outlines,
     ) -> None:
-        self._settings = base.settings
-        self._refusals = base.refusals
+        self._settings = equipment.settings
+        self._refusals = equipment.refusals
         self._intake = intake
         self._parts, _, self._results, self._announcer = stores
         self._refinement = refinement
         self._outlines = outlines
-        self._lanes = base.lanes
+        self._lanes = equipment.lanes
         self._jobs = jobs
         self._reports = reports
         self._shifted: Memory[Any, Part] = memory_of_parts()
@@ -64,7 +64,7 @@ class Services:
             (srv.ListDropSimulations, "list_drop_simulations", self.list),
             (srv.CancelDropSimulation, "cancel_drop_simulation", self.cancel),
         ):
-            base.node.serve(
+            equipment.node.serve(
                 kind,
                 f"~/{name}",
                 callback,

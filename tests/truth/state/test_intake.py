@@ -20,7 +20,7 @@ from ros_pose_stats.core.mesh.overlap import TakesLongError
 from ros_pose_stats.core.records.scene import DropScene, Numbering
 from ros_pose_stats.node import camera_counts, state as states
 from ros_pose_stats.node.answering_node import answered
-from ros_pose_stats.node.base import Base
+from ros_pose_stats.node.equipment import Equipment
 from ros_pose_stats.node.jobs import JobListener, JobRequest, Jobs, State, job_reports
 from ros_pose_stats.node.jobs.refinement import Refinement
 from ros_pose_stats.node.lanes import Lane, Lanes, Rank, done_with, ending
@@ -49,7 +49,7 @@ def lanes():
 
 
 def base_of(lanes=None, state=None, node=None, **settings):
-    return Base(
+    return Equipment(
         node or Mock(), lambda: SimpleNamespace(**settings), state, None, Mock(), lanes
     )
 
@@ -163,7 +163,7 @@ def test_a_failing_refinement_keeps_no_other_part_from_being_checked(lanes):
     jobs = Mock(cancel_refinement=Mock(side_effect=OSError("no room")))
     node.get_logger().error = lambda line: done.set() if said else said.append(line)
     parts = {name: Mock(part_id=name) for name in ("first", "last")}
-    base = base_of(
+    equipment = base_of(
         lanes,
         node=node,
         refine_drops=0,
@@ -175,7 +175,7 @@ def test_a_failing_refinement_keeps_no_other_part_from_being_checked(lanes):
         max_job_seconds=1.0,
     )
     refinement = Refinement(
-        base, Stores(Mock(current=parts.get), None, Mock(), None), jobs
+        equipment, Stores(Mock(current=parts.get), None, Mock(), None), jobs
     )
     may_end = occupied(lanes, Lane.CHECK)
     for known in parts.values():
@@ -348,7 +348,7 @@ def test_the_state_has_jobs_and_counts_before_the_bag(tmp_path, lost):
         )
         return len(had) - 1 != lost
 
-    base = base_of(state=state, node=MagicMock(), plate="")._replace(
+    equipment = base_of(state=state, node=MagicMock(), plate="")._replace(
         recorder=Mock(record=record, last_problem="no room")
     )
     result = PoseStatistics(
@@ -365,11 +365,11 @@ def test_the_state_has_jobs_and_counts_before_the_bag(tmp_path, lost):
     parts = Mock(current=lambda name: known)
     stores = Stores(
         parts,
-        CountStore(base, parts),
+        CountStore(equipment, parts),
         Mock(number_result=lambda *_: result),
-        Announcer(base),
+        Announcer(equipment),
     )
-    reports = job_reports.JobReports(base, stores)
+    reports = job_reports.JobReports(equipment, stores)
     state.commit(
         state.put(job_reports.job_change(JobEvent(job_id="run_0000", event=2)))
     )
@@ -383,9 +383,9 @@ def test_the_state_has_jobs_and_counts_before_the_bag(tmp_path, lost):
     )
     job.finished.result(60.0)
     jobs.close("")
-    camera_counts.Cameras(base, stores)
-    kind, _, take = base.node.create_subscription.call_args_list[2].args[:3]
-    base.node.create_subscription().handle.take_message.return_value = None
+    camera_counts.Cameras(equipment, stores)
+    kind, _, take = equipment.node.create_subscription.call_args_list[2].args[:3]
+    equipment.node.create_subscription().handle.take_message.return_value = None
     three = kind(
         part_id="clamp", index=[0], count=[3], round_sides=192, cluster_tolerance=0.0025
     )

@@ -11,7 +11,7 @@ from .settings import Settings
 from .state import State
 
 
-class Base(NamedTuple):
+class Equipment(NamedTuple):
     """It is handed to each of them as it is; `settings` gives the present ones."""
 
     node: AnsweringNode
