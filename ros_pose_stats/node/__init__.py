@@ -1,1 +1,1 @@
-"""The ROS 2 node `pose_stats`: conversions, parameters, jobs and wiring around the core."""
+"""The ROS 2 node `pose_stats`: parts, jobs, services, state and bags."""

@@ -1,1 +1,1 @@
-"""What a person uses: commands, pages, pictures, variants of a part, analysis of bags."""
+"""What a person uses: commands, pages, pictures, variants, analysis of bags."""
