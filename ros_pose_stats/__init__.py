@@ -31,8 +31,9 @@ if TYPE_CHECKING:
     from .core.planning.hybrid import hybrid
     from .core.records.drops import DropEvent, DropProgress, FlipStatistics, Trajectory
     from .core.records.part import Part
+    from .core.records.poses import StablePose
     from .core.records.scene import DropScene
-    from .core.records.statistics import PoseStatistics, StablePose
+    from .core.records.statistics import PoseStatistics
     from .core.resting.observed_orientations import classify_orientations
     from .core.resting.outlines import outline_at
     from .core.resting.poses import resting_poses

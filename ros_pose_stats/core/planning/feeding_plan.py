@@ -23,7 +23,7 @@ from ..records import (
     StablePose,
     scene,
 )
-from ..records.statistics import with_units
+from ..records.plain_values import with_units
 from ..statistics import feeding, pose_groups
 from . import plate_fill
 

@@ -12,7 +12,8 @@ from typing import Any, NamedTuple
 import yaml
 
 from ...base import errors, files, version
-from ..records import DropScene, statistics
+from ..records import DropScene
+from ..records.plain_values import plain_value
 from . import fit as fits
 
 HEAD = "plates"
@@ -91,7 +92,7 @@ class PlateProfile:
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values that JSON and YAML can hold, without the name."""
-        found: dict[str, Any] = statistics.plain(vars(self))
+        found: dict[str, Any] = plain_value(vars(self))
         del found["name"]
         return found
 

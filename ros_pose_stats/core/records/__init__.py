@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from .drops import DropEvent, DropProgress, FlipStatistics, Trajectory
     from .part import Array, Corners, Index, Mask, Part
+    from .poses import RestingShape, StablePose
     from .scene import DropScene
-    from .statistics import PoseStatistics, RestingShape, StablePose
+    from .statistics import PoseStatistics
 
 _HOMES = {
     "Array": "part",
@@ -24,8 +25,8 @@ _HOMES = {
     "Mask": "part",
     "Part": "part",
     "PoseStatistics": "statistics",
-    "RestingShape": "statistics",
-    "StablePose": "statistics",
+    "RestingShape": "poses",
+    "StablePose": "poses",
     "Trajectory": "drops",
 }
 

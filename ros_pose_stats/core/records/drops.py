@@ -6,8 +6,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from .part import Array, Index
+from .plain_values import with_units
+from .poses import StablePose
 from .scene import describe_scene
-from .statistics import PoseStatistics, StablePose, with_units
+from .statistics import PoseStatistics
 
 
 @dataclass(frozen=True, eq=False)

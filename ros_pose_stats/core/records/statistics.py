@@ -1,79 +1,31 @@
 """Stable poses and their probabilities, as every method answers."""
 
 import math
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from html import escape
 from importlib import import_module
-from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...base import errors, version
+from ...base.text import several
 from .. import tolerances
-from . import scene as scenes
 from .part import Array, Index, Part
-from .scene import DropScene
-from .tables import report, single_poses
+from .plain_values import with_units
+from .pose_table import pose_table, probability_columns
+from .poses import PoseGroup, StablePose, single_poses
+from .scene import (
+    DEFAULT_PLATE_ERROR,
+    HIGHEST_DROP,
+    DropScene,
+    describe_scene,
+    height_warnings,
+)
 
 FORGOTTEN = "FORGOTTEN: "
 """Begins the warning of statistics without poses: their part is not known any more."""
-
-POSE_FIELDS = (
-    "index",
-    "group",
-    "group_size",
-    "height",
-    "top",
-    "margin",
-    "barrier",
-    "spread",
-    "rolls",
-    "yaw_symmetry",
-    "probability",
-    "probability_low",
-    "probability_high",
-    "standard_error",
-    "count",
-    "group_probability",
-)
-"""Single values of a pose; JSON and messages have them under the same names."""
-
-POSE_VECTORS = ("down", "roll_axis", "orientation")
-
-UNITS = {
-    "radius": "m",
-    "drop_height": "m",
-    "drop_height_low": "m",
-    "drop_height_high": "m",
-    "kick_height": "m",
-    "seconds": "s",
-    "max_seconds": "s",
-    "height": "m",
-    "top": "m",
-    "barrier": "m",
-    "position": "m",
-    "margin": "rad",
-    "spread": "rad",
-    "per_minute": "1/min",
-    "step": "m",
-    "place": "m",
-    "size": "m^2",
-    "within": "m",
-    "outline": "m",
-    "center_shift": "m",
-    "center_of_mass": "m",
-    **dict.fromkeys(
-        ("begin", "end", "time", "queued", "started", "ended", "forgotten"),
-        "s since 1970",
-    ),
-}
-"""By key, of what is no plain number, share or unit vector and has no unit in its key. A `step`
-that has a `unit` beside it is in that one."""
-
-NOTHING = 1e-14
-"""Components this much smaller are rounding."""
 
 STATISTICS_FIELDS = (
     "part_id",
@@ -94,122 +46,6 @@ STATISTICS_FIELDS = (
     "version",
 )
 """Single values of statistics, as in JSON and in messages."""
-
-
-class RestingShape(Protocol):
-    """Contact polygon and silhouette of a part in one of its poses."""
-
-    @property
-    def support_polygon(self) -> Array:
-        """Contact polygon (k, 2) in the plate frame, metres, counter-clockwise."""
-
-    @property
-    def outline(self) -> Array:
-        """Convex silhouette (k, 2) in the plate frame, metres, counter-clockwise."""
-
-
-@dataclass(frozen=True, eq=False)
-class StablePose:
-    """One stable pose of a part, with its resting probability.
-
-    Attributes
-    ----------
-    index : int
-        Number of the pose by geometry alone (rising height); equal for every method.
-    group : int
-        Shared by the poses that a proper rotation of the part carries into each other.
-    down : (3,) array
-        Unit vector in the part frame that points vertically down at rest.
-    height : float
-        Of the centre of mass above the plate, metres.
-    top : float
-        Of the highest point above the plate, metres.
-    margin : float
-        Smallest tilt of the plate that topples the part out of this pose, radians.
-    barrier : float
-        Rise of the centre of mass needed to leave the pose, metres; infinite for a single pose.
-    spread : float
-        Largest angle between the `down` of two members, radians.
-    members : tuple of int
-        The stable faces that are this pose, numbered by rising height over the whole part.
-    orientation : (4,) array
-        Quaternion x y z w of the part frame in the plate frame (smallest rotation).
-    position : (3,) array
-        Origin of the part frame in the plate frame, metres; the centre of mass is above (0, 0).
-    shape : RestingShape
-        Computes the contact polygon and the outline on demand.
-    group_size : int
-        Poses of its group.
-    rolls : bool
-        Whether it can be turned by 90 degrees about the axis of a round or toothed surface
-        without rising by more than the cluster tolerance.
-    roll_axis : (3,) array
-        That axis on the plate, a unit vector of either sign; zero for none or several.
-    yaw_symmetry : int
-        Turns about the vertical that leave the part as it is: n-fold; 0 for any angle.
-    probability : float
-    probability_low, probability_high : float
-        Bounds of the 90 % interval; NaN where none is known.
-    standard_error : float
-        NaN where none is known.
-    count : int
-        Drops that came to rest here; parts that were seen here where the method is `observed`.
-    group_probability : float
-        Of all poses of its group together.
-    """
-
-    index: int
-    group: int
-    down: Array
-    height: float
-    top: float
-    margin: float
-    barrier: float
-    spread: float
-    members: tuple[int, ...]
-    orientation: Array
-    position: Array
-    shape: RestingShape = field(repr=False)
-    group_size: int = 1
-    rolls: bool = False
-    roll_axis: Array = field(default_factory=lambda: np.zeros(3))
-    yaw_symmetry: int = 1
-    probability: float = math.nan
-    probability_low: float = math.nan
-    probability_high: float = math.nan
-    standard_error: float = math.nan
-    count: int = 0
-    group_probability: float = math.nan
-
-    @property
-    def support_polygon(self) -> Array:
-        """Contact polygon (k, 2) in the plate frame, metres, counter-clockwise from above."""
-        return self.shape.support_polygon
-
-    @property
-    def outline(self) -> Array:
-        """Silhouette (k, 2) of the hull in the plate frame, metres, counter-clockwise."""
-        return self.shape.outline
-
-    def with_values(self, **values: float) -> "StablePose":
-        """The same pose with other probabilities."""
-        pose = object.__new__(StablePose)
-        pose.__dict__.update(self.__dict__, **values)
-        return pose
-
-    def as_dict(self) -> dict[str, Any]:
-        """The pose as plain values under the keys of the JSON contract."""
-        found: dict[str, Any] = plain(
-            {
-                **{name: getattr(self, name) for name in POSE_FIELDS},
-                **{
-                    name: without_rounding(getattr(self, name)) for name in POSE_VECTORS
-                },
-                "position": without_rounding(self.position, self.height),
-                "members": self.members,
-            }
-        )
-        return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -269,7 +105,7 @@ class PoseStatistics:
     seed: int = 0
     expected_error: float = math.nan
     largest_error: float = math.nan
-    plate_error: float = scenes.DEFAULT_PLATE_ERROR
+    plate_error: float = DEFAULT_PLATE_ERROR
     seconds: float = math.nan
     warnings: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
@@ -281,7 +117,7 @@ class PoseStatistics:
     @property
     def scene(self) -> str:
         """How high the part was released, onto what, and how bouncy, in one sentence."""
-        return scenes.describe_scene(self.restitution, self.drop_height)
+        return describe_scene(self.restitution, self.drop_height)
 
     def as_dict(self) -> dict[str, Any]:
         """The statistics as plain values under the keys of the JSON contract."""
@@ -323,11 +159,87 @@ class PoseStatistics:
 
     def __str__(self) -> str:
         """The table that commands print, each pose by itself."""
-        return report(self, single_poses(self))
+        return report(self, single_poses(self.poses))
 
     def _repr_html_(self) -> str:
         """The same table in a notebook."""
         return f"<pre>{escape(str(self))}</pre>"
+
+
+def report(
+    statistics: PoseStatistics,
+    groups: Sequence[PoseGroup],
+    part: Part | None = None,
+    *,
+    explain: bool = False,
+) -> str:
+    """The answer of one method as text, a row of its table for each group of poses.
+
+    `part`: to describe its mesh, too; `explain`: whether to say why the method was chosen.
+    """
+    probabilities = probability_columns(groups, with_counts=statistics.drops > 0)
+    lines = [
+        heading(statistics, part),
+        "",
+        _method(statistics),
+        "",
+        *pose_table(groups, probabilities),
+    ]
+    if explain and statistics.choice:
+        lines += ["", statistics.choice]
+    return "\n".join(lines + remarks([statistics]))
+
+
+def heading(statistics: PoseStatistics, part: Part | None = None) -> str:
+    """Lines about the part and the scene."""
+    poses = several(len(statistics.poses), "stable pose")
+    groups = len({pose.group for pose in statistics.poses})
+    if groups < len(statistics.poses):
+        poses += f" in {several(groups, 'group')}"
+    radius = statistics.radius
+    if part is None:
+        return (
+            f"{statistics.part_id}: {statistics.scene}\n"
+            f"{poses}, radius {radius * 1e3:.4g} mm"
+        )
+    center = np.round(part.center_of_mass / radius, 6) * radius * 1e3 + 0.0
+    extents = np.ptp(part.surface_vertices, axis=0) * 1e3
+    return (
+        f"{part.part_id}: {statistics.scene}\n"
+        f"{poses}, {len(part.triangles)} triangles, "
+        f"{' x '.join(f'{x:.4g}' for x in extents)} mm\n"
+        f"centre of mass ({', '.join(f'{x:.4g}' for x in center)}) mm, "
+        f"radius {radius * 1e3:.4g} mm"
+    )
+
+
+def _method(statistics: PoseStatistics) -> str:
+    """Lines about the method and its settings."""
+    method = (
+        f"method {statistics.method}, "
+        f"cluster tolerance {statistics.cluster_tolerance:g}, "
+    )
+    error = 100.0 * statistics.expected_error
+    largest = 100.0 * statistics.largest_error
+    if not statistics.drops:
+        return (
+            f"{method}expected error {error:.1f} points (one pose: {largest:.1f}) "
+            f"against drops at restitution {statistics.restitution:g}"
+        )
+    return (
+        f"{statistics.drops} drops, {statistics.unsettled} unsettled, "
+        f"seed {statistics.seed},\n"
+        f"{method}expected error {error:.2f} points (one pose: {largest:.2f})"
+    )
+
+
+def remarks(answers: Sequence[PoseStatistics]) -> list[str]:
+    """Lines for the end: warnings and notes of all answers, and how long they took."""
+    warnings = dict.fromkeys(line for answer in answers for line in answer.warnings)
+    notes = dict.fromkeys(f"note {line}" for answer in answers for line in answer.notes)
+    seconds = sum(answer.seconds for answer in answers)
+    duration = f"{seconds * 1e3:.3g} ms" if seconds < 1.0 else f"{seconds:.1f} s"
+    return ["", *warnings, *notes, f"computed in {duration}"]
 
 
 class Shares(NamedTuple):
@@ -364,7 +276,7 @@ def pose_statistics(
     method knows the drop height; `warnings`: beside those of the part.
     """
     suspect = (
-        scenes.height_warnings("drop", scene.drop_height, radius, scenes.HIGHEST_DROP)
+        height_warnings("drop", scene.drop_height, radius, HIGHEST_DROP)
         if knows_scene
         else []
     )
@@ -432,43 +344,3 @@ def ranked(poses: Iterable[StablePose], shares: Shares) -> tuple[StablePose, ...
     return tuple(
         found[k].with_values(group_probability=together[found[k].group]) for k in order
     )
-
-
-def with_units(values: dict[str, Any]) -> dict[str, Any]:
-    """The values as JSON takes them, and under `units` the units of those that have one."""
-    found: dict[str, Any] = plain(values)
-    keys = set(_keys(found))
-    found["units"] = {key: unit for key, unit in UNITS.items() if key in keys}
-    return found
-
-
-def plain(value: Any) -> Any:
-    """Numbers, strings, lists and dicts of whatever this was.
-
-    JSON has no NaN and no infinity: they are None. -0 is 0, and named tuples are dicts.
-    """
-    if hasattr(value, "_asdict"):
-        return plain(value._asdict())
-    if isinstance(value, dict):
-        return {name: plain(each) for name, each in value.items()}
-    if isinstance(value, (np.ndarray, np.generic)):
-        return plain(value.tolist())
-    if isinstance(value, (list, tuple)):
-        return [plain(each) for each in value]
-    if isinstance(value, float):
-        return value + 0.0 if math.isfinite(value) else None
-    return str(value) if isinstance(value, Path) else value
-
-
-def without_rounding(vector: Array, scale: float = 0.0) -> Array:
-    """A vector with 0 for what is rounding of its largest component, or of a `scale` above it."""
-    least = NOTHING * max(scale, float(np.abs(vector).max()))
-    return np.where(np.abs(vector) <= least, 0.0, vector)
-
-
-def _keys(value: Any) -> Iterator[str]:
-    if isinstance(value, dict):
-        yield from (key for key in value if key != "step" or "unit" not in value)
-    for each in value.values() if isinstance(value, dict) else value:
-        if isinstance(each, (dict, list)):
-            yield from _keys(each)

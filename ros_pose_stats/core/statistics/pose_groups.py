@@ -13,7 +13,7 @@ import numpy as np
 from ...base import errors, methods, text
 from .. import tolerances
 from ..records import Array, Index, PoseStatistics, StablePose
-from ..records.tables import PoseGroup as PoseGroup, single_poses as single_poses
+from ..records.poses import PoseGroup, single_poses
 from .errors import jeffreys_interval
 
 MOST_ROUNDS = 40  # each round halves the error of the logarithm
@@ -52,7 +52,7 @@ def pose_groups(found: PoseStatistics) -> tuple[PoseGroup, ...]:
 
 def listed_poses(found: PoseStatistics, each: bool) -> tuple[PoseGroup, ...]:
     """Each pose by itself, or those that are alike together."""
-    return single_poses(found) if each else pose_groups(found)
+    return single_poses(found.poses) if each else pose_groups(found)
 
 
 def _joined(poses: list[StablePose], settled: int | None, groups: int) -> PoseGroup:

@@ -15,7 +15,8 @@ from ros_pose_stats_msgs import msg
 
 from ...base import version
 from ...core import records
-from ...core.records.statistics import FORGOTTEN, POSE_FIELDS, STATISTICS_FIELDS
+from ...core.records.poses import POSE_FIELDS
+from ...core.records.statistics import FORGOTTEN, STATISTICS_FIELDS
 from .part_messages import flat
 from .times import now, time_message
 

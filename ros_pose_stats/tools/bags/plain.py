@@ -6,11 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from ...core.records.statistics import with_units, without_rounding
+from ...core.records.plain_values import UNITS, with_units, without_rounding
 from ...node.recording import decoding
 from . import comparisons as compared, jobs as simulated
 from .results import ABOUT, POSE, PREDICTED, Prediction, ResultHistory
 
+TIME_UNITS = dict.fromkeys(
+    ("begin", "end", "time", "queued", "started", "ended", "forgotten"), "s since 1970"
+)
 Plain = dict[str, Any]
 TIMES = ("begin", "end", "time")
 JOB = (
@@ -59,7 +62,8 @@ def as_dict(analysis: compared.BagAnalysis) -> Plain:
             **_fields(contents, ("begin", "end", "notes")),
             "parts": [_part(part) for part in analysis.parts],
             "stray_counts": [_counts(one) for one in analysis.strays],
-        }
+        },
+        {**UNITS, **TIME_UNITS},
     )
 
 

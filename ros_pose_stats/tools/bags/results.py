@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...base.methods import OBSERVED, SIMULATION
-from ...core.records import Array, Index, Mask, scene as scenes, statistics
+from ...core.records import Array, Index, Mask, scene as scenes
+from ...core.records.poses import POSE_FIELDS
+from ...core.records.statistics import STATISTICS_FIELDS
 from ...node.recording.decoding import SECOND, fingerprint
 
 
@@ -162,14 +164,12 @@ PREDICTED = tuple(
 ABOUT = tuple(field.name for field in fields(Prediction) if field.name not in PREDICTED)
 """Columns of the poses, of a prediction of each of them, and what is said of all at once."""
 
-_NUMBERS_OF_POSES = tuple(name for name in statistics.POSE_FIELDS if name in POSE[3:])
-_SHARES = tuple(
-    name for name in statistics.POSE_FIELDS if name in PREDICTED and name != "count"
-)
+_NUMBERS_OF_POSES = tuple(name for name in POSE_FIELDS if name in POSE[3:])
+_SHARES = tuple(name for name in POSE_FIELDS if name in PREDICTED and name != "count")
 _NUMBERS = tuple(
     field.name
     for field in fields(Prediction)
-    if field.type is float and field.name in statistics.STATISTICS_FIELDS
+    if field.type is float and field.name in STATISTICS_FIELDS
 )
 _TEXTS = tuple(field.name for field in fields(Prediction) if field.type is str)
 """What a message has under the same names."""

@@ -13,7 +13,9 @@ from ...base import errors, text
 from ...core.estimators import estimate_in
 from ...core.mesh import files, mass_properties, parts
 from ...core.planning import auto, confidence
-from ...core.records import Array, Part, PoseStatistics, statistics
+from ...core.records import Array, Part, PoseStatistics
+from ...core.records.plain_values import plain_value
+from ...core.records.poses import PoseGroup
 from ...core.resting.poses import poses_in
 from ...core.statistics import feeding, pose_groups
 from ..plots.poses import pose_thumbnail
@@ -112,7 +114,7 @@ def _described(
         "poses": [_pose_row(group, pose) for group in groups for pose in group.poses],
     }
     return (
-        statistics.plain(row),
+        plain_value(row),
         pose_thumbnail(part, groups[0].first, found.radius),
         bool(target)
         and not drop
@@ -123,9 +125,7 @@ def _described(
     )
 
 
-def _row(
-    part: Part, found: PoseStatistics, groups: Sequence[pose_groups.PoseGroup]
-) -> Row:
+def _row(part: Part, found: PoseStatistics, groups: Sequence[PoseGroup]) -> Row:
     size = np.ptp(part.surface_vertices, axis=0).tolist()
     best = groups[0]
     length, width = footprint(best.first.outline)
@@ -159,7 +159,7 @@ def _row(
     }
 
 
-def _pose_row(group: pose_groups.PoseGroup, pose: Any) -> Row:
+def _pose_row(group: PoseGroup, pose: Any) -> Row:
     length, width = footprint(pose.outline)
     return {
         "pose": pose.index,

@@ -1,12 +1,17 @@
 """`estimate PART` and `simulate PART`: poses and probabilities, at once or by dropping a part."""
 
 import argparse
+import math
+from typing import TYPE_CHECKING
 
 from ...base.errors import RequestError
 from ...base.methods import AUTO, BESIDE_DROPS, DEFAULT_METHOD, METHODS
-from ...base.text import listed
+from ...base.text import MOST_POSES, Column, listed, percent
 from ...core.records.scene import DEFAULT_DROPS
 from . import arguments as given, running
+
+if TYPE_CHECKING:
+    from ...core.records import Part, PoseStatistics
 
 CHOICES = {one.name: one for one in METHODS if one.drops != "all"}
 ALL = "all"
@@ -97,17 +102,40 @@ def run(options: argparse.Namespace) -> int:
         plain = [statistics.as_dict() for statistics in answers]
         running.print_json(plain if options.method == ALL else plain[0])
     elif options.method == ALL:
-        from ...core.records.tables import comparison
-        from ...core.statistics.pose_groups import listed_poses
-
-        print(
-            comparison(
-                answers, [listed_poses(one, options.each) for one in answers], part
-            )
-        )
+        print(_comparison(answers, part, options.each))
     else:
         print(running.report_table(answers[0], part, options.each))
     return 0
+
+
+def _comparison(answers: "list[PoseStatistics]", part: "Part", each: bool) -> str:
+    """All methods' answers side by side, in the order of the last method's rows."""
+    from ...core.records.pose_table import FilledColumn, pose_table
+    from ...core.records.statistics import heading, remarks
+    from ...core.statistics.pose_groups import listed_poses
+
+    last = answers[-1]
+    rows = listed_poses(last, each)
+    columns = []
+    for answer in answers:
+        probabilities = {
+            group.first.index: group.probability for group in listed_poses(answer, each)
+        }
+        cells = [percent(probabilities[row.first.index]) for row in rows[:MOST_POSES]]
+        columns.append(FilledColumn(Column(answer.method), cells))
+    # Methods that ignore the drop height have none; the scene has one all the same.
+    of_scene = [answer for answer in answers if math.isfinite(answer.drop_height)]
+    return "\n".join(
+        [
+            heading(of_scene[0] if of_scene else last, part),
+            "",
+            f"probability in %, ordered by {last.method}, "
+            f"cluster tolerance {last.cluster_tolerance:g}",
+            "",
+            *pose_table(rows, columns),
+            *remarks(answers),
+        ]
+    )
 
 
 def register_simulate(commands: given.Commands) -> None:

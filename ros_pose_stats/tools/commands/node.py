@@ -3,14 +3,19 @@
 import argparse
 import os
 import sys
+from collections.abc import Sequence
 from dataclasses import replace
 from importlib.util import find_spec
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from ...base import text
 from ...base.errors import PoseStatsError, RequestError
 from . import arguments as given, running
+
+if TYPE_CHECKING:
+    from ...core.records import PoseStatistics
 
 INTERFACES = "ros_pose_stats_msgs"
 
@@ -227,7 +232,6 @@ def run_show(options: argparse.Namespace) -> int:
     """Print what is latched."""
     arguments = ros_arguments("pose_stats_show", options.ros_arguments)
     prepare_answer()
-    from ...core.records.tables import parts_table
     from ...node.client import latched_results
 
     for results in latched_results(
@@ -239,9 +243,35 @@ def run_show(options: argparse.Namespace) -> int:
         elif options.json:
             running.print_json([found.as_dict() for found in results])
         else:
-            print(parts_table(results))
+            print(_parts_table(results))
         sys.stdout.flush()
     return 0
+
+
+def _parts_table(results: "Sequence[PoseStatistics]") -> str:
+    """A row for each part: its most probable poses, by which method, and the error."""
+    if not results:
+        return "no parts; send one: ros_pose_stats publish PART"
+    heads = [
+        text.Column("part", left=True),
+        text.Column("poses"),
+        text.Column("most probable", "pose: %", left=True),
+        text.Column("method", left=True),
+        text.Column("drops"),
+        text.Column("error", "points"),
+    ]
+    rows = [
+        (
+            statistics.part_id,
+            str(len(statistics.poses)),
+            text.most_probable(statistics.poses) or "forgotten",
+            statistics.method,
+            str(statistics.observed or statistics.drops),
+            text.percent(statistics.expected_error),
+        )
+        for statistics in results
+    ]
+    return "\n".join(text.columns(heads, rows))
 
 
 def _print_result(found: Any, part: Any, options: argparse.Namespace) -> None:

@@ -209,7 +209,7 @@ def print_json(values: Any, *, interrupted: bool = False) -> None:
 
     `interrupted`: whether Ctrl-C ended what the object is of.
     """
-    from ...core.records.statistics import with_units
+    from ...core.records.plain_values import with_units
 
     if isinstance(values, dict):
         values = with_units({**values, "interrupted": True} if interrupted else values)
@@ -282,7 +282,7 @@ def report_table(
     found: "PoseStatistics", part: "Part | None", each: bool, explain: bool = False
 ) -> str:
     """A method's answer, each pose by itself or those that are alike together."""
-    from ...core.records.tables import report
+    from ...core.records.statistics import report
     from ...core.statistics.pose_groups import listed_poses
 
     return report(found, listed_poses(found, each), part, explain=explain)

@@ -8,7 +8,8 @@ from dataclasses import asdict, dataclass
 from typing import Any, NamedTuple
 
 from ...base.version import VERSION
-from ...core.records import DropScene, Part, PoseStatistics, statistics
+from ...core.records import DropScene, Part, PoseStatistics
+from ...core.records.plain_values import plain_value, with_units
 from ...core.statistics import feeding
 from . import paired_drops
 from .correspondence import Correspondence, MatchedPoses
@@ -156,7 +157,7 @@ class VariantComparison:
                     for place, end in enumerate(("", "_low", "_high"))
                 },
             }
-        found: dict[str, Any] = statistics.plain(entry)
+        found: dict[str, Any] = plain_value(entry)
         return found
 
 
@@ -184,7 +185,7 @@ class Comparison:
     def as_dict(self) -> dict[str, Any]:
         """Plain values under the keys of the JSON contract."""
         first = self.found[0]
-        return statistics.with_units(
+        return with_units(
             {
                 "scene": first.scene,
                 **asdict(self.scene),

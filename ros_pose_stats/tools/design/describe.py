@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 
 from ...base.text import listed, name_poses, points, several
-from ...core.records import Array, statistics
+from ...core.records import Array
+from ...core.records.plain_values import without_rounding
 from . import changes, comparison, paired_drops
 
 JUDGED = (
@@ -57,7 +58,7 @@ def feature_as_dict(space: changes.DesignSpace, number: int) -> dict[str, Any]:
         "kind": feature.kind,
         "axis": changes.AXES[feature.axis] if feature.axis >= 0 else None,
         "poses": feature.poses,
-        "place": statistics.without_rounding(place, radius),
+        "place": without_rounding(place, radius),
         "size": feature.size * radius**2,
         "unit": "m" if feature.is_length else "1",
     }

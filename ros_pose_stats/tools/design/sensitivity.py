@@ -17,7 +17,8 @@ from ...base import errors, methods, version
 from ...base.text import points, several
 from ...core import tolerances
 from ...core.estimators import estimate_in
-from ...core.records import DropScene, Part, scene as scenes, statistics
+from ...core.records import DropScene, Part, scene as scenes
+from ...core.records.plain_values import with_units
 from ...core.simulation.request import drop_request
 from ...core.statistics import feeding, pose_groups
 from . import alike, changes, comparison, describe, paired_drops, shares
@@ -142,7 +143,7 @@ class Sensitivity:
         The `unit` of an effect is that of its step, `slope_unit` that of its slope and its error.
         """
         space = self.space
-        return statistics.with_units(
+        return with_units(
             {
                 "part_id": space.part.part_id,
                 "part_digest": space.part.digest,

@@ -13,7 +13,8 @@ import numpy as np
 
 from ...base import errors
 from ...core import tolerances
-from ...core.records import Array, DropScene, Part, scene as scenes, statistics
+from ...core.records import Array, DropScene, Part, scene as scenes
+from ...core.records.plain_values import with_units, without_rounding
 from ...core.resting.convex_body import convex_body
 from ...core.simulation.request import drop_request
 from ...core.statistics import feeding
@@ -67,7 +68,7 @@ class Suggestion:
     def as_dict(self) -> dict[str, Any]:
         """Plain values; lengths in metres, shares as fractions."""
         space = self.space
-        return statistics.with_units(
+        return with_units(
             {
                 "within": self.within,
                 "outline": self.outline,
@@ -99,7 +100,7 @@ class Suggestion:
                     "after": self.dropped_after,
                     "gain": describe.difference_as_dict(self.gain),
                 },
-                "center_of_mass": statistics.without_rounding(
+                "center_of_mass": without_rounding(
                     self.changed.part.center_of_mass, space.body.radius
                 ),
                 "drops": self.drops,

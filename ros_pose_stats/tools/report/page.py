@@ -11,6 +11,7 @@ import numpy as np
 from ...base.text import name_poses, ranges
 from ...core.mesh.decimation import visible_triangles
 from ...core.records import Array, Part, StablePose
+from ...core.records.poses import PoseGroup, single_poses
 from ...core.statistics import feeding, pose_groups
 from ..design import comparison, describe
 from ..plots import changes, figures, poses, shares, sphere, splitting
@@ -83,7 +84,7 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
         "page.html", named=_named, numbered=_numbered, direction=_direction
     ).render(
         **LIMITS,
-        single_poses=pose_groups.single_poses,
+        single_poses=single_poses,
         part=part,
         found=found,
         target=findings.target_error,
@@ -150,8 +151,8 @@ def _kicks(findings: Findings) -> str | None:
 
 
 def _by_method(
-    findings: Findings, shown: Sequence[pose_groups.PoseGroup]
-) -> list[tuple[pose_groups.PoseGroup, Any]]:
+    findings: Findings, shown: Sequence[PoseGroup]
+) -> list[tuple[PoseGroup, Any]]:
     """Each group of poses with the answer of every method."""
     every = [findings.simulated, findings.hybrid, *findings.estimates]
     known = [
@@ -202,11 +203,11 @@ def _changes(findings: Findings) -> dict[str, Any] | None:
     }
 
 
-def _named(group: pose_groups.PoseGroup) -> str:
+def _named(group: PoseGroup) -> str:
     return f"pose{'s' if group.size > 1 else ''}{words.SPACE}{_numbered(group)}"
 
 
-def _numbered(group: pose_groups.PoseGroup) -> str:
+def _numbered(group: PoseGroup) -> str:
     """Numbers of the poses of a group; the last ones are left out of a long list."""
     text = ranges(group.indices).replace("-", words.RANGE)
     if len(text) <= MOST_NAMED:
