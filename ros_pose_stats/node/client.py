@@ -13,7 +13,8 @@ from ros_pose_stats_msgs.srv import GetStatistics
 
 from ..base.errors import RequestError
 from ..core.mesh import files, mass_properties, parts
-from ..core.records import DropScene, Part, PoseStatistics, scene as scenes
+from ..core.records import DropScene, Part, PoseStatistics
+from ..core.records.scene import DEFAULT_RESTITUTION
 from .messages import part_messages, part_requests, times
 from .messages.statistics_messages import statistics_of_message
 from .parts import part_builder
@@ -124,9 +125,7 @@ def publish_part(
     `restitution, drop_height`: default: the node's; `seconds`: default: without end.
     """
     # The node would refuse a scene that is out of range only once the part has arrived there.
-    DropScene(
-        scenes.DEFAULT_RESTITUTION if restitution is None else restitution, drop_height
-    )
+    DropScene(DEFAULT_RESTITUTION if restitution is None else restitution, drop_height)
     if seconds is not None and not seconds >= 0.0:
         raise RequestError("seconds from 0 on", f"{seconds}", "leave them out to go on")
     message.restitution = -1.0 if restitution is None else restitution

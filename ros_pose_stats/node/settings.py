@@ -18,7 +18,14 @@ from rclpy.parameter import Parameter
 
 from ..base.errors import PoseStatsError, RequestError
 from ..base.methods import AT_ONCE, DEFAULT_METHOD
-from ..core.records import DropScene, scene as defaults
+from ..core.records import DropScene
+from ..core.records.scene import (
+    DEFAULT_CLUSTER_TOLERANCE,
+    DEFAULT_PLATE_ERROR,
+    DEFAULT_RESTITUTION,
+    DEFAULT_ROUND_SIDES,
+    MOST_ROUND_SIDES,
+)
 from .messages.part_requests import check_name, shown
 
 if TYPE_CHECKING:
@@ -75,7 +82,7 @@ class Settings:
         "restitution, and refinements combine drops with it.",
     )
     restitution: float = _parameter(
-        defaults.DEFAULT_RESTITUTION,
+        DEFAULT_RESTITUTION,
         "Coefficient of restitution, 0 to below 1.",
         0.0,
         BELOW_ONE,
@@ -132,18 +139,18 @@ class Settings:
         MOST,
     )
     cluster_tolerance: float = _parameter(
-        defaults.DEFAULT_CLUSTER_TOLERANCE,
+        DEFAULT_CLUSTER_TOLERANCE,
         "Least rise of the centre of mass out of a pose, as a "
         "share of its height there; what is shallower belongs to the pose next to it; 0: none.",
         0.0,
         BELOW_ONE,
     )
     round_sides: int = _parameter(
-        defaults.DEFAULT_ROUND_SIDES,
+        DEFAULT_ROUND_SIDES,
         "Sides a turn of the polygons that stand for round "
         "surfaces, whatever the mesh has: 16 or more; 0: as the mesh has them.",
         0,
-        defaults.MOST_ROUND_SIDES,
+        MOST_ROUND_SIDES,
     )
     flip_height: float = _parameter(
         0.0,
@@ -186,11 +193,7 @@ class Settings:
     @property
     def plate_error(self) -> float:
         """Expected root mean square error against the plate itself, as a fraction."""
-        return (
-            defaults.DEFAULT_PLATE_ERROR
-            if self.profile is None
-            else self.profile.plate_error
-        )
+        return DEFAULT_PLATE_ERROR if self.profile is None else self.profile.plate_error
 
     def threads(self) -> int:
         """Threads around the kernels."""

@@ -7,13 +7,12 @@ from dataclasses import dataclass, field
 from importlib import import_module
 
 from ...base import errors, methods
-from ..records import (
-    Array,
-    DropScene,
-    Part,
-    PoseStatistics,
-    scene as scenes,
-    statistics,
+from ..records import Array, DropScene, Part, PoseStatistics, statistics
+from ..records.scene import (
+    DEFAULT_CLUSTER_TOLERANCE,
+    DEFAULT_RESTITUTION,
+    DEFAULT_ROUND_SIDES,
+    LOW_DROP_RADII,
 )
 from ..resting import poses, trust
 from . import published
@@ -92,10 +91,10 @@ def estimate_in(
 def estimate_all(
     part: Part,
     *,
-    restitution: float = scenes.DEFAULT_RESTITUTION,
+    restitution: float = DEFAULT_RESTITUTION,
     drop_height: float | None = None,
-    cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
-    round_sides: int = scenes.DEFAULT_ROUND_SIDES,
+    cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
+    round_sides: int = DEFAULT_ROUND_SIDES,
 ) -> list[PoseStatistics]:
     """Estimate by every registered method, in the registry's order, without drops.
 
@@ -117,7 +116,7 @@ def _warnings(
         if scene.drop_height is None
         else scene.drop_height / resting.body.radius
     )
-    if radii < scenes.LOW_DROP_RADII and not chosen.knows_scene:
+    if radii < LOW_DROP_RADII and not chosen.knows_scene:
         warnings.append(
             f"LOW_DROP: released {radii:.2g} radii above the plate, but {chosen.name} does not "
             f"know the drop height; expect the pose at release to be more frequent."

@@ -11,7 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..records import Array, DropScene, scene as scenes
+from ..records import Array, DropScene
+from ..records.scene import DEFAULT_DROP_RADII
 from ..resting.poses import RestingPoses
 from .published import eae, meae, nonlinear, normalized, qse, share_in_groups
 
@@ -138,7 +139,7 @@ def scene_inputs(resting: RestingPoses, scene: DropScene) -> Array:
 def drop_radii(resting: RestingPoses, scene: DropScene) -> float:
     """Drop height in radii of the part."""
     if scene.drop_height is None:
-        return scenes.DEFAULT_DROP_RADII
+        return DEFAULT_DROP_RADII
     return scene.drop_height / resting.body.radius
 
 

@@ -7,7 +7,13 @@ from dataclasses import replace
 
 from ...base import errors, methods
 from ..estimators.estimate import estimate_in
-from ..records import DropProgress, DropScene, Part, PoseStatistics, scene as scenes
+from ..records import DropProgress, DropScene, Part, PoseStatistics
+from ..records.scene import (
+    DEFAULT_CLUSTER_TOLERANCE,
+    DEFAULT_RESTITUTION,
+    DEFAULT_ROUND_SIDES,
+    real_number,
+)
 from ..simulation.request import Watch, drop_request
 from .hybrid import checked, keep_target
 
@@ -18,7 +24,7 @@ def auto(
     part: Part,
     target_error: float = 0.0,
     drops: int | None = None,
-    restitution: float = scenes.DEFAULT_RESTITUTION,
+    restitution: float = DEFAULT_RESTITUTION,
     seed: int | None = None,
     drop_height: float | None = None,
     max_seconds: float = 0.0,
@@ -26,8 +32,8 @@ def auto(
     on_progress: Callable[[DropProgress], object] | None = None,
     should_stop: Callable[[], bool] | None = None,
     *,
-    cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
-    round_sides: int = scenes.DEFAULT_ROUND_SIDES,
+    cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
+    round_sides: int = DEFAULT_ROUND_SIDES,
 ) -> PoseStatistics:
     """Pose statistics that keep a target error, by the cheapest method that does.
 
@@ -73,7 +79,7 @@ def auto(
     request = drop_request(
         MOST_DROPS if drops is None else drops, seed, target_error, workers
     )
-    if not 0.0 <= scenes.real_number("max_seconds", max_seconds) < math.inf:
+    if not 0.0 <= real_number("max_seconds", max_seconds) < math.inf:
         raise errors.RequestError(
             "max_seconds from 0 up", f"{max_seconds!r}", "0 sets no limit"
         )
@@ -111,10 +117,10 @@ def estimate(
     part: Part,
     method: str = methods.DEFAULT_METHOD,
     *,
-    restitution: float = scenes.DEFAULT_RESTITUTION,
+    restitution: float = DEFAULT_RESTITUTION,
     drop_height: float | None = None,
-    cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
-    round_sides: int = scenes.DEFAULT_ROUND_SIDES,
+    cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
+    round_sides: int = DEFAULT_ROUND_SIDES,
 ) -> PoseStatistics:
     """Estimate the resting probabilities of a part's stable poses.
 

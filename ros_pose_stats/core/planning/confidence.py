@@ -13,14 +13,8 @@ from numpy.typing import ArrayLike
 from ...base import methods, text
 from ...base.errors import RequestError
 from ..estimators import estimator, expected as expectation
-from ..records import (
-    Array,
-    DropScene,
-    Index,
-    PoseStatistics,
-    StablePose,
-    scene as scenes,
-)
+from ..records import Array, DropScene, Index, PoseStatistics, StablePose
+from ..records.scene import DEFAULT_PLATE_ERROR, LOW_DROP_RADII
 from ..records.statistics import with_shares
 from ..resting.poses import RestingPoses
 from ..simulation.request import LEAST_TARGET
@@ -61,7 +55,7 @@ def prior_of(
     """
     low = (
         scene.drop_height is not None
-        and scene.drop_height < scenes.LOW_DROP_RADII * resting.body.radius
+        and scene.drop_height < LOW_DROP_RADII * resting.body.radius
     )
     known = not low or estimator(found.method).knows_scene
     return _prior(
@@ -143,7 +137,7 @@ def not_enough(what: str, bound: float, target_error: float) -> str:
     )
 
 
-PLATE_ERRORS = scenes.DEFAULT_PLATE_ERROR * 2.0 ** np.linspace(-2.5, 2.5, 11)
+PLATE_ERRORS = DEFAULT_PLATE_ERROR * 2.0 ** np.linspace(-2.5, 2.5, 11)
 """Errors that a plate nobody has calibrated may have."""
 
 PLATE_ERROR_SPREAD = (
@@ -235,10 +229,10 @@ def plate_evidence(model: PoseStatistics, counts: ArrayLike) -> Array:
 
 def learnt_plate_error(evidence: Iterable[Array]) -> float:
     """The plate's error that parts' counts ask for, a geometric mean; without any, the default."""
-    far = np.log(PLATE_ERRORS / scenes.DEFAULT_PLATE_ERROR)
+    far = np.log(PLATE_ERRORS / DEFAULT_PLATE_ERROR)
     logarithm = sum(evidence, -0.5 * np.square(far / PLATE_ERROR_SPREAD))
     weight = np.exp(logarithm - logarithm.max())
-    return float(scenes.DEFAULT_PLATE_ERROR * np.exp(weight @ far / weight.sum()))
+    return float(DEFAULT_PLATE_ERROR * np.exp(weight @ far / weight.sum()))
 
 
 def plate_prior(model: PoseStatistics) -> PosePrior:

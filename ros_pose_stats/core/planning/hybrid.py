@@ -9,13 +9,11 @@ from functools import partial
 import numpy as np
 
 from ...base.methods import HYBRID
-from ..records import (
-    DropProgress,
-    DropScene,
-    Part,
-    PoseStatistics,
-    scene as scenes,
-    statistics,
+from ..records import DropProgress, DropScene, Part, PoseStatistics, statistics
+from ..records.scene import (
+    DEFAULT_CLUSTER_TOLERANCE,
+    DEFAULT_RESTITUTION,
+    DEFAULT_ROUND_SIDES,
 )
 from ..resting.poses import poses_in
 from ..simulation import request as requests, simulate
@@ -26,7 +24,7 @@ from . import confidence
 def hybrid(
     part: Part,
     drops: int | None = None,
-    restitution: float = scenes.DEFAULT_RESTITUTION,
+    restitution: float = DEFAULT_RESTITUTION,
     seed: int | None = None,
     drop_height: float | None = None,
     target_error: float = 0.0,
@@ -34,8 +32,8 @@ def hybrid(
     on_progress: Callable[[DropProgress], object] | None = None,
     should_stop: Callable[[], bool] | None = None,
     *,
-    cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
-    round_sides: int = scenes.DEFAULT_ROUND_SIDES,
+    cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
+    round_sides: int = DEFAULT_ROUND_SIDES,
 ) -> PoseStatistics:
     """Drop a part, and take an estimate as if it were drops already made.
 

@@ -12,7 +12,8 @@ import numpy as np
 
 from ...base.errors import RequestError, reason
 from ...base.files import read_file
-from ..records import Index, Part, scene as scenes
+from ..records import Index, Part
+from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES, Numbering
 from ..resting.poses import RestingPoses, resting_poses
 
 MOST = 2.0**48  # parts that nobody counts
@@ -24,7 +25,7 @@ class CountedPart:
 
     part: Part
     count: Index  # (P,) int; parts seen in each pose, by `index`
-    numbering: scenes.Numbering  # of the poses
+    numbering: Numbering  # of the poses
 
     @property
     def resting(self) -> RestingPoses:
@@ -50,15 +51,15 @@ def count_part(
     part: Part,
     counts: Mapping[int, int],
     *,
-    cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
-    round_sides: int = scenes.DEFAULT_ROUND_SIDES,
+    cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
+    round_sides: int = DEFAULT_ROUND_SIDES,
 ) -> CountedPart:
     """Join a part and what was counted of it, from the `index` of a pose to the parts seen in it.
 
     `cluster_tolerance, round_sides`: as of the statistics that numbered the poses. Raises
     RequestError if the part has no such pose, or a count is negative.
     """
-    numbering = scenes.Numbering(cluster_tolerance, round_sides)
+    numbering = Numbering(cluster_tolerance, round_sides)
     poses = len(resting_poses(part, *numbering).poses)
     count = np.zeros(poses, dtype=np.int64)
     for index, number in dict[Any, Any](counts).items():

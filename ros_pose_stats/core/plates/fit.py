@@ -16,7 +16,8 @@ from scipy.special import chdtrc, gammaln, logsumexp
 from ...base import errors, text
 from ..estimators.expected import expected_error
 from ..estimators.split import split
-from ..records import Array, DropScene, Index, scene as scenes
+from ..records import Array, DropScene, Index
+from ..records.scene import DEFAULT_PLATE_ERROR, DEFAULT_ROUND_SIDES, Numbering
 from ..statistics.chi_square import goodness_of_fit
 from .counts import CountedPart
 
@@ -32,10 +33,10 @@ HIGHEST_RADII = 100.0
 """Of the smallest part and of the largest: below, all parts touch the plate at release, and above
 they forget the height."""
 
-SIDES = (scenes.DEFAULT_ROUND_SIDES, 96, 384, 48)
+SIDES = (DEFAULT_ROUND_SIDES, 96, 384, 48)
 """Sides a turn that are looked at; of those as likely the first is taken."""
 
-UNTOLD_SIDES = scenes.DEFAULT_ROUND_SIDES, min(SIDES), max(SIDES)
+UNTOLD_SIDES = DEFAULT_ROUND_SIDES, min(SIDES), max(SIDES)
 """What counts without round parts say: nothing is excluded."""
 
 DEFAULT_WEIGHT = 0.5  # of the default scene beforehand
@@ -74,7 +75,7 @@ class PartEvidence:
     error: float  # root mean square of their difference, the noise of the counts taken off; 0 to 1
     # numbers its poses; (P,): their probabilities in the scene that the other parts ask for, in
     # the default one where there are none; and the error there
-    numbering: scenes.Numbering
+    numbering: Numbering
     left_out: Array
     left_out_error: float
 
@@ -186,7 +187,7 @@ def fit_plate(counted: Sequence[CountedPart]) -> PlateFit:
     place = nearest_scene(parts, weight)
     evidence: list[PartEvidence] = []
     tested: dict[str, tuple[float, float]] = {}  # weight and square error, by digest
-    unknown = scenes.DEFAULT_PLATE_ERROR**2
+    unknown = DEFAULT_PLATE_ERROR**2
     for one in parts:
         part = one.counted.part
         group = one.counted.resting.group
@@ -245,7 +246,7 @@ def fit_plate(counted: Sequence[CountedPart]) -> PlateFit:
 
 def choose_parts(counted: Iterable[CountedPart]) -> list[CountedPart]:
     """Parts that a fit can use, by digest; counts of equally numbered poses are added up."""
-    added: dict[tuple[str, scenes.Numbering], CountedPart] = {}
+    added: dict[tuple[str, Numbering], CountedPart] = {}
     for one in counted:
         key = one.part.digest, one.numbering
         added[key] = (

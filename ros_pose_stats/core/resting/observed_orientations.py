@@ -7,7 +7,8 @@ from numpy.typing import ArrayLike
 
 from ...base.errors import RequestError
 from ..mesh.arrays import NOT_NUMBERS, number_or_nan, real_array
-from ..records import Array, Index, Part, scene as scenes
+from ..records import Array, Index, Part
+from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES
 from .poses import RestingPoses, resting_poses
 
 DEFAULT_ANGLE = math.radians(15.0)
@@ -29,8 +30,8 @@ def classify_orientations(
     part: Part,
     orientations: ArrayLike,
     angle: float = DEFAULT_ANGLE,
-    cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
-    round_sides: int = scenes.DEFAULT_ROUND_SIDES,
+    cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
+    round_sides: int = DEFAULT_ROUND_SIDES,
 ) -> Index:
     """Stable pose that each observed orientation of a part belongs to.
 

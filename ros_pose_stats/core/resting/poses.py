@@ -15,7 +15,8 @@ from ..kernels.features import corner_crowding as corners, split_features as fea
 from ..kernels.levels.splits import split_probabilities
 from ..kernels.principal_axes import principal_axes
 from ..mesh.vectors import lengths, resting_quaternions, rotation_matrices
-from ..records import Array, DropScene, Index, Part, StablePose, scene as scenes
+from ..records import Array, DropScene, Index, Part, StablePose
+from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES, Numbering
 from . import convex_body, symmetry
 from .equilibria import Clusters, Equilibria, clusters, equilibria, spread, tilt_margins
 from .turns import axis_offsets, curves, rolling_axes, yaw_symmetries
@@ -180,8 +181,8 @@ def _read_only(shared: Array) -> Array:
 
 def resting_poses(
     part: Part,
-    cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
-    round_sides: int = scenes.DEFAULT_ROUND_SIDES,
+    cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
+    round_sides: int = DEFAULT_ROUND_SIDES,
 ) -> RestingPoses:
     """Stable poses of a part, found once for the options and kept as long as the part lives.
 
@@ -236,7 +237,7 @@ def are_found(part: Part, scene: DropScene) -> bool:
     return part.has_prepared(_find, scene.numbering)
 
 
-def _find(part: Part, numbering: scenes.Numbering) -> RestingPoses:
+def _find(part: Part, numbering: Numbering) -> RestingPoses:
     found = equilibria(part, numbering.round_sides)
     grouped = clusters(found, numbering.cluster_tolerance)
     return RestingPoses(

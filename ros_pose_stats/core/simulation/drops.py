@@ -8,7 +8,8 @@ import numpy as np
 from ..kernels.drops import drop, layout as at
 from ..kernels.elementary import sines_cosines
 from ..mesh.vectors import turn_vectors
-from ..records import Array, DropScene, Index, Mask, scene as scenes
+from ..records import Array, DropScene, Index, Mask
+from ..records.scene import GRAVITY
 from ..tolerances import (
     MOST_STEPS,
     SLOW,
@@ -98,7 +99,7 @@ def compute_motions(
         outcome[:, at.POSE],
         outcome[:, at.IMPACT_COUNT],
         outcome[:, at.EVENT_COUNT],
-        measure[:, at.DURATION] * math.sqrt(body.radius / scenes.GRAVITY),
+        measure[:, at.DURATION] * math.sqrt(body.radius / GRAVITY),
         measure[:, at.ENERGY],
         outcome[:, at.ENDING] == at.TRAPPED,
         outcome[:, at.TOUCHED] == 1,

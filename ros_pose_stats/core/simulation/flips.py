@@ -9,7 +9,15 @@ import numpy as np
 from ...base import errors, version
 from ..kernels.drops.layout import P, V, W
 from ..mesh.vectors import lengths, turn_vectors
-from ..records import Array, DropScene, FlipStatistics, Index, Part, scene as scenes
+from ..records import Array, DropScene, FlipStatistics, Index, Part
+from ..records.scene import (
+    DEFAULT_CLUSTER_TOLERANCE,
+    DEFAULT_RESTITUTION,
+    DEFAULT_ROUND_SIDES,
+    HIGHEST_KICK,
+    height_warnings,
+    real_number,
+)
 from ..resting.trust import pose_remarks
 from ..statistics.errors import standard_errors
 from . import chunks, drop_body, drops
@@ -17,8 +25,8 @@ from .request import ALONE, DropRequest, Watch, drop_request
 
 DEFAULT_FLIPS = 2000  # flips a pose: a share is told to a point
 
-LOWEST_KICK = 0.05
-HIGHEST_KICK = 5.0
+LOWEST_KICK_RADII = 0.05
+HIGHEST_KICK_RADII = 5.0
 KICKS = 13
 """Part radii, and how many between them: below the lowest hardly a part leaves its pose, above
 the highest most come to rest as if dropped."""
@@ -28,14 +36,14 @@ def simulate_flips(
     part: Part,
     kick_height: float,
     drops: int = DEFAULT_FLIPS,
-    restitution: float = scenes.DEFAULT_RESTITUTION,
+    restitution: float = DEFAULT_RESTITUTION,
     seed: int | None = None,
     workers: int | None = None,
     on_progress: Callable[[int, int], object] | None = None,
     should_stop: Callable[[], bool] | None = None,
     *,
-    cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
-    round_sides: int = scenes.DEFAULT_ROUND_SIDES,
+    cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
+    round_sides: int = DEFAULT_ROUND_SIDES,
     background: bool = False,
 ) -> FlipStatistics:
     """Kick a part many times out of each of its poses, and count where it comes to rest.
@@ -108,7 +116,7 @@ def count_flips(
     warnings = [
         *part.warnings,
         *remarks.warnings,
-        *scenes.height_warnings("kick", kick, body.radius, scenes.HIGHEST_KICK),
+        *height_warnings("kick", kick, body.radius, HIGHEST_KICK),
     ]
     if unsettled.any():
         warnings.append(
@@ -159,7 +167,7 @@ def flips_by_kick(
 
 def check_kick(kick_height: float) -> float:
     """A kick height as a number."""
-    kick = scenes.real_number("kick_height", kick_height)
+    kick = real_number("kick_height", kick_height)
     if not 0.0 <= kick < math.inf:
         raise errors.RequestError(
             "a kick height of 0 m or more",
@@ -171,7 +179,9 @@ def check_kick(kick_height: float) -> float:
 
 def usual_kicks(radius: float) -> tuple[float, ...]:
     """Kick heights, metres, that are worth looking at for a part of this radius, metres."""
-    return tuple((radius * np.geomspace(LOWEST_KICK, HIGHEST_KICK, KICKS)).tolist())
+    return tuple(
+        (radius * np.geomspace(LOWEST_KICK_RADII, HIGHEST_KICK_RADII, KICKS)).tolist()
+    )
 
 
 def _count(

@@ -10,7 +10,14 @@ from numpy.typing import ArrayLike
 from ...base.errors import RequestError
 from ..kernels.drops import evolve, layout as at
 from ..mesh.vectors import lengths, resting_quaternions, turn_vectors
-from ..records import Array, DropEvent, DropScene, Part, Trajectory, scene as scenes
+from ..records import Array, DropEvent, DropScene, Part, Trajectory
+from ..records.scene import (
+    DEFAULT_CLUSTER_TOLERANCE,
+    DEFAULT_RESTITUTION,
+    DEFAULT_ROUND_SIDES,
+    GRAVITY,
+    real_number,
+)
 from . import drop_body, drops
 from .request import drop_request
 
@@ -26,15 +33,15 @@ MOST_SAMPLES = 1_000_000
 def record_drop(
     part: Part,
     drop: int = 0,
-    restitution: float = scenes.DEFAULT_RESTITUTION,
+    restitution: float = DEFAULT_RESTITUTION,
     seed: int = 0,
     drop_height: float | None = None,
     start: ArrayLike | None = None,
     to_rest: bool = False,
     interval: float | None = None,
     *,
-    cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
-    round_sides: int = scenes.DEFAULT_ROUND_SIDES,
+    cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
+    round_sides: int = DEFAULT_ROUND_SIDES,
 ) -> Trajectory:
     """Record the motion of one drop.
 
@@ -93,10 +100,7 @@ def drop_recorded(
         raise RequestError(
             "the number of a drop, from 0", f"{drop!r}", "0 is the first"
         )
-    if (
-        interval is not None
-        and not 0.0 < scenes.real_number("interval", interval) < math.inf
-    ):
+    if interval is not None and not 0.0 < real_number("interval", interval) < math.inf:
         raise RequestError(
             "an interval above 0 s", f"{interval}", "leave it out for a smooth one"
         )
@@ -107,7 +111,7 @@ def drop_recorded(
         else request.starts
     )
     tape, outcomes = _record_tape(body, scene, down, to_rest)
-    unit = math.sqrt(body.radius / scenes.GRAVITY)
+    unit = math.sqrt(body.radius / GRAVITY)
     frame = 1.0 / FRAMES if interval is None else interval / unit
     duration = float(tape[-1, at.TAPE_TIME])
     if not duration <= MOST_SAMPLES * frame:
@@ -122,7 +126,7 @@ def drop_recorded(
     energy = (
         (states[:, at.Z] + 0.5 * (states[:, at.V] * states[:, at.V] + (x + y + z)))
         * part.mass
-        * scenes.GRAVITY
+        * GRAVITY
         * body.radius
     )
     return Trajectory(

@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike
 
 from ...base.errors import RequestError
 from ..mesh import arrays, vectors
-from ..records import Array, DropProgress, scene as scenes
+from ..records import Array, DropProgress
+from ..records.scene import DEFAULT_DROPS, real_number
 
 if TYPE_CHECKING:
     from .drops import DropChunk  # whose kernels are loaded where drops are made
@@ -91,7 +92,7 @@ def drop_request(
 
 def check_target(target_error: float) -> float:
     """The error to be reached; 0: none."""
-    target = scenes.real_number("target_error", target_error)
+    target = real_number("target_error", target_error)
     if not 0.0 <= target < 1.0:
         raise RequestError(
             "a target error from 0 to below 1, as a fraction",
@@ -115,7 +116,7 @@ def check_workers(workers: int | None) -> int:
 
 def _bound(drops: int | None, starts: Array | None) -> int:
     if drops is None:
-        return scenes.DEFAULT_DROPS if starts is None else starts.shape[0]
+        return DEFAULT_DROPS if starts is None else starts.shape[0]
     bound = _whole("drops", drops)
     if not 1 <= bound <= MOST_DROPS:
         raise RequestError(

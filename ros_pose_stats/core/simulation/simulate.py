@@ -7,15 +7,13 @@ from numpy.typing import ArrayLike
 
 from ...base.errors import RequestError
 from ...base.methods import SIMULATION
-from ..records import (
-    DropProgress,
-    DropScene,
-    Part,
-    PoseStatistics,
-    scene as scenes,
-    statistics,
-)
+from ..records import DropProgress, DropScene, Part, PoseStatistics, statistics
 from ..records.part import Array, Index
+from ..records.scene import (
+    DEFAULT_CLUSTER_TOLERANCE,
+    DEFAULT_RESTITUTION,
+    DEFAULT_ROUND_SIDES,
+)
 from ..resting import poses, trust
 from ..statistics.prefix import Judge, Prefix, counted_shares, target_reached
 from .chunks import DropWorkers
@@ -27,7 +25,7 @@ from .request import ALONE, FEWEST, DropRequest, Watch, drop_request
 def simulate(
     part: Part,
     drops: int | None = None,
-    restitution: float = scenes.DEFAULT_RESTITUTION,
+    restitution: float = DEFAULT_RESTITUTION,
     seed: int | None = None,
     drop_height: float | None = None,
     target_error: float = 0.0,
@@ -38,8 +36,8 @@ def simulate(
     *,
     on_drops: Callable[[DropChunk], object] | None = None,
     background: bool = False,
-    cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
-    round_sides: int = scenes.DEFAULT_ROUND_SIDES,
+    cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
+    round_sides: int = DEFAULT_ROUND_SIDES,
     judge: Judge | None = None,
 ) -> PoseStatistics:
     """Drop a part many times and count the poses in which it comes to rest (section 3).

@@ -18,7 +18,8 @@ from ...core.planning.confidence import (
     observe_counts,
     plate_evidence,
 )
-from ...core.records import Array, Index, scene as scenes
+from ...core.records import Array, Index
+from ...core.records.scene import Numbering
 from ...core.resting.poses import resting_poses
 from ...core.statistics.chi_square import homogeneity
 from ..equipment import Equipment
@@ -37,14 +38,14 @@ CHANCE = 1e-4
 class Ground(NamedTuple):
     """What counts must have in common to be added: numbers of the poses, and the plate."""
 
-    numbering: scenes.Numbering
+    numbering: Numbering
     plate: str
 
     def goes_on_as(self, other: "Ground", known: known_part.KnownPart) -> bool:
         """Whether only `round_sides` is new, as of a plate, and poses keep their numbers."""
         tolerance, sides = self.numbering
         new = other.numbering.round_sides
-        if other != Ground(scenes.Numbering(tolerance, new), self.plate):
+        if other != Ground(Numbering(tolerance, new), self.plate):
             return False
         try:
             part = known.part
@@ -143,7 +144,7 @@ class CountStore:
         if known.counts is None and counted is not None and counted[1] == known.digest:
             _, _, tolerance, sides, plate, total, series = counted
             known.counts = CellCounts(
-                Ground(scenes.Numbering(tolerance, sides), plate),
+                Ground(Numbering(tolerance, sides), plate),
                 np.frombuffer(total, np.int64).copy(),
                 series,
             )
@@ -328,9 +329,7 @@ class CountStore:
         told = (
             left_out.probability
             if left_out
-            and Ground(scenes.Numbering(*left_out[:2]), ground.plate).goes_on_as(
-                ground, known
-            )
+            and Ground(Numbering(*left_out[:2]), ground.plate).goes_on_as(ground, known)
             else ()
         )
         model = statistics_messages.statistics_of_message(message)

@@ -11,7 +11,8 @@ from mcap.records import Schema
 from mcap_ros2.decoder import DecoderFactory
 
 from ...base.errors import BagError, PoseStatsError
-from ...core.records import Part, scene as scenes
+from ...core.records import Part
+from ...core.records.scene import Numbering
 from .reader import RawMessage
 
 PACKAGE = "ros_pose_stats_msgs"
@@ -68,11 +69,11 @@ class Decoders:
         return None
 
 
-def numbering_of(message: Any) -> scenes.Numbering:
+def numbering_of(message: Any) -> Numbering:
     """What a message says, the tolerance to 12 digits; older ones took round surfaces as given."""
     tolerance = float(f"{float(getattr(message, 'cluster_tolerance', math.nan)):.12g}")
     # One object for all that are not known: a NaN as a key equals itself alone.
-    return scenes.Numbering(
+    return Numbering(
         tolerance if math.isfinite(tolerance) else math.nan,
         int(getattr(message, "round_sides", 0)),
     )

@@ -14,7 +14,8 @@ from typing import Any, TypeAlias
 
 from ...base.errors import BagError
 from ...base.files import folders_below, open_file
-from ...core.records import Part, scene as scenes, statistics
+from ...core.records import Part, statistics
+from ...core.records.scene import Numbering
 from ...node.recording import decoding
 from ...node.recording.reader import RawMessage, files_of_bag, raw_messages
 from . import camera_counts
@@ -282,7 +283,7 @@ class _BagReader:
         self._messages: Counter[str] = Counter()
         self._times: list[int] = []
         self._sources: dict[tuple[Path, str], int] = {}
-        self._results: dict[PartKey, dict[scenes.Numbering, ResultCollector]] = {}
+        self._results: dict[PartKey, dict[Numbering, ResultCollector]] = {}
         self._jobs = JobCollector()
         self._counts = camera_counts.CountCollector()
         self._drops = DropCollector()
@@ -413,7 +414,7 @@ class _BagReader:
 
 
 def _part_records(
-    results: Mapping[PartKey, Mapping[scenes.Numbering, ResultCollector]],
+    results: Mapping[PartKey, Mapping[Numbering, ResultCollector]],
     jobs: JobCollector,
     drops: DropCollector,
 ) -> Iterator[PartRecord]:

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from ...core.records import Index, scene as scenes
+from ...core.records import Index
+from ...core.records.scene import Numbering
 from ...node.recording.decoding import fingerprint, numbering_of
 
 MOST = 1 << 48  # parts that no camera counts; a number beyond it is damage
@@ -24,7 +25,7 @@ class CameraCounts:
 
     part_id: str  # the digest is empty where the camera did not know it
     part_digest: str
-    numbering: scenes.Numbering  # by which the camera names the poses
+    numbering: Numbering  # by which the camera names the poses
     plate: str
     drop_height: float  # metres; NaN where the camera did not know it
     begin: int  # time of the first and the last message, nanoseconds since 1970

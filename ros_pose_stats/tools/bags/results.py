@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...base.methods import OBSERVED, SIMULATION
-from ...core.records import Array, Index, Mask, scene as scenes
+from ...core.records import Array, Index, Mask
 from ...core.records.poses import POSE_FIELDS
+from ...core.records.scene import Numbering, describe_scene
 from ...core.records.statistics import STATISTICS_FIELDS
 from ...node.recording.decoding import SECOND, fingerprint
 
@@ -57,7 +58,7 @@ class Prediction:
     @property
     def scene(self) -> str:
         """How high and how bouncy, in one sentence."""
-        return scenes.describe_scene(self.restitution, self.drop_height)
+        return describe_scene(self.restitution, self.drop_height)
 
     @property
     def key(self) -> tuple[str, float | None, float | None]:
@@ -92,7 +93,7 @@ class Prediction:
 class ResultHistory:
     """All results of a part in one numbering, by time."""
 
-    numbering: scenes.Numbering
+    numbering: Numbering
     poses: PoseTable
     time: Index  # (n,) int; nanoseconds since 1970
     method: NDArray[np.str_]  # (n,) str
@@ -127,7 +128,7 @@ class ResultHistory:
     def scene(self) -> list[str]:
         """Of each result, how high and how bouncy, in one sentence."""
         return [
-            scenes.describe_scene(*each)
+            describe_scene(*each)
             for each in zip(
                 self.restitution.tolist(), self.drop_height.tolist(), strict=True
             )
@@ -178,7 +179,7 @@ _TEXTS = tuple(field.name for field in fields(Prediction) if field.type is str)
 class ResultCollector:
     """Results of one part in one numbering; the poses of the first lay down the geometry."""
 
-    def __init__(self, first: Any, numbering: scenes.Numbering) -> None:
+    def __init__(self, first: Any, numbering: Numbering) -> None:
         self.numbering = numbering
         self.radius = float(getattr(first, "radius", math.nan))
         self.poses = _pose_table(_sorted(first.poses))

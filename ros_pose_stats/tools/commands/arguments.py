@@ -13,7 +13,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, TypeAlias
 
 from ...base.errors import RequestError
-from ...core.records import scene as scenes
+from ...core.records.scene import (
+    DEFAULT_CLUSTER_TOLERANCE,
+    DEFAULT_RESTITUTION,
+    DEFAULT_ROUND_SIDES,
+    DropScene,
+)
 
 if TYPE_CHECKING:
     from ...core.records import Part
@@ -224,7 +229,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
     },
     "--cluster-tolerance": {
         "type": float,
-        "default": scenes.DEFAULT_CLUSTER_TOLERANCE,
+        "default": DEFAULT_CLUSTER_TOLERANCE,
         "metavar": "T",
         "help": "least rise of the centre of mass out of a pose, as a share of its height there; what is "
         "shallower belongs to the pose next to it (default: %(default)s; 0 lists every stable "
@@ -232,14 +237,14 @@ OPTIONS: dict[str, dict[str, Any]] = {
     },
     "--round-sides": {
         "type": read_count,
-        "default": scenes.DEFAULT_ROUND_SIDES,
+        "default": DEFAULT_ROUND_SIDES,
         "metavar": "N",
         "help": "sides a turn of the polygons that stand for round surfaces, whatever the file has "
         "(default: %(default)s; 0 takes the file as it is)",
     },
     "--restitution": {
         "type": float,
-        "default": scenes.DEFAULT_RESTITUTION,
+        "default": DEFAULT_RESTITUTION,
         "metavar": "R",
         "help": "coefficient of restitution of the plate, 0 to below 1 (default: "
         "%(default)s)",
@@ -359,9 +364,9 @@ def folder(name: str) -> Path:
     return Path(name)
 
 
-def scene_of(options: argparse.Namespace) -> scenes.DropScene:
+def scene_of(options: argparse.Namespace) -> DropScene:
     """The scene that the options name."""
-    return scenes.DropScene(**scene_keywords(options))
+    return DropScene(**scene_keywords(options))
 
 
 def scene_keywords(options: argparse.Namespace) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ...core.records import scene as scenes
+from ...core.records.scene import HIGHEST_DROP, height_warnings
 from . import arguments as given, running
 
 if TYPE_CHECKING:
@@ -220,9 +220,7 @@ def animate(options: argparse.Namespace) -> int:
         f"{part.part_id}: {found.scene}\n"
         f"drop {options.drop}, seed {seed}: {found.impacts} impacts, at rest in pose "
         f"{found.pose}\n{file}: {file.stat().st_size / 1e6:.2f} MB",
-        *scenes.height_warnings(
-            "drop", scene.drop_height, found.radius, scenes.HIGHEST_DROP
-        ),
+        *height_warnings("drop", scene.drop_height, found.radius, HIGHEST_DROP),
         sep="\n",
     )
     return 0

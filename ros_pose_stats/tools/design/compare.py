@@ -15,7 +15,13 @@ from dataclasses import replace
 import numpy as np
 
 from ...base import errors
-from ...core.records import DropScene, Part, PoseStatistics, scene as scenes
+from ...core.records import DropScene, Part, PoseStatistics
+from ...core.records.scene import (
+    DEFAULT_CLUSTER_TOLERANCE,
+    DEFAULT_PLATE_ERROR,
+    DEFAULT_RESTITUTION,
+    DEFAULT_ROUND_SIDES,
+)
 from ...core.resting import poses as stable
 from ...core.simulation import request, simulate
 from ...core.statistics import feeding, pose_groups
@@ -55,16 +61,16 @@ def compare(
     parts: Sequence[Part],
     wanted: Sequence[int] = (),
     drops: int = MOST_DROPS,
-    restitution: float = scenes.DEFAULT_RESTITUTION,
+    restitution: float = DEFAULT_RESTITUTION,
     seed: int | None = None,
     drop_height: float | None = None,
     workers: int | None = None,
     on_progress: Callable[[int, int], object] = lambda done, most: None,
     should_stop: Callable[[], bool] = lambda: False,
     *,
-    cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
-    round_sides: int = scenes.DEFAULT_ROUND_SIDES,
-    plate_error: float = scenes.DEFAULT_PLATE_ERROR,
+    cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
+    round_sides: int = DEFAULT_ROUND_SIDES,
+    plate_error: float = DEFAULT_PLATE_ERROR,
 ) -> comparison.Comparison:
     """Compare the first variant of a part with each of the others, dropped from the same starts.
 

@@ -17,8 +17,13 @@ from ...base import errors, methods, version
 from ...base.text import points, several
 from ...core import tolerances
 from ...core.estimators import estimate_in
-from ...core.records import DropScene, Part, scene as scenes
+from ...core.records import DropScene, Part
 from ...core.records.plain_values import with_units
+from ...core.records.scene import (
+    DEFAULT_CLUSTER_TOLERANCE,
+    DEFAULT_RESTITUTION,
+    DEFAULT_ROUND_SIDES,
+)
 from ...core.simulation.request import drop_request
 from ...core.statistics import feeding, pose_groups
 from . import alike, changes, comparison, describe, paired_drops, shares
@@ -197,10 +202,10 @@ def sensitivity(
     checks: int = CHECKS,
     drops: int = CHECK_DROPS,
     seed: int | None = None,
-    restitution: float = scenes.DEFAULT_RESTITUTION,
+    restitution: float = DEFAULT_RESTITUTION,
     drop_height: float | None = None,
-    cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
-    round_sides: int = scenes.DEFAULT_ROUND_SIDES,
+    cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
+    round_sides: int = DEFAULT_ROUND_SIDES,
     workers: int | None = None,
     on_progress: Callable[[float], object] = lambda share: None,
     should_stop: Callable[[], bool] = lambda: False,

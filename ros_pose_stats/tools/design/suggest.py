@@ -13,8 +13,13 @@ import numpy as np
 
 from ...base import errors
 from ...core import tolerances
-from ...core.records import Array, DropScene, Part, scene as scenes
+from ...core.records import Array, DropScene, Part
 from ...core.records.plain_values import with_units, without_rounding
+from ...core.records.scene import (
+    DEFAULT_CLUSTER_TOLERANCE,
+    DEFAULT_RESTITUTION,
+    DEFAULT_ROUND_SIDES,
+)
 from ...core.resting.convex_body import convex_body
 from ...core.simulation.request import drop_request
 from ...core.statistics import feeding
@@ -117,10 +122,10 @@ def suggest(
     *,
     drops: int = GAIN_DROPS,
     seed: int | None = None,
-    restitution: float = scenes.DEFAULT_RESTITUTION,
+    restitution: float = DEFAULT_RESTITUTION,
     drop_height: float | None = None,
-    cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
-    round_sides: int = scenes.DEFAULT_ROUND_SIDES,
+    cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
+    round_sides: int = DEFAULT_ROUND_SIDES,
     workers: int | None = None,
     on_progress: Callable[[float], object] = lambda share: None,
     should_stop: Callable[[], bool] = lambda: False,

@@ -14,7 +14,7 @@ from ....base.text import (
     remarks,
     several,
 )
-from ....core.records import scene as scenes
+from ....core.records.scene import HIGHEST_KICK, height_warnings
 from .. import arguments as given, running
 from .flips import add_counts_option, read_flips, show_bounded
 
@@ -140,9 +140,7 @@ def run(options: argparse.Namespace) -> int:
     warnings = [
         *dropped.warnings,
         *pose_groups.warn_of_alike(dropped, options.wanted),
-        *scenes.height_warnings(
-            "kick", max(kicks, default=0.0), dropped.radius, scenes.HIGHEST_KICK
-        ),
+        *height_warnings("kick", max(kicks, default=0.0), dropped.radius, HIGHEST_KICK),
     ]
     each = (
         max(1, FLIPS // len(dropped.poses)) if options.flips is None else options.flips
