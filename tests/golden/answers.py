@@ -61,21 +61,21 @@ def run(*arguments):
     """Status, output and complaints of a command."""
     from ros_pose_stats.tools.cli import main
 
-    out = io.StringIO()
+    printed = io.StringIO()
     err = io.StringIO()
-    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+    with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(err):
         try:
             status = main([str(argument) for argument in arguments])
         except SystemExit as end:
             status = end.code
-    return status, out.getvalue(), err.getvalue()
+    return status, printed.getvalue(), err.getvalue()
 
 
 def ask(*arguments):
     """What a command answers with `--json`, less times; of a refusal its words."""
-    status, out, err = run(*arguments, "--json")
+    status, printed, err = run(*arguments, "--json")
     return (
-        without_times(json.loads(out))
+        without_times(json.loads(printed))
         if status == 0
         else {"status": status, "refusal": err}
     )
@@ -126,12 +126,12 @@ def without_times(value):
 
 def read(*arguments):
     """Lines of a table, less the one that says how long it took."""
-    status, out, err = run(*arguments)
+    status, printed, err = run(*arguments)
     return {
         "status": status,
         "lines": [
             line.rstrip()
-            for line in (out + err).splitlines()
+            for line in (printed + err).splitlines()
             if not line.startswith("computed in")
         ],
     }
@@ -145,7 +145,7 @@ def requests_of_part(file, radius):
         else ["--unit", UNITS.get(file.name, "mm")]
     )
     part = [file, *unit]
-    asked = {
+    requests = {
         "methods": ["estimate", *part, "--method", "all"],
         "split low": [
             "estimate",
@@ -198,7 +198,7 @@ def requests_of_part(file, radius):
     }
     for name, restitution, radii in SCENES:
         for seed in ("1", "2", "3"):
-            asked[f"drops {name} {seed}"] = [
+            requests[f"drops {name} {seed}"] = [
                 "simulate",
                 *part,
                 "--drops",
@@ -211,8 +211,8 @@ def requests_of_part(file, radius):
                 repr(radii * radius),
             ]
     if file.stem in DESIGNED:
-        wanted = ["--wanted", DESIGNED[file.stem]]
-        asked |= {
+        wanted_poses = ["--wanted", DESIGNED[file.stem]]
+        requests |= {
             "auto": ["estimate", *part, "--target-error", "0.02", "--seed", "6"],
             "target": [
                 "simulate",
@@ -235,7 +235,7 @@ def requests_of_part(file, radius):
                 "500",
                 "--seed",
                 "4",
-                *wanted,
+                *wanted_poses,
             ],
             "feeding": [
                 "feeding",
@@ -250,12 +250,12 @@ def requests_of_part(file, radius):
                 "100",
                 "--seed",
                 "4",
-                *wanted,
+                *wanted_poses,
             ],
             "sensitivity": [
                 "sensitivity",
                 *part,
-                *wanted,
+                *wanted_poses,
                 "--checks",
                 "2",
                 "--drops",
@@ -264,7 +264,7 @@ def requests_of_part(file, radius):
                 "4",
             ],
         }
-    return asked
+    return requests
 
 
 def prefix_of(file):
@@ -340,7 +340,7 @@ def answers_of_commands(parts, work, chosen):
     shapes = work / "shapes"
     page = work / "page.html"
     book = work / "book"
-    asked = {
+    requests = {
         "compare": lambda: ask(
             "compare",
             clamp,
@@ -377,7 +377,7 @@ def answers_of_commands(parts, work, chosen):
     }
     return {
         name: without_folder(make(), work)
-        for name, make in asked.items()
+        for name, make in requests.items()
         if chosen(name)
     }
 
@@ -394,9 +394,9 @@ def _catalogue(parts, book):
         for file in parts
         if file.stem.startswith(("polyhedron", "cube", "needle", "open", "octa"))
     ]
-    said = ask("catalogue", *small, "--unit", "mm", "-o", book, "--workers", "1")
+    answer = ask("catalogue", *small, "--unit", "mm", "-o", book, "--workers", "1")
     return {
-        "said": said,
+        "said": answer,
         "poses": (book / "poses.csv").read_text(encoding="utf-8").splitlines(),
     }
 
@@ -441,13 +441,13 @@ class OtherHulls:
         order = self.random.permutation(len(points))
         hull = self.hull(points[order] @ self.turn.T, *arguments, **options)
         chosen = self.random.permutation(len(hull.simplices))
-        place = numpy.argsort(chosen)
+        ranks = numpy.argsort(chosen)
         equations = hull.equations[chosen]
         equations[:, :3] = equations[:, :3] @ self.turn
         return SimpleNamespace(
             simplices=order[hull.simplices[chosen]].astype(numpy.int32),
             equations=equations,
-            neighbors=place[hull.neighbors[chosen]].astype(numpy.int32),
+            neighbors=ranks[hull.neighbors[chosen]].astype(numpy.int32),
             volume=hull.volume,
             vertices=numpy.sort(order[hull.vertices]),
             area=hull.area,
@@ -475,12 +475,12 @@ def main(arguments):
         return not names or name in names
 
     answers = {}
-    made = sorted(file for file in options.parts.iterdir() if file.is_file())
-    for file in [*made, *sorted((options.parts / "real").glob("*"))]:
+    parts = sorted(file for file in options.parts.iterdir() if file.is_file())
+    for file in [*parts, *sorted((options.parts / "real").glob("*"))]:
         if not names or any(name.startswith(prefix_of(file)) for name in names):
             answers |= answers_of_part(file, chosen)
     with tempfile.TemporaryDirectory() as work:
-        answers |= answers_of_commands(made, Path(work), chosen)
+        answers |= answers_of_commands(parts, Path(work), chosen)
     options.output.write_text(json.dumps(answers, indent=0), encoding="utf-8")
 
 

@@ -46,35 +46,40 @@ def condense(answer):
     }
 
 
-def differences(answers, kept):
+def differences(answers, reference):
     """A line for every kept request whose answer is another, empty where all agree."""
     lines = []
-    for name, expected in kept.items():
+    for name, expected in reference.items():
         if name not in answers:
             lines.append(f"{name}: not answered")
             continue
-        here = condense(answers[name])
-        if here["exact"] != expected["exact"] or len(here["numbers"]) != len(
+        condensed = condense(answers[name])
+        if condensed["exact"] != expected["exact"] or len(condensed["numbers"]) != len(
             expected["numbers"]
         ):
             lines.append(f"{name}: what is exact differs")
             continue
         pairs = zip(
-            map(number, here["numbers"]), map(number, expected["numbers"]), strict=True
+            map(number, condensed["numbers"]),
+            map(number, expected["numbers"]),
+            strict=True,
         )
-        apart = [
-            (value, other)
-            for (value, unit), (other, _) in pairs
-            if abs(value - other) > max(1.001 * unit, ROUNDING * (1.0 + abs(other)))
+        unequal = [
+            (value, reference_value)
+            for (value, unit), (reference_value, _) in pairs
+            if abs(value - reference_value)
+            > max(1.001 * unit, ROUNDING * (1.0 + abs(reference_value)))
         ]
-        if apart:
-            value, other = max(apart, key=lambda pair: abs(pair[0] - pair[1]))
+        if unequal:
+            value, expected_value = max(
+                unequal, key=lambda pair: abs(pair[0] - pair[1])
+            )
             lines.append(
-                f"{name}: {len(apart)} numbers differ, most {value!r} from {other!r}"
+                f"{name}: {len(unequal)} numbers differ, most {value!r} from {expected_value!r}"
             )
     return lines
 
 
-def number(kept):
+def number(text):
     """A number and the unit of its last digit, 0 of one that was not printed."""
-    return kept if isinstance(kept, list) else (kept, 0.0)
+    return text if isinstance(text, list) else (text, 0.0)

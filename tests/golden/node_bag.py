@@ -43,7 +43,7 @@ def analysis_of_bag(folder, checkout):
                 check=True,
                 capture_output=True,
             )
-    said = subprocess.run(
+    outcome = subprocess.run(
         [*command, "bag", *runs.iterdir(), "--json"],
         check=True,
         cwd=checkout,
@@ -53,5 +53,5 @@ def analysis_of_bag(folder, checkout):
     ).stdout
     return {
         f"bag: {part['part_id']}": without_times(part)
-        for part in json.loads(said)["parts"]
+        for part in json.loads(outcome)["parts"]
     }

@@ -66,14 +66,14 @@ def make():
 def write(folder: Path) -> list[Path]:
     """Write all kept parts as binary STL files, two of them as OBJ and PLY instead."""
     folder.mkdir(parents=True, exist_ok=True)
-    with np.load(KEPT) as kept:
+    with np.load(KEPT) as archive:
         names = [
             name.removesuffix(".triangles")
-            for name in kept
+            for name in archive
             if name.endswith(".triangles")
         ]
         surfaces = {
-            name: (kept[f"{name}.vertices"], kept[f"{name}.triangles"])
+            name: (archive[f"{name}.vertices"], archive[f"{name}.triangles"])
             for name in names
         }
     writers = {"drum": ("obj", _obj), "cut_ball": ("ply", _ply)}

@@ -47,12 +47,12 @@ def answers_of(folder, *arguments, checkout=ROOT, environment=None):
     folder.mkdir(exist_ok=True)
     write_parts(folder / "parts")
     output = folder / "answers.json"
-    done = subprocess.run(
+    outcome = subprocess.run(
         [sys.executable, "-W", "ignore", answers.__file__, "parts", output, *arguments],
         capture_output=True,
         text=True,
         cwd=folder,
         env={**os.environ, "PYTHONPATH": str(checkout), **(environment or {})},
     )
-    assert done.returncode == 0, done.stderr
+    assert outcome.returncode == 0, outcome.stderr
     return json.loads(output.read_text(encoding="utf-8"))

@@ -50,8 +50,8 @@ CORE_REQUESTS = (
     "sensitivity",
 )
 CORE = {
-    name: kept
-    for name, kept in ALL.items()
+    name: answer
+    for name, answer in ALL.items()
     if name.partition(".")[0] in CORE_PARTS and name.partition(": ")[2] in CORE_REQUESTS
 }
 MORE_SEEDS = re.compile("drops .* [23]")
@@ -87,31 +87,36 @@ def test_answers_for_a_part(name, in_folder_of):
     file = in_folder_of / name
     if not file.exists():
         pytest.skip(f"{name} is not at hand")
-    kept = {
+    reference = {
         request: answer
         for request, answer in ALL.items()
         if request.startswith(f"{name}: ") and not MORE_SEEDS.search(request)
     }
-    assert differences(answers.answers_of_part(file, kept.__contains__), kept) == []
+    assert (
+        differences(answers.answers_of_part(file, reference.__contains__), reference)
+        == []
+    )
 
 
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("name", [name for name in ALL if ": " not in name])
 def test_answers_about_several_parts(name, in_folder_of, tmp_path):
-    made = sorted(file for file in in_folder_of.iterdir() if file.is_file())
-    found = answers.answers_of_commands(made, tmp_path, {name}.__contains__)
-    assert differences(found, {name: ALL[name]}) == []
+    files = sorted(file for file in in_folder_of.iterdir() if file.is_file())
+    computed = answers.answers_of_commands(files, tmp_path, {name}.__contains__)
+    assert differences(computed, {name: ALL[name]}) == []
 
 
-def assert_kept(folder, kept, *arguments, **environment):
+def assert_kept(folder, reference, *arguments, **environment):
     """A process in another environment answers as was kept."""
-    made = answers_of(folder, "--only", *kept, *arguments, environment=environment)
+    computed = answers_of(
+        folder, "--only", *reference, *arguments, environment=environment
+    )
     at_hand = {
         name: answer
-        for name, answer in kept.items()
-        if name in made or not (folder / "parts" / "real").exists()
+        for name, answer in reference.items()
+        if name in computed or not (folder / "parts" / "real").exists()
     }
-    assert differences(made, at_hand) == []
+    assert differences(computed, at_hand) == []
 
 
 @pytest.mark.parametrize("machine", MACHINES)
@@ -123,7 +128,11 @@ def test_with_another_hull(tmp_path):
     """A hull decides only what the faces are; changes of a part have those that it cut."""
     assert_kept(
         tmp_path,
-        {name: kept for name, kept in CORE.items() if not name.endswith("sensitivity")},
+        {
+            name: reference
+            for name, reference in CORE.items()
+            if not name.endswith("sensitivity")
+        },
         "--other-hull",
     )
 
@@ -150,8 +159,8 @@ def test_with_kernels_compiled_otherwise(compiler, tmp_path):
 @pytest.mark.parametrize("machine", PLAYED)
 def test_everything_on_another_machine(machine, tmp_path):
     environment = {**os.environ, **PLAYED[machine]}
-    made = answers_of(tmp_path, environment=environment)
-    assert differences(made, {name: ALL[name] for name in made}) == []
-    assert made.keys() >= {
+    computed = answers_of(tmp_path, environment=environment)
+    assert differences(computed, {name: ALL[name] for name in computed}) == []
+    assert computed.keys() >= {
         name for name in ALL if not (tmp_path / "parts" / "real").exists()
     }

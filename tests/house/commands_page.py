@@ -64,17 +64,19 @@ MORE = {
 
 def commands_page(top: argparse.ArgumentParser) -> str:
     """The whole page."""
-    (every,) = [
-        one for one in top._actions if isinstance(one, argparse._SubParsersAction)
+    (subparsers,) = [
+        action
+        for action in top._actions
+        if isinstance(action, argparse._SubParsersAction)
     ]
     lines = ["| command | what it does |", "|---|---|"]
     lines += [
-        f"| [`{one.dest}`](#{one.dest}) | {one.help} |"
-        for one in every._choices_actions
+        f"| [`{choice.dest}`](#{choice.dest}) | {choice.help} |"
+        for choice in subparsers._choices_actions
     ]
     sections = [
         line
-        for name, command in every.choices.items()
+        for name, command in subparsers.choices.items()
         for line in _section(name, command)
     ]
     return HEAD + "\n".join([*lines, COMMON, *sections[1:], ""])
@@ -86,16 +88,16 @@ def _section(name: str, command: CommandParser) -> Iterator[str]:
         linked = ", ".join(f"[{page}.md]({page}.md)" for page in pages)
         yield from ("", f"More: {linked}.")
     arguments = {
-        one.dest: one
-        for one in command._actions
-        if not isinstance(one, argparse._HelpAction)
+        action.dest: action
+        for action in command._actions
+        if not isinstance(action, argparse._HelpAction)
     }
     yield from ("", "```", *_synopsis(command, list(arguments.values())), "```")
     if arguments:
         yield from ("", "| argument | meaning |", "|---|---|")
-        for one in arguments.values():
-            about = (one.help or "") % {**vars(one), "prog": command.prog}
-            yield f"| {_shown(one)} | {_cell(about)} |"
+        for action in arguments.values():
+            help_text = (action.help or "") % {**vars(action), "prog": command.prog}
+            yield f"| {_shown(action)} | {_cell(help_text)} |"
     if command.epilog:
         yield from ("", _wrapped(command.epilog))
     yield from ("", "For example:", "", "```sh", *command.examples, "```")
@@ -104,17 +106,21 @@ def _section(name: str, command: CommandParser) -> Iterator[str]:
 def _synopsis(command: CommandParser, arguments: list[argparse.Action]) -> list[str]:
     """What may be typed: first what must be there."""
     pieces = [
-        f"[{_values(one)}]" if one.nargs == "?" else _values(one)
-        for one in arguments
-        if not one.option_strings
+        f"[{_values(action)}]" if action.nargs == "?" else _values(action)
+        for action in arguments
+        if not action.option_strings
     ]
-    pieces += [_option(one) for one in arguments if one.option_strings and one.required]
+    pieces += [
+        _option(action)
+        for action in arguments
+        if action.option_strings and action.required
+    ]
     groups = [group._group_actions for group in command._mutually_exclusive_groups]
-    told = [one for group in groups for one in group]
+    grouped = [action for group in groups for action in group]
     optional = [
-        [one]
-        for one in arguments
-        if one.option_strings and not one.required and one not in told
+        [action]
+        for action in arguments
+        if action.option_strings and not action.required and action not in grouped
     ]
     pieces += [f"[{' | '.join(map(_option, group))}]" for group in (*optional, *groups)]
     if command.get_default("takes_ros_arguments"):
@@ -131,29 +137,34 @@ def _synopsis(command: CommandParser, arguments: list[argparse.Action]) -> list[
     ]
 
 
-def _values(one: argparse.Action) -> str:
+def _values(action: argparse.Action) -> str:
     """The values as they stand behind an option: `X Y Z`, `m|mm|cm|inch`, `R ...`."""
-    if one.nargs == 0:
+    if action.nargs == 0:
         return ""
-    if isinstance(one.metavar, tuple):
-        return " ".join(one.metavar)
-    named = one.metavar or "|".join(map(str, one.choices or ())) or one.dest.upper()
-    repeated = " ..." if one.nargs in ("+", "*") else ""
+    if isinstance(action.metavar, tuple):
+        return " ".join(action.metavar)
+    metavar = (
+        action.metavar
+        or "|".join(map(str, action.choices or ()))
+        or action.dest.upper()
+    )
+    repeated = " ..." if action.nargs in ("+", "*") else ""
     return (
-        " ".join([named] * (one.nargs if isinstance(one.nargs, int) else 1)) + repeated
+        " ".join([metavar] * (action.nargs if isinstance(action.nargs, int) else 1))
+        + repeated
     )
 
 
-def _option(one: argparse.Action) -> str:
-    return " ".join(filter(None, [one.option_strings[0], _values(one)]))
+def _option(action: argparse.Action) -> str:
+    return " ".join(filter(None, [action.option_strings[0], _values(action)]))
 
 
-def _shown(one: argparse.Action) -> str:
-    if not one.option_strings:
-        return f"`{_cell(_values(one))}`"
+def _shown(action: argparse.Action) -> str:
+    if not action.option_strings:
+        return f"`{_cell(_values(action))}`"
     return ", ".join(
-        f"`{_cell(' '.join(filter(None, [flag, _values(one)])))}`"
-        for flag in one.option_strings
+        f"`{_cell(' '.join(filter(None, [flag, _values(action)])))}`"
+        for flag in action.option_strings
     )
 
 

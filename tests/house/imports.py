@@ -35,7 +35,7 @@ class Sources:
             self._dotted(package, file): file for file in package.rglob("*.py")
         }
         self.imports = [
-            found for module in sorted(self.files) for found in self._read(module)
+            import_ for module in sorted(self.files) for import_ in self._read(module)
         ]
 
     @staticmethod
@@ -46,16 +46,16 @@ class Sources:
     @property
     def internal(self) -> list[Import]:
         """Imports of the package's own modules."""
-        return [one for one in self.imports if one.target in self.files]
+        return [arrow for arrow in self.imports if arrow.target in self.files]
 
     @property
     def third_party(self) -> list[Import]:
         """Imports from outside the package and the standard library."""
         return [
-            one
-            for one in self.imports
-            if one.target not in self.files
-            and one.target.partition(".")[0] not in sys.stdlib_module_names
+            arrow
+            for arrow in self.imports
+            if arrow.target not in self.files
+            and arrow.target.partition(".")[0] not in sys.stdlib_module_names
         ]
 
     def _read(self, module: str) -> Iterator[Import]:
@@ -89,7 +89,7 @@ class Sources:
         number: dict[str, int] = {}
         lowest: dict[str, int] = {}
         stack: list[str] = []
-        found: list[list[str]] = []
+        groups: list[list[str]] = []
 
         def visit(module: str) -> None:
             number[module] = lowest[module] = len(number)
@@ -103,12 +103,12 @@ class Sources:
                 group = stack[stack.index(module) :]
                 del stack[stack.index(module) :]
                 if len(group) > 1 or module in onward[module]:
-                    found.append(sorted(group))
+                    groups.append(sorted(group))
 
         for module in sorted(self.files):
             if module not in number:
                 visit(module)
-        return found
+        return groups
 
 
 def _statements(node: ast.AST, typing: bool = False) -> Iterator[tuple[ast.AST, bool]]:

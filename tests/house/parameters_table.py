@@ -12,8 +12,8 @@ HEAD = "| name | default | meaning |\n|---|---|---|\n"
 def parameters_table() -> str:
     """One row a parameter, as the node declares it."""
     return HEAD + "".join(
-        f"| `{name}` | `{_shown(one.default)}` | {_meaning(**one.metadata)} |\n"
-        for name, one in TABLE.items()
+        f"| `{name}` | `{_shown(parameter.default)}` | {_meaning(**parameter.metadata)} |\n"
+        for name, parameter in TABLE.items()
     )
 
 

@@ -39,7 +39,7 @@ def workspace(tmp_path_factory):
     source.mkdir(parents=True)
     for name in TAKEN:
         copy(ROOT / name, source)
-    done = colcon(
+    outcome = colcon(
         home,
         "build",
         "--base-paths",
@@ -50,7 +50,7 @@ def workspace(tmp_path_factory):
         "-DBUILD_TESTING=OFF",
         f"-DCMAKE_PROJECT_INCLUDE={MEND}",
     )
-    assert done.returncode == 0, done.stdout + done.stderr
+    assert outcome.returncode == 0, outcome.stdout + outcome.stderr
     return home
 
 
@@ -112,5 +112,5 @@ def test_both_packages_are_installed_and_run(workspace):
 def test_a_bare_build_finds_only_the_root_package(tmp_path):
     for name in TAKEN:
         copy(ROOT / name, tmp_path)
-    found = colcon(tmp_path, "list", "--names-only")
-    assert found.stdout.split() == ["ros_pose_stats"], found.stderr
+    packages = colcon(tmp_path, "list", "--names-only")
+    assert packages.stdout.split() == ["ros_pose_stats"], packages.stderr

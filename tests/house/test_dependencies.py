@@ -26,14 +26,17 @@ def setup_value(keyword):
 
 
 def asked():
-    return {one.name: one for one in map(Requirement, setup_value("install_requires"))}
+    return {
+        requirement.name: requirement
+        for requirement in map(Requirement, setup_value("install_requires"))
+    }
 
 
 def listed(file):
     lines = (ROOT / ".ci" / file).read_text(encoding="utf-8").splitlines()
     return {
-        one.name: one
-        for one in map(
+        requirement.name: requirement
+        for requirement in map(
             Requirement,
             filter(None, [line.partition("#")[0].strip() for line in lines]),
         )
@@ -46,7 +49,9 @@ def keys(*tags):
 
 
 def lowest(requirement):
-    return [one for one in requirement.specifier if one.operator == ">="]
+    return [
+        specifier for specifier in requirement.specifier if specifier.operator == ">="
+    ]
 
 
 ASKED = asked()

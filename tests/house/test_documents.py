@@ -67,10 +67,10 @@ def lines_of(program, *pages):
 
 def run_line(line):
     program = next(name for name in PROGRAMS if line.startswith(name))
-    done = call(*shlex.split(line.removeprefix(program)), program=PROGRAMS[program])
-    assert done.returncode == 0, done.stderr
-    assert done.stdout
-    return done.stdout
+    outcome = call(*shlex.split(line.removeprefix(program)), program=PROGRAMS[program])
+    assert outcome.returncode == 0, outcome.stderr
+    assert outcome.stdout
+    return outcome.stdout
 
 
 @pytest.fixture(scope="module")
@@ -119,15 +119,15 @@ def test_readme_takes_two_minutes():
 
 def test_answer_in_the_readme_is_what_the_command_prints(in_demo_folder):
     """To an output that takes the bars of the table."""
-    (shown,) = blocks(README, "text")
+    (example,) = blocks(README, "text")
     (line,) = (
         line for line in lines_of("ros_pose_stats", README) if " estimate " in line
     )
-    out = io.TextIOWrapper(io.BytesIO(), encoding="utf-8")
-    with contextlib.redirect_stdout(out):
+    stream = io.TextIOWrapper(io.BytesIO(), encoding="utf-8")
+    with contextlib.redirect_stdout(stream):
         assert main(shlex.split(line)[1:]) == 0
-    printed = out.buffer.getvalue().decode().splitlines()
-    *answer, seconds = shown.splitlines()
+    printed = stream.buffer.getvalue().decode().splitlines()
+    *answer, seconds = example.splitlines()
     assert answer == printed[:-1]
     assert seconds.startswith(LAST_LINE) and printed[-1].startswith(LAST_LINE)
 
@@ -177,28 +177,30 @@ def test_lines_of_the_study_run(tmp_path, monkeypatch):
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("code", CODE)
 def test_python_of_the_pages_runs(code, in_demo_folder):
-    out = io.StringIO()
-    with contextlib.redirect_stdout(out):
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed):
         exec(compile(code, "page", "exec"), {"__name__": "__main__"})
-    drawn = re.findall(r'savefig\("([^"]+)"\)', code)
-    assert out.getvalue() or drawn
-    for file in drawn:
+    pictures = re.findall(r'savefig\("([^"]+)"\)', code)
+    assert printed.getvalue() or pictures
+    for file in pictures:
         picture = in_demo_folder / file
-        shown = ROOT / "docs/figures" / file
+        kept_picture = ROOT / "docs/figures" / file
         assert imread(picture).std() > 0.0
         if (
-            shown.exists()
-            and DRAWN_BY.search(shown.read_bytes())[0] in picture.read_bytes()
+            kept_picture.exists()
+            and DRAWN_BY.search(kept_picture.read_bytes())[0] in picture.read_bytes()
         ):
             # The ink of a digit is 8e-5 of such a figure.
-            assert abs(imread(picture) - imread(shown)).mean() < 2e-5
+            assert abs(imread(picture) - imread(kept_picture)).mean() < 2e-5
 
 
 def test_every_method_is_in_its_page():
     page = text_of("docs/methods.md")
-    for one in METHODS:
+    for method in METHODS:
         assert (
-            f"| `{one.name}` | {one.about} |" if one.module else f"`{one.name}`"
+            f"| `{method.name}` | {method.about} |"
+            if method.module
+            else f"`{method.name}`"
         ) in page
 
 
@@ -317,20 +319,22 @@ def test_every_decision_has_a_room_a_date_and_a_state():
     rooms = re.split(r"^## ", page, flags=re.MULTILINE)[1:]
     for room in rooms:
         title, *paragraphs = room.strip().split("\n\n")
-        decisions = [one for one in paragraphs if not one.startswith("- ")]
+        decisions = [
+            paragraph for paragraph in paragraphs if not paragraph.startswith("- ")
+        ]
         assert decisions, title
-        for one in decisions:
+        for decision in decisions:
             assert re.match(
                 r"\*\*[^*]+\*\* \(20\d\d-\d\d-\d\d, (holds|replaced by) ?",
-                one.replace("\n", " "),
-            ), f"{title}: {one}"
+                decision.replace("\n", " "),
+            ), f"{title}: {decision}"
 
 
 def test_decisions_name_files_that_exist():
     page = (ROOT / "docs/decisions.md").read_text(encoding="utf-8")
-    named = re.findall(r"`((?:\w+/)*\w+\.py)`", page)
-    assert named
-    for file in named:
+    files = re.findall(r"`((?:\w+/)*\w+\.py)`", page)
+    assert files
+    for file in files:
         assert (ROOT / file).exists() or (ROOT / "ros_pose_stats" / file).exists(), file
 
 

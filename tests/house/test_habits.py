@@ -116,7 +116,7 @@ def rounded_keys(module):
 
 
 def test_no_file_has_a_habit():
-    met = [
+    places_with_habits = [
         f"{file}:{line}"
         for tree in TREES
         for file in python_files(tree)
@@ -124,7 +124,7 @@ def test_no_file_has_a_habit():
         for habit in (patches, private_names, rounded_keys)
         for line in habit(module)
     ]
-    assert met == []
+    assert places_with_habits == []
 
 
 @pytest.mark.parametrize(
@@ -147,7 +147,7 @@ def test_the_habits_are_seen(habit, text):
 
 def test_mistakes_that_trials_make_have_a_place():
     assert [
-        one.room
-        for one in MUTATIONS
-        if (ROOT / one.file).read_text(encoding="utf-8").count(one.text) != 1
+        mutation.room
+        for mutation in MUTATIONS
+        if (ROOT / mutation.file).read_text(encoding="utf-8").count(mutation.text) != 1
     ] == []

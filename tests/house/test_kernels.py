@@ -14,7 +14,7 @@ from tests.running import ROOT
 @pytest.mark.timeout(1800)
 @pytest.mark.parametrize("kernel", [name for name in PLAYED if name.startswith("BLAS")])
 def test_truths_hold(kernel):
-    done = subprocess.run(
+    outcome = subprocess.run(
         [
             sys.executable,
             "-m",
@@ -31,4 +31,4 @@ def test_truths_hold(kernel):
         capture_output=True,
         text=True,
     )
-    assert done.returncode == 0, done.stdout[-4000:]
+    assert outcome.returncode == 0, outcome.stdout[-4000:]

@@ -109,9 +109,13 @@ def climbs(arrow: Import, sources: Sources) -> bool:
         return not folder
     if depth == len(importer):  # what an `__init__` exports lies in its folder
         return False
-    here = floor_of.get(importer[depth])
-    there = floor_of.get(target[depth])
-    return here is not None and there is not None and there >= here
+    importer_floor = floor_of.get(importer[depth])
+    target_floor = floor_of.get(target[depth])
+    return (
+        importer_floor is not None
+        and target_floor is not None
+        and target_floor >= importer_floor
+    )
 
 
 def climbing(sources: Sources) -> list[str]:

@@ -75,8 +75,8 @@ def home(domain, tmp_path_factory):
     )
     yield home
     node.send_signal(signal.SIGINT)
-    said = node.communicate(timeout=PATIENCE)[1]
-    assert node.returncode == 0 and "Traceback" not in said, said
+    log = node.communicate(timeout=PATIENCE)[1]
+    assert node.returncode == 0 and "Traceback" not in log, log
 
 
 @pytest.fixture(scope="module")
@@ -112,10 +112,10 @@ def test_the_readme_s_bag_shows_the_published_part(published, home, monkeypatch)
 
 @pytest.mark.parametrize("code", CODE)
 def test_the_page_s_planner_runs(published, code):
-    said = io.StringIO()
-    with contextlib.redirect_stdout(said):
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed):
         exec(code, {"__name__": "__main__"})
-    assert "clamp/0" in said.getvalue() and "expected error" in said.getvalue()
+    assert "clamp/0" in printed.getvalue() and "expected error" in printed.getvalue()
 
 
 def test_the_page_s_table_is_what_the_node_says_of_its_parameters(client):

@@ -18,15 +18,15 @@ def test_rviz_shows_topics_of_the_node_and_of_a_drop_in_the_plate_frame():
     )
     manager = config["Visualization Manager"]
     assert manager["Global Options"]["Fixed Frame"] == "plate"
-    shown = {
-        one["Topic"]["Value"]: one["Topic"]
-        for one in manager["Displays"]
-        if "Topic" in one
+    topics = {
+        display["Topic"]["Value"]: display["Topic"]
+        for display in manager["Displays"]
+        if "Topic" in display
     }
-    assert set(shown) == {"/pose_stats/markers", BODY}
+    assert set(topics) == {"/pose_stats/markers", BODY}
     # The node's markers are latched: whoever asks for less gets none that came before.
-    assert shown["/pose_stats/markers"]["Durability Policy"] == "Transient Local"
-    assert shown[BODY]["Durability Policy"] == "Volatile"
+    assert topics["/pose_stats/markers"]["Durability Policy"] == "Transient Local"
+    assert topics[BODY]["Durability Policy"] == "Volatile"
 
 
 def panels(layout):
@@ -41,13 +41,13 @@ def test_foxglove_lays_out_every_panel_once_and_shows_topics_there_are():
         (ROOT / "config/pose_stats.foxglove.json").read_text(encoding="utf-8")
     )
     assert sorted(panels(layout["layout"])) == sorted(layout["configById"])
-    named = set(
+    topics = set(
         re.findall(
             r'"(/(?:pose_stats|drop)/\w+|/diagnostics)',
             json.dumps(layout["configById"]),
         )
     )
-    assert named == NODE | DROP
+    assert topics == NODE | DROP
     page = (ROOT / "docs/node.md").read_text(encoding="utf-8")
     for topic in NODE:
         assert f"`{topic.replace('/pose_stats', '~')}`" in page

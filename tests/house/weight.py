@@ -173,10 +173,10 @@ def print_weights(weights, released):
         f"{'a line':>8}{'> 88':>6}{'packed':>8}{'vague':>8}{'aliases':>9}"
     )
     for tree, weight in weights.items():
-        before = released["nodes"][tree]
+        nodes_before = released["nodes"][tree]
         print(
-            f"{tree:16}{weight.files:6}{weight.nodes:9}{before:10}"
-            f"{weight.nodes / before - 1.0:8.1%}"
+            f"{tree:16}{weight.files:6}{weight.nodes:9}{nodes_before:10}"
+            f"{weight.nodes / nodes_before - 1.0:8.1%}"
             f"{weight.nodes / max(weight.code_lines, 1):8.1f}{weight.long_lines:6}"
             f"{1000.0 * weight.packed / max(weight.code_lines, 1):8.1f}"
             f"{sum(weight.vague.values()) / max(weight.names, 1):8.1%}{weight.aliases:9}"

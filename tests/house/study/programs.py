@@ -21,9 +21,9 @@ REFERENCE = ROOT / "study" / "data" / "polyhedra_0_inertia.npz"
 
 def study(*arguments):
     """Standard output of one of the study's programs, which must succeed."""
-    done = call(*arguments, program=main)
-    assert done.returncode == 0, done.stderr
-    return done.stdout
+    outcome = call(*arguments, program=main)
+    assert outcome.returncode == 0, outcome.stderr
+    return outcome.stdout
 
 
 def study_json(*arguments):
@@ -37,23 +37,23 @@ def dataset(*arguments):
 
 def refused(*arguments):
     """The one line by which a program of the study refuses its arguments."""
-    done = call(*arguments, program=main)
-    assert (done.returncode, done.stdout) == (2, ""), done
-    (line,) = complaints(done.stderr)
+    outcome = call(*arguments, program=main)
+    assert (outcome.returncode, outcome.stdout) == (2, ""), outcome
+    (line,) = complaints(outcome.stderr)
     return line
 
 
 def lab(name, *arguments):
     """What a program of the lab prints: `benchmarks.core` and the like."""
-    out = io.StringIO()
+    printed = io.StringIO()
     words = sys.argv
     sys.argv = ["program", *map(str, arguments)]
     try:
-        with contextlib.redirect_stdout(out):
+        with contextlib.redirect_stdout(printed):
             runpy.run_module(f"lab.{name}", run_name="__main__")
     finally:
         sys.argv = words
-    return out.getvalue()
+    return printed.getvalue()
 
 
 class Bodies(NamedTuple):
@@ -128,7 +128,7 @@ def drawn(file, bodies, probability, seed, drops=1000, overdispersed=1.0):
     }
     counts = []
     for span in _spans(bodies.arrays["poses"]):
-        some = np.empty(
+        empty = np.empty(
             (span.stop - span.start, len(restitutions), len(blocks)), np.uint32
         )
         for r in range(len(restitutions)):
@@ -138,8 +138,8 @@ def drawn(file, bodies, probability, seed, drops=1000, overdispersed=1.0):
                     p = random.dirichlet(
                         (size - overdispersed) / (overdispersed - 1.0) * p
                     )
-                some[:, r, k] = random.multinomial(size, p / p.sum())
-        counts.append(some)
+                empty[:, r, k] = random.multinomial(size, p / p.sum())
+        counts.append(empty)
     settled = np.broadcast_to(
         blocks, (bodies.spec["bodies"], len(restitutions), len(blocks))
     )

@@ -61,19 +61,19 @@ class TestChart:
     def test_nobody_on_the_front_is_beaten_and_everybody_else_is(self, sizes):
         """Points whose error is lost in the noise are not drawn."""
         for entry in sizes:
-            shown = {
+            points = {
                 k: point
                 for k, point in enumerate(entry["points"])
                 if point["error"] > 0.0
             }
-            for k, point in shown.items():
+            for k, point in points.items():
                 beaten = any(
-                    other["seconds"] < point["seconds"]
-                    and other["error"] < point["error"]
-                    for other in shown.values()
+                    rival["seconds"] < point["seconds"]
+                    and rival["error"] < point["error"]
+                    for rival in points.values()
                 )
                 assert (k in entry["pareto_front"]) != beaten
-            assert set(entry["pareto_front"]) <= set(shown)
+            assert set(entry["pareto_front"]) <= set(points)
 
     def test_errors_are_those_of_the_table(self, sizes, file):
         (table,) = study_json("table", "--dataset", file, "--no-rerun")

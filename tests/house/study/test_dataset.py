@@ -71,14 +71,14 @@ def interrupted(file, options=LONG):
         wait_for_a_piece(file)
         os.kill(os.getpid(), signal.SIGINT)
 
-    before = signal.signal(signal.SIGINT, lambda *_: None)  # were it ever late
+    handler = signal.signal(signal.SIGINT, lambda *_: None)  # were it ever late
     thread = threading.Thread(target=interrupt)
     thread.start()
     try:
         return call("dataset", *options, "-o", file, "--workers", 1, program=main)
     finally:
         thread.join()
-        signal.signal(signal.SIGINT, before)
+        signal.signal(signal.SIGINT, handler)
 
 
 class TestTheFile:
@@ -120,19 +120,19 @@ class TestTheFile:
 
 class TestCutOff:
     def test_ctrl_c_keeps_what_is_done_and_the_same_command_goes_on(self, whole, file):
-        done = interrupted(file)
-        assert (done.returncode, done.stdout) == (130, "")
-        assert complaints(done.stderr)[-1] == (
+        outcome = interrupted(file)
+        assert (outcome.returncode, outcome.stdout) == (130, "")
+        assert complaints(outcome.stderr)[-1] == (
             "ros_pose_stats: interrupted; the same command goes on from here"
         )
-        kept = {entry: entry.read_bytes() for entry in pieces(file)}
-        assert kept and not file.exists()
-        other = refused("dataset", *LONG[:-1], 6, "-o", file)
+        contents = {entry: entry.read_bytes() for entry in pieces(file)}
+        assert contents and not file.exists()
+        refusal = refused("dataset", *LONG[:-1], 6, "-o", file)
         assert (
-            "seed 5" in other
+            "seed 5" in refusal
         )  # pieces of another dataset are neither mixed in nor lost
-        assert {entry: entry.read_bytes() for entry in pieces(file)} == kept
-        first, content = next(iter(kept.items()))
+        assert {entry: entry.read_bytes() for entry in pieces(file)} == contents
+        first, content = next(iter(contents.items()))
         middle = len(content) // 2  # a damaged piece is made again
         first.write_bytes(
             content[:middle] + bytes((content[middle] ^ 1,)) + content[middle + 1 :]
@@ -168,18 +168,18 @@ class TestCutOff:
 
     def test_a_complete_one_is_left_alone_and_another_file_kept(self, whole, file):
         file.write_bytes(whole[SMALL])
-        before = file.stat().st_mtime_ns
+        modified = file.stat().st_mtime_ns
         dataset(*SMALL, "-o", file)
-        assert file.stat().st_mtime_ns == before
-        for content, said in ((whole[SMALL], "seed 3"), (b"a letter", "make it anew")):
+        assert file.stat().st_mtime_ns == modified
+        for content, words in ((whole[SMALL], "seed 3"), (b"a letter", "make it anew")):
             file.write_bytes(content)
-            assert said in refused("dataset", *SMALL[:-1], 4, "-o", file)
+            assert words in refused("dataset", *SMALL[:-1], 4, "-o", file)
             assert file.read_bytes() == content
 
 
 class TestRefusals:
     @pytest.mark.parametrize(
-        ("options", "said"),
+        ("options", "words"),
         [
             (("--bodies", "0"), "bodies"),
             (("--drops", "many"), "drops"),
@@ -194,14 +194,14 @@ class TestRefusals:
             (("--scheduler", "nowhere"), "scheduler"),
         ],
     )
-    def test_one_line_and_nothing_left_behind(self, file, options, said):
-        assert said in refused("dataset", "-o", file, *options)
+    def test_one_line_and_nothing_left_behind(self, file, options, words):
+        assert words in refused("dataset", "-o", file, *options)
         assert list(file.parent.iterdir()) == []
 
     def test_places_that_cannot_be_written(self, tmp_path):
         (tmp_path / "file").write_text("")
-        for place in (tmp_path, tmp_path / "file" / "a.npz", tmp_path / ("n" * 300)):
-            assert str(place) in refused("dataset", *SMALL, "-o", place)
+        for output in (tmp_path, tmp_path / "file" / "a.npz", tmp_path / ("n" * 300)):
+            assert str(output) in refused("dataset", *SMALL, "-o", output)
         assert [path.name for path in tmp_path.iterdir()] == ["file"]
 
 

@@ -40,7 +40,9 @@ def test_the_pages_are_those_of_the_stored_numbers(tmp_path):
     misses = re.search(
         r"(\d+) of (\d+) targets are met", (MEASURED / "benchmarks.md").read_text()
     )
-    results = [met for *_, met in judged((MEASURED / "benchmarks.md").read_text())]
+    results = [
+        verdict for *_, verdict in judged((MEASURED / "benchmarks.md").read_text())
+    ]
     assert len(results) == int(misses[2]) and sum(results) == int(misses[1])
 
 
@@ -62,8 +64,8 @@ def test_one_part_in_many_exports_is_one_part():
         assert re.search(r"p \d\S*, at least 0.001: PASS", row)
         if not row.startswith("| filleted box"):
             assert re.search(r"split, points \S+, limit 0.5: PASS", row)
-    for value, limit, least, met in judged(text):
-        assert met == (value >= limit if least else value < limit)
+    for value, limit, least, verdict in judged(text):
+        assert verdict == (value >= limit if least else value < limit)
 
 
 def test_files_of_one_s_own_are_timed(tmp_path):
@@ -102,8 +104,8 @@ class TestTraining:
         """Of 80 bounds of 90 %, fewer than 62 are kept in one case of a thousand."""
         text = lab("training.lopsided", "--parts", 80)
         (row,) = (line for line in text.splitlines() if line.startswith("| all "))
-        parts, true, _, stated, kept = map(float, row.strip("| ").split("|")[1:])
-        assert parts == 80 and kept >= 100 * 62 / 80
+        parts, true, _, stated, coverage = map(float, row.strip("| ").split("|")[1:])
+        assert parts == 80 and coverage >= 100 * 62 / 80
         # A few parts have most of the square error: the ratio scatters by about a quarter.
         assert 0.6 < stated / true < 1.7
 

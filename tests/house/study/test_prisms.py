@@ -58,7 +58,7 @@ def test_a_longer_prism_is_never_less_often_on_its_sides(results):
 
 @pytest.mark.parametrize("method", KNOWN_RMS)
 def test_estimators_are_as_far_from_the_dice_as_is_known(results, method):
-    (entry,) = (each for each in results["misfits"] if each["method"] == method)
+    (entry,) = (misfit for misfit in results["misfits"] if misfit["method"] == method)
     assert entry["rms"] == pytest.approx(KNOWN_RMS[method], abs=0.0015)
 
 
@@ -80,9 +80,9 @@ def test_drops_are_as_far_from_the_dice_as_is_known(results):
             KNOWN_DROPPED_RMS[entry["restitution"]], abs=4.0 * spread + 0.0005
         )
         (stated,) = (
-            each
-            for each in results["misfits"]
-            if each["restitution"] == entry["restitution"]
+            misfit
+            for misfit in results["misfits"]
+            if misfit["restitution"] == entry["restitution"]
         )
         assert stated["rms"] == pytest.approx(
             rms, abs=5e-4

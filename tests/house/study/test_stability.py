@@ -121,5 +121,5 @@ def test_larger_expected_errors_mean_larger_true_ones(results):
         assert np.all(np.diff([entry["expected"] for entry in bins]) >= 0.0)
         assert bins[-1]["true"] > 1.3 * bins[0]["true"], name
         for entry in bins:
-            apart = abs(entry["true"] - entry["expected"])
-            assert apart < entry["expected"] / 3 + 3 * entry["error"]
+            difference = abs(entry["true"] - entry["expected"])
+            assert difference < entry["expected"] / 3 + 3 * entry["error"]

@@ -126,7 +126,7 @@ class TestPaper:
     )
     def test_another_implementation_has_the_same_figures(self, key):
         results = table(*key)
-        known = OTHER[key]
+        reference = OTHER[key]
         # Its drops are as few as the first hundred, its bodies others.
         pairs = {
             "sensitivity": [results["sensitivity"]] * 2,
@@ -136,7 +136,7 @@ class TestPaper:
                 for name, entry in by_name(results).items()
             },
         }
-        for name, value in known.items():
+        for name, value in reference.items():
             error = math.hypot(*(entry["standard_error"] for entry in pairs[name]))
             assert 100 * pairs[name][0]["error"] == pytest.approx(
                 value, abs=100 * SIGMAS * error + 0.05
@@ -203,7 +203,7 @@ class TestKnownErrors:
         truth = normed(bodies, 0.6 * probability["meae"] + 0.4 * probability["csae"])
         results = analysed(drawn(tmp_path / "a.npz", bodies, truth, 3, drops=200))
         for name in ("meae", "csae"):
-            known = math.sqrt(np.mean((truth - probability[name]) ** 2))
+            true_error = math.sqrt(np.mean((truth - probability[name]) ** 2))
             row = by_name(results)[name]
             for entry in (
                 row["pooled"],
@@ -211,16 +211,16 @@ class TestKnownErrors:
                 *row["by_restitution"].values(),
             ):
                 assert entry["error"] == pytest.approx(
-                    known, abs=4 * entry["standard_error"]
+                    true_error, abs=4 * entry["standard_error"]
                 )
                 assert entry["deviation"] ** 2 == pytest.approx(
                     entry["error"] ** 2 + entry["noise"] ** 2
                 )
         row = by_name(results)["meae"]["pooled_of_first"]
         assert row["deviation"] - row["error"] > 4 * row["standard_error"]
-        known = math.sqrt(np.mean(truth * (1 - truth)) / 100)
+        true_error = math.sqrt(np.mean(truth * (1 - truth)) / 100)
         noise = results["pooled_noise_of_100"]["error"]
-        assert noise == pytest.approx(known, rel=0.042)  # of 300 bodies' drops
+        assert noise == pytest.approx(true_error, rel=0.042)  # of 300 bodies' drops
         assert results["sensitivity"]["low"] == 0.0  # the same at every restitution
         assert results["sensitivity"]["error"] < 0.01
 
@@ -259,9 +259,9 @@ class TestWhatItPrints:
     def test_few_bodies_or_drops_give_strict_numbers(
         self, bodies, tmp_path, number, drops
     ):
-        some = first(bodies, number)
-        even = 1.0 / some.arrays["poses"][some.body]
-        file = drawn(tmp_path / "a.npz", some, even, 1, drops=drops)
+        few_bodies = first(bodies, number)
+        even = 1.0 / few_bodies.arrays["poses"][few_bodies.body]
+        file = drawn(tmp_path / "a.npz", few_bodies, even, 1, drops=drops)
         results = analysed(file)
         assert [entry["name"] for entry in results["estimators"]] == list(METHODS)
         assert (results["estimators"][0]["pooled"]["standard_error"] is None) == (
@@ -274,8 +274,10 @@ class TestWhatItPrints:
         file = write(tmp_path / "a.npz", first(bodies, 30))
         text = study("table", "--dataset", file, file, "--no-rerun")
         assert text.startswith("### Shift 0 (inertia), 30 bodies, 1000 drops of each")
-        row, again = (line for line in text.splitlines() if line.startswith("| MEAE "))
-        assert row == again
+        row, second_row = (
+            line for line in text.splitlines() if line.startswith("| MEAE ")
+        )
+        assert row == second_row
         cells = [cell.strip() for cell in row.strip("|").split("|")]
         assert cells[1] == "4.0"
         assert cells[2].startswith(f"{100 * errors(analysed(file))['meae']:.2f} ±")
@@ -299,23 +301,29 @@ class TestRefusals:
 
     def test_files_that_cannot_be_compared(self, bodies, tmp_path):
         """Missing, of another kind or version, contradicting themselves; or too few drops."""
-        some = first(bodies, 2)
-        even = 1.0 / some.arrays["poses"][some.body]
+        two_bodies = first(bodies, 2)
+        even = 1.0 / two_bodies.arrays["poses"][two_bodies.body]
         (tmp_path / "text.npz").write_text("no archive")
-        count = some.arrays["count"].copy()
-        center = some.arrays["center_of_mass"] + 0.01
+        count = two_bodies.arrays["count"].copy()
+        center = two_bodies.arrays["center_of_mass"] + 0.01
         count[0, 0, 0] += 1
-        newer = some._replace(schema={**some.schema, "format_version": 99})
-        for file, said in (
+        newer = two_bodies._replace(schema={**two_bodies.schema, "format_version": 99})
+        for file, words in (
             (tmp_path / "nothing.npz", "nothing.npz"),
             (tmp_path / "text.npz", "anew"),
-            (write(tmp_path / "a.npz", some, count=count), "add up"),
-            (write(tmp_path / "b.npz", some, vertex=None), "vertex"),
+            (write(tmp_path / "a.npz", two_bodies, count=count), "add up"),
+            (write(tmp_path / "b.npz", two_bodies, vertex=None), "vertex"),
             (write(tmp_path / "c.npz", newer), "version 99"),
-            (drawn(tmp_path / "e.npz", some, even, 1, drops=1), "2 settled drops"),
-            (write(tmp_path / "d.npz", some, center_of_mass=center), "stable poses"),
+            (
+                drawn(tmp_path / "e.npz", two_bodies, even, 1, drops=1),
+                "2 settled drops",
+            ),
+            (
+                write(tmp_path / "d.npz", two_bodies, center_of_mass=center),
+                "stable poses",
+            ),
         ):
-            assert said in refused("table", "--dataset", file, "--no-rerun"), said
+            assert words in refused("table", "--dataset", file, "--no-rerun"), words
 
     @pytest.mark.parametrize(
         "words",
