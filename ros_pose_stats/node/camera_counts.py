@@ -16,8 +16,10 @@ from ..base.errors import RequestError
 from ..core.resting.observed_orientations import classify_orientations
 from .equipment import Equipment
 from .lanes import words_of
+from .memory import Memory
 from .messages import part_messages, part_requests, times
-from .parts import known_part, result_store
+from .parts.known_part import KnownPart
+from .parts.registry import PartRegistry
 from .recorder import POSE_COUNTS
 from .recording.decoding import numbering_of
 from .refusals import COUNTS, MINUTE, SequenceGaps
@@ -51,9 +53,7 @@ class BatchSubscription:
         self._gaps = SequenceGaps()
         self._warned = -math.inf
         self._lock = threading.Lock()
-        self._came: known_part.Memory[tuple[int, int, int], bool] = known_part.Memory(
-            4 * DEPTH
-        )
+        self._received: Memory[tuple[int, int, int], bool] = Memory(4 * DEPTH)
         group = callback_groups.MutuallyExclusiveCallbackGroup()
         self._subscription: Any = equipment.node.create_subscription(
             kind,
@@ -121,8 +121,8 @@ class BatchSubscription:
             info["publication_sequence_number"],
             hash(bytes(data)),
         )
-        is_copy = self._came.get(sent) is not None
-        self._came.put(sent, True)
+        is_copy = self._received.get(sent) is not None
+        self._received.put(sent, True)
         return is_copy
 
 
@@ -143,13 +143,13 @@ class Cameras:
     What a camera saw is counted, and taken as if it had counted that itself.
     """
 
-    def __init__(self, equipment: Equipment, stores: result_store.Stores) -> None:
+    def __init__(self, equipment: Equipment, parts: PartRegistry) -> None:
         self._settings = equipment.settings
         self._refusals = equipment.refusals
         self._log = equipment.node.get_logger()
         self._recorder = equipment.recorder
         self._state = equipment.state
-        self._parts, self._counts, _, self._announcer = stores
+        self._parts = parts
         self._subscriptions = [
             BatchSubscription(
                 equipment,
@@ -202,7 +202,7 @@ class Cameras:
         for counts in sound:
             part = self._parts.current(counts.part_id)
             if part is not None:
-                self._announcer.introduce(part)
+                part.introduce()
             # ROS reads a text that lacks its closing zero byte; other readers of bags do not.
             self._recorder.record(POSE_COUNTS, serialization.serialize_message(counts))
 
@@ -210,13 +210,11 @@ class Cameras:
         """Learn from counts, or say why not."""
         part = self._parts.current(counts.part_id)
         kind = "counts of nothing"
-        with (
-            nullcontext() if part is None else part.revisions.lock
-        ):  # nothing comes in between
+        with nullcontext() if part is None else part.lock:  # nothing comes in between
             part = self._parts.current(counts.part_id)
             problem = count_problem(counts, part, self._settings().plate)
-            if not problem and part is not None and part.shown is not None:
-                if self._counts.add_counts(part, part.shown, counts):
+            if not problem and part is not None:
+                if part.add_counts(counts):
                     return
                 stamp = counts.header.stamp
                 kind = "counts that came before"
@@ -252,7 +250,7 @@ class Cameras:
                 part_requests.shown(seen.frame_id),
                 "transform them to the plate, z up",
             )
-        if part is None or part.shown is None:
+        if part is None or part.latched is None:
             raise RequestError(
                 "the part_id of a known part",
                 part_requests.shown(seen.part_id),
@@ -260,10 +258,10 @@ class Cameras:
             )
         if not len(seen.poses):
             return None
-        latched = part.shown.latched
-        scene = part.shown.scene
+        latched = part.latched.message
+        scene = part.latched.scene
         poses = classify_orientations(
-            part.part,
+            part.geometry,
             seen.poses[:, 3:],
             cluster_tolerance=latched.cluster_tolerance,
             round_sides=latched.round_sides,
@@ -290,20 +288,18 @@ class Cameras:
         return counts
 
 
-def count_problem(
-    counts: PoseCounts, part: known_part.KnownPart | None, plate: str
-) -> str:
+def count_problem(counts: PoseCounts, part: KnownPart | None, plate: str) -> str:
     """Why a camera's count of a part cannot be compared with anything; empty where it can."""
     if len(counts.index) != len(counts.count):
         return f"it has {len(counts.index)} pose indices and {len(counts.count)} counts"
-    if part is None or part.shown is None:
+    if part is None or part.latched is None:
         return f"no part {part_requests.shown(counts.part_id)} is known"
     if counts.plate not in ("", plate):
         return (
             f"it names the plate {part_requests.shown(counts.plate)}, and the node's is "
             f"{part_requests.shown(plate)}; name that one, or none"
         )
-    latched = part.shown.latched
+    latched = part.latched.message
     if counts.part_digest and counts.part_digest != part.digest:
         return f"{part_requests.shown(counts.part_id)} has another part_digest by now"
     if sum(counts.count) > MOST_PARTS:
@@ -314,7 +310,8 @@ def count_problem(
                 f"it has a from_pose and {len(counts.feeder_speed)} characters of "
                 f"feeder_speed; name the feeder's setting in 1 to {LONGEST_SPEED}"
             )
-        speeds = part.counts.flips.keys() if part.counts is not None else set()
+        tally = part.counts.tally
+        speeds = set() if tally is None else tally.flips.keys()
         if counts.feeder_speed not in speeds and len(speeds) >= MOST_SPEEDS:
             return f"flips at {len(speeds)} feeder_speeds have been counted, the most there are"
     if not math.isfinite(counts.drop_height):

@@ -3,12 +3,17 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
+from ros_pose_stats_msgs.msg import PoseStatistics
+
 from .answering_node import AnsweringNode
 from .lanes import Lanes
+from .messages.statistics_messages import with_warning
 from .recorder import Recorder
 from .refusals import Refusals
 from .settings import Settings
 from .state import State
+
+NOT_RECORDED = "NOT_RECORDED: this could not be written down: {}."
 
 
 class Equipment(NamedTuple):
@@ -20,3 +25,13 @@ class Equipment(NamedTuple):
     recorder: Recorder
     refusals: Refusals
     lanes: Lanes
+
+    def not_recorded(self) -> str:
+        """The warning of an answer that is not in the bag, or not in the state."""
+        return NOT_RECORDED.format(self.state.problem or self.recorder.last_problem)
+
+    def warn_unrecorded(self, message: PoseStatistics) -> PoseStatistics:
+        """The same with the warning that it is not on record, which it has once."""
+        if any(warning.startswith("NOT_RECORDED:") for warning in message.warnings):
+            return message
+        return with_warning(message, self.not_recorded())

@@ -18,14 +18,8 @@ from .equipment import Equipment
 from .jobs import Jobs, job_reports, queue, refinement, run
 from .lanes import Lanes
 from .messages.times import follow_clock, steady_timer
-from .parts import (
-    announcer,
-    count_store,
-    intake,
-    part_builder,
-    part_store,
-    result_store,
-)
+from .parts import intake, part_builder
+from .parts.registry import PartRegistry
 from .recorder import Recorder, as_of_today, definitions
 from .refusals import COUNTS, Refusals, publish_diagnostics
 from .services import cell, goals, services
@@ -77,15 +71,9 @@ class PoseStatsNode(AnsweringNode):
         equipment = Equipment(self, settings, state, recorder, refusals, lanes)
         # Parts and their results.
         self.builder = part_builder.PartBuilder(equipment)
-        board = announcer.Announcer(equipment)
-        self.parts = parts = part_store.PartStore(equipment, board, self.builder)
-        counts = count_store.CountStore(equipment, parts)
-        self.results = results = result_store.ResultStore(
-            equipment, parts, counts, board
-        )
-        stores = result_store.Stores(parts, counts, results, board)
+        self.parts = parts = PartRegistry(equipment, self.builder)
         # Simulations. Goals may flip for minutes: ~/feeding does not wait for them.
-        reports = job_reports.JobReports(equipment, stores)
+        reports = job_reports.JobReports(equipment, parts)
         flips = run.FlipReports()
         prefix = recorder.log.directory.name.removeprefix("pose_stats_")
         self.jobs = jobs = Jobs(prefix, reports, log.error)
@@ -93,11 +81,11 @@ class PoseStatsNode(AnsweringNode):
             Jobs(f"{prefix}_flips", flips, log.error, run.run_flips),
             Jobs(f"{prefix}_feeding", flips, log.error, run.run_flips),
         )
-        refiner = refinement.Refinement(equipment, stores, jobs)
+        refiner = refinement.Refinement(equipment, parts, jobs)
         # Meshes and cameras; nothing is heard before the executor has the node.
-        self.intake = intake.Intake(equipment, stores, self.builder, refiner.follow)
+        self.intake = intake.Intake(equipment, parts, self.builder, refiner.follow)
         intake.subscribe_to_meshes(equipment, self.intake)
-        self.cameras = camera_counts.Cameras(equipment, stores)
+        self.cameras = camera_counts.Cameras(equipment, parts)
         if settings().restore:
             parts.restore()
         else:
@@ -112,23 +100,23 @@ class PoseStatsNode(AnsweringNode):
         # Services and actions, what a feeder is to do, and plates.
         self.outlines = part_builder.Outlines(equipment)
         asked = services.Services(
-            equipment, stores, self.intake, refiner, jobs, reports, self.outlines
+            equipment, parts, self.intake, refiner, jobs, reports, self.outlines
         )
         self.actions = [
             goals.SimulateDropsServer(equipment, asked, jobs, reports),
             goals.SimulateFlipsServer(equipment, parts, self.intake, self.flip_jobs[0]),
         ]
         cell.FeedingService(
-            equipment, stores, self.flip_jobs[1], flips, self.intake, self.outlines
+            equipment, parts, self.flip_jobs[1], flips, self.intake, self.outlines
         )
-        cell.PlateFits(equipment, stores, self.table.use_plate)
+        cell.PlateFits(equipment, parts, self.table.use_plate)
         # Once a second: what was counted, the disk, and how the node is.
         steady_timer(self, 1.0, self._write_down)
         publish_diagnostics(
             self,
             {
                 "parts": lambda: refusals.health(len(parts.all()), lanes.waiting()),
-                "counts": counts.health,
+                "counts": parts.health_of_counts,
                 "jobs": lambda: queue.job_health(jobs, settings()),
                 "flips": lambda: queue.flip_health(*self.flip_jobs),
                 "recording": lambda: recorder.health(refusals.lost[COUNTS]),
@@ -142,8 +130,8 @@ class PoseStatsNode(AnsweringNode):
         """Latch what an earlier run has latched, and begin to work; kernels are loaded by now."""
         log = self.get_logger()
         parts = self.parts.all()
-        for known in parts:
-            self.results.restore(known)
+        for part in parts:
+            part.restore()
         if parts:
             log.info(f"{len(parts)} parts of an earlier run are known again")
         within(MENDING_SECONDS, self.recorder.mend_bags)
@@ -157,8 +145,9 @@ class PoseStatsNode(AnsweringNode):
 
     def _write_down(self) -> None:
         """Once a second: show what was counted, and have all on the disk."""
-        self.results.show_waiting()
-        self.parts.keep_uses()
+        for part in self.parts.all():
+            part.show_waiting()
+        self.parts.store_uses()
         self.state.commit()
         self.recorder.sync()
 

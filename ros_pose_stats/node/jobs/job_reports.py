@@ -10,9 +10,10 @@ from ros_pose_stats_msgs.msg import DropRecords, JobEvent, PoseStatistics
 
 from ...core.records import PoseStatistics as Statistics
 from ...core.simulation.drops import DropChunk
-from ..equipment import Equipment
+from ..equipment import NOT_RECORDED, Equipment
 from ..messages import part_messages, statistics_messages, times
-from ..parts import announcer, known_part, result_store
+from ..parts.known_part import KnownPart
+from ..parts.registry import PartRegistry
 from ..recorder import ANSWERS, DROP_RECORDS, JOB_EVENTS
 from ..state import Change
 from .run import Job, JobListener, State as JobState
@@ -29,7 +30,7 @@ def job_event(job: Job, event: int | None = None) -> JobEvent:
     """The record of something that happens to a job; without an event of how it is now."""
     request = job.request
     scene = job.request.scene
-    known = job.known()
+    part = job.find_part()
     snapshot = job.snapshot  # of which the queue's thread may let go meanwhile
     height = scene.drop_height if snapshot is None else snapshot.drop_height
     report = JobEvent(
@@ -47,7 +48,7 @@ def job_event(job: Job, event: int | None = None) -> JobEvent:
         cluster_tolerance=float(scene.cluster_tolerance),
         round_sides=scene.round_sides,
         drop_height=math.nan if height is None else float(height),
-        part_digest="" if known is None else known.digest,
+        part_digest="" if part is None else part.digest,
     )
     report.header.stamp = times.time_message(times.now())
     return report
@@ -70,13 +71,14 @@ def job_change(event: JobEvent, answer: bytes = b"") -> Change:
 class JobReports(JobListener):
     """Keeps and records what happens to jobs of drops; says the end of each in one line."""
 
-    def __init__(self, equipment: Equipment, stores: result_store.Stores) -> None:
-        self._parts, _, self._results, self._announcer = stores
+    def __init__(self, equipment: Equipment, parts: PartRegistry) -> None:
+        self._equipment = equipment
+        self._parts = parts
         self._recorder = equipment.recorder
         self._state = equipment.state
         self._log = equipment.node.get_logger()
         self._interims: dict[str, tuple[Statistics, PoseStatistics]] = {}
-        self._kept_at = 0.0
+        self._stored_at = 0.0
         self.ends: dict[
             str, JobEvent
         ] = {}  # of the newest jobs that have ended, oldest first
@@ -109,11 +111,11 @@ class JobReports(JobListener):
     def queued(self, job: Job) -> bool:
         """Keep the acceptance, on the disk before anybody is told of it, and put it on record."""
         event = job_event(job, JobEvent.QUEUED)
-        kept = self._state.commit(self._state.put(job_change(event)))
-        known = self._part_of(job)
-        if known is not None:
-            self._announcer.introduce(known)
-        return self._recorder.record(JOB_EVENTS, serialize_message(event)) and kept
+        is_stored = self._state.commit(self._state.put(job_change(event)))
+        part = self._part_of(job)
+        if part is not None:
+            part.introduce()
+        return self._recorder.record(JOB_EVENTS, serialize_message(event)) and is_stored
 
     def started(self, job: Job) -> None:
         """Put the start on record."""
@@ -124,26 +126,24 @@ class JobReports(JobListener):
     def progressed(self, job: Job) -> None:
         """Show late joiners how far it is, and keep that, now and then."""
         snapshot = job.snapshot
-        at = time.monotonic()
-        known = self._part_of(job)
-        if known is None and job.request.refinement:
+        now = time.monotonic()
+        part = self._part_of(job)
+        if part is None and job.request.refinement:
             job.cancel_reason = (
                 job.cancel_reason or "the part was forgotten or has changed"
             )
         if snapshot is None or not snapshot.drops > snapshot.unsettled:
             return
-        if at - self._kept_at >= SECONDS_BETWEEN:
-            self._kept_at = at
+        if now - self._stored_at >= SECONDS_BETWEEN:
+            self._stored_at = now
             self._state.put(
                 job_change(
                     job_event(job, JobEvent.RUNNING),
                     serialize_message(self.interim(job, snapshot)),
                 )
             )
-        if known is not None and self._results.is_due(known, job.request.scene):
-            self._results.offer_result(
-                known, job.request.scene, self.interim(job, snapshot)
-            )
+        if part is not None and part.is_due(job.request.scene):
+            part.offer_result(job.request.scene, self.interim(job, snapshot))
 
     def dropped(self, job: Job, chunk: DropChunk) -> None:
         """Put single drops on record."""
@@ -165,32 +165,30 @@ class JobReports(JobListener):
 
     def ended(self, job: Job, state: JobState) -> None:
         """Keep the end and its result, put both on record, and latch the result."""
-        known = self._part_of(job) or job.known()
+        part = self._part_of(job) or job.find_part()
         event = job_event(job, state)
         answer = None
         data = b""
-        if job.snapshot is not None and known is not None:
-            answer = self._results.number_result(
-                known, job.snapshot, job.settings, job.job_id
-            )
+        if job.snapshot is not None and part is not None:
+            answer = part.number_result(job.snapshot, job.settings, job.job_id)
             if not job.recorded:
                 answer = statistics_messages.with_warning(
-                    answer, announcer.NOT_RECORDED.format("its acceptance could not be")
+                    answer, NOT_RECORDED.format("its acceptance could not be")
                 )
             data = serialize_message(answer)
         change = job_change(event, data)
         recorded = self._state.commit(self._state.put(change))
-        if answer is not None and known is not None:
-            answer = self._announcer.record(ANSWERS, known, answer)
+        if answer is not None and part is not None:
+            answer = part.record(ANSWERS, answer)
         recorded = (
             self._recorder.record(JOB_EVENTS, serialize_message(event)) and recorded
         )
         if answer is None and not (recorded and job.recorded):
             job.message = event.message = (
-                f"{job.message} {self._announcer.not_recorded()}".strip()
+                f"{job.message} {self._equipment.not_recorded()}".strip()
             )
         elif answer is not None:
-            answer = answer if recorded else self._announcer.warn_unrecorded(answer)
+            answer = answer if recorded else self._equipment.warn_unrecorded(answer)
             data = serialize_message(answer)
         if job_change(event, data) != change:  # warnings have come since
             self._state.put(job_change(event, data))
@@ -201,7 +199,7 @@ class JobReports(JobListener):
             and current is not None
             and answer.drops > answer.unsettled
         ):
-            self._results.offer_result(current, job.request.scene, answer)
+            current.offer_result(job.request.scene, answer)
         self._log.info(
             f"{job.job_id}: {state.name} after {job.drops_done} of "
             f"{job.request.drops} drops of '{job.part_id}'"
@@ -231,15 +229,13 @@ class JobReports(JobListener):
 
     def interim(self, job: Job, snapshot: Statistics) -> PoseStatistics:
         """The message of a running job's statistics so far, made once a snapshot."""
-        made = self._interims.get(job.job_id)
-        if made is not None and made[0] is snapshot:
-            return made[1]
-        known = self._part_of(job) or job.known()
-        if known is None:  # has ended this moment
+        interim = self._interims.get(job.job_id)
+        if interim is not None and interim[0] is snapshot:
+            return interim[1]
+        part = self._part_of(job) or job.find_part()
+        if part is None:  # has ended this moment
             return PoseStatistics()
-        message = self._results.number_result(
-            known, snapshot, job.settings, job.job_id, False
-        )
+        message = part.number_result(snapshot, job.settings, job.job_id, final=False)
         self._interims = {job.job_id: (snapshot, message)}
         return message
 
@@ -255,8 +251,11 @@ class JobReports(JobListener):
         result.final = True  # of a job that a kill ended it was kept as not final
         return result
 
-    def _part_of(self, job: Job) -> known_part.KnownPart | None:
-        """The known part, as long as it is the part that the job drops."""
-        known = job.known()
-        current = None if known is None else self._parts.current(known.part_id)
-        return current if known and current and current.digest == known.digest else None
+    def _part_of(self, job: Job) -> KnownPart | None:
+        """The current part of the name, as long as it is the mesh that the job drops."""
+        part = job.find_part()
+        if part is None:
+            return None
+        current = self._parts.current(part.part_id)
+        is_of_job = current is not None and current.digest == part.digest
+        return current if is_of_job else None

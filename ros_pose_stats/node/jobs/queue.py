@@ -168,7 +168,7 @@ class Jobs:
         if job.cancel_reason:
             self._end(job, State.CANCELLED, job.cancel_reason)
             return
-        part = result_of(job.part).part
+        part = result_of(job.part).geometry
         self.listener.started(job)
         self.listener.follow(job)
         stop = Stop(job, lambda: job.request.refinement and self.counts()[0] > 0)

@@ -16,8 +16,8 @@ from ...core.resting.poses import poses_in
 from ..equipment import Equipment
 from ..lanes import Lane, Rank, done_with
 from ..messages import statistics_messages
-from ..parts import result_store
-from ..parts.known_part import KnownPart
+from ..parts.known_part import BEST, CHECKED, TRIED, KnownPart
+from ..parts.registry import PartRegistry
 from . import JobRequest, Jobs
 
 
@@ -40,58 +40,54 @@ def credible_bound(part: Part, message: PoseStatistics, scene: DropScene) -> flo
 class Refinement:
     """Has estimates checked in a lane of their own, equal ones once, and refined by jobs."""
 
-    def __init__(
-        self, equipment: Equipment, stores: result_store.Stores, jobs: Jobs
-    ) -> None:
+    def __init__(self, equipment: Equipment, parts: PartRegistry, jobs: Jobs) -> None:
+        self._equipment = equipment
         self._settings = equipment.settings
         self._lanes = equipment.lanes
+        self._parts = parts
         self._jobs = jobs
-        self._parts, _, self._results, self._announcer = stores
         self._report_failure = equipment.node.get_logger().error
         self._checks: dict[tuple[str, str, DropScene], Future[PoseStatistics]] = {}
-        self._followed: set[str] = (
-            set()
-        )  # parts that wait for their check with nobody asking
+        # names of parts that wait for their check with nobody asking
+        self._followed: set[str] = set()
         self._lock = threading.Lock()
 
-    def checked(self, known: KnownPart, scene: DropScene) -> Future[PoseStatistics]:
+    def check(self, part: KnownPart, scene: DropScene) -> Future[PoseStatistics]:
         """A built part's checked estimate; new parts come before scenes of known ones."""
         with self._lock:
-            message = self._results.checked(known, scene)
+            message = part.remembered(CHECKED, scene)
             if message is not None:
                 return done_with(message)
-            key = known.part_id, known.digest, scene
-            coming = self._checks.get(key)
-            if coming is None:
-                rank = Rank.SENT if known.part_id in self._followed else Rank.KNOWN
-                coming = self._checks[key] = self._lanes.put(
-                    partial(self._results.check, known, scene), rank, Lane.CHECK
-                )
-                coming.add_done_callback(lambda _: self._checks.pop(key, None))
-            return coming
+            key = part.part_id, part.digest, scene
+            if key in self._checks:
+                return self._checks[key]
+            rank = Rank.SENT if part.part_id in self._followed else Rank.KNOWN
+            check = self._lanes.put(partial(part.check, scene), rank, Lane.CHECK)
+            self._checks[key] = check
+        check.add_done_callback(lambda _: self._checks.pop(key, None))
+        return check
 
-    def follow(self, known: KnownPart) -> None:
+    def follow(self, part: KnownPart) -> None:
         """Have what a part shows checked, where it is an estimate alone, and then refined."""
-        if not self._results.lacks_check(known):
-            self._refine(known)
+        if not part.lacks_check():
+            self._refine(part)
             return
+        part_id = part.part_id
         with self._lock:
-            follows = known.part_id in self._followed
-            self._followed.add(known.part_id)
-        if not follows:  # by its name: what comes in its place meanwhile has its turn
-            self._lanes.put(
-                partial(self._follow, known.part_id), Rank.LATER, Lane.CHECK
-            )
+            is_followed = part_id in self._followed
+            self._followed.add(part_id)
+        # By its name: what comes in its place meanwhile has its turn.
+        if not is_followed:
+            self._lanes.put(partial(self._follow, part_id), Rank.LATER, Lane.CHECK)
 
     def _follow(self, part_id: str) -> None:
         with self._lock:
             self._followed.remove(part_id)
-        known = self._parts.current(part_id)
-        if known is None:
+        part = self._parts.current(part_id)
+        if part is None:
             return
-        scene = self._settings().scene(known.scene_override)
-        check = partial(self._results.check, known, scene)
-        for improve in (check, partial(self._refine, known)):
+        scene = self._settings().scene(part.scene_override)
+        for improve in (partial(part.check, scene), partial(self._refine, part)):
             try:
                 improve()
             except (errors.PoseStatsError, CancelledError):
@@ -102,134 +98,138 @@ class Refinement:
                     f"{type(error).__name__}: {error}"
                 )
 
-    def _refine(self, known: KnownPart) -> None:
+    def _refine(self, part: KnownPart) -> None:
         """Refine a part's latched result in the background, if that is wanted and not done."""
-        if self._parts.current(known.part_id) is not known:
+        if not part.is_current:
             return
         settings = self._settings()
         drops = min(settings.refine_drops or settings.drops, settings.max_drops)
-        scene = settings.scene(known.scene_override)
+        scene = settings.scene(part.scene_override)
         target = settings.target_error
-        hybrid = settings.default_method == methods.AUTO
+        is_hybrid = settings.default_method == methods.AUTO
         request = JobRequest(
-            known.part_id,
-            known.content,
+            part.part_id,
+            part.content,
             scene,
             drops,
-            0,
-            self._aim(known, target, scene) if hybrid else target,
-            settings.max_job_seconds,
-            True,
-            hybrid,
+            seed=0,
+            target_error=self._aim(part, target, scene) if is_hybrid else target,
+            max_seconds=settings.max_job_seconds,
+            refinement=True,
+            hybrid=is_hybrid,
         )
         self._jobs.cancel_refinement(
-            known.part_id, "the part or its scene has changed", but=request
+            part.part_id, "the part or its scene has changed", but=request
         )
-        model = known.model_in(scene)
-        fine = (
-            model is not None
-            and (model.drops or hybrid)
-            and (
-                model.drops >= drops
-                or (target and credible_bound(known.part, model, scene) <= target)
-            )
-        )
-        if (settings.refine_drops or target) and not fine:
-            self._jobs.submit(request, done_with(known), settings)
+        if not (settings.refine_drops or target):
+            return
+        model = part.model_in(scene)
+        if model is not None and (model.drops or is_hybrid):
+            if model.drops >= drops:
+                return
+            if target and credible_bound(part.geometry, model, scene) <= target:
+                return
+        self._jobs.submit(request, done_with(part), settings)
 
     def answer_checked(
-        self, known: KnownPart, checked: PoseStatistics, scene: DropScene
+        self, part: KnownPart, checked: PoseStatistics, scene: DropScene
     ) -> tuple[PoseStatistics, str]:
         """What answers where no target was asked for, and why."""
-        best = best_method(scene.restitution)
-        dropped = self._results.find_drops(known, scene)
+        estimator = best_method(scene.restitution)
+        best = part.remembered(BEST, scene)
         if (
-            dropped
-            and dropped.drops > checked.drops
-            and statistics_messages.refutes(dropped)
+            best is not None
+            and best.drops > checked.drops
+            and statistics_messages.refutes(best)
         ):
-            return dropped, f"Drops already made contradict {best}."
-        return checked, hybrid.explain_check(best, checked.drops, scene, checked.radius)
+            return best, f"Drops already made contradict {estimator}."
+        return checked, hybrid.explain_check(
+            estimator, checked.drops, scene, checked.radius
+        )
 
     def answer_by(
         self,
         method: str,
-        known: KnownPart,
+        part: KnownPart,
         target_error: float,
         scene: DropScene,
         advice: str,
     ) -> PoseStatistics:
         """What the one estimator says that was asked for, whatever its error."""
-        message = self._results.estimate(known, method, scene)
-        bound = credible_bound(known.part, message, scene) if target_error else 0.0
+        message = part.estimate(method, scene)
+        if not target_error:
+            return message
+        bound = credible_bound(part.geometry, message, scene)
         if bound <= target_error:
             return message
-        short = (
-            confidence.not_enough(message.method, bound, target_error)
-            if math.isfinite(bound)
-            else f"the error of {message.method} is not known here"
-        )
-        return _missed(message, f"{short}; {advice}.")[0]
+        reason = f"the error of {message.method} is not known here"
+        if math.isfinite(bound):
+            reason = confidence.not_enough(message.method, bound, target_error)
+        return _missed(message, f"{reason}; {advice}.")[0]
 
     def answer(
-        self, known: KnownPart, target_error: float, scene: DropScene
+        self, part: KnownPart, target_error: float, scene: DropScene
     ) -> tuple[PoseStatistics, str]:
         """The best that can be said at once, and why; drops follow if it misses the target."""
-        best = self._results.estimate(known, methods.AUTO, scene)
-        dropped = self._results.find_drops(known, scene)
-        if dropped and statistics_messages.refutes(dropped):
-            best = dropped
         settings = self._settings()
-        most = min(settings.drops, settings.max_drops)
-        for result in filter(None, (best, dropped)):
-            bound = credible_bound(known.part, result, scene)
+        most_drops = min(settings.drops, settings.max_drops)
+        estimate = part.estimate(methods.AUTO, scene)
+        best = part.remembered(BEST, scene)
+        dropped = best if best is not None and best.drops else None
+        if dropped is not None and statistics_messages.refutes(dropped):
+            estimate = dropped
+        for result in filter(None, (estimate, dropped)):
+            bound = credible_bound(part.geometry, result, scene)
             if bound <= target_error:
                 return result, confidence.enough(_means(result), bound, target_error)
-        spent = next(
-            (
-                result
-                for result in (dropped, self._results.find_tried(known, scene))
-                if result and result.drops >= most
-            ),
-            None,
-        )
-        bound = credible_bound(known.part, spent or best, scene)
-        short = confidence.not_enough(_means(spent or best), bound, target_error)
-        if spent is not None:
-            return _missed(
-                spent,
-                f"{short}, and the node drops at most {most} times for it "
-                "(parameter drops).",
-            )
+        for result in filter(None, (dropped, part.remembered(TRIED, scene))):
+            if result.drops >= most_drops:
+                reason = self._explain_miss(part, result, target_error, scene)
+                return _missed(
+                    result,
+                    f"{reason}, and the node drops at most {most_drops} times for it "
+                    "(parameter drops).",
+                )
+        reason = self._explain_miss(part, estimate, target_error, scene)
         request = JobRequest(
-            known.part_id,
-            known.content,
+            part.part_id,
+            part.content,
             scene,
-            most,
-            0,
-            self._aim(known, target_error, scene),
-            settings.max_job_seconds,
+            most_drops,
+            seed=0,
+            target_error=self._aim(part, target_error, scene),
+            max_seconds=settings.max_job_seconds,
             hybrid=True,
         )
         try:
-            job = self._jobs.submit(request, done_with(known), settings)
+            job = self._jobs.submit(request, done_with(part), settings)
         except errors.RequestError as refusal:  # the estimate is an answer all the same
-            return _missed(best, f"{short}; drops cannot refine it now: {refusal}")
+            return _missed(estimate, f"{reason}; drops cannot refine it now: {refusal}")
         promise = (
-            f"at most {most} drops in the background will refine it, job {job.job_id}."
+            f"at most {most_drops} drops in the background will refine it, "
+            f"job {job.job_id}."
         )
         if not job.recorded:
-            promise += f" {self._announcer.not_recorded()}"
-        return _missed(best, f"{short}; {promise}")
+            promise += f" {self._equipment.not_recorded()}"
+        return _missed(estimate, f"{reason}; {promise}")
 
-    def _aim(self, known: KnownPart, target_error: float, scene: DropScene) -> float:
+    def _explain_miss(
+        self,
+        part: KnownPart,
+        message: PoseStatistics,
+        target_error: float,
+        scene: DropScene,
+    ) -> str:
+        """How far a result is from the target."""
+        bound = credible_bound(part.geometry, message, scene)
+        return confidence.not_enough(_means(message), bound, target_error)
+
+    def _aim(self, part: KnownPart, target_error: float, scene: DropScene) -> float:
         """The bound at which drops may end; with a higher one they might not be latched."""
-        model = known.model_in(scene)
-        return (
-            target_error
-            if model is None
-            else min(target_error, statistics_messages.known_error(model))
-        )
+        model = part.model_in(scene)
+        if model is None:
+            return target_error
+        return min(target_error, statistics_messages.known_error(model))
 
 
 def _means(message: PoseStatistics) -> str:

@@ -24,7 +24,8 @@ from ...core.resting.poses import poses_in
 from ...core.simulation import drops, flips, simulate
 from ...core.simulation.request import Watch, drop_request
 from ...core.statistics.prefix import Judge, target_reached
-from ..parts.known_part import KnownPart, Memory
+from ..memory import Memory
+from ..parts.known_part import KnownPart
 
 SNAPSHOT_SECONDS = 0.2
 COMBINED_SECONDS = (
@@ -103,14 +104,15 @@ class Job:
     @property
     def part_id(self) -> str:
         """Name of the part; of a nameless one, the name it got, once it is there."""
-        known = self.known()
-        return self.request.part_id or ("" if known is None else known.part_id)
+        part = self.find_part()
+        return self.request.part_id or ("" if part is None else part.part_id)
 
-    def known(self) -> KnownPart | None:
+    def find_part(self) -> KnownPart | None:
         """The part, if it is there; never waits, also while the job lets go of it."""
         part = self.part
-        good = part.done() and not part.cancelled() and part.exception() is None
-        return part.result() if good else None
+        if not part.done() or part.cancelled() or part.exception() is not None:
+            return None
+        return part.result()
 
     def take(self, progress: DropProgress) -> None:
         """Note how far the run is, and now and then its statistics."""

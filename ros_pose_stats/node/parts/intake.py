@@ -17,8 +17,9 @@ from ..lanes import Lane, NotDoneError, Rank, done_with, words_of
 from ..messages import part_messages, part_requests
 from ..refusals import MESHES, SequenceGaps
 from ..settings import mesh_topics
-from . import part_builder, result_store
+from . import part_builder
 from .known_part import KnownPart
+from .registry import PartRegistry
 
 DEPTH = 100  # messages that wait in the middleware
 LARGE_BYTES = 36 * part_builder.LARGE_TRIANGLES  # of a part that is not built yet
@@ -30,36 +31,33 @@ class Intake:
     def __init__(
         self,
         equipment: Equipment,
-        stores: result_store.Stores,
+        parts: PartRegistry,
         builder: part_builder.PartBuilder,
         follow: Callable[[KnownPart], object],
     ) -> None:
         self._settings = equipment.settings
         self._lanes = equipment.lanes
         self._refusals = equipment.refusals
-        self._parts, _, self._results, self._announcer = stores
+        self._parts = parts
         self._builder = builder
         self._follow = follow
         self._log = equipment.node.get_logger()
-        self.restored: list[
-            Future[None]
-        ] = []  # parts that have no result in the present scene
+        # parts of an earlier run that had no result in the present scene
+        self.restored: list[Future[None]] = []
 
     def _take(self, request: part_requests.PartRequest) -> KnownPart:
         """Make a mesh that is no copy a known part, and latch it; raises PoseStatsError."""
         settings = self._settings()
         part_requests.check_request(request, settings.max_mesh_bytes)
         scene = settings.scene(request.scene_override)
-        known, new = self._parts.identify(request)
-        if new:
-            self._results.estimate(
-                known, "", scene
-            )  # what has no equilibrium is no part
-            self._parts.put(known, request)
-            self._results.show_best(known)
-            self._announcer.log_part(known)
-            self._follow(known)
-        return known
+        part, is_new = self._parts.identify(request)
+        if is_new:
+            part.estimate("", scene)  # what has no equilibrium is no part
+            self._parts.put(part, request)
+            part.show_best()
+            part.log_arrival()
+            self._follow(part)
+        return part
 
     def queue(
         self, request: part_requests.PartRequest, source: str, rank: Rank
@@ -75,82 +73,83 @@ class Intake:
         self._refusals.watch_mesh(source, coming)
         return coming
 
-    def built(
-        self, known: KnownPart, scene: DropScene | None = None
+    def build_known(
+        self, part: KnownPart, scene: DropScene | None = None
     ) -> Future[KnownPart]:
-        """A known part once it is built, with its poses in a scene; before parts that are new."""
-        lane = _lane_of(known)
-        is_built = known.source.part is not None
+        """A known part once it is built, with its poses in a scene; before new parts."""
+        lane = _lane_of(part)
+        is_built = part.is_built
         if is_built and (
-            scene is None or lane is Lane.QUICK or are_found(known.part, scene)
+            scene is None or lane is Lane.QUICK or are_found(part.geometry, scene)
         ):
-            return done_with(known)
+            return done_with(part)
 
         def build() -> KnownPart:
-            part = known.part
+            geometry = part.geometry
             if scene is not None:
-                self._builder.find_poses(part, scene)
-            return known
+                self._builder.find_poses(geometry, scene)
+            return part
 
         return self._lanes.put(
-            build, Rank.KNOWN, lane, 0, "" if is_built else known.part_id
+            build, Rank.KNOWN, lane, 0, "" if is_built else part.part_id
         )
 
     def show_all_again(self) -> None:
         """Show known parts in another scene, when nothing else waits."""
-        for known in self._parts.all():
-            again = self._lanes.put(
-                partial(self._show_again, known), Rank.LATER, _lane_of(known)
+        for part in self._parts.all():
+            showing = self._lanes.put(
+                partial(self._show_again, part), Rank.LATER, _lane_of(part)
             )
-            self._refusals.watch_mesh("parameters", again)
+            self._refusals.watch_mesh("parameters", showing)
 
-    def _show_again(self, known: KnownPart) -> None:
-        self._builder.find_poses(known.part, self._settings().scene())
-        self._results.show_best(known)
-        self._follow(known)
+    def _show_again(self, part: KnownPart) -> None:
+        self._builder.find_poses(part.geometry, self._settings().scene())
+        part.show_best()
+        self._follow(part)
 
     def restore(self) -> None:
         """Build parts of an earlier run when nothing else waits, first those not shown again."""
         latest_first = self._parts.all()[::-1]
-        for known in sorted(latest_first, key=lambda known: known.shown is not None):
-            is_shown = known.shown is not None
-            build = partial(self._build_again, known, not is_shown)
-            coming = self._lanes.put(build, Rank.LATER, _lane_of(known))
-            self.restored += [] if is_shown else [coming]
+        for part in sorted(latest_first, key=lambda part: part.latched is not None):
+            is_latched = part.latched is not None
+            task = self._lanes.put(
+                partial(self._build_again, part, is_latched),
+                Rank.LATER,
+                _lane_of(part),
+            )
+            if not is_latched:
+                self.restored.append(task)
 
-    def _build_again(self, known: KnownPart, to_show: bool) -> None:
+    def _build_again(self, part: KnownPart, is_latched: bool) -> None:
         """Build a part of an earlier run; one that is refused now goes."""
-        name = part_requests.named(known.part_id)
+        name = part_requests.named(part.part_id)
         try:
-            known.source.get()
-            if to_show:
-                self._show_again(known)
-            elif self._results.lacks_check(known):
-                self._follow(known)
+            part.source.get()
+            if not is_latched:
+                self._show_again(part)
+            elif part.lacks_check():
+                self._follow(part)
         except (TakesLongError, NotDoneError):
             raise
         except PoseStatsError as refusal:
-            if (
-                self._parts.current(known.part_id) is known
-            ):  # else nobody wants it any more
+            if part.is_current:  # else nobody wants it any more
                 self._refusals.refuse(f"part of an earlier run{name}", str(refusal))
-                self._parts.forget(known, f"it is refused now: {refusal}")
+                self._parts.forget(part, f"it is refused now: {refusal}")
         except Exception as error:
             self._log.error(
                 f"a part of an earlier run{name} could not be built: "
                 f"{type(error).__name__}: {error}; a request tries again"
             )
-        self._announcer.draw()
 
 
 def _lane_of(part: KnownPart | part_requests.PartRequest) -> Lane:
     """Where a mesh, or a known part that may not be built yet, is worked on."""
-    if isinstance(part, KnownPart) and part.source.part is None:
-        is_large = part.size > LARGE_BYTES
+    if not isinstance(part, KnownPart):
+        is_large = part_builder.is_large(part)
+    elif part.is_built:
+        is_large = part_builder.is_large(part.geometry)
     else:
-        is_large = part_builder.is_large(
-            part.part if isinstance(part, KnownPart) else part
-        )
+        is_large = part.size > LARGE_BYTES
     return Lane.SLOW if is_large else Lane.QUICK
 
 

@@ -1,84 +1,56 @@
-"""A part that the node knows, and bounded memories."""
+"""A part in the node: its mesh, its results, what was counted of it, and its publisher."""
 
+import copy
 import math
 import threading
-from collections import OrderedDict
-from collections.abc import Callable, Hashable
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import CancelledError
+from dataclasses import dataclass, field, replace
+from pathlib import Path
 
-from ros_pose_stats_msgs.msg import PoseStatistics
+from rclpy import duration, event_handler, publisher as publishers, qos
+from rclpy.serialization import deserialize_message, serialize_message
+from ros_pose_stats_msgs.msg import PoseCounts, PoseStatistics
+from std_msgs.msg import Header
 
-from ...core.records import DropScene, Part
+from ...base import methods, text
+from ...core import records
+from ...core.estimators.estimate import estimate_in
+from ...core.planning import hybrid
+from ...core.records import Array, DropScene, Index, Part
+from ...core.simulation.request import Watch, drop_request
+from ..equipment import Equipment
+from ..memory import Memory
+from ..messages import part_requests, statistics_messages
+from ..recorder import PART_MESH, POSE_STATISTICS
+from ..refusals import MOST_SWAPS
+from ..settings import Settings
+from ..state import Change
+from .part_counts import PartCounts
 
-if TYPE_CHECKING:
-    from .count_store import CellCounts
+LATCHED = qos.QoSProfile(
+    depth=1,
+    reliability=qos.ReliabilityPolicy.RELIABLE,
+    durability=qos.DurabilityPolicy.TRANSIENT_LOCAL,
+)
+NO_EVENTS = event_handler.PublisherEventCallbacks(use_default_callbacks=False)
+"""The executor fails on handlers of events that are destroyed while it waits for them."""
 
-K = TypeVar("K", bound=Hashable)
-V = TypeVar("V")
+PARTING_SECONDS = 1.0  # for a subscriber to take a part's last message
+SECONDS_BETWEEN = 1.0  # a part that is being refined is published at most this often
+REMEMBERED_POSES = 20_000  # of results, for parts and scenes that come again; 2 kB each
+INTRODUCED = 4096  # meshes that are known to be in the bag
 
+BEST = "best"  # of all that came for a scene; latched at once where it is the part's
+CHECKED = "checked"  # the default estimate with some drops beside it, the usual answer
+TRIED = "tried"  # the end of the last job
 
-class Memory(Generic[K, V]):
-    """A bounded dictionary for several threads; the newest value stays, whatever its weight."""
-
-    def __init__(self, most: int, weight: Callable[[V], int] = lambda value: 1) -> None:
-        self._most = most
-        self._weight = weight
-        self._sum = 0
-        self._values: OrderedDict[K, V] = OrderedDict()
-        self._lock = threading.Lock()
-
-    def get(self, key: K) -> V | None:
-        """A value, which counts as used now; None where there is none."""
-        with self._lock:
-            if key in self._values:
-                self._values.move_to_end(key)
-            return self._values.get(key)
-
-    def put(self, key: K, value: V) -> None:
-        """Keep a value in place of the one before."""
-        with self._lock:
-            if key in self._values:
-                self._sum -= self._weight(self._values.pop(key))
-            self._values[key] = value
-            self._sum += self._weight(value)
-            while self._sum > self._most and len(self._values) > 1:
-                self._sum -= self._weight(self._values.popitem(last=False)[1])
-
-
-@dataclass(eq=False)
-class Revisions:
-    """Revisions of the results of one name, whichever meshes come under it."""
-
-    newest: int = 0  # given to a result
-    shown: int = 0  # of what was latched last
-    # when a result went on record last, by the monotonic clock; what a start shows does not
-    recorded_at: float = -math.inf
-    # held while a result of the name is numbered, latched or withdrawn
-    lock: threading.RLock = field(default_factory=threading.RLock)
-
-    def next(self) -> int:
-        """The number of a new result."""
-        with self.lock:
-            self.newest += 1
-            return self.newest
-
-
-@dataclass(eq=False)
-class Shown:
-    """What a part shows at a time."""
-
-    latched: PoseStatistics  # which late joiners get
-    # the best estimate or simulation for that scene, as it was before it was latched: under
-    # another number, and combined with the counts where there are any
-    model: PoseStatistics
-    scene: DropScene  # that the latched result is for
-    published: float = -math.inf  # when, by the monotonic clock
-    recorded: bool = False  # whether it is in the bag
+ResultKey = tuple[str, str, str, DropScene, str, float, str]
 
 
 class PartSource:
-    """Gives a part: the one at hand, or one that is built when somebody first asks for it."""
+    """Gives a part: the one at hand, or one that is built when somebody asks for it."""
 
     def __init__(
         self, part: Part | None, build: Callable[[], Part] | None = None
@@ -97,40 +69,517 @@ class PartSource:
 
 
 @dataclass(eq=False)
-class KnownPart:
-    """A part by its name; written by the part store."""
+class LatchedResult:
+    """What a part shows at a time."""
 
+    message: PoseStatistics  # which late joiners get
+    # the best estimate or simulation for that scene, as it was before it was latched: under
+    # another number, and combined with the counts where there are any
+    model: PoseStatistics
+    scene: DropScene  # that the message is for
+    latched_at: float = -math.inf  # by the monotonic clock
+    is_recorded: bool = False  # whether it is in the bag
+
+
+class Channel:
+    """Of one name, whichever meshes come under it: numbers of its results, and its publisher.
+
+    The lock is held while a result of the name is latched or withdrawn, while cameras' counts
+    are added, and while a mesh comes or goes. Nobody holds two of them. Whoever holds one may
+    wait for a mesh to be built, and for the locks of state, bag and registry, behind which
+    nobody waits for a channel.
+    """
+
+    def __init__(self, equipment: Equipment) -> None:
+        self._node = equipment.node
+        self.lock = threading.RLock()
+        self.newest_revision = 0  # given to a result
+        self.latched_revision = 0
+        # when a result went on record last, by the monotonic clock; what a start latches again
+        # does not
+        self.recorded_at = -math.inf
+        self.part: KnownPart | None = None  # whose result is latched
+        self._publisher: publishers.Publisher | None = None
+        self._farewell_at = -math.inf
+
+    def next_revision(self) -> int:
+        """The number of a new result."""
+        with self.lock:
+            self.newest_revision += 1
+            return self.newest_revision
+
+    def publish(self, data: bytes, part: "KnownPart | None") -> None:
+        """Publish a serialised result, which a part latches from now on, or none does."""
+        with self.lock:
+            if self._publisher is None:
+                self._publisher = self._node.create_publisher(
+                    PoseStatistics,
+                    "~/pose_statistics",
+                    LATCHED,
+                    event_callbacks=NO_EVENTS,
+                )
+            self.part = part
+            if part is None:
+                self._farewell_at = time.monotonic()
+            self._publisher.publish(data)
+
+    def close(self) -> bool:
+        """Let the publisher go once its farewell has arrived, or somebody else has its place.
+
+        False where it is still to be waited for; to wait here would lock Python.
+        """
+        with self.lock:
+            if self.part is not None or self._publisher is None:
+                return True
+            if (
+                time.monotonic() - self._farewell_at <= PARTING_SECONDS
+                and not self._publisher.wait_for_all_acked(duration.Duration(seconds=0))
+            ):
+                return False
+            self._node.destroy_publisher(self._publisher)
+            self._publisher = None
+            return True
+
+
+@dataclass(eq=False)
+class Commons:
+    """What all parts share."""
+
+    equipment: Equipment
+    parts: "Callable[[], list[KnownPart]]"  # that the node knows
+    results: Memory[ResultKey, PoseStatistics] = field(
+        default_factory=lambda: Memory(
+            REMEMBERED_POSES, lambda message: len(message.poses)
+        )
+    )
+    # meshes that a bag has, by their names and digests
+    introduced: Memory[tuple[Path, str, str], bool] = field(
+        default_factory=lambda: Memory(INTRODUCED)
+    )
+
+
+@dataclass(eq=False)
+class KnownPart:
+    """A mesh under a name, with a scene of its own, and all that the node has of it."""
+
+    commons: Commons
+    channel: Channel
     part_id: str
     digest: str
     content: bytes  # digest of the mesh as it was sent
-    scene_override: tuple[float, float]  # of the part's own scene; negative: the node's
+    # restitution and drop height of the part's own scene; negative: the node's
+    scene_override: tuple[float, float]
     source: PartSource
-    revisions: Revisions = field(default_factory=Revisions)  # of its name
-    shown: Shown | None = None  # written by the result store
-    counts: "CellCounts | None" = (
-        None  # what cameras counted of it; written by the count store
-    )
-    size: int = (
-        0  # bytes of the mesh as it is kept, and of the part when it became known
-    )
+    latched: LatchedResult | None = None
+    size: int = 0  # bytes of the mesh as it is kept, and of the part as it came
     change: int = 0  # number of the change of the state that has it
+    # whether the node knows it by its name: not yet, or no more, if another mesh has that
+    is_current: bool = False
 
-    def model_in(self, scene: DropScene) -> PoseStatistics | None:
-        """The model behind what is shown, where that is for this scene."""
-        shown = self.shown
-        return shown.model if shown is not None and shown.scene == scene else None
+    def __post_init__(self) -> None:
+        self.lock = self.channel.lock
+        self._equipment = self.commons.equipment
+        self._settings = self.commons.equipment.settings
+        self.counts = PartCounts(
+            self._equipment, self.part_id, self.digest, self.source.get
+        )
 
     @property
-    def part(self) -> Part:
+    def geometry(self) -> Part:
         """The part itself. Raises PoseStatsError if it cannot be built."""
         return self.source.get()
 
+    @property
+    def is_built(self) -> bool:
+        """Whether the part itself is at hand."""
+        return self.source.part is not None
 
-BUILT_BYTES = 64 * 2**20  # of parts that are kept because they may come again
+    def with_geometry(self, part: Part) -> "KnownPart":
+        """The same with another body, which the node does not know: nothing is latched."""
+        return replace(
+            self,
+            digest=part.digest,
+            source=PartSource(part),
+            latched=None,
+            is_current=False,
+        )
 
+    def change_of_state(self, use: int) -> Change:
+        """By which the state has what it is; `use`: number of its last use."""
+        restitution, drop_height = map(float, self.scene_override)
+        row = (
+            self.part_id,
+            self.digest,
+            self.content,
+            restitution,
+            drop_height,
+            self.size,
+            use,
+        )
+        return Change("parts", self.part_id, row)
 
-def memory_of_parts() -> Memory[Any, Part]:
-    """The latest parts by any key; what is prepared of one takes about as much as its mesh."""
-    return Memory(
-        BUILT_BYTES, lambda part: 2 * part.vertices.nbytes + 3 * part.triangles.nbytes
-    )
+    def is_stored(self) -> bool:
+        """Whether the state has it on the disk; waits until it has."""
+        return self._equipment.state.commit(self.change)
+
+    # What comes of it, and what of that is latched.
+
+    def estimate(self, method: str, scene: DropScene) -> PoseStatistics:
+        """An analytic result, from memory if there is one; raises PoseStatsError."""
+        settings = self._settings()
+        name = part_requests.estimator_name(
+            method or settings.default_method, scene.restitution
+        )
+        message = self.remembered(name, scene)
+        if message is None:
+            message = self.number_result(
+                estimate_in(self.geometry, scene, name), settings
+            )
+            self._remember(name, scene, message)
+        return message
+
+    def check(self, scene: DropScene) -> PoseStatistics:
+        """Drop it some times beside its estimate, as the library does; offer the outcome.
+
+        Raises PoseStatsError, and CancelledError where the node ends.
+        """
+        settings = self._settings()
+        message = self.remembered(CHECKED, scene)
+        if message is None:
+            part = self.geometry
+            lanes = self._equipment.lanes
+            statistics, _ = hybrid.checked(
+                estimate_in(part, scene, methods.AUTO),
+                part,
+                scene,
+                drop_request(hybrid.CHECK_DROPS, part.seed, 0.0, settings.threads()),
+                Watch(None, lambda: lanes.closed, background=True),
+            )
+            if lanes.closed:
+                raise CancelledError
+            if statistics.drops:
+                message = self.number_result(statistics, settings)
+            else:
+                message = self.estimate(methods.AUTO, scene)
+            self._remember(CHECKED, scene, message)
+        if settings.default_method == methods.AUTO:
+            self.offer_result(scene, message)
+        return message
+
+    def lacks_check(self) -> bool:
+        """Whether an estimate alone is latched where a checked one should be."""
+        settings = self._settings()
+        scene = settings.scene(self.scene_override)
+        model = self.model_in(scene)
+        return (
+            settings.default_method == methods.AUTO
+            and self.remembered(CHECKED, scene) is None
+            and not (model is not None and model.drops)
+        )
+
+    def has_answer(self, method: str, scene: DropScene) -> bool:
+        """Whether an answer without a target is at hand; raises as `estimate`."""
+        name = method or self._settings().default_method
+        role = (
+            CHECKED
+            if name == methods.AUTO
+            else part_requests.estimator_name(name, scene.restitution)
+        )
+        return self.remembered(role, scene) is not None
+
+    def model_in(self, scene: DropScene) -> PoseStatistics | None:
+        """The model behind what is latched, where that is for this scene."""
+        latched = self.latched
+        return latched.model if latched is not None and latched.scene == scene else None
+
+    def number_result(
+        self,
+        statistics: records.PoseStatistics,
+        settings: Settings,
+        job_id: str = "",
+        final: bool = True,
+    ) -> PoseStatistics:
+        """Make the message of a new result, with the error of the settings' plate."""
+        if statistics.method != methods.OBSERVED:
+            statistics = replace(statistics, plate_error=settings.plate_error)
+        return statistics_messages.statistics_message(
+            statistics,
+            settings.plate_frame,
+            plate=settings.plate,
+            revision=self.channel.next_revision(),
+            job_id=job_id,
+            final=final,
+        )
+
+    def offer_result(self, scene: DropScene, message: PoseStatistics) -> None:
+        """Remember what is better than other results for its scene; latch it in the part's.
+
+        One that is not final is only latched.
+        """
+        if message.final:
+            if message.job_id:
+                self._remember(TRIED, scene, message)
+            best = self.remembered(BEST, scene)
+            if best is None or statistics_messages.replaces(message, best):
+                self._remember(BEST, scene, message)
+        with self.lock:
+            if self._is_better(message, scene) and (
+                message.final or self.is_due(scene)
+            ):
+                self._latch(message, scene)
+
+    def _is_better(self, message: PoseStatistics, scene: DropScene) -> bool:
+        """Whether a result is to take the place of what is latched."""
+        latched = self.latched
+        if latched is not None and (
+            message is latched.message or message is latched.model
+        ):
+            return False
+        if not self.is_current or self._settings().scene(self.scene_override) != scene:
+            return False
+        model = self.model_in(scene)
+        return model is None or statistics_messages.replaces(message, model)
+
+    def is_due(self, scene: DropScene) -> bool:
+        """Whether an intermediate result for this scene may be latched again by now."""
+        return self._settings().scene(self.scene_override) == scene and (
+            self.latched is None
+            or time.monotonic() - self.latched.latched_at >= SECONDS_BETWEEN
+        )
+
+    def show_best(self) -> None:
+        """Latch the best that is known for the present scene, at least an estimate."""
+        settings = self._settings()
+        scene = settings.scene(self.scene_override)
+        best = self.remembered(BEST, scene)
+        if best is not None:
+            self.offer_result(scene, best)
+        with self.lock:  # so that nothing comes in between
+            model = self.model_in(scene)
+            if model is not None:
+                model = self._relabelled(settings, model)
+                if model.drops and not model.job_id:
+                    self._remember(CHECKED, scene, model)
+                self.offer_result(scene, model)
+        message = None
+        if settings.default_method == methods.AUTO:
+            message = self.remembered(CHECKED, scene)
+        self.offer_result(scene, message or self.estimate("", scene))
+
+    def _latch(self, model: PoseStatistics, scene: DropScene) -> None:
+        """Show a result, numbered above the one before, and have it recorded and stored."""
+        channel = self.channel
+        now = time.monotonic()
+        combined = self.counts.combine(model, self._evidence_of_others)
+        message = model
+        if combined is not None:
+            message = self.number_result(combined, self._settings(), final=model.final)
+        is_repeated = message.revision <= channel.latched_revision
+        if is_repeated:
+            message = copy.copy(message)
+            message.revision = channel.next_revision()
+        is_observed = message.method == methods.OBSERVED
+        tally = self.counts.tally
+        if (
+            is_observed
+            and tally is not None
+            and not self._equipment.state.commit(tally.change)
+        ):
+            message = self._equipment.warn_unrecorded(message)
+        is_recorded = not is_repeated or now - channel.recorded_at >= SECONDS_BETWEEN
+        if is_recorded:  # else `show_waiting` records it
+            message = self.record(POSE_STATISTICS, message)
+            channel.recorded_at = now
+        channel.latched_revision = message.revision
+        self.latched = LatchedResult(message, model, scene, now, is_recorded)
+        data = serialize_message(message)
+        channel.publish(data, self)
+        model_data = serialize_message(model) if is_observed else b""
+        row = (self.part_id, data, model_data, channel.newest_revision)
+        self._equipment.state.put(Change("results", self.part_id, row))
+
+    def show_waiting(self) -> None:
+        """Show what was counted, and record what was not when it was latched again."""
+        with self.lock:
+            latched = self.latched
+            if latched is None or not self.is_current:
+                return
+            counted = self.counts.parts_counted_for(latched.model)
+            if counted not in (0, latched.message.observed):
+                self._latch(latched.model, latched.scene)
+            elif not latched.is_recorded and self.channel.recorded_at > -math.inf:
+                latched.is_recorded = True
+                self.record(POSE_STATISTICS, latched.message)
+
+    def withdraw_result(self, stamp: int, reason: str) -> None:
+        """Tell present subscribers that the part is forgotten."""
+        last = (
+            self.channel.part
+        )  # another mesh of the name, if this one shows nothing yet
+        if last is None or last.latched is None:
+            return
+        farewell = statistics_messages.farewell_message(
+            last.latched.message, stamp, self.channel.next_revision(), reason
+        )
+        data = serialize_message(farewell)
+        self._equipment.recorder.record(POSE_STATISTICS, data)
+        self.channel.publish(data, None)
+
+    def restore(self) -> None:
+        """Latch what an earlier run has latched, if it holds in the present scene."""
+        self.counts.restore()
+        row = self._equipment.state.get("results", self.part_id)
+        if row is None:
+            return
+        channel = self.channel
+        _, data, model_data, channel.newest_revision = row
+        channel.latched_revision = channel.newest_revision
+        settings = self._settings()
+        scene = settings.scene(self.scene_override)
+        try:
+            message = deserialize_message(data, PoseStatistics)
+            model = message
+            if model_data:
+                model = deserialize_message(model_data, PoseStatistics)
+        except Exception:  # of the bindings: then it is estimated anew
+            return
+        if message.part_digest != self.digest or not statistics_messages.still_true(
+            model, scene
+        ):
+            return
+        with self.lock:
+            message.final = True  # nothing is going to refine it any more
+            model = self._relabelled(settings, model)
+            if not model_data:
+                message = model
+            self.latched = LatchedResult(message, model, scene, time.monotonic())
+            channel.newest_revision = max(channel.newest_revision, message.revision)
+            channel.latched_revision = channel.newest_revision
+            is_observed = message.method == methods.OBSERVED
+            observed = message.observed if is_observed else 0
+            if self.counts.parts_counted_for(model) != observed or (
+                is_observed and message.header.frame_id != settings.plate_frame
+            ):
+                self._latch(model, scene)
+            else:
+                channel.publish(serialize_message(message), self)
+        self._remember(BEST, scene, model)
+        if not model.job_id:
+            self._remember(CHECKED if model.drops else model.method, scene, model)
+
+    def _relabelled(
+        self, settings: Settings, message: PoseStatistics
+    ) -> PoseStatistics:
+        """The same with the present frame and plate; itself if it has them or was counted."""
+        labels = (message.plate, message.header.frame_id, message.plate_error)
+        if message.method == methods.OBSERVED or labels == (
+            settings.plate,
+            settings.plate_frame,
+            settings.plate_error,
+        ):
+            return message
+        twin = copy.copy(message)
+        twin.header = Header(stamp=message.header.stamp, frame_id=settings.plate_frame)
+        twin.plate = settings.plate
+        twin.plate_error = settings.plate_error
+        twin.revision = self.channel.next_revision()
+        return twin
+
+    def remembered(self, role: str, scene: DropScene) -> PoseStatistics | None:
+        """What was `BEST`, `CHECKED` or `TRIED` in a scene, or came of a method."""
+        return self.commons.results.get(self._key(role, scene))
+
+    def _remember(self, role: str, scene: DropScene, message: PoseStatistics) -> None:
+        self.commons.results.put(self._key(role, scene), message)
+
+    def _key(self, role: str, scene: DropScene) -> ResultKey:
+        """The key of a role (`BEST`, `CHECKED`, `TRIED` or a method) in a scene."""
+        settings = self._settings()
+        return (
+            role,
+            self.part_id,
+            self.digest,
+            scene,
+            settings.plate,
+            settings.plate_error,
+            settings.plate_frame,
+        )
+
+    # What cameras counted of it.
+
+    def add_counts(self, message: PoseCounts) -> bool:
+        """Learn what a camera counted of what is latched; false for what came before.
+
+        The lock is held since the two were compared.
+        """
+        assert self.latched is not None
+        return self.counts.add(message, len(self.latched.message.poses))
+
+    def find_flips(self, message: PoseStatistics, speed: str) -> Index:
+        """Flips (K, K) counted at a speed on the ground of a result, or RequestError."""
+        with self.lock:
+            flips = self.counts.flips_at(message, speed)
+            tally = self.counts.tally
+        if tally is not None:
+            self._equipment.state.commit(tally.change)
+        return flips
+
+    def _evidence_of_others(self, plate: str) -> Iterator[Array]:
+        """What the other parts that were counted on a plate say of its error."""
+        for part in self.commons.parts():
+            latched = part.latched
+            if part is not self and latched is not None:
+                evidence = part.counts.evidence_on(plate, latched.model)
+                if evidence is not None:
+                    yield evidence
+
+    # What of it is in the bag and in the log.
+
+    def record(self, topic: str, message: PoseStatistics) -> PoseStatistics:
+        """Record a result before anybody has it; the same, with a warning if that fails."""
+        self.introduce()
+        if self._equipment.recorder.record(topic, serialize_message(message)):
+            return message
+        return self._equipment.warn_unrecorded(message)
+
+    def introduce(self) -> None:
+        """Record the mesh once a bag, and what is latched where that is not recorded yet."""
+        recorder = self._equipment.recorder
+        introduced = self.commons.introduced
+        if introduced.get((recorder.bag, self.part_id, self.digest)):
+            return
+        with self.lock:  # another thread may be at it
+            if introduced.get((recorder.bag, self.part_id, self.digest)):
+                return
+            message = self._equipment.state.mesh(self.part_id)
+            if message is None or not recorder.record(PART_MESH, message):
+                return
+            # The bag may be a new one by now, and this its first record.
+            introduced.put((recorder.bag, self.part_id, self.digest), True)
+            latched = self.latched
+            if latched is not None and not latched.is_recorded:
+                latched.is_recorded = recorder.record(
+                    POSE_STATISTICS, serialize_message(latched.message)
+                )
+
+    def log_arrival(self) -> None:
+        """Say what has come, so that a wrong unit is seen at once; of a flood not each."""
+        floods = self._equipment.refusals.floods
+        name = part_requests.shown(self.part_id)
+        is_usual_for_it = floods.count(f"meshes of part {name}", MOST_SWAPS)
+        is_usual = floods.count("new parts")
+        if not (is_usual and is_usual_for_it) or self.latched is None:
+            return
+        log = self._equipment.node.get_logger()
+        message = self.latched.message
+        log.info(
+            f"{part_requests.part_line(self.geometry)}, "
+            f"{len(message.poses)} stable poses "
+            f"({text.most_probable(message.poses)} % by {message.method}); "
+            f"bag {self._equipment.recorder.log.directory}"
+        )
+        suspect = [
+            line for line in message.warnings if line.startswith("HEIGHT_SUSPECT")
+        ]
+        for warning in (*self.geometry.warnings, *suspect):
+            log.warning(f"{self.part_id}: {warning}")

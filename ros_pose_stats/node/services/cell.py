@@ -22,9 +22,13 @@ from ..answering_node import Steps
 from ..equipment import Equipment
 from ..jobs import FlipRequest, Jobs, State, run
 from ..lanes import Lane, Rank, done_with, ending
+from ..memory import Memory
 from ..messages import part_messages, part_requests
 from ..messages.statistics_messages import fill_bounds, statistics_of_message
-from ..parts import count_store, intake, known_part, part_builder, result_store
+from ..parts import intake, part_builder
+from ..parts.known_part import KnownPart
+from ..parts.part_counts import Tally
+from ..parts.registry import PartRegistry
 
 if TYPE_CHECKING:
     from ...core.plates import PlateFit
@@ -43,7 +47,7 @@ class FeedingService:
     def __init__(
         self,
         equipment: Equipment,
-        stores: result_store.Stores,
+        parts: PartRegistry,
         jobs: Jobs,
         reports: run.FlipReports,
         ways_in: intake.Intake,
@@ -52,26 +56,24 @@ class FeedingService:
         self._settings = equipment.settings
         self._ways_in = ways_in
         self._outlines = outlines
-        self._parts, self._learnt, _, _ = stores
+        self._parts = parts
         self._jobs = jobs
         self._reports = reports
-        self._flipped: known_part.Memory[run.FlipKey, bool] = known_part.Memory(
-            MOST_FLIPPED
-        )
+        self._flipped: Memory[run.FlipKey, bool] = Memory(MOST_FLIPPED)
         equipment.node.serve(FeedingAnswer, "~/feeding", self.answer)
 
     def answer(self, request: Any, response: Any) -> Steps:
         """What to do and what a feeder gets, from the result that is latched now."""
-        known = self._parts.known(request.part_id)
+        known = self._parts.require(request.part_id)
         settings = self._settings()
-        result = known.shown
+        result = known.latched
         if result is None:
             raise RequestError(
                 "a part with a result",
                 f"{part_requests.shown(request.part_id)} without one yet",
                 "ask again in a moment",
             )
-        latched = result.latched
+        latched = result.message
         scene = result.scene
         kick = settings.kick(request.kick_height)
         feeding.check_wanted(request.wanted, len(latched.poses))
@@ -89,7 +91,7 @@ class FeedingService:
             )
             cell.check()
         if request.feeder_speed:
-            counted = self._learnt.flips(known, latched, request.feeder_speed)
+            counted = known.find_flips(latched, request.feeder_speed)
         heights = [kick] if kick else []
         if not kick and (cell is not None or counted is not None):
             heights = list(request.kick_heights) or list(usual_kicks(latched.radius))
@@ -136,7 +138,7 @@ class FeedingService:
         self,
         request: Any,
         response: Any,
-        known: known_part.KnownPart,
+        known: KnownPart,
         latched: PoseStatistics,
         cell: FeederCell | None,
         flips: list[FlipStatistics],
@@ -163,7 +165,7 @@ class FeedingService:
             basis += f" and {flips[0].observed} seen"
         chosen = flips[0] if flips else None
         if cell is not None:
-            part = (yield self._ways_in.built(known)).part
+            part = (yield self._ways_in.build_known(known)).geometry
             plan = yield self._outlines.put(
                 part,
                 "a plan",
@@ -216,12 +218,13 @@ class PlateFits:
     def __init__(
         self,
         equipment: Equipment,
-        stores: result_store.Stores,
+        parts: PartRegistry,
         use_plate: Callable[[str], object],
     ) -> None:
         self._settings = equipment.settings
         self._lanes = equipment.lanes
-        self._parts, self._counts, _, self._announcer = stores
+        self._equipment = equipment
+        self._parts = parts
         self._use_plate = use_plate
         self._log = equipment.node.get_logger()
         equipment.node.serve(FitPlate, "~/fit_plate", self.answer)
@@ -265,7 +268,7 @@ class PlateFits:
             )
             response.message += f"; written to {file} as {plate}, and used from now on"
             if not kept:
-                response.message += f". {self._announcer.not_recorded().rstrip('.')}"
+                response.message += f". {self._equipment.not_recorded().rstrip('.')}"
         response.message += "."
         self._log.info(
             f"~/fit_plate: effective restitution {fit.restitution[0]:.2f}, drop height "
@@ -292,19 +295,19 @@ class PlateFits:
                 f"{file} ({error.strerror or error})",
                 "name another one",
             ) from error
-        kept = self._counts.name_plate(plate)
+        kept = self._parts.name_plate(plate)
         self._use_plate(plate)
         return file, kept
 
 
 def counts_on(
-    plate: str, present: str, parts: Iterable[known_part.KnownPart]
-) -> list[tuple[known_part.KnownPart, count_store.CellCounts]]:
+    plate: str, present: str, parts: Iterable[KnownPart]
+) -> list[tuple[KnownPart, Tally]]:
     """Known parts that were counted on a plate; what was counted without a name is of any."""
     counted = [
         (known, counts)
         for known in parts
-        if (counts := known.counts) is not None and counts.total.any()
+        if (counts := known.counts.tally) is not None and counts.total.any()
     ]
     names = {plate, present} if not present else {plate}
     chosen = [(known, seen) for known, seen in counted if seen.ground.plate in names]
@@ -322,7 +325,7 @@ def counts_on(
 
 
 def fit_counts(
-    counted: list[tuple[known_part.KnownPart, count_store.CellCounts]],
+    counted: list[tuple[KnownPart, Tally]],
 ) -> PlateFit:
     """Fit a plate to counts of parts, which are built for that where they are not yet."""
     from ...core.plates import count_part, fit_plate
@@ -330,7 +333,7 @@ def fit_counts(
     return fit_plate(
         [
             count_part(
-                known.part,
+                known.geometry,
                 dict(enumerate(seen.total.tolist())),
                 **seen.ground.numbering._asdict(),
             )

@@ -19,8 +19,9 @@ from ..equipment import Equipment
 from ..jobs import FlipRequest, Job, Jobs, State, job_reports, run
 from ..lanes import words_of
 from ..messages.part_messages import flat
-from ..parts import part_builder, part_store
+from ..parts import part_builder
 from ..parts.intake import Intake
+from ..parts.registry import PartRegistry
 from .services import Services
 
 FEEDBACK_SECONDS = 0.1
@@ -231,7 +232,7 @@ class SimulateFlipsServer(GoalServer):
     def __init__(
         self,
         equipment: Equipment,
-        parts: part_store.PartStore,
+        parts: PartRegistry,
         intake: Intake,
         jobs: Jobs,
     ) -> None:
@@ -243,7 +244,7 @@ class SimulateFlipsServer(GoalServer):
     def start_job(self, request: Any) -> Job:
         """Accept flips; too many are refused at once where the part's poses are at hand."""
         settings = self._settings()
-        known = self._parts.known(request.part_id)
+        known = self._parts.require(request.part_id)
         kick = settings.kick(request.kick_height)
         if request.kick_height < 0.0 and not kick:
             raise RequestError(
@@ -252,11 +253,12 @@ class SimulateFlipsServer(GoalServer):
                 "half the part's radius flips most parts",
             )
         scene = settings.scene(known.scene_override)
-        coming = self._intake.built(known)
-        if known.source.part is not None and (
-            not part_builder.is_large(known.part) or are_found(known.part, scene)
+        coming = self._intake.build_known(known)
+        if known.is_built and (
+            not part_builder.is_large(known.geometry)
+            or are_found(known.geometry, scene)
         ):
-            poses = len(poses_in(known.part, scene).poses)
+            poses = len(poses_in(known.geometry, scene).poses)
             run.flips_in_all(poses, request.drops, settings)
         return self._jobs.submit(
             FlipRequest(

@@ -1,7 +1,6 @@
 """Service callbacks: a request in, a response out, refusals as messages."""
 
 from concurrent.futures import Future, wait
-from dataclasses import replace
 from typing import Any
 
 from ros_pose_stats_msgs import srv
@@ -15,10 +14,12 @@ from ..answering_node import Steps
 from ..equipment import Equipment
 from ..jobs import Job, JobRequest, Jobs, State, job_reports, refinement as refining
 from ..lanes import Rank, done_with, ending, result_of
+from ..memory import Memory, memory_of_parts
 from ..messages import part_messages, part_requests, statistics_messages
-from ..parts import part_builder, result_store
+from ..parts import part_builder
 from ..parts.intake import Intake
-from ..parts.known_part import KnownPart, Memory, PartSource, memory_of_parts
+from ..parts.known_part import KnownPart
+from ..parts.registry import PartRegistry
 from ..recorder import ANSWERS
 
 BY_DROPS = "ask for the method auto, or start a drop simulation"
@@ -38,7 +39,7 @@ class Services:
     def __init__(
         self,
         equipment: Equipment,
-        stores: result_store.Stores,
+        parts: PartRegistry,
         intake: Intake,
         refinement: refining.Refinement,
         jobs: Jobs,
@@ -48,7 +49,8 @@ class Services:
         self._settings = equipment.settings
         self._refusals = equipment.refusals
         self._intake = intake
-        self._parts, _, self._results, self._announcer = stores
+        self._equipment = equipment
+        self._parts = parts
         self._refinement = refinement
         self._outlines = outlines
         self._lanes = equipment.lanes
@@ -97,7 +99,7 @@ class Services:
             )
         part_id = message.part_id = message.part_id or request.part_id
         if not part_messages.is_given(message):
-            known = self._parts.known(part_id)
+            known = self._parts.require(part_id)
         else:
             same = self._parts.find(part_id) if part_id else None
             source = f"request for {part_requests.shown(part_id)}"
@@ -127,24 +129,18 @@ class Services:
             (request.restitution, request.drop_height), mesh.scene_override
         )
         if offset.any():
-            yield self._intake.built(received)
+            yield self._intake.build_known(received)
             key = received.part_id, received.digest, offset.tobytes()
-            part = self._shifted.get(key) or meshes.shift_center(received.part, offset)
-            self._shifted.put(key, part)
-            known = replace(
-                received,
-                digest=part.digest,
-                source=PartSource(part),
-                shown=None,
-                counts=None,
+            part = self._shifted.get(key) or meshes.shift_center(
+                received.geometry, offset
             )
-        if request.target_error or not self._results.remembers(
-            known, request.method, scene
-        ):
-            yield self._intake.built(known, scene)
+            self._shifted.put(key, part)
+            known = received.with_geometry(part)
+        if request.target_error or not known.has_answer(request.method, scene):
+            yield self._intake.build_known(known, scene)
         is_auto = (request.method or self._settings().default_method) == methods.AUTO
         if is_auto and not request.target_error:
-            checked = yield self._refinement.checked(known, scene)
+            checked = yield self._refinement.check(known, scene)
             message, response.message = self._refinement.answer_checked(
                 known, checked, scene
             )
@@ -168,16 +164,16 @@ class Services:
                 "part's axes, the inertia about it stays; what is latched is of the part as it "
                 "was sent.",
             )
-        if not self._parts.is_kept(received):
-            message = self._announcer.warn_unrecorded(message)
-        response.statistics = self._announcer.record(ANSWERS, received, message)
+        if not received.is_stored():
+            message = self._equipment.warn_unrecorded(message)
+        response.statistics = received.record(ANSWERS, message)
 
     def start(self, request: Any, response: Any) -> None:
         """Queue a drop simulation."""
         job = self.start_job(request)
         response.job_id = job.job_id
         if not job.recorded:
-            response.message = self._announcer.not_recorded()
+            response.message = self._equipment.not_recorded()
 
     def start_job(self, request: Any) -> Job:
         """Accept a drop simulation out of a `StartDropSimulation` or a goal."""
@@ -200,7 +196,7 @@ class Services:
             )
         coming, mesh = self._find_part(request)
         if isinstance(mesh, KnownPart):
-            coming = self._intake.built(mesh)
+            coming = self._intake.build_known(mesh)
         if isinstance(mesh, KnownPart) or len(mesh.triangles) <= QUICK_TRIANGLES:
             wait([coming], START_PATIENCE)
         if coming.done():
@@ -229,21 +225,19 @@ class Services:
             raise errors.RequestError(
                 "a part_id with heights", "none", "ask for one part's outlines"
             )
-        chosen = [parts.known(request.part_id)] if request.part_id else parts.all()
-        latched = [
-            shown.latched for known in chosen if (shown := known.shown) is not None
-        ]
-        response.statistics = latched
-        if request.heights and latched:
-            known = yield self._intake.built(chosen[0])
+        chosen = [parts.require(request.part_id)] if request.part_id else parts.all()
+        results = [known.latched for known in chosen if known.latched is not None]
+        response.statistics = [result.message for result in results]
+        if request.heights and results:
+            known = yield self._intake.build_known(chosen[0])
             response.outlines = yield self._outlines.begin(
-                known.part, latched[0], request.heights
+                known.geometry, results[0].message, request.heights
             )
 
     def forget(self, request: Any, response: Any) -> None:
         """Forget a part."""
-        if not self._parts.forget(self._parts.known(request.part_id)):
-            response.message = self._announcer.not_recorded()
+        if not self._parts.forget(self._parts.require(request.part_id)):
+            response.message = self._equipment.not_recorded()
 
     def get(self, request: Any, response: Any) -> None:
         """How far a job is."""

@@ -245,7 +245,7 @@ def test_before_it_is_ready(node_of, number):
 STUCK = """
 import ctypes, sys, time
 from rclpy.node import Node
-from ros_pose_stats.node.parts.part_store import PartStore
+from ros_pose_stats.node.parts.registry import PartRegistry
 
 def never_ends(*arguments):
     while True:
@@ -263,7 +263,7 @@ sys.exit(main())
 @pytest.mark.parametrize(
     ("stuck", "status"),
     [
-        ("PartStore.forget = never_ends", 0),
+        ("PartRegistry.forget = never_ends", 0),
         ("Node.destroy_node = locks_the_interpreter", -signal.SIGALRM),
     ],
 )

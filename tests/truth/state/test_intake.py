@@ -25,12 +25,16 @@ from ros_pose_stats.node.jobs import JobListener, JobRequest, Jobs, State, job_r
 from ros_pose_stats.node.jobs.refinement import Refinement
 from ros_pose_stats.node.lanes import Lane, Lanes, Rank, done_with, ending
 from ros_pose_stats.node.messages.part_requests import PartRequest
-from ros_pose_stats.node.parts.announcer import Announcer
-from ros_pose_stats.node.parts.count_store import CellCounts, CountStore, Ground
 from ros_pose_stats.node.parts.intake import LARGE_BYTES, Intake
-from ros_pose_stats.node.parts.known_part import KnownPart, PartSource, Shown
-from ros_pose_stats.node.parts.part_store import PartStore
-from ros_pose_stats.node.parts.result_store import Stores
+from ros_pose_stats.node.parts.known_part import (
+    Channel,
+    Commons,
+    KnownPart,
+    LatchedResult,
+    PartSource,
+)
+from ros_pose_stats.node.parts.part_counts import Ground, PartCounts, Tally
+from ros_pose_stats.node.parts.registry import PartRegistry
 from ros_pose_stats.node.services.cell import PlateFits
 
 NODE_SCENE = (-1.0, -1.0)  # of a part that has no scene of its own
@@ -48,10 +52,17 @@ def lanes():
     queue.close()
 
 
-def base_of(lanes=None, state=None, node=None, **settings):
+def equipment_of(lanes=None, state=None, node=None, **settings):
     return Equipment(
         node or Mock(), lambda: SimpleNamespace(**settings), state, None, Mock(), lanes
     )
+
+
+def known_part(source, equipment=None, part_id="clamp"):
+    equipment = equipment or equipment_of()
+    commons = Commons(equipment, list)
+    channel = Channel(equipment)
+    return KnownPart(commons, channel, part_id, "", b"", NODE_SCENE, source)
 
 
 def occupied(lanes, lane):
@@ -74,24 +85,24 @@ def large_part(begun, may_end):
         may_end.wait()
         return part_from_mesh(*TETRAHEDRON)
 
-    return KnownPart(
-        "large", "", b"", NODE_SCENE, PartSource(None, build), size=LARGE_BYTES + 1
-    )
+    part = known_part(PartSource(None, build), part_id="large")
+    part.size = LARGE_BYTES + 1
+    return part
 
 
 def test_a_large_part_that_is_asked_for_is_built_beside_quick_ones(lanes):
     begun = threading.Event()
     may_end = threading.Event()
     known = large_part(begun, may_end)
-    intake = Intake(base_of(lanes), Stores(None, None, None, None), None, None)
+    intake = Intake(equipment_of(lanes), None, None, None)
     try:
-        large = intake.built(known)
+        large = intake.build_known(known)
         assert begun.wait(60.0)
         assert lanes.put(lambda: "quick", Rank.KNOWN).result(60.0) == "quick"
         assert not large.done()
     finally:
         may_end.set()
-    assert large.result(60.0) is known and known.source.part is not None
+    assert large.result(60.0) is known and known.is_built
 
 
 def test_a_large_mesh_of_a_request_waits_behind_few_others(lanes):
@@ -163,7 +174,7 @@ def test_a_failing_refinement_keeps_no_other_part_from_being_checked(lanes):
     jobs = Mock(cancel_refinement=Mock(side_effect=OSError("no room")))
     node.get_logger().error = lambda line: done.set() if said else said.append(line)
     parts = {name: Mock(part_id=name) for name in ("first", "last")}
-    equipment = base_of(
+    equipment = equipment_of(
         lanes,
         node=node,
         refine_drops=0,
@@ -174,9 +185,7 @@ def test_a_failing_refinement_keeps_no_other_part_from_being_checked(lanes):
         default_method="area",
         max_job_seconds=1.0,
     )
-    refinement = Refinement(
-        equipment, Stores(Mock(current=parts.get), None, Mock(), None), jobs
-    )
+    refinement = Refinement(equipment, Mock(current=parts.get), jobs)
     may_end = occupied(lanes, Lane.CHECK)
     for known in parts.values():
         refinement.follow(known)
@@ -190,10 +199,10 @@ def test_fits_hold_up_no_other_answer_and_are_refused_at_the_end(lanes):
     begun = threading.Event()
     may_end = threading.Event()
     known = large_part(begun, may_end)
-    known.counts = CellCounts(Ground(Numbering(0.0, 0), ""), np.array([50]), 1)
+    known.counts.tally = Tally(Ground(Numbering(0.0, 0), ""), np.array([50]), 1)
     service = PlateFits(
-        base_of(lanes, plate=""),
-        Stores(Mock(all=lambda: [known]), None, None, None),
+        equipment_of(lanes, plate=""),
+        Mock(all=lambda: [known]),
         None,
     )
     answers = [
@@ -221,30 +230,27 @@ def test_counts_that_do_not_fit_a_result_are_left_out_of_it(
     """Those of another plate without building the part, which may be damaged."""
     build = Mock(side_effect=MeshError("a mesh", "none", "send it again"))
     node = Mock()
-    store = CountStore(
-        base_of(
-            state=Mock(get=lambda *key: None), node=node, plate="glass", profile=None
-        ),
-        None,
+    equipment = equipment_of(
+        state=Mock(get=lambda *key: None), node=node, plate="glass", profile=None
     )
-    known = KnownPart("clamp", "", b"", NODE_SCENE, PartSource(None, build))
-    known.counts = CellCounts(
+    counts = PartCounts(equipment, "clamp", "", build)
+    counts.tally = Tally(
         Ground(Numbering(0.0, sides), plate), np.ones(total, np.int64), 1
     )
     message = PoseStatistics(
         cluster_tolerance=0.0, round_sides=0, poses=[StablePose()] * 4
     )
-    assert store.observe(known, message) is None
+    assert counts.combine(message, Mock()) is None
     assert (build.call_count, node.get_logger().warning.call_count) == (
         builds,
         warnings,
     )
 
 
-def failure(store, request):
+def failure(registry, request):
     """Words of a refusal, whose error ends here: no collection has to find it."""
     try:
-        store.identify(request)
+        registry.identify(request)
     except MeshError as error:
         return str(error)
 
@@ -253,11 +259,11 @@ def test_nothing_holds_on_to_a_mesh_that_is_refused():
     def build(request):
         raise MeshError("a closed mesh", "an open one", "close it")
 
-    store = PartStore(base_of(), None, SimpleNamespace(build=build))
+    registry = PartRegistry(equipment_of(), SimpleNamespace(build=build))
     for _ in range(2):  # the second time its refusal is remembered
         request = PartRequest("clamp", *map(np.array, TETRAHEDRON))
         left = weakref.ref(request)
-        assert "an open one" in failure(store, request)
+        assert "an open one" in failure(registry, request)
         del request
         assert left() is None
 
@@ -266,11 +272,13 @@ def test_a_part_that_the_end_of_the_node_keeps_from_being_shown_again_is_not_for
     lanes,
 ):
     source = PartSource(part_from_mesh(*TETRAHEDRON))
+    part = known_part(source, equipment_of(lanes, scene=DropScene))
+    part.show_best = Mock()
     parts = Mock()
-    parts.all.return_value = [KnownPart("clamp", "", b"", NODE_SCENE, source)]
+    parts.all.return_value = [part]
     intake = Intake(
-        base_of(lanes, scene=DropScene),
-        Stores(parts, None, Mock(), Mock()),
+        equipment_of(lanes, scene=DropScene),
+        parts,
         Mock(),
         Mock(side_effect=ending()),
     )
@@ -348,28 +356,17 @@ def test_the_state_has_jobs_and_counts_before_the_bag(tmp_path, lost):
         )
         return len(had) - 1 != lost
 
-    equipment = base_of(state=state, node=MagicMock(), plate="")._replace(
+    equipment = equipment_of(state=state, node=MagicMock(), plate="")._replace(
         recorder=Mock(record=record, last_problem="no room")
     )
     result = PoseStatistics(
         cluster_tolerance=0.0025, round_sides=192, poses=[StablePose()]
     )
-    known = KnownPart(
-        "clamp",
-        "",
-        b"",
-        NODE_SCENE,
-        PartSource(Mock()),
-        shown=Shown(result, result, DropScene()),
-    )
+    known = known_part(PartSource(Mock()), equipment)
+    known.latched = LatchedResult(result, result, DropScene())
+    known.number_result = lambda *_: result
     parts = Mock(current=lambda name: known)
-    stores = Stores(
-        parts,
-        CountStore(equipment, parts),
-        Mock(number_result=lambda *_: result),
-        Announcer(equipment),
-    )
-    reports = job_reports.JobReports(equipment, stores)
+    reports = job_reports.JobReports(equipment, parts)
     state.commit(
         state.put(job_reports.job_change(JobEvent(job_id="run_0000", event=2)))
     )
@@ -383,7 +380,7 @@ def test_the_state_has_jobs_and_counts_before_the_bag(tmp_path, lost):
     )
     job.finished.result(60.0)
     jobs.close("")
-    camera_counts.Cameras(equipment, stores)
+    camera_counts.Cameras(equipment, parts)
     kind, _, take = equipment.node.create_subscription.call_args_list[2].args[:3]
     equipment.node.create_subscription().handle.take_message.return_value = None
     three = kind(
@@ -422,9 +419,7 @@ def test_the_newest_results_of_ended_jobs_are_kept_within_256_mebibytes():
         get=lambda table, name: rows[name],
         put=lambda change: rows.update({change.key: change.row}),
     )
-    reports = job_reports.JobReports(
-        base_of(state=state), Stores(None, None, None, None)
-    )
+    reports = job_reports.JobReports(equipment_of(state=state), None)
     reports.restore()
     assert [len(row[3]) for row in rows.values()] == [0, 2**27, 2**27]
     assert (

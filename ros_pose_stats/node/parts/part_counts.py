@@ -1,0 +1,316 @@
+"""What cameras counted of a part: each message once, and kept before a result shows it."""
+
+import hashlib
+import json
+import time
+from collections import Counter, deque
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from ros_pose_stats_msgs.msg import PoseCounts, PoseStatistics
+
+from ...base import errors, methods, text
+from ...core import records
+from ...core.planning.confidence import (
+    learnt_plate_error,
+    observe_counts,
+    plate_evidence,
+)
+from ...core.records import Array, Index, Part
+from ...core.records.scene import Numbering
+from ...core.resting.poses import resting_poses
+from ...core.statistics.chi_square import homogeneity
+from ..equipment import Equipment
+from ..messages import part_requests
+from ..messages.statistics_messages import statistics_of_message
+from ..recording.decoding import numbering_of
+from ..state import Change
+
+if TYPE_CHECKING:
+    from ...core.plates import PlateProfile
+
+RECENT = 400  # parts that are compared with all those before
+
+CHANCE = 1e-4
+"""Below it a change is more: one false alarm in some hundred thousand parts."""
+
+
+class Ground(NamedTuple):
+    """What counts must have in common to be added: numbers of the poses, and the plate."""
+
+    numbering: Numbering
+    plate: str
+
+    def goes_on_as(self, other: "Ground", build: Callable[[], Part]) -> bool:
+        """Whether only `round_sides` is new, as of a plate, and poses keep their numbers."""
+        tolerance, sides = self.numbering
+        new_sides = other.numbering.round_sides
+        if other != Ground(Numbering(tolerance, new_sides), self.plate):
+            return False
+        try:
+            part = build()
+        except Exception:  # the intake meets it too, says it, and forgets the part
+            return False
+        resting = resting_poses(part, tolerance, sides)
+        return resting.is_numbered_like(resting_poses(part, tolerance, new_sides))
+
+
+class Tally:
+    """Counts of a part's poses, and whether the last ones differ from those before."""
+
+    def __init__(self, ground: Ground, total: Index, series: int) -> None:
+        self.ground = ground
+        self.series = series  # tells these counts from others of the same part
+        # of the state, that has all of it; None: all so far
+        self.change: int | None = None
+        # what they say of the plate's error, by `PLATE_ERRORS`
+        self.evidence: Array | None = None
+        # parts (P,) seen in each pose, by `index`; each sum is a new array
+        self.total = total
+        # by the feeder's speed, and by the pose before and after
+        self.flips: dict[str, Counter[tuple[int, int]]] = {}
+        self._recent: deque[Index] = deque()
+        self._recent_parts = 0
+        self._compared = total  # that `_drift` is of
+        self._drift = ""
+
+    def add(self, message: PoseCounts) -> int:
+        """Add what a camera counted, of poses that the part has; how many parts that is."""
+        counts = np.zeros_like(self.total)
+        for index, count in zip(message.index, message.count, strict=True):
+            counts[index] += count
+        parts = int(counts.sum())
+        if not parts:
+            return 0
+        if message.from_pose >= 0:
+            flips = self.flips.setdefault(message.feeder_speed, Counter())
+            for index in np.flatnonzero(counts).tolist():
+                flips[message.from_pose, index] += int(counts[index])
+            return parts
+        self._recent.append(counts)
+        self._recent_parts += parts
+        while self._recent_parts - int(self._recent[0].sum()) >= RECENT:
+            self._recent_parts -= int(self._recent.popleft().sum())
+        self.total = self.total + counts
+        self.evidence = None
+        return parts
+
+    def drift(self) -> str:
+        """How the last parts differ from those before beyond chance, or nothing."""
+        total = self.total
+        if total is not self._compared:
+            recent = sum(list(self._recent), 0 * total)
+            self._drift = describe_drift(total - recent, recent)
+            self._compared = total
+        return self._drift
+
+
+def describe_drift(earlier: Index, recent: Index) -> str:
+    """How parts (P,) of late differ from those before beyond chance, or nothing."""
+    if min(recent.sum(), earlier.sum()) < RECENT:
+        return ""
+    # Below 0 it is while a camera counts.
+    if earlier.min() < 0 or not homogeneity(earlier, recent).p_value < CHANCE:
+        return ""
+    recent_shares = recent / recent.sum()
+    earlier_shares = earlier / earlier.sum()
+    index = int(np.abs(recent_shares - earlier_shares).argmax())
+    return (
+        f"of the last {recent.sum()} parts {text.percent(recent_shares[index])} % lie in "
+        f"pose {index}, of the {earlier.sum()} before "
+        f"{text.percent(earlier_shares[index])} % did"
+    )
+
+
+class PartCounts:
+    """What was counted of one part, in memory and in the state; its part's lock is held."""
+
+    def __init__(
+        self,
+        equipment: Equipment,
+        part_id: str,
+        digest: str,
+        build: Callable[[], Part],
+    ) -> None:
+        self._settings = equipment.settings
+        self._state = equipment.state
+        self._warn = equipment.node.get_logger().warning
+        self._part_id = part_id
+        self._digest = digest
+        self._build = build
+        self.tally: Tally | None = None  # None: nothing yet that is known here
+
+    def restore(self) -> None:
+        """Take up what the state has, where nothing is in memory yet."""
+        if self.tally is not None:
+            return
+        row = self._state.get("counts", self._part_id)
+        if row is None or row[1] != self._digest:
+            return
+        _, _, tolerance, sides, plate, total, series = row
+        self.tally = Tally(
+            Ground(Numbering(tolerance, sides), plate),
+            np.frombuffer(total, np.int64).copy(),
+            series,
+        )
+        row = self._state.get("flips", self._part_id)
+        if row is None or row[1] != series:
+            return
+        for speed, flips in json.loads(row[2]).items():
+            self.tally.flips[speed] = Counter(
+                {(start, end): count for start, end, count in flips}
+            )
+
+    def add(self, message: PoseCounts, poses: int) -> bool:
+        """Learn what a camera counted on this plate; false for what came before."""
+        ground = self._ground_of(message)
+        tally = self._tally_on(ground, poses)
+        if tally is None:
+            tally = Tally(ground, np.zeros(poses, np.int64), time.time_ns())
+            self.tally = tally
+        content = hashlib.sha256(str(message).encode()).digest()[:16]
+        identity = tally.series.to_bytes(8, "big") + content
+        if self._state.get("counted", identity) is not None:
+            return False
+        if tally.add(message):
+            changes = [self._change_of(tally), Change("counted", identity, (identity,))]
+            if message.from_pose >= 0:
+                changes.append(self._change_of_flips(tally))
+            tally.change = self._state.put(*changes)
+        return True
+
+    def _change_of(self, tally: Tally) -> Change:
+        tolerance, sides = tally.ground.numbering
+        return Change(
+            "counts",
+            self._part_id,
+            (
+                self._part_id,
+                self._digest,
+                float(tolerance),
+                int(sides),
+                tally.ground.plate,
+                tally.total.tobytes(),
+                tally.series,
+            ),
+        )
+
+    def _change_of_flips(self, tally: Tally) -> Change:
+        speeds = {
+            speed: [(start, end, count) for (start, end), count in flips.items()]
+            for speed, flips in tally.flips.items()
+        }
+        row = (self._part_id, tally.series, json.dumps(speeds))
+        return Change("flips", self._part_id, row)
+
+    def removal(self) -> list[Change]:
+        """The changes of the state by which it forgets them."""
+        return [Change(table, self._part_id, None) for table in ("counts", "flips")]
+
+    def _tally_on(self, ground: Ground, poses: int) -> Tally | None:
+        """The counts on a ground; those of a version that had other poses there go."""
+        self.restore()
+        tally = self.tally
+        if tally is None or not (
+            tally.ground == ground or tally.ground.goes_on_as(ground, self._build)
+        ):
+            return None
+        tally.ground = ground
+        if tally.total.size == poses:
+            return tally
+        self._warn(
+            f"what was counted of {part_requests.shown(self._part_id)} no longer "
+            f"counts: expected {poses} poses, got counts of {tally.total.size}; "
+            f"an earlier version had others, so count again"
+        )
+        self.tally = None
+        self._state.put(*self.removal())
+        return None
+
+    def flips_at(self, message: PoseStatistics, speed: str) -> Index:
+        """Flips (K, K) counted at a speed on the ground of a result, or RequestError."""
+        tally = self.tally
+        flips = {}
+        if tally is not None and tally.ground == self._ground_of(message):
+            flips = tally.flips
+        if tally is None or speed not in flips:
+            speeds = [part_requests.shown(name) for name in sorted(flips)]
+            raise errors.RequestError(
+                "a feeder_speed whose flips were counted",
+                f"{part_requests.shown(speed)}; there is "
+                f"{text.listed(speeds or ['none'])}",
+                "publish ~/pose_counts with from_pose and feeder_speed",
+            )
+        counts = np.zeros((tally.total.size, tally.total.size), np.int64)
+        for start_and_end, count in flips[speed].items():
+            counts[start_and_end] = count
+        return counts
+
+    def name_plate(self, plate: str) -> list[Change]:
+        """Take counts of a nameless plate for this one's; the changes that say so."""
+        tally = self.tally
+        if tally is None or tally.ground.plate:
+            return []
+        tally.ground = tally.ground._replace(plate=plate)
+        return [self._change_of(tally)]
+
+    def parts_counted_for(self, message: PoseStatistics) -> int:
+        """Parts that were counted on the ground of a result."""
+        tally = self.tally
+        if tally is None or tally.ground != self._ground_of(message):
+            return 0
+        return int(tally.total.sum())
+
+    def combine(
+        self,
+        message: PoseStatistics,
+        evidence_of_others: Callable[[str], Iterable[Array]],
+    ) -> records.PoseStatistics | None:
+        """A result with what was counted in it; None where nothing was that fits it.
+
+        `evidence_of_others`: what the other parts that were counted on a plate say of its
+        error.
+        """
+        ground = self._ground_of(message)
+        tally = self._tally_on(ground, len(message.poses))
+        if tally is None:
+            return None
+        model = statistics_of_message(message)
+        profile = self._settings().profile
+        shares: tuple[float, ...] = ()
+        if profile is not None:
+            shares = self._shares_by(profile, ground)
+        else:
+            tally.evidence = plate_evidence(model, tally.total)
+            plate_error = learnt_plate_error(evidence_of_others(ground.plate))
+            model = replace(model, plate_error=plate_error)
+        combined = observe_counts(model, tally.total, shares)
+        return combined if combined.method == methods.OBSERVED else None
+
+    def _shares_by(self, profile: "PlateProfile", ground: Ground) -> tuple[float, ...]:
+        """What a plate's fit says of the part without its own counts, if it does."""
+        left_out = profile.left_out.get(self._digest)
+        if left_out is None:
+            return ()
+        numbering = Numbering(left_out.cluster_tolerance, left_out.round_sides)
+        if not Ground(numbering, ground.plate).goes_on_as(ground, self._build):
+            return ()
+        return left_out.probability
+
+    def evidence_on(self, plate: str, model: PoseStatistics) -> Array | None:
+        """What the counts, together with the part's model, say of a plate's error."""
+        tally = self.tally
+        if tally is None or tally.ground.plate != plate:
+            return None
+        evidence = tally.evidence
+        total = tally.total  # a camera may count meanwhile
+        is_of_model = tally.ground == self._ground_of(model)
+        if evidence is None and is_of_model and total.size == len(model.poses):
+            evidence = plate_evidence(statistics_of_message(model), total)
+            tally.evidence = evidence
+        return evidence
+
+    def _ground_of(self, message: PoseCounts | PoseStatistics) -> Ground:
+        return Ground(numbering_of(message), self._settings().plate)

@@ -1,0 +1,351 @@
+"""The parts that the node knows: kept in the state, the least recently used forgotten."""
+
+import itertools
+import threading
+from collections import OrderedDict
+from functools import partial
+from weakref import WeakValueDictionary
+
+from rclpy.serialization import serialize_message
+from ros_pose_stats_msgs.msg import JobEvent
+from visualization_msgs.msg import MarkerArray
+
+from ...base.errors import MeshError, PoseStatsError, RequestError
+from ...core.records import Part
+from ...core.records.part import array_bytes, digest_name
+from ..equipment import Equipment
+from ..lanes import NotDoneError
+from ..memory import Memory, memory_of_parts
+from ..messages import part_messages, part_requests, times
+from ..recorder import JOB_EVENTS
+from ..refusals import Health
+from ..state import OF_PARTS, Change
+from .known_part import LATCHED, Channel, Commons, KnownPart, PartSource
+from .markers import markers_of
+from .part_builder import PartBuilder
+
+NUMBERED = 1024  # forgotten parts whose revisions go on where they come again
+REFUSED = 1024  # meshes whose refusals are remembered
+SECONDS_BETWEEN = 1.0  # markers
+
+Mesh = tuple[str, bytes]
+"""The name under which a mesh came, and the digest of its content."""
+
+
+class PartRegistry:
+    """Parts by their names; each is built once.
+
+    Its lock guards what it holds; whoever holds it waits for no other lock but of memories.
+    """
+
+    def __init__(self, equipment: Equipment, builder: PartBuilder) -> None:
+        self._equipment = equipment
+        self._settings = equipment.settings
+        self._state = equipment.state
+        self._builder = builder
+        self._commons = Commons(equipment, self.all)
+        self._parts: OrderedDict[str, KnownPart] = OrderedDict()
+        self._used: set[str] = set()
+        self._uses = itertools.count(1)
+        self._lock = threading.Lock()
+        # also after another mesh of the same name has come
+        self._built: Memory[Mesh, Part] = memory_of_parts()
+        self._refused: Memory[
+            Mesh, tuple[type[PoseStatsError], tuple[str, str, str]]
+        ] = Memory(REFUSED)
+        # One of a name, as long as anybody has it.
+        self._channels: WeakValueDictionary[str, Channel] = WeakValueDictionary()
+        self._forgotten: Memory[str, Channel] = Memory(NUMBERED)
+        self._leaving: list[Channel] = []  # until their farewell has arrived
+        self._drawn: dict[str, int] = {}  # revisions in the markers, by part
+        self._markers = equipment.node.create_publisher(
+            MarkerArray, "~/markers", LATCHED
+        )
+        times.steady_timer(equipment.node, SECONDS_BETWEEN, self._look_after_topics)
+
+    # Parts come.
+
+    def restore(self) -> None:
+        """Know the parts of the state again, the last used ones; each is built on demand."""
+        rows = sorted(self._state.rows("parts"), key=lambda row: row[-1])
+        for part_id, digest, content, restitution, drop_height, size, use in rows:
+            part = self._make_part(
+                part_id,
+                digest,
+                content,
+                (restitution, drop_height),
+                PartSource(None, partial(self._rebuild, part_id, digest)),
+            )
+            part.size = size
+            part.is_current = True
+            with self._lock:
+                self._parts[part_id] = part
+                self._uses = itertools.count(use + 1)
+        self.shrink()
+
+    def _make_part(
+        self,
+        part_id: str,
+        digest: str,
+        content: bytes,
+        scene_override: tuple[float, float],
+        source: PartSource,
+    ) -> KnownPart:
+        with self._lock:
+            channel = self._channels.get(part_id)
+            if channel is None:
+                channel = self._channels[part_id] = Channel(self._equipment)
+        return KnownPart(
+            self._commons, channel, part_id, digest, content, scene_override, source
+        )
+
+    def _rebuild(self, part_id: str, digest: str) -> Part:
+        """Build a part of an earlier run; raises PoseStatsError."""
+        message = self._state.mesh(part_id)
+        if message is None:
+            raise MeshError(
+                f"the mesh of {part_requests.shown(part_id)} beside the state file",
+                "none that is as it was written",
+                "send the part again",
+            )
+        part = self._build(part_messages.request_of_part_bytes(message))
+        if part.digest != digest:
+            raise MeshError(
+                f"the mesh of {part_requests.shown(part_id)} as it was stored",
+                "another one",
+                "send the part again",
+            )
+        return part
+
+    def identify(self, request: part_requests.PartRequest) -> tuple[KnownPart, bool]:
+        """The part that a mesh is, and whether it is to be `put`; raises PoseStatsError."""
+        origin: KnownPart | Part | None = self._find_content(request)
+        if origin is None:
+            origin = self._build(request)
+        part_id = origin.part_id
+        digest = origin.digest
+        override = request.scene_override
+        current = self.find(part_id)
+        if current is not None and (current.digest, current.scene_override) == (
+            digest,
+            override,
+        ):
+            return current, False
+        source = origin.source if isinstance(origin, KnownPart) else PartSource(origin)
+        part = self._make_part(part_id, digest, request.content, override, source)
+        return part, True
+
+    def _find_content(self, request: part_requests.PartRequest) -> KnownPart | None:
+        """The part that came of the same mesh under the same name, or without one."""
+        if request.part_id:
+            part = self.find(request.part_id)
+            return (
+                part if part is not None and part.content == request.content else None
+            )
+        for part in self.all():
+            is_nameless = part.part_id == digest_name(part.digest)
+            if is_nameless and part.content == request.content:
+                return part
+        return None
+
+    def _build(self, request: part_requests.PartRequest) -> Part:
+        mesh = request.part_id, request.content
+        part = self._built.get(mesh)
+        refusal = self._refused.get(mesh)
+        if refusal is not None:
+            kind, facts = refusal
+            # Anew, for the traceback of what is raised holds on to the mesh.
+            raise kind(*facts)
+        if part is None:
+            try:
+                part = self._builder.build(request)
+            except NotDoneError:  # the mesh may be good
+                raise
+            except PoseStatsError as error:
+                self._refused.put(mesh, error.__reduce__())
+                raise
+            self._built.put(mesh, part)
+        return part
+
+    def put(self, part: KnownPart, request: part_requests.PartRequest) -> None:
+        """Keep a part in place of its name's last, and of the oldest; raises MeshError."""
+        part.size = array_bytes(part.geometry, request)
+        most_bytes = self._settings().max_part_bytes
+        if part.size > most_bytes:
+            raise MeshError(
+                f"a part that takes at most {most_bytes} bytes in memory (parameter "
+                f"max_part_bytes)",
+                f"{part.size} bytes, {len(part.geometry.triangles)} triangles",
+                "decimate the mesh, or raise the parameter",
+            )
+        message = serialize_message(
+            part_messages.part_message(
+                request, part.part_id, request.stamp or times.now()
+            )
+        )
+        with part.lock:
+            changes = [part.change_of_state(next(self._uses))]
+            previous = self.current(part.part_id)
+            if previous is not None:
+                previous.introduce()
+                if previous.digest != part.digest:
+                    changes += previous.counts.removal()
+            part.change = self._state.put_mesh(part.part_id, message, *changes)
+            part.introduce()
+            if previous is not None:
+                previous.is_current = False
+            part.is_current = True
+            with self._lock:
+                self._parts.pop(part.part_id, None)
+                self._parts[part.part_id] = part
+        self.shrink()
+
+    # Parts are asked for.
+
+    def find(self, part_id: str) -> KnownPart | None:
+        """A part, which counts as used now; None if it is not known."""
+        with self._lock:
+            part = self._parts.get(part_id)
+            if part is not None:
+                self._parts.move_to_end(part_id)
+                self._used.add(part_id)
+            return part
+
+    def current(self, part_id: str) -> KnownPart | None:
+        """A part without counting it as used; None if it is not known."""
+        with self._lock:
+            return self._parts.get(part_id)
+
+    def require(self, part_id: str) -> KnownPart:
+        """A part, which counts as used now; raises RequestError if it is not known."""
+        part = self.find(part_id)
+        if part is None:
+            with self._lock:
+                names = sorted(self._parts)
+            listed = ", ".join(names[:8]) + (", …" if len(names) > 8 else "")
+            raise RequestError(
+                "the part_id of a known part" + (f" ({listed})" if listed else ""),
+                part_requests.shown(part_id),
+                "publish its mesh on ~/part_mesh, or send it to ~/estimate",
+            )
+        return part
+
+    def all(self) -> list[KnownPart]:
+        """All parts, the least recently used first."""
+        with self._lock:
+            return list(self._parts.values())
+
+    def store_uses(self) -> None:
+        """Have the state know which parts were used last."""
+        with self._lock:
+            used = [
+                part for part_id, part in self._parts.items() if part_id in self._used
+            ]
+            self._used = set()
+        for part in used:
+            with part.lock:  # another mesh, or none, may be about to take its place
+                if part.is_current:
+                    self._state.put(part.change_of_state(next(self._uses)))
+
+    # Parts go.
+
+    def forget(
+        self, part: KnownPart, reason: str = "a client had the part forgotten"
+    ) -> bool:
+        """Forget a part; whether the state has that on the disk."""
+        return self._state.commit(self._forget(part, reason))
+
+    def shrink(self) -> None:
+        """Forget the least recently used ones beyond the bounds; the last is kept."""
+        while True:
+            settings = self._settings()
+            parts = self.all()
+            total = sum(part.size for part in parts)
+            if len(parts) < 2 or (
+                len(parts) <= settings.max_parts and total <= settings.max_part_bytes
+            ):
+                return
+            self._forget(
+                parts[0],
+                "the part made room for others that were used more recently "
+                "(parameters max_parts, max_part_bytes)",
+            )
+
+    def _forget(self, part: KnownPart, reason: str) -> int | None:
+        """Forget a part that is current still; the number of that change."""
+        part_id = part.part_id
+        stamp = times.now()
+        channel = part.channel
+        with part.lock:  # no result of it is recorded meanwhile
+            if not part.is_current:
+                return None
+            part.withdraw_result(stamp, reason)
+            event = JobEvent(
+                event=JobEvent.PART_FORGOTTEN, part_id=part_id, part_digest=part.digest
+            )
+            event.header.stamp = times.time_message(stamp)
+            self._equipment.recorder.record(JOB_EVENTS, serialize_message(event))
+            channel.latched_revision = channel.newest_revision
+            self._forgotten.put(part_id, channel)
+            part.is_current = False
+            with self._lock:
+                self._parts.pop(part_id, None)
+                self._leaving.append(channel)
+            return self._state.put(
+                *(Change(table, part_id, None) for table in OF_PARTS)
+            )
+
+    # All parts together.
+
+    def name_plate(self, plate: str) -> bool:
+        """Take counts of a nameless plate for this one's; whether the disk has that."""
+        changes = []
+        for part in self.all():
+            with part.lock:
+                changes += part.counts.name_plate(plate)
+        return self._state.commit(self._state.put(*changes))
+
+    def health_of_counts(self) -> Health:
+        """The line of diagnostics on what cameras counted, and what has changed in it."""
+        tallies = {}
+        for part in self.all():
+            if part.counts.tally is not None:
+                tallies[part.part_id] = part.counts.tally
+        drifts = {}
+        for part_id, tally in tallies.items():
+            drift = tally.drift()
+            if drift:
+                drifts[f"changed {part_requests.shown(part_id)}"] = drift
+        total = sum(int(tally.total.sum()) for tally in tallies.values())
+        line = f"{total} parts counted of {len(tallies)} kinds"
+        if drifts:
+            name, drift = next(iter(drifts.items()))
+            line = f"{name}: {drift}"
+        return Health(
+            bool(drifts),
+            line,
+            {"kinds counted": len(tallies), "parts counted": total, **drifts},
+        )
+
+    def _look_after_topics(self) -> None:
+        """Let publishers go whose farewell has arrived, and draw what has changed."""
+        with self._lock:
+            leaving = list(self._leaving)
+        for channel in leaving:
+            if channel.close():
+                with self._lock:
+                    self._leaving.remove(channel)
+        with self._lock:
+            parts = [channel.part for channel in self._channels.values()]
+        rows = {}
+        for part in parts:
+            if part is not None and part.is_built and part.latched is not None:
+                rows[part.part_id] = part.latched.message, part.geometry
+        revisions = {
+            part_id: message.revision for part_id, (message, _) in rows.items()
+        }
+        if revisions != self._drawn:
+            self._drawn = revisions
+            self._markers.publish(
+                markers_of([rows[part_id] for part_id in sorted(rows)])
+            )
