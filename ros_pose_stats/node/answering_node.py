@@ -20,7 +20,7 @@ from typing import Any
 from rclpy import callback_groups, exceptions, node as nodes, qos
 
 from ..base.errors import PoseStatsError
-from .lanes import result_of, words_of
+from .lanes import describe_error, result_or_refusal
 from .stop_signals import within
 
 SERVICE_QUALITY = qos.QoSProfile(
@@ -72,7 +72,7 @@ def answered(
         coming = None
         try:
             try:
-                value = None if done is None else result_of(done)
+                value = None if done is None else result_or_refusal(done)
             except BaseException as error:
                 coming = steps.throw(error)
             else:
@@ -81,10 +81,10 @@ def answered(
             pass
         except Exception as error:  # the client gets an answer in any case
             if not isinstance(error, PoseStatsError):
-                say_failure(f"{type(request).__qualname__}: {words_of(error)}")
+                say_failure(f"{type(request).__qualname__}: {describe_error(error)}")
             if hasattr(response, "success"):
                 response.success = False
-                response.message = words_of(error)
+                response.message = describe_error(error)
         if coming is None:
             coming_answer.set_result(response)
         else:  # no thread waits
@@ -202,7 +202,9 @@ class Answers:
             if not isinstance(
                 error.__cause__ or error, RuntimeWarning
             ):  # as which it comes out
-                self._warn(f"{service}: an answer could not be sent: {words_of(error)}")
+                self._warn(
+                    f"{service}: an answer could not be sent: {describe_error(error)}"
+                )
                 return
             reached = False
         with self.lock:

@@ -15,7 +15,7 @@ from ros_pose_stats_msgs.msg import ObservedParts, PoseCounts
 from ..base.errors import RequestError
 from ..core.resting.observed_orientations import classify_orientations
 from .equipment import Equipment
-from .lanes import words_of
+from .lanes import describe_error
 from .memory import Memory
 from .messages import part_messages, part_requests, times
 from .parts.known_part import KnownPart
@@ -192,7 +192,7 @@ class Cameras:
             try:
                 counts = read(data)
             except Exception as error:  # a refusal, or a failure that is told like one
-                self._refusals.refuse(topic, words_of(error), noun)
+                self._refusals.refuse(topic, describe_error(error), noun)
                 continue
             if counts is not None:
                 sound.append(counts)

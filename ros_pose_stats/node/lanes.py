@@ -17,7 +17,7 @@ from ..core.mesh.overlap import TakesLongError
 T = TypeVar("T")
 
 
-def done_with(value: T) -> Future[T]:
+def finished_future(value: T) -> Future[T]:
     """A future that is done."""
     future: Future[T] = Future()
     future.set_result(value)
@@ -28,26 +28,24 @@ class NotDoneError(RequestError):
     """What was asked for was not done for a reason that is not its own."""
 
 
-def ending() -> NotDoneError:
+def refusal_at_end() -> NotDoneError:
     """The refusal of whatever a node that ends is asked for."""
     return NotDoneError("a running node", "one that is ending", "start it again")
 
 
-def words_of(error: BaseException) -> str:
-    """What a client is told of an error: a refusal as it is, all else as an internal failure."""
-    return (
-        str(error)
-        if isinstance(error, PoseStatsError)
-        else (f"internal failure: {type(error).__name__}: {error}")
-    )
+def describe_error(error: BaseException) -> str:
+    """What a client is told: a refusal as it is, all else as an internal failure."""
+    if isinstance(error, PoseStatsError):
+        return str(error)
+    return f"internal failure: {type(error).__name__}: {error}"
 
 
-def result_of(coming: Future[T]) -> T:
-    """What is coming, once it is there; raises PoseStatsError if it is refused."""
+def result_or_refusal(future: Future[T]) -> T:
+    """The result of a future, once it is there; raises PoseStatsError if it is refused."""
     try:
-        return coming.result()
+        return future.result()
     except CancelledError as error:
-        raise ending() from error
+        raise refusal_at_end() from error
 
 
 class Lane(IntEnum):
@@ -63,10 +61,10 @@ class Lane(IntEnum):
 class Rank(IntEnum):
     """What goes first in a lane."""
 
-    SENT = 0  # by a request that waits for it
-    KNOWN = 1  # for a request about a known part
-    PUBLISHED = 2
-    LATER = 3  # when nothing else waits; holds on to little
+    REQUESTED_MESH = 0  # somebody waits for it
+    KNOWN_PART = 1  # a request about one
+    PUBLISHED_MESH = 2
+    WHEN_IDLE = 3  # when nothing else waits; holds on to little
 
 
 MOST_WAITING = {
@@ -76,26 +74,29 @@ MOST_WAITING = {
     Lane.OUTLINE: (16, "requests for outlines and plans"),
     Lane.FIT: (16, "fits of plates"),
 }
-MOST_SENT = 8  # large meshes that wait with their requests; each may take a minute
+MOST_LARGE_REQUESTED = (8, "large meshes with their requests")
+"""Each may take a minute, and somebody waits for it."""
 
-ROOM = 4  # times `max_mesh_bytes`, for all that wait or are in hand; half of it for large ones
-LAST_SECONDS = (
-    0.5  # what is in hand may be finished for so long when the lanes are closed
+ROOM = (
+    4  # times `max_mesh_bytes`, for all that wait or are in hand; half for large ones
 )
+LAST_SECONDS = 0.5  # for what is in hand when the lanes are closed
 
 
 @dataclass(eq=False)
 class _Task:
     work: Callable[[], Any]
     rank: Rank
-    lane: Lane  # its own; behind a slow one of its name it waits in the slow lane
+    lane: (
+        Lane  # where it is to be done; it waits in the slow lane behind one of its name
+    )
     size: int  # bytes that it holds on to
     part_id: str  # empty: of no name
     number: int  # in the order of their coming
     future: Future[Any] = field(default_factory=Future)
 
-    def do(self, lane: Lane) -> bool:
-        """Do it for whoever asked; false where it needs more time than the quick lane has."""
+    def work_off(self, lane: Lane) -> bool:
+        """Do it for whoever asked; false where it takes more time than the quick lane has."""
         with suppress(InvalidStateError):  # the lanes were closed just now
             try:
                 self.future.set_result(self.work())
@@ -107,14 +108,13 @@ class _Task:
 
 
 class Lanes:
-    """The lanes; `most_bytes` of a single mesh."""
+    """Tasks that wait in the lanes, and the threads that work them off."""
 
     def __init__(self, most_bytes: Callable[[], int]) -> None:
-        self._most_bytes = most_bytes
+        self._most_bytes = most_bytes  # of a single mesh
         self._numbers = itertools.count()
-        self._waiting: dict[Lane, list[_Task]] = {
-            lane: [] for lane in Lane
-        }  # what is next first
+        # what is next comes first
+        self._waiting: dict[Lane, list[_Task]] = {lane: [] for lane in Lane}
         self._in_hand: dict[Lane, _Task | None] = dict.fromkeys(Lane)
         self._threads = {
             lane: threading.Thread(
@@ -151,80 +151,91 @@ class Lanes:
         """
         with self._changed:
             task = _Task(work, rank, lane, size, part_id, next(self._numbers))
-            while (problem := self._lack_of_room(task)) is not None:
-                if rank is not Rank.PUBLISHED or self._place(task) is Lane.SLOW:
-                    task.future.set_exception(problem)
+            while (refusal := self._lack_of_room(task)) is not None:
+                may_wait = rank is Rank.PUBLISHED_MESH
+                if not may_wait or self._lane_to_wait_in(task) is Lane.SLOW:
+                    task.future.set_exception(refusal)
                     return task.future
                 self._changed.wait()
             if self.closed:
                 task.future.cancel()
             else:
-                self._wait_in(self._place(task), task)
+                self._insert(self._lane_to_wait_in(task), task)
         return task.future
 
     def _tasks(self, *lanes: Lane) -> Iterator[_Task]:
-        """All that wait or are in hand, but for what is done later."""
+        """All that wait or are in hand, but for what is done when nothing else waits."""
         for lane in lanes:
-            yield from filter(None, [self._in_hand[lane]])
-            yield from (task for task in self._waiting[lane] if task.rank < Rank.LATER)
+            task_in_hand = self._in_hand[lane]
+            if task_in_hand is not None:
+                yield task_in_hand
+            for task in self._waiting[lane]:
+                if task.rank < Rank.WHEN_IDLE:
+                    yield task
 
-    def _place(self, task: _Task) -> Lane:
+    def _lane_to_wait_in(self, task: _Task) -> Lane:
         """The lane in which a task has to wait: behind earlier ones of its name."""
         return Lane.SLOW if self._is_behind(task, Lane.SLOW) else task.lane
 
     def _is_behind(self, task: _Task, *lanes: Lane) -> bool:
         """Whether lanes have an earlier task of the same name."""
-        return bool(task.part_id) and any(
-            other.part_id == task.part_id and other.number < task.number
-            for other in self._tasks(*lanes)
+        return task.part_id != "" and any(
+            earlier.part_id == task.part_id and earlier.number < task.number
+            for earlier in self._tasks(*lanes)
         )
 
-    def _wait_in(self, lane: Lane, task: _Task) -> None:
+    def _insert(self, lane: Lane, task: _Task) -> None:
         """Queue a task where it came, also one that comes back from another lane."""
-        insort(self._waiting[lane], task, key=lambda other: (other.rank, other.number))
+        insort(
+            self._waiting[lane], task, key=lambda queued: (queued.rank, queued.number)
+        )
         self._changed.notify_all()
 
     def _lack_of_room(self, task: _Task) -> RequestError | None:
-        """Why a task cannot be taken in now; one that is larger than the bound waits alone."""
-        if self.closed or task.rank is Rank.LATER:
+        """Why a task is not taken in now; one that is larger than the bound waits alone."""
+        if self.closed or task.rank is Rank.WHEN_IDLE:
             return None
-        lane = self._place(task)
+        lane = self._lane_to_wait_in(task)
         most, noun = MOST_WAITING[lane]
-        if (lane, task.rank) == (Lane.SLOW, Rank.SENT):
-            most = MOST_SENT
-            noun = "large meshes with their requests"
-        waiting = sum(other.rank is task.rank for other in self._waiting[lane])
+        if lane is Lane.SLOW and task.rank is Rank.REQUESTED_MESH:
+            most, noun = MOST_LARGE_REQUESTED
+        waiting = sum(queued.rank is task.rank for queued in self._waiting[lane])
         if waiting >= most:
             return RequestError(
                 f"at most {most} {noun} waiting", f"{waiting}", "ask again in a moment"
             )
-        tasks = list(self._tasks(Lane.QUICK, Lane.SLOW))
         room = ROOM * self._most_bytes()
-        held = sum(other.size for other in tasks)
-        large = sum(other.size for other in tasks if other.lane is Lane.SLOW)
-        for bound, used, kind in ((room, held, ""), (room // 2, large, "large ")):
-            if (
-                task.size
-                and used
-                and used + task.size > bound
-                and (not kind or task.lane is Lane.SLOW)
-            ):
-                return RequestError(
-                    f"at most {bound} bytes of {kind}meshes waiting "
-                    f"({bound // self._most_bytes()} times max_mesh_bytes)",
-                    f"{task.size} bytes more than the {used} that wait",
-                    "send it again once they are done, or decimate it",
-                )
-        return None
+        queued_tasks = list(self._tasks(Lane.QUICK, Lane.SLOW))
+        refusal = self._excess(task, queued_tasks, room, "")
+        if refusal is None and task.lane is Lane.SLOW:
+            large_tasks = [
+                queued for queued in queued_tasks if queued.lane is Lane.SLOW
+            ]
+            refusal = self._excess(task, large_tasks, room // 2, "large ")
+        return refusal
+
+    def _excess(
+        self, task: _Task, queued_tasks: list[_Task], bound: int, kind: str
+    ) -> RequestError | None:
+        """The refusal of a task that has no room beside others of a kind."""
+        used = sum(queued.size for queued in queued_tasks)
+        if not (task.size and used) or used + task.size <= bound:
+            return None
+        return RequestError(
+            f"at most {bound} bytes of {kind}meshes waiting "
+            f"({bound // self._most_bytes()} times max_mesh_bytes)",
+            f"{task.size} bytes more than the {used} that wait",
+            "send it again once they are done, or decimate it",
+        )
 
     def _run(self, lane: Lane) -> None:
         while (task := self._next(lane)) is not None:
-            is_done = task.do(lane)
+            is_done = task.work_off(lane)
             with self._changed:
                 self._in_hand[lane] = None
                 if not is_done:
                     task.lane = Lane.SLOW
-                    self._wait_in(Lane.SLOW, task)
+                    self._insert(Lane.SLOW, task)
                 self._changed.notify_all()
                 is_dropped = self.closed and not is_done
             if is_dropped:
@@ -235,33 +246,32 @@ class Lanes:
         """The next task that is to be done in a lane; none once all is closed."""
         with self._changed:
             while not self.closed:
-                # Checks wait for meshes that are soon built, and a mesh, whoever sent it, for
-                # earlier ones of its name, of which quick ones may come back as slow ones.
-                first = (
-                    list(self._tasks(lane))
-                    if (lane is Lane.CHECK and self._waiting[Lane.QUICK])
-                    else self._waiting[lane]
-                )
-                task = next(
-                    (
-                        task
-                        for task in first
-                        if not self._is_behind(task, Lane.QUICK, lane)
-                    ),
-                    None,
-                )
+                task = self._find_next(lane)
                 if task is None:
                     self._changed.wait()
                     continue
                 self._waiting[lane].remove(task)
-                if (place := self._place(task)) is not lane:
-                    self._wait_in(place, task)
-                else:
+                lane_to_wait_in = self._lane_to_wait_in(task)
+                if lane_to_wait_in is lane:
                     self._in_hand[lane] = task
                     return task
+                self._insert(lane_to_wait_in, task)
             return None
 
-    def waiting(self) -> int:
+    def _find_next(self, lane: Lane) -> _Task | None:
+        """The first task of a lane that has to wait for no other one."""
+        tasks = self._waiting[lane]
+        if lane is Lane.CHECK and self._waiting[Lane.QUICK]:
+            # Checks that nobody waits for let meshes pass that are soon built.
+            tasks = list(self._tasks(lane))
+        for task in tasks:
+            # A mesh waits for earlier ones of its name, of which quick ones may come back
+            # as slow ones.
+            if not self._is_behind(task, Lane.QUICK, lane):
+                return task
+        return None
+
+    def count_meshes(self) -> int:
         """Meshes that wait."""
         with self._changed:
             return len(self._waiting[Lane.QUICK]) + len(self._waiting[Lane.SLOW])
@@ -275,10 +285,10 @@ class Lanes:
             self._changed.notify_all()
         for task in dropped:
             task.future.cancel()
-        until = time.monotonic() + LAST_SECONDS
+        end = time.monotonic() + LAST_SECONDS
         for lane, thread in self._threads.items():
             if thread.is_alive():
-                thread.join(timeout=max(0.0, until - time.monotonic()))
+                thread.join(timeout=max(0.0, end - time.monotonic()))
             in_hand = self._in_hand[lane]
             if thread.is_alive() and in_hand is not None:
                 in_hand.future.cancel()  # nobody waits for it

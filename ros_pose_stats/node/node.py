@@ -115,7 +115,9 @@ class PoseStatsNode(AnsweringNode):
         publish_diagnostics(
             self,
             {
-                "parts": lambda: refusals.health(len(parts.all()), lanes.waiting()),
+                "parts": lambda: refusals.health(
+                    len(parts.all()), lanes.count_meshes()
+                ),
                 "counts": parts.health_of_counts,
                 "jobs": lambda: queue.job_health(jobs, settings()),
                 "flips": lambda: queue.flip_health(*self.flip_jobs),

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.node import Node
 
-from .lanes import words_of
+from .lanes import describe_error
 from .messages.times import now, steady_timer, time_message
 
 MINUTE = 60.0
@@ -145,7 +145,7 @@ class Refusals:
         def look(done: Future[Any]) -> None:
             error = None if done.cancelled() else done.exception()
             if error is not None:
-                self.refuse(source, words_of(error))
+                self.refuse(source, describe_error(error))
 
         coming.add_done_callback(look)
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from ...base.errors import PoseStatsError, RequestError
 from ...core.records import FlipStatistics, Part, PoseStatistics
-from ..lanes import ending, result_of, words_of
+from ..lanes import describe_error, refusal_at_end, result_or_refusal
 from ..parts.known_part import KnownPart
 from ..refusals import Health
 from ..stop_signals import within
@@ -67,7 +67,7 @@ class Jobs:
                 if twin is not None:
                     return twin
                 if self._closing:
-                    raise ending()
+                    raise refusal_at_end()
                 most = settings.max_queued_jobs
                 running = self.running
                 if not (request.refinement or is_accepted) and (
@@ -158,8 +158,8 @@ class Jobs:
             self._run(job)
         except Exception as error:  # a refusal, or a failure that is told like one
             if not isinstance(error, PoseStatsError):
-                self._on_failure(f"{job.job_id}: {words_of(error)}")
-            self._end(job, State.FAILED, words_of(error))
+                self._on_failure(f"{job.job_id}: {describe_error(error)}")
+            self._end(job, State.FAILED, describe_error(error))
         self.running = None
 
     def _run(self, job: Job) -> None:
@@ -168,7 +168,7 @@ class Jobs:
         if job.cancel_reason:
             self._end(job, State.CANCELLED, job.cancel_reason)
             return
-        part = result_of(job.part).geometry
+        part = result_or_refusal(job.part).geometry
         self.listener.started(job)
         self.listener.follow(job)
         stop = Stop(job, lambda: job.request.refinement and self.counts()[0] > 0)
@@ -204,7 +204,7 @@ class Jobs:
         try:
             self.listener.ended(job, state)
         except Exception as error:  # must not keep a job from ending
-            self._on_failure(f"{job.job_id}: {words_of(error)}")
+            self._on_failure(f"{job.job_id}: {describe_error(error)}")
         with self._changing:
             job.state = state
             del self._jobs[job.job_id]

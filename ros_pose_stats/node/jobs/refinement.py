@@ -14,7 +14,7 @@ from ...core.planning import confidence, hybrid
 from ...core.records import DropScene, Part
 from ...core.resting.poses import poses_in
 from ..equipment import Equipment
-from ..lanes import Lane, Rank, done_with
+from ..lanes import Lane, Rank, finished_future
 from ..messages import statistics_messages
 from ..parts.known_part import BEST, CHECKED, TRIED, KnownPart
 from ..parts.registry import PartRegistry
@@ -57,11 +57,15 @@ class Refinement:
         with self._lock:
             message = part.remembered(CHECKED, scene)
             if message is not None:
-                return done_with(message)
+                return finished_future(message)
             key = part.part_id, part.digest, scene
             if key in self._checks:
                 return self._checks[key]
-            rank = Rank.SENT if part.part_id in self._followed else Rank.KNOWN
+            rank = (
+                Rank.REQUESTED_MESH
+                if part.part_id in self._followed
+                else Rank.KNOWN_PART
+            )
             check = self._lanes.put(partial(part.check, scene), rank, Lane.CHECK)
             self._checks[key] = check
         check.add_done_callback(lambda _: self._checks.pop(key, None))
@@ -78,7 +82,7 @@ class Refinement:
             self._followed.add(part_id)
         # By its name: what comes in its place meanwhile has its turn.
         if not is_followed:
-            self._lanes.put(partial(self._follow, part_id), Rank.LATER, Lane.CHECK)
+            self._lanes.put(partial(self._follow, part_id), Rank.WHEN_IDLE, Lane.CHECK)
 
     def _follow(self, part_id: str) -> None:
         with self._lock:
@@ -129,7 +133,7 @@ class Refinement:
                 return
             if target and credible_bound(part.geometry, model, scene) <= target:
                 return
-        self._jobs.submit(request, done_with(part), settings)
+        self._jobs.submit(request, finished_future(part), settings)
 
     def answer_checked(
         self, part: KnownPart, checked: PoseStatistics, scene: DropScene
@@ -202,7 +206,7 @@ class Refinement:
             hybrid=True,
         )
         try:
-            job = self._jobs.submit(request, done_with(part), settings)
+            job = self._jobs.submit(request, finished_future(part), settings)
         except errors.RequestError as refusal:  # the estimate is an answer all the same
             return _missed(estimate, f"{reason}; drops cannot refine it now: {refusal}")
         promise = (

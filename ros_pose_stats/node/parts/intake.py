@@ -13,7 +13,7 @@ from ...core.mesh.overlap import TakesLongError
 from ...core.records import DropScene
 from ...core.resting.poses import are_found
 from ..equipment import Equipment
-from ..lanes import Lane, NotDoneError, Rank, done_with, words_of
+from ..lanes import Lane, NotDoneError, Rank, describe_error, finished_future
 from ..messages import part_messages, part_requests
 from ..refusals import MESHES, SequenceGaps
 from ..settings import mesh_topics
@@ -82,7 +82,7 @@ class Intake:
         if is_built and (
             scene is None or lane is Lane.QUICK or are_found(part.geometry, scene)
         ):
-            return done_with(part)
+            return finished_future(part)
 
         def build() -> KnownPart:
             geometry = part.geometry
@@ -91,14 +91,14 @@ class Intake:
             return part
 
         return self._lanes.put(
-            build, Rank.KNOWN, lane, 0, "" if is_built else part.part_id
+            build, Rank.KNOWN_PART, lane, 0, "" if is_built else part.part_id
         )
 
     def show_all_again(self) -> None:
         """Show known parts in another scene, when nothing else waits."""
         for part in self._parts.all():
             showing = self._lanes.put(
-                partial(self._show_again, part), Rank.LATER, _lane_of(part)
+                partial(self._show_again, part), Rank.WHEN_IDLE, _lane_of(part)
             )
             self._refusals.watch_mesh("parameters", showing)
 
@@ -114,7 +114,7 @@ class Intake:
             is_latched = part.latched is not None
             task = self._lanes.put(
                 partial(self._build_again, part, is_latched),
-                Rank.LATER,
+                Rank.WHEN_IDLE,
                 _lane_of(part),
             )
             if not is_latched:
@@ -168,12 +168,12 @@ def subscribe_to_meshes(equipment: Equipment, intake: Intake) -> None:
             try:
                 request = read(data)
             except Exception as error:  # a refusal, or a failure that is told like one
-                refusals.refuse(topic, words_of(error))
+                refusals.refuse(topic, describe_error(error))
             else:
                 intake.queue(
                     request,
                     topic + part_requests.named(request.part_id),
-                    Rank.PUBLISHED,
+                    Rank.PUBLISHED_MESH,
                 )
 
         gaps = SequenceGaps()

@@ -24,7 +24,7 @@ from ...core.records import DropScene, Part
 from ...core.resting.outlines import outline_at
 from ...core.resting.poses import are_found, resting_poses
 from ..equipment import Equipment
-from ..lanes import Lane, NotDoneError, Rank, ending
+from ..lanes import Lane, NotDoneError, Rank, refusal_at_end
 from ..messages.part_requests import PartRequest, part_of
 
 T = TypeVar("T")
@@ -105,7 +105,7 @@ class PartWorker(Worker):
             raise late from error
         except (ProcessDiedError, errors.BatchError) as error:
             if self.closed:
-                raise ending() from error
+                raise refusal_at_end() from error
             raise NotDoneError(
                 "a process that works on the part to the end",
                 f"one that {error}",
@@ -212,7 +212,7 @@ class Outlines(PartWorker):
             partial(self.call, OUTLINE_SECONDS, late, function, *arguments)
             if is_large(part)
             else partial(function, *arguments),
-            Rank.KNOWN,
+            Rank.KNOWN_PART,
             Lane.OUTLINE,
         )
 

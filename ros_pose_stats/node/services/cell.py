@@ -21,7 +21,7 @@ from ...core.statistics import feeding, pose_groups
 from ..answering_node import Steps
 from ..equipment import Equipment
 from ..jobs import FlipRequest, Jobs, State, run
-from ..lanes import Lane, Rank, done_with, ending
+from ..lanes import Lane, Rank, finished_future, refusal_at_end
 from ..memory import Memory
 from ..messages import part_messages, part_requests
 from ..messages.statistics_messages import fill_bounds, statistics_of_message
@@ -118,14 +118,14 @@ class FeedingService:
                         seconds,
                         kick_height=height,
                     ),
-                    done_with(known),
+                    finished_future(known),
                     settings,
                     is_accepted=job is not None,
                 )
                 yield job.finished
                 found = job.flips
                 if job.state is State.CANCELLED:  # nobody but the node itself cancels
-                    raise ending()
+                    raise refusal_at_end()
                 if found is None:
                     response.success = False
                     response.message = job.message
@@ -244,7 +244,9 @@ class PlateFits:
                 )
             refuse_name(plate)
         counted = counts_on(plate, settings.plate, self._parts.all())
-        fit = yield self._lanes.put(partial(fit_counts, counted), Rank.KNOWN, Lane.FIT)
+        fit = yield self._lanes.put(
+            partial(fit_counts, counted), Rank.KNOWN_PART, Lane.FIT
+        )
         fill_bounds(
             response,
             restitution=fit.restitution,
@@ -263,7 +265,7 @@ class PlateFits:
         if request.apply:
             file, kept = yield self._lanes.put(
                 partial(self._apply, plate, fit, settings.plates, settings.plate),
-                Rank.KNOWN,
+                Rank.KNOWN_PART,
                 Lane.FIT,
             )
             response.message += f"; written to {file} as {plate}, and used from now on"

@@ -17,7 +17,7 @@ from ...core.resting.poses import are_found, poses_in
 from ..answering_node import SERVICE_QUALITY, AnsweringNode
 from ..equipment import Equipment
 from ..jobs import FlipRequest, Job, Jobs, State, job_reports, run
-from ..lanes import words_of
+from ..lanes import describe_error
 from ..messages.part_messages import flat
 from ..parts import part_builder
 from ..parts.intake import Intake
@@ -92,7 +92,7 @@ class GoalServer(ABC):
         try:
             answer = self.start_job(request)
         except Exception as error:  # must not end the executor
-            answer = words_of(error)
+            answer = describe_error(error)
             if not isinstance(error, PoseStatsError):
                 self._node.get_logger().error(f"{self._name}: {answer}")
         with self._lock:

@@ -13,7 +13,7 @@ from ...core.simulation.request import check_target
 from ..answering_node import Steps
 from ..equipment import Equipment
 from ..jobs import Job, JobRequest, Jobs, State, job_reports, refinement as refining
-from ..lanes import Rank, done_with, ending, result_of
+from ..lanes import Rank, finished_future, refusal_at_end, result_or_refusal
 from ..memory import Memory, memory_of_parts
 from ..messages import part_messages, part_requests, statistics_messages
 from ..parts import part_builder
@@ -86,7 +86,7 @@ class Services:
         A known part may not be built yet.
         """
         if self._lanes.closed:
-            raise ending()
+            raise refusal_at_end()
         message = request.part
         if request.part_id and message.part_id and request.part_id != message.part_id:
             both = " and ".join(
@@ -114,9 +114,9 @@ class Services:
                 mesh.content,
                 mesh.scene_override,
             ):
-                return self._intake.queue(mesh, source, Rank.SENT), mesh
+                return self._intake.queue(mesh, source, Rank.REQUESTED_MESH), mesh
             known = same
-        return done_with(known), known
+        return finished_future(known), known
 
     def estimate(self, request: Any, response: Any) -> Steps:
         """An analytic answer; one that nobody chose is checked by drops, or refined by them."""
@@ -200,7 +200,7 @@ class Services:
         if isinstance(mesh, KnownPart) or len(mesh.triangles) <= QUICK_TRIANGLES:
             wait([coming], START_PATIENCE)
         if coming.done():
-            result_of(coming)
+            result_or_refusal(coming)
         scene = settings.scene(
             (request.restitution, request.drop_height), mesh.scene_override
         )

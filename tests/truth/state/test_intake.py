@@ -23,7 +23,7 @@ from ros_pose_stats.node.answering_node import answered
 from ros_pose_stats.node.equipment import Equipment
 from ros_pose_stats.node.jobs import JobListener, JobRequest, Jobs, State, job_reports
 from ros_pose_stats.node.jobs.refinement import Refinement
-from ros_pose_stats.node.lanes import Lane, Lanes, Rank, done_with, ending
+from ros_pose_stats.node.lanes import Lane, Lanes, Rank, finished_future, refusal_at_end
 from ros_pose_stats.node.messages.part_requests import PartRequest
 from ros_pose_stats.node.parts.intake import LARGE_BYTES, Intake
 from ros_pose_stats.node.parts.known_part import (
@@ -74,7 +74,7 @@ def occupied(lanes, lane):
         begun.set()
         may_end.wait()
 
-    lanes.put(work, Rank.KNOWN, lane)
+    lanes.put(work, Rank.KNOWN_PART, lane)
     assert begun.wait(60.0)
     return may_end
 
@@ -98,7 +98,7 @@ def test_a_large_part_that_is_asked_for_is_built_beside_quick_ones(lanes):
     try:
         large = intake.build_known(known)
         assert begun.wait(60.0)
-        assert lanes.put(lambda: "quick", Rank.KNOWN).result(60.0) == "quick"
+        assert lanes.put(lambda: "quick", Rank.KNOWN_PART).result(60.0) == "quick"
         assert not large.done()
     finally:
         may_end.set()
@@ -110,11 +110,12 @@ def test_a_large_mesh_of_a_request_waits_behind_few_others(lanes):
     may_end = occupied(lanes, Lane.SLOW)
     order = []
     coming = [
-        lanes.put(partial(order.append, number), Rank.KNOWN, Lane.SLOW)
+        lanes.put(partial(order.append, number), Rank.KNOWN_PART, Lane.SLOW)
         for number in range(60)
     ]
     sent = [
-        lanes.put(partial(order.append, "sent"), Rank.SENT, Lane.SLOW) for _ in range(9)
+        lanes.put(partial(order.append, "sent"), Rank.REQUESTED_MESH, Lane.SLOW)
+        for _ in range(9)
     ]
     may_end.set()
     with pytest.raises(RequestError, match="at most 8 large meshes"):
@@ -125,10 +126,10 @@ def test_a_large_mesh_of_a_request_waits_behind_few_others(lanes):
 
 def test_checks_wait_for_meshes_that_are_soon_built_and_no_longer(lanes):
     may_end = occupied(lanes, Lane.QUICK)
-    lanes.put(lambda: None, Rank.PUBLISHED)
-    later = lanes.put(lanes.waiting, Rank.LATER, Lane.CHECK)
+    lanes.put(lambda: None, Rank.PUBLISHED_MESH)
+    later = lanes.put(lanes.count_meshes, Rank.WHEN_IDLE, Lane.CHECK)
     assert (
-        lanes.put(lambda: "asked for", Rank.KNOWN, Lane.CHECK).result(60.0)
+        lanes.put(lambda: "asked for", Rank.KNOWN_PART, Lane.CHECK).result(60.0)
         == "asked for"
     )
     assert not later.done()
@@ -143,7 +144,7 @@ def test_a_process_that_does_not_start_is_given_up(tmp_path, monkeypatch):
         WorkerProcess(0.2)
 
 
-@pytest.mark.parametrize("rank", [Rank.SENT, Rank.PUBLISHED])
+@pytest.mark.parametrize("rank", [Rank.REQUESTED_MESH, Rank.PUBLISHED_MESH])
 def test_an_older_mesh_of_a_name_comes_first_though_it_takes_long(lanes, rank):
     begun = threading.Event()
     may_end = threading.Event()
@@ -156,7 +157,7 @@ def test_an_older_mesh_of_a_name_comes_first_though_it_takes_long(lanes, rank):
             raise TakesLongError
         order.append("older")
 
-    older = lanes.put(build, Rank.PUBLISHED, Lane.QUICK, 0, "clamp")
+    older = lanes.put(build, Rank.PUBLISHED_MESH, Lane.QUICK, 0, "clamp")
     assert begun.wait(60.0)
     newer = lanes.put(partial(order.append, "newer"), rank, Lane.SLOW, 0, "clamp")
     may_end.set()
@@ -280,7 +281,7 @@ def test_a_part_that_the_end_of_the_node_keeps_from_being_shown_again_is_not_for
         equipment_of(lanes, scene=DropScene),
         parts,
         Mock(),
-        Mock(side_effect=ending()),
+        Mock(side_effect=refusal_at_end()),
     )
     intake.restore()
     with pytest.raises(RequestError, match="running node"):
@@ -292,7 +293,7 @@ def test_whoever_hears_that_a_job_has_ended_finds_its_place_free():
     def submit(seed):
         return jobs.submit(
             JobRequest("clamp", b"", DropScene(), 1, seed, 0.0, 600.0),
-            done_with(Mock()),
+            finished_future(Mock()),
             Mock(max_queued_jobs=0),
         )
 
@@ -328,7 +329,7 @@ def test_a_refinement_that_gave_way_begins_again_though_the_client_cancels():
     def submit(refinement):
         return jobs.submit(
             JobRequest("clamp", b"", DropScene(), 100, 1, 0.0, 600.0, refinement),
-            done_with(Mock()),
+            finished_future(Mock()),
             Mock(max_queued_jobs=1),
         )
 
@@ -375,7 +376,7 @@ def test_the_state_has_jobs_and_counts_before_the_bag(tmp_path, lost):
     jobs = Jobs("run", reports, pytest.fail, lambda *_: outcome)
     job = jobs.submit(
         JobRequest("clamp", b"", DropScene(), 9, 1, 0.0, 600.0),
-        done_with(known),
+        finished_future(known),
         Mock(max_queued_jobs=1),
     )
     job.finished.result(60.0)
