@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from lab.frame.documents import save_figure, write_json, write_page
 from ros_pose_stats.base.files import write_whole
 from ros_pose_stats.core.estimators.published import nonlinear
 
@@ -18,7 +19,6 @@ from .errors.partition import INTERVAL_LEVEL, noise_of
 from .errors.simulated_poses import SimulatedPoses, pooled
 from .figures.probabilities import Panel, estimators_figure, noise_figure
 from .figures.speed_accuracy import SUBTITLE, speed_accuracy_figure
-from .output import save_figure, write_json, write_page
 from .prisms import PrismResults, prisms, prisms_text
 from .prisms.prism_results import draw_prisms
 from .table import TableResults, table, table_text

@@ -12,11 +12,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from lab.bodies.families import family_options, family_part
+from lab.bodies.rocking import ROCKING
+from lab.frame.results import Row, Section, Target
 from ros_pose_stats import Part, PoseStatistics, auto, estimate, simulate
 
-from ..training.families import ROCKING, family_options, family_part
-from .report import collect_results, command
-from .results import Results, Row, Section, Target
+from .program import benchmark_parser, run_benchmark
 
 Array = NDArray[np.float64]
 
@@ -182,12 +183,8 @@ def sections(bodies: int) -> Iterator[Section]:
         yield Section(key, title, about, tuple(rows))
 
 
-def run(quick: bool) -> Results:
-    """Measure all."""
-    return collect_results(sections(QUICK if quick else BODIES), print)
-
-
 if __name__ == "__main__":
-    command(
-        "checked", (__doc__ or "").partition("\n")[0], "one body a family", run, None
+    run_benchmark(
+        benchmark_parser("lab.benchmarks.checked", __doc__ or "", "one body a family"),
+        lambda options: sections(QUICK if options.quick else BODIES),
     )

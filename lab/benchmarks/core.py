@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
-from . import bodies
-from .bodies import Body
+from lab.bodies import curved
+from lab.bodies.curved import Body
+from lab.frame.results import Section
+from lab.frame.timing import Pace
+
 from .estimates import TOLERANCES, all_estimators, answers, near_spheres, paper_size
-from .growth import FIT_FROM, growth, slopes
-from .report import collect_results, command
-from .results import Results, Section
-from .timing import Pace
+from .program import benchmark_parser, run_benchmark
 
 MESHES = Pace(15, 8.0)
 CALLS = Pace(300, 2.0)
@@ -27,12 +27,6 @@ class Plan:
         Vertices of random polyhedra, and of ellipsoids and spheres.
     near_sphere : int
         Vertices.
-    fineness : tuple of int
-        Of the rounded boxes.
-    flattened : tuple of int
-        Vertices of the flattened ellipsoids, at least 200.
-    fit_from : int
-        Vertices from which on slopes are fitted.
     seeds : int
         Random polyhedra a size.
     demo : bool
@@ -44,9 +38,6 @@ class Plan:
     random: tuple[int, ...] = (10, 23)
     smooth: tuple[int, ...] = (200, 2000, 20000)
     near_sphere: int = 4000
-    fineness: tuple[int, ...] = (1, 2, 3, 5, 7, 11, 16, 22, 35, 50, 70, 110)
-    flattened: tuple[int, ...] = (200, 500, 1000, 2000, 5000, 10000, 20000, 50000)
-    fit_from: int = FIT_FROM
     seeds: int = 3
     demo: bool = True
     slow: Pace = MESHES
@@ -56,9 +47,6 @@ class Plan:
 QUICK = Plan(
     smooth=(200, 2000),
     near_sphere=1000,
-    fineness=(1, 3, 7, 16, 24, 35),
-    flattened=(300, 1000, 2000, 5000),
-    fit_from=200,
     seeds=1,
     slow=Pace(5, 1.0),
     quick=Pace(50, 0.5),
@@ -68,7 +56,7 @@ QUICK = Plan(
 def sections(plan: Plan) -> Iterator[Section]:
     """Measure, and yield one table after the other."""
     polyhedra = [
-        [bodies.random_polyhedron(vertices, seed) for seed in range(plan.seeds)]
+        [curved.random_polyhedron(vertices, seed) for seed in range(plan.seeds)]
         for vertices in plan.random
     ]
     warm_up(polyhedra[0][0])
@@ -77,28 +65,19 @@ def sections(plan: Plan) -> Iterator[Section]:
             *(some[0] for some in polyhedra),
             *(
                 make(vertices)
-                for make in (bodies.ellipsoid, bodies.sphere)
+                for make in (curved.ellipsoid, curved.sphere)
                 for vertices in plan.smooth
             ),
         ],
         plan.slow,
     )
     if plan.demo:
-        yield all_estimators(bodies.demo_parts(), plan.slow, "demo", "The demo parts")
+        yield all_estimators(curved.demo_parts(), plan.slow, "demo", "The demo parts")
     yield near_spheres(
-        [bodies.near_sphere(plan.near_sphere), bodies.sphere(plan.near_sphere)],
+        [curved.near_sphere(plan.near_sphere), curved.sphere(plan.near_sphere)],
         plan.slow,
     )
     yield paper_size([body for some in polyhedra for body in some], plan.quick)
-    grown = growth(
-        [
-            *map(bodies.rounded_box, plan.fineness),
-            *map(bodies.flattened_ellipsoid, plan.flattened),
-        ],
-        plan.slow,
-    )
-    yield grown
-    yield slopes(grown, plan.fit_from)
 
 
 def warm_up(body: Body) -> None:
@@ -109,21 +88,8 @@ def warm_up(body: Body) -> None:
     paper_size([body], Pace(1, 1.0))
 
 
-def run(plan: Plan, say: Callable[[str], object] = print) -> Results:
-    """Measure everything, and say each table as it comes."""
-    return collect_results(sections(plan), say)
-
-
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Measure, print, and with `--write` store the results and render the page."""
-    command(
-        "core",
-        __doc__,
-        "fewer and smaller bodies",
-        lambda quick: run(QUICK if quick else Plan()),
-        arguments,
-    )
-
-
 if __name__ == "__main__":
-    main()
+    run_benchmark(
+        benchmark_parser("lab.benchmarks.core", __doc__, "fewer and smaller bodies"),
+        lambda options: sections(QUICK if options.quick else Plan()),
+    )

@@ -8,6 +8,9 @@ import trimesh
 from scipy.spatial import ConvexHull
 from trimesh.poses import compute_stable_poses
 
+from lab.bodies.curved import Body
+from lab.frame.results import Row, Section, Target
+from lab.frame.timing import Contender, Pace, Timings, race
 from ros_pose_stats import (
     Part,
     PoseStatistics,
@@ -20,10 +23,6 @@ from ros_pose_stats.core.kernels.levels.equilibria import find_equilibria
 from ros_pose_stats.core.kernels.levels.splits import split_probabilities
 from ros_pose_stats.core.records.scene import DEFAULT_CLUSTER_TOLERANCE
 from ros_pose_stats.core.resting.convex_body import convex_body
-
-from .bodies import Body
-from .results import Row, Section, Target
-from .timing import Contender, Pace, Timings, race
 
 TOLERANCES = (0.0, DEFAULT_CLUSTER_TOLERANCE)
 HULLS_FROM = 2000

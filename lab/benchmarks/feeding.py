@@ -6,7 +6,6 @@ picked a minute, as told and with true outlines thrown on the plate.
 
 from __future__ import annotations
 
-import argparse
 import time
 from collections.abc import Sequence
 
@@ -15,6 +14,7 @@ from manifold3d import CrossSection, JoinType
 from numpy.random import Generator
 from numpy.typing import NDArray
 
+from lab.frame.results import Row, Section, Target
 from ros_pose_stats import (
     FeederCell,
     FlipStatistics,
@@ -30,8 +30,7 @@ from ros_pose_stats.core.planning.feeding_plan import KickPlan
 from ros_pose_stats.core.planning.plate_fill import blocking_with_bays, plate_fill
 from ros_pose_stats.core.shapes import demo_parts
 
-from .report import NUMBERS, machine, table, write_page
-from .results import Results, Row, Section, Target, save
+from .program import benchmark_parser, run_benchmark
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -247,26 +246,15 @@ def measure(seconds: float) -> Section:
 
 
 def main() -> None:
-    """Measure, print, and with `--write` store the results and write the page."""
-    parser = argparse.ArgumentParser(
-        prog="lab.benchmarks.feeding", description=__doc__.partition("\n")[0]
-    )
+    """Read the arguments and measure."""
+    parser = benchmark_parser("lab.benchmarks.feeding", __doc__)
     parser.add_argument(
         "--seconds",
         type=float,
         default=4.0,
         help="of each of two simulations of each case (default: %(default)s)",
     )
-    parser.add_argument(
-        "--write",
-        action="store_true",
-        help="store numbers/feeding.json and render benchmarks.md in docs/measured",
-    )
-    section = measure((options := parser.parse_args()).seconds)
-    print(table(section))
-    if options.write:
-        save(Results(machine(), (section,)), NUMBERS / "feeding.json")
-        print(write_page())
+    run_benchmark(parser, lambda options: [measure(options.seconds)])
 
 
 if __name__ == "__main__":

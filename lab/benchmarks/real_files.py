@@ -5,7 +5,6 @@ The page names no files, only how many there are and what tells the slow ones ap
 
 from __future__ import annotations
 
-import argparse
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -14,8 +13,8 @@ from statistics import median
 
 import numpy as np
 
+from lab.frame.results import Row, Section, Target
 from ros_pose_stats import (
-    DropScene,
     Part,
     estimate,
     load_part,
@@ -25,13 +24,9 @@ from ros_pose_stats import (
 )
 from ros_pose_stats.base.errors import PoseStatsError
 from ros_pose_stats.core.mesh.files import SUFFIXES
-from ros_pose_stats.core.simulation.drop_body import drop_body
 from ros_pose_stats.core.simulation.drops import DropChunk
 
-from .drops.dropper import Dropper, paper_droppers, pick_evenly
-from .drops.soundness import thresholds
-from .report import NUMBERS, machine, table, write_page
-from .results import Results, Row, Section, Target, save
+from .program import benchmark_parser, run_benchmark
 
 FIRST = 100
 SECONDS = 1.0
@@ -50,18 +45,6 @@ MEASURED = (
     "compiled before. `events`: impacts and steps of a drop, on the average. `corners`, `poses`: "
     "of the convex body that is dropped."
 )
-
-
-class FileDropper(Dropper):
-    """A part as it is dropped by default."""
-
-    def __init__(self, part: Part, number: int) -> None:
-        self.prepared = drop_body(part, DropScene())
-        self.name = f"file {number}"
-        self.vertices, self.poses = (
-            len(self.prepared.corner),
-            len(self.prepared.resting.poses),
-        )
 
 
 def files_in(folders: Sequence[Path]) -> list[Path]:
@@ -164,57 +147,38 @@ def summary(rows: Sequence[Row]) -> Section:
     )
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Measure, print, and with `--write` store the results and write the page."""
-    parser = argparse.ArgumentParser(
-        prog="lab.benchmarks.real_files", description=__doc__.partition("\n")[0]
-    )
-    parser.add_argument("folders", nargs="+", type=Path, metavar="FOLDER")
-    parser.add_argument(
-        "--slow",
-        type=int,
-        nargs=2,
-        metavar=("FILES", "DROPS"),
-        help="drop the slowest files, and three of the paper's polyhedra, with "
-        "other thresholds, too",
-    )
-    parser.add_argument(
-        "--write",
-        action="store_true",
-        help="store numbers/real_files.json, without names of files, "
-        "and render benchmarks.md in docs/measured",
-    )
-    options = parser.parse_args(arguments)
+def sections(folders: Sequence[Path]) -> Iterator[Section]:
+    """Measure every file, and print its name; the tables have none.
+
+    Raises
+    ------
+    SystemExit
+        If there is no file that can be loaded.
+    """
     rows = []
-    parts = {}
-    for name, part in loaded(files_in(options.folders)):
+    for name, part in loaded(files_in(folders)):
         if not rows:
             measure(part)  # compiles or loads every kernel
-        rows.append(Row(name, measure(part)))
-        parts[name] = part
-        print(
-            name,
-            {key: round(value, 1) for key, value in rows[-1].cells.items()},
-            flush=True,
-        )
+        cells = measure(part)
+        rows.append(Row(name, cells))
+        print(name, {key: round(cell, 1) for key, cell in cells.items()}, flush=True)
     if not rows:
-        parser.error("there is no mesh or STEP file that can be loaded")
+        sys.exit("there is no mesh or STEP file that can be loaded")
     rows.sort(key=lambda row: float(row.cells["drops/s"]))
-    each = Section("real_files_each", "Files, the slowest first", MEASURED, tuple(rows))
-    sections = [summary(rows)]
-    if options.slow:
-        files, drops = options.slow
-        slow = [
-            FileDropper(parts[row.name], k)
-            for k, row in enumerate(rows[:files], start=1)
-        ]
-        sections.append(thresholds([*pick_evenly(paper_droppers(24), 3), *slow], drops))
-    print(table(each), *map(table, sections), sep="\n\n")
-    if options.write:
-        nameless = tuple(Row(str(k + 1), row.cells) for k, row in enumerate(rows))
-        each = Section(each.name, each.title, each.timed, nameless)
-        save(Results(machine(), (*sections, each)), NUMBERS / "real_files.json")
-        print(write_page())
+    yield summary(rows)
+    yield Section(
+        "real_files_each",
+        "Files, the slowest first",
+        MEASURED,
+        tuple(Row(str(rank), row.cells) for rank, row in enumerate(rows, start=1)),
+    )
+
+
+def main() -> None:
+    """Read the arguments and measure."""
+    parser = benchmark_parser("lab.benchmarks.real_files", __doc__)
+    parser.add_argument("folders", nargs="+", type=Path, metavar="FOLDER")
+    run_benchmark(parser, lambda options: sections(options.folders))
 
 
 if __name__ == "__main__":

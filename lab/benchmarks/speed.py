@@ -6,19 +6,17 @@ Every benchmark that stores its results writes the page too.
 
 from __future__ import annotations
 
-import argparse
 import json
 import math
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
+from lab.frame.documents import markdown_table, points
+from lab.frame.page import DOCS, NUMBERS
+from lab.frame.results import Results, Row, Section, format_cell, load
 from study.chart.speed_accuracy import duration
-from study.output import markdown_table, points
 
-from .results import Results, Row, Section, format_cell, load
-
-DOCS = Path(__file__).resolve().parents[2] / "docs"
 MEASURED = ("core", "drops", "auto", "start", "node")
 TOLERANCE = ", tolerance 0.005"
 """End of the names of rows at the default cluster tolerance."""
@@ -73,62 +71,40 @@ CHOSEN = (
 """Points of the chart that the table shows: words, series and name."""
 
 
-class Stored(NamedTuple):
-    """The stored results that the page is made of.
-
-    Attributes
-    ----------
-    runs : dict of str to Results
-        What `benchmarks` stored, by the name of the file.
-    chart : dict, optional
-        What `python -m study figures` stored.
-    """
-
-    runs: dict[str, Results]
-    chart: dict[str, Any] | None
-
-    def find(self, name: str) -> Section | None:
-        """Section of that name, whichever run has it."""
-        sections = (section for run in self.runs.values() for section in run.sections)
-        return next((section for section in sections if section.name == name), None)
-
-
-def read_stored(docs: Path) -> Stored:
-    """Read the results under a folder of documents; missing ones are left out."""
-    folder = docs / "measured" / "numbers"
-    files = {name: folder / f"{name}.json" for name in MEASURED}
-    chart = folder / "chart.json"
-    return Stored(
-        {name: load(file) for name, file in files.items() if file.exists()},
-        json.loads(chart.read_text(encoding="utf-8")) if chart.exists() else None,
-    )
-
-
-def write_speed(docs: Path) -> Path:
+def write_speed(docs: Path = DOCS) -> Path:
     """Write `measured/speed.md` under `docs`, from `measured/numbers/*.json` there."""
+    files = {name: docs / NUMBERS / f"{name}.json" for name in MEASURED}
+    runs = {name: load(file) for name, file in files.items() if file.exists()}
+    chart = json.loads((docs / NUMBERS / "chart.json").read_text(encoding="utf-8"))
     page = docs / "measured" / "speed.md"
-    page.write_text(speed_page(read_stored(docs)), encoding="utf-8")
+    page.write_text(speed_page(runs, chart), encoding="utf-8")
     return page
 
 
-def speed_page(stored: Stored) -> str:
-    """The whole page, Markdown; what was not measured is left out."""
-    parts = [INTRODUCTION]
-    if stored.chart is not None:
-        parts += [CHART, f"{chart_table(stored.chart)}\n"]
-    for section, write in (
-        (stored.find("demo"), _demo_parts),
-        (stored.find("drop_growth"), _drop_growth),
-        (stored.find("auto"), _targets),
+def speed_page(runs: dict[str, Results], chart: dict[str, Any]) -> str:
+    """The whole page, Markdown; what was not measured is left out.
+
+    Parameters
+    ----------
+    runs : dict of str to Results
+        What benchmarks stored, by the name of the file.
+    chart : dict
+        What `python -m study figures` stored.
+    """
+    sections = {
+        section.name: section for run in runs.values() for section in run.sections
+    }
+    parts = [INTRODUCTION, CHART, f"{chart_table(chart)}\n"]
+    for name, render in (
+        ("demo", _demo_parts),
+        ("drop_growth", _drop_growth),
+        ("auto", _targets),
     ):
-        if section is not None:
-            parts.append(f"{write(section)}\n")
-    waits = list(_waits(stored))
-    if waits:
-        parts.append(
-            "## Waiting for an answer\n\n" + markdown_table(("", "time"), waits) + "\n"
-        )
-    parts.append("## Machines\n\n" + "\n".join(_machines(stored)) + "\n")
+        if name in sections:
+            parts.append(f"{render(sections[name])}\n")
+    waits = markdown_table(("", "time"), _waits(sections))
+    parts.append(f"## Waiting for an answer\n\n{waits}\n")
+    parts.append("## Machines\n\n" + "\n".join(_machines(runs)) + "\n")
     return "\n".join(parts)
 
 
@@ -203,13 +179,12 @@ def _targets(section: Section) -> str:
     return f"{WANTED_ERROR}\n{markdown_table(('error', 'time', 'kept'), rows)}"
 
 
-def _waits(stored: Stored) -> Iterable[tuple[str, str]]:
+def _waits(sections: dict[str, Section]) -> Iterable[tuple[str, str]]:
     """Times that a user waits: words and median."""
-    for name, row, cell, unit, words in WAITS:
-        section = stored.find(name)
-        for one in section.rows if section is not None else ():
-            if one.name == row:
-                yield words, duration(unit * float(one.cells[cell]))
+    for name, row_name, cell, unit, words in WAITS:
+        for row in sections[name].rows if name in sections else ():
+            if row.name == row_name:
+                yield words, duration(unit * float(row.cells[cell]))
 
 
 ESTIMATE = "ros_pose_stats estimate clamp.stl --unit mm"
@@ -256,35 +231,19 @@ WAITS = (
 """Section, row, column, seconds a unit, and what a user waits for."""
 
 
-def _machines(stored: Stored) -> Iterable[str]:
-    if stored.chart is not None:
-        yield "- `numbers/chart.json` (by size): not recorded"
-    for name, run in stored.runs.items():
-        told = {
-            "processor": "{}",
-            "cores": "{} cores",
-            "python": "Python {}",
-            "date": "{}",
-        }
-        where = ", ".join(
-            words.format(run.machine[key])
-            for key, words in told.items()
-            if key in run.machine
+def _machines(runs: dict[str, Results]) -> Iterable[str]:
+    yield "- `numbers/chart.json` (by size): not recorded"
+    for name, run in runs.items():
+        machine = run.machine
+        yield (
+            f"- `numbers/{name}.json`: {machine['processor']}, {machine['cores']} cores, "
+            f"Python {machine['python']}, {machine['date']}"
         )
-        yield f"- `numbers/{name}.json`: {where}"
 
 
 def _milliseconds(value: float | int | str) -> str:
     return duration(1e-3 * float(value))
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Write the page from what is stored."""
-    argparse.ArgumentParser(
-        prog="lab.benchmarks.speed", description=__doc__
-    ).parse_args(arguments)
-    print(write_speed(DOCS))
-
-
 if __name__ == "__main__":
-    main()
+    print(write_speed())

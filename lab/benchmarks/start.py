@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import os
 import resource
 import subprocess
@@ -10,16 +9,16 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 
+from lab.frame.page import ROOT
+from lab.frame.results import Row, Section, Target
+from lab.frame.timing import Contender, Pace, Timings, race
 from ros_pose_stats.core.shapes.demo_parts import write_demo_parts
 
-from .report import DOCS, NUMBERS, machine, table, write_page
-from .results import Results, Row, Section, Target, save
-from .timing import Contender, Pace, Timings, race
+from .program import benchmark_parser, run_benchmark
 
-ROOT = DOCS.parent
 FIRST = 1.5
 LIMIT = 1.2
 AIM = 0.8
@@ -203,35 +202,23 @@ def _import_section(runs: int, traced: list[str], cache: Path) -> Section:
     )
 
 
-def run(runs: int) -> Results:
+def measure_here(runs: int) -> tuple[Section, ...]:
     """Measure in a folder of its own."""
-    where = machine()
     with tempfile.TemporaryDirectory(prefix="ros_pose_stats_") as folder:
         parts = write_demo_parts(Path(folder) / "parts")
         clamp = next(path for path in parts if path.stem == "clamp")
         cache = Path(folder) / "cache"
         cache.mkdir()
-        return Results(where, measure(runs, clamp, cache))
+        return measure(runs, clamp, cache)
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Measure, print, and with `--write` store the results and render the page."""
-    parser = argparse.ArgumentParser(prog="lab.benchmarks.start", description=__doc__)
+def main() -> None:
+    """Read the arguments and measure."""
+    parser = benchmark_parser("lab.benchmarks.start", __doc__)
     parser.add_argument(
-        "--runs", type=int, default=9, help="warm processes (default: 9)"
+        "--runs", type=int, default=9, help="warm processes (default: %(default)s)"
     )
-    parser.add_argument(
-        "--write",
-        action="store_true",
-        help="store numbers/start.json and render benchmarks.md in docs/measured",
-    )
-    options = parser.parse_args(arguments)
-    results = run(options.runs)
-    for section in results.sections:
-        print(f"\n{section.title}\n{table(section)}")
-    if options.write:
-        save(results, NUMBERS / "start.json")
-        print(write_page())
+    run_benchmark(parser, lambda options: measure_here(options.runs))
 
 
 if __name__ == "__main__":

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from itertools import groupby
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lab.bodies.families import MADE, family_part, family_poses
 from ros_pose_stats.core.estimators.estimate import estimator
 from ros_pose_stats.core.estimators.expected import expected_error
 from ros_pose_stats.core.records import DropScene
@@ -16,9 +17,7 @@ from ros_pose_stats.core.resting.poses import RestingPoses
 from ros_pose_stats.core.statistics.prior import PosePrior, PriorFit
 from study.dataset import Dataset, shipped_datasets
 
-from .families import FAMILIES, family_part, family_poses
-from .families.families import MADE
-from .split.samples import FIT_SEED, HEIGHT, JUDGE_SEED, USUAL, read_samples
+from .split.samples import FIT_SEED, HEIGHT, USUAL, read_samples
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -77,23 +76,13 @@ def _of_dataset(
             yield sample_of(number, resting, restitution, method, count)
 
 
-def held_out(method: str) -> list[Sample]:
-    """Bodies of every family that no fit has seen."""
-    return list(_of_families(method, 1, JUDGE_SEED, FAMILIES))
-
-
-def _of_families(
-    method: str,
-    every: int,
-    seed: int = FIT_SEED,
-    families: Collection[str] = tuple(MADE),
-) -> Iterator[Sample]:
-    """Samples of bodies from the usual height, by default of all but random polyhedra."""
+def _of_families(method: str, every: int) -> Iterator[Sample]:
+    """Samples of bodies from the usual height, of all families but random polyhedra."""
     wanted = (
         row
         for row in read_samples()
-        if row.seed == seed
-        and row.family in families
+        if row.seed == FIT_SEED
+        and row.family in MADE
         and row.number % every == 0
         and row.height == HEIGHT
         and row.restitution in RESTITUTIONS

@@ -1,7 +1,5 @@
 """Random searches, loads and attacks: `python -m lab.trials` runs all of them in a short form.
 
-`python -m lab.trials.mutations` tries the tests themselves.
-
 What is set here holds for every process of a trial, before it imports the first message: DDS
 within this machine, found quickly, and messages whose fields nobody checks.
 """

@@ -7,21 +7,18 @@ A trial tries something many times and says which promises were broken. The page
 from __future__ import annotations
 
 import argparse
-import json
 import tempfile
 import time
 import traceback
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from lab.benchmarks.report import machine
+from lab.frame.machine import describe_machine
+from lab.frame.page import DOCS, NUMBERS, Page
+from lab.frame.results import Results, Row, Section, save
 
-from . import ROOT
-
-STORED = ROOT / "docs" / "measured" / "numbers"
-PAGE = ROOT / "docs" / "measured" / "reliability.md"
 LONGEST = 2000
 """Characters of a broken promise that are shown of its beginning and of its end."""
 
@@ -51,14 +48,18 @@ TITLES = {
         "a start, counts are exact, and bags, which are logs, may go and come.",
     ),
 }
-INTRODUCTION = """# Reliability
+PAGE = Page(
+    "reliability.md",
+    """# Reliability
 
 *This page is written by `python -m lab.trials.fuzz --write`, and so by `lab.trials.soak`,
 `lab.trials.attacks` and `lab.trials.state`, from what each of them stored in
 `docs/measured/numbers`. `python -m lab.trials` runs all of them in a short form.*
 
 Broken is how many promises were not kept. The machines were shared, so times give an idea only.
-"""
+""",
+    tuple(TITLES),
+)
 
 
 @dataclass
@@ -117,15 +118,34 @@ def trial(work: Callable[[Setting], Outcome]) -> Trial:
 
 def program(name: str, trials: Sequence[Trial], short: float) -> int:
     """The command line of a program: try, print, perhaps write; 1 where a promise was broken."""
+    title, about = TITLES[name]
+    options = _parse(name, [trial.name for trial in trials], short)
+    size = short if options.short else options.size
+    machine = {
+        **describe_machine(),
+        "size": f"{size:g}",
+        "seed": str(options.seed),
+    }
+    rows = [
+        _row(trial, size, options.seed)
+        for trial in trials
+        if not options.only or trial.name in options.only
+    ]
+    broken = sum(int(row.cells["broken"]) for row in rows)
+    print(f"{name}: {len(rows)} trials, {broken} promises broken", flush=True)
+    if options.write:
+        section = Section(name, title, about, tuple(rows))
+        save(Results(machine, (section,)), DOCS / NUMBERS / f"{name}.json")
+        print(PAGE.write())
+    return 1 if broken else 0
+
+
+def _parse(name: str, trials: Sequence[str], short: float) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog=f"lab.trials.{name}", description=TITLES[name][1]
     )
     parser.add_argument(
-        "--only",
-        nargs="+",
-        metavar="NAME",
-        help="these trials alone",
-        choices=[one.name for one in trials],
+        "--only", nargs="+", metavar="NAME", help="these trials alone", choices=trials
     )
     parser.add_argument(
         "--short", action="store_true", help=f"the same as --size {short:g}"
@@ -137,86 +157,38 @@ def program(name: str, trials: Sequence[Trial], short: float) -> int:
     parser.add_argument(
         "--write",
         action="store_true",
-        help=f"store {name}.json and render docs/measured/reliability.md",
+        help=f"store {name}.json and render docs/measured/{PAGE.name}",
     )
     options = parser.parse_args()
     if options.size < 0.0 or options.seed < 0:
         parser.error("give a size and a seed from 0")
     if options.write and options.only:
         parser.error("--write wants all trials; leave --only out")
-    size = short if options.short else options.size
-    where = machine()
-    begin = time.monotonic()
-    rows = [
-        _row(one, size, options.seed)
-        for one in trials
-        if not options.only or one.name in options.only
-    ]
-    broken = sum(row["broken"] for row in rows)
-    print(
-        f"{name}: {len(rows)} trials, {sum(row['tried'] for row in rows)} tries, {broken} "
-        f"broken, {time.monotonic() - begin:.0f} s",
-        flush=True,
-    )
-    if options.write:
-        stored = {
-            "machine": {**where, "size": f"{size:g}", "seed": str(options.seed)},
-            "rows": rows,
-        }
-        (STORED / f"{name}.json").write_text(
-            json.dumps(stored, indent=1) + "\n", "utf-8"
-        )
-        PAGE.write_text(page(), "utf-8")
-        print(PAGE)
-    return 1 if broken else 0
+    return options
 
 
-def _row(one: Trial, size: float, seed: int) -> dict[str, Any]:
+def _row(trial: Trial, size: float, seed: int) -> Row:
     """Try one; whatever it raises is a broken promise."""
     begin = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="trial_") as folder:
         try:
-            found = one.work(Setting(size, seed, Path(folder)))
+            outcome = trial.work(Setting(size, seed, Path(folder)))
         except Exception as error:
-            place = traceback.extract_tb(error.__traceback__)[-1]
-            found = Outcome(
-                1, [f"{type(error).__name__} in {place.name}: {error}"], "stopped"
-            )
-    print(
-        f"{one.name} ({time.monotonic() - begin:.0f} s): {found.tried} tries; {found.seen}"
+            origin = traceback.extract_tb(error.__traceback__)[-1]
+            complaint = f"{type(error).__name__} in {origin.name}: {error}"
+            outcome = Outcome(1, [complaint], "stopped")
+    seconds = time.monotonic() - begin
+    print(f"{trial.name} ({seconds:.0f} s): {outcome.tried} tries; {outcome.seen}")
+    for line in outcome.broken:
+        if len(line) > 2 * LONGEST:
+            line = f"{line[:LONGEST]} … {line[-LONGEST:]}"
+        print(f"  BROKEN: {line}", flush=True)
+    return Row(
+        trial.name,
+        {
+            "what is done": trial.done,
+            "tries": outcome.tried,
+            "broken": len(outcome.broken),
+            "seen": outcome.seen.replace("|", "/"),
+        },
     )
-    for line in found.broken:
-        short = len(line) <= 2 * LONGEST
-        print(f"  BROKEN: {line if short else f'{line[:LONGEST]} … {line[-LONGEST:]}'}")
-    print(end="", flush=True)
-    return {
-        "name": one.name,
-        "done": one.done,
-        "tried": found.tried,
-        "broken": len(found.broken),
-        "seen": found.seen,
-    }
-
-
-def page() -> str:
-    """The page of everything that is stored."""
-    parts = [INTRODUCTION]
-    for name, (title, about) in TITLES.items():
-        file = STORED / f"{name}.json"
-        if file.exists():
-            stored = json.loads(file.read_text("utf-8"))
-            lines = [
-                f"## {title}\n\n{about}\n",
-                "| trial | what is done | tries | broken | seen |",
-                "|---|---|---:|---:|---|",
-            ]
-            lines += [
-                f"| {row['name']} | {row['done']} | {row['tried']} | {row['broken']} | "
-                f"{row['seen'].replace('|', '/')} |"
-                for row in stored["rows"]
-            ]
-            where = ", ".join(
-                f"{key} {value}" for key, value in stored["machine"].items()
-            )
-            parts.append("\n".join([*lines, f"\n{where}.\n"]))
-    return "\n".join(parts)

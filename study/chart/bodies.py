@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from lab.bodies.shapes import ellipsoid_points, hull_mesh
 from ros_pose_stats.core.mesh.parts import part_from_mesh
 from ros_pose_stats.core.records import DropScene, Part
 from ros_pose_stats.core.records.scene import (
@@ -19,7 +20,6 @@ from ros_pose_stats.core.simulation.simulate import simulate
 from ..dataset import Dataset
 from ..errors.simulated_poses import SimulatedPoses, pooled
 from ..estimates import restings
-from ..shapes import ellipsoid_points, hull_mesh
 
 Array = NDArray[np.float64]
 
@@ -120,7 +120,7 @@ def machined_parts(bodies: int, drops: int, restitutions: tuple[float, ...]) -> 
         Of each body at each restitution.
     restitutions : tuple of float
     """
-    from ..random_parts import random_part  # loads the solid modeller
+    from lab.bodies.catalogue_parts import random_part
 
     meshes = []
     for number in range(bodies):

@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+from lab.frame.documents import markdown_table, plain, points
 from ros_pose_stats.core.records.scene import describe_scene
 
 from ..dataset import Dataset, DatasetSpec
 from ..figures.speed_accuracy import ChartPanel, ChartPoint, pareto_front
-from ..output import markdown_table, plain, points
 from .bodies import Size, ellipsoids, machined_parts, paper_size
 from .methods import Effort, combined_points, estimator_points, simulation_points
 from .other_software import mujoco_points, trimesh_points

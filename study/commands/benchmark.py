@@ -289,9 +289,9 @@ def run_figures(options: argparse.Namespace) -> int:
 def run_plates(options: argparse.Namespace) -> int:
     """Fitted plates, judged by other parts."""
     with announce_slow_start(), end_on_interrupt():
+        from lab.frame.documents import plain
         from ros_pose_stats.base.files import refuse_unwritable
 
-        from ..output import plain
         from ..plates import plates, plates_text, write_plates
 
         folder = Path(options.output) if options.output is not None else None

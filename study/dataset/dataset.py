@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from lab.bodies.random_polyhedra import RandomPolyhedron
 from ros_pose_stats.base.errors import RequestError
 from ros_pose_stats.core.records import Part
 from ros_pose_stats.core.resting.poses import RestingPoses, resting_poses
 
 from ..errors.simulated_poses import SimulatedPoses
-from ..random_polyhedra import RandomPolyhedron
 from .archive import Arrays, read_archive
 from .spec import DatasetError, DatasetSpec
 

@@ -13,6 +13,7 @@ from threading import Event
 import numpy as np
 from numpy.typing import NDArray
 
+from lab.bodies.random_polyhedra import RandomPolyhedron, random_polyhedron
 from ros_pose_stats.core.records import DropScene
 from ros_pose_stats.core.simulation.drop_body import PreparedBody, drop_body
 from ros_pose_stats.core.simulation.drops import (
@@ -23,7 +24,6 @@ from ros_pose_stats.core.simulation.drops import (
 from ros_pose_stats.core.simulation.request import check_workers
 from ros_pose_stats.tools.batch.processes import in_flight
 
-from ..random_polyhedra import RandomPolyhedron, random_polyhedron
 from .archive import Arrays, read_archive, write_archive
 from .spec import DatasetError, DatasetSpec
 from .unfinished import Unfinished, clear_leftovers

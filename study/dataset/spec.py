@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from lab.bodies.random_polyhedra import check_shift
 from ros_pose_stats.base.errors import PoseStatsError, RequestError
 from ros_pose_stats.core.records import DropScene
 from ros_pose_stats.core.records.scene import describe_scene
-
-from ..random_polyhedra import check_shift
 
 PAPER_BODIES = 1057
 PAPER_DROPS = 100

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ..output import markdown_table, plain, points, write_page
-from ..prisms.dice import SOURCE
+from lab.bodies.dice import SOURCE
+from lab.frame.documents import markdown_table, plain, points, write_page
+
 from .observed import WAYS
 from .runs import COUNTED, FITTED, METHODS, PlateResults
 

@@ -10,13 +10,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from lab.bodies.dice import DICE, Die, on_squares, square_prism
 from ros_pose_stats.core.estimators.split import split
 from ros_pose_stats.core.plates import CountedPart, count_part, fit_plate
 from ros_pose_stats.core.plates.fit import SIDES, ExplainedPart, SceneGrid
 from ros_pose_stats.core.records.scene import DropScene, Numbering
 
-from ..prisms.dice import DICE, Die
-from ..prisms.prism_runs import on_squares, square_prism
 from .friction import plate_of, read_counts, study_parts
 from .observed import observed_errors
 

@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from lab.bodies.dice import SOURCE
+from lab.frame.documents import plain
 from ros_pose_stats.core.estimators import ESTIMATORS
 from ros_pose_stats.core.records.scene import describe_scene
-
-from ..output import plain
-from .dice import SOURCE
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

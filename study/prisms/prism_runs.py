@@ -9,17 +9,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from lab.bodies.dice import DICE, on_squares, square_prism
 from ros_pose_stats.core.estimators import ESTIMATORS
-from ros_pose_stats.core.mesh.parts import part_from_mesh
-from ros_pose_stats.core.records import DropScene, Part, StablePose
+from ros_pose_stats.core.records import DropScene
 from ros_pose_stats.core.records.scene import DEFAULT_DROP_RADII
 from ros_pose_stats.core.resting.poses import resting_poses
 from ros_pose_stats.core.simulation.request import drop_request
 from ros_pose_stats.core.simulation.simulate import simulate
 from ros_pose_stats.core.statistics.errors import jeffreys_interval
 
-from ..shapes import box
-from .dice import DICE, root_mean_square, sampling_noise, standard_error
+from .dice import root_mean_square, sampling_noise, standard_error
 from .prism_results import LEVEL, Misfit, PrismResults, SidesPoint
 
 Array = NDArray[np.float64]
@@ -209,24 +208,8 @@ def _misfits(
     return tuple(sorted(found, key=lambda misfit: round(misfit.rms, 12)))
 
 
-WIDTH = 0.01
-"""Side of the square, metres. No result depends on it: drops start at a multiple of the radius."""
-
 SCENE = DropScene(cluster_tolerance=0.0, round_sides=0)
 """Scene of estimators that know it: the usual restitution and drop height."""
-
-SQUARE_FACE = 0.9
-"""A pose with a larger |down_z| lies on a square face; sides have 0, square faces 1."""
-
-
-def square_prism(ratio: float) -> Part:
-    """Square prism along z of the given length over width, homogeneous."""
-    return part_from_mesh(*box(WIDTH, WIDTH, ratio * WIDTH))
-
-
-def on_squares(poses: Iterable[StablePose]) -> list[StablePose]:
-    """The poses on a square face of a prism along z."""
-    return [pose for pose in poses if abs(pose.down[2]) > SQUARE_FACE]
 
 
 def estimated_sides(ratios: ArrayLike) -> dict[str, Array]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from lab.bodies.shapes import cylinder, ellipsoid_points, hull_mesh
 from ros_pose_stats.core.mesh.parts import part_from_mesh
 from ros_pose_stats.core.records import Part
 from ros_pose_stats.core.records.scene import (
@@ -12,7 +13,6 @@ from ros_pose_stats.core.records.scene import (
 )
 from ros_pose_stats.core.resting.poses import resting_poses
 
-from ..shapes import cylinder, ellipsoid_points, hull_mesh
 from .walk import SIZE, Step, Walk, along, spread_by_ratio, spread_evenly, towards
 
 GEAR_WIDTH = 0.8

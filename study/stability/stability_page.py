@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from lab.frame.documents import markdown_table, points, write_page
 from ros_pose_stats.base.text import listed
 from ros_pose_stats.core.estimators import ESTIMATORS
 from ros_pose_stats.core.records.scene import DEFAULT_RESTITUTION, describe_scene
 
 from ..figures.stability import WalkCurve, WalkPanel, reliability_figure, walk_figure
-from ..output import markdown_table, points, write_page
 from ..paper import ERRORS
 from .jumps import spread
 from .lessons import LESSONS

@@ -8,10 +8,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from lab.frame.documents import plain
+
 from ..dataset import DatasetSpec
 from ..errors.calibration import Calibration
 from ..errors.partition import Accuracy, Noise
-from ..output import plain
 
 Array = NDArray[np.float64]
 

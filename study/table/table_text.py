@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from lab.frame.documents import markdown_table, plus_minus, points, with_error
+
 from .. import paper
-from ..output import markdown_table, plus_minus, points, with_error
 from .table_results import Range, TableResults
 
 

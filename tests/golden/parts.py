@@ -15,12 +15,12 @@ KEPT = Path(__file__).with_name("parts.npz")
 
 def make():
     """Surfaces by name, in millimetres: the demo parts, and twenty generated ones."""
+    from lab.bodies import shapes
+    from lab.bodies.catalogue_parts import random_part
+    from lab.bodies.random_polyhedra import random_polyhedron
+    from lab.bodies.variants import moved, rotation
     from ros_pose_stats import load_part
     from ros_pose_stats.core.shapes.demo_parts import write_demo_parts
-    from study import shapes
-    from study.random_parts import random_part
-    from study.random_polyhedra import random_polyhedron
-    from tests.bodies import moved, rotation
 
     surfaces = {}
     with tempfile.TemporaryDirectory() as folder:

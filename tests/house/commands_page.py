@@ -49,7 +49,7 @@ what has been done, in JSON with `"interrupted": true`. A second Ctrl-C ends it 
 
 
 MORE = {
-    "estimate": ("measured/split", "hybrid", "warnings"),
+    "estimate": ("split", "hybrid", "warnings"),
     "simulate": ("simulation",),
     "report": ("report",),
     "catalogue": ("catalogue",),

@@ -4,8 +4,7 @@ import ast
 
 import pytest
 
-from lab.trials.mutations import MUTATIONS
-from tests.house.weight import PACKAGE, ROOT, python_files
+from tests.house.weight import PACKAGE, python_files
 
 TREES = ("tests", "lab")
 
@@ -145,9 +144,41 @@ def test_the_habits_are_seen(habit, text):
     assert len(list(habit(ast.parse(text)))) == 1
 
 
-def test_mistakes_that_trials_make_have_a_place():
-    assert [
-        mutation.room
-        for mutation in MUTATIONS
-        if (ROOT / mutation.file).read_text(encoding="utf-8").count(mutation.text) != 1
-    ] == []
+TESTS_IN_LAB = ("tests.contract.node.harness",)
+LAB_IN_TESTS = ("lab.bodies",)
+"""What the lab needs of the tests, a node and its client, and what tests need of it."""
+
+
+def imported_modules(tree, wing):
+    """Modules of a wing that the files of a tree import, but for the tests of that wing."""
+    for file in python_files(tree):
+        if "house" in file.parts:
+            continue
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                modules = [alias.name for alias in node.names]
+            elif isinstance(node, ast.ImportFrom) and not node.level:
+                modules = [f"{node.module}.{alias.name}" for alias in node.names]
+            else:
+                continue
+            for module in modules:
+                if module.split(".")[0] == wing:
+                    yield f"{file}:{node.lineno}: {module}"
+
+
+@pytest.mark.parametrize(
+    ("tree", "wing", "doors"),
+    [
+        ("tests", "lab", LAB_IN_TESTS),
+        ("tests", "study", ()),
+        ("lab", "tests", TESTS_IN_LAB),
+        ("study", "tests", ()),
+    ],
+)
+def test_lab_and_tests_share_bodies_and_nothing_else(tree, wing, doors):
+    imports = [
+        line
+        for line in imported_modules(tree, wing)
+        if not line.rpartition(" ")[2].startswith(doors or ("-",))
+    ]
+    assert imports == []

@@ -9,13 +9,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from lab.bodies.families import FAMILIES, family_options, family_part, family_poses
 from ros_pose_stats import DropScene, Part, PoseStatistics, simulate
 from ros_pose_stats.core.planning.confidence import pose_prior
 from ros_pose_stats.core.resting.poses import RestingPoses
 from ros_pose_stats.core.simulation.drops import DropChunk
 from ros_pose_stats.core.statistics.prior import PosePrior
-
-from ...training.families import FAMILIES, family_options, family_part, family_poses
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

@@ -9,11 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from lab.frame.results import Row, Section, Target
 from ros_pose_stats.core.planning.confidence import FIRST_LOOK, judge_drops
 from ros_pose_stats.core.statistics.prefix import Judge, Prefix
 from ros_pose_stats.core.statistics.prior import PosePrior
 
-from ..results import Row, Section, Target
 from .cases import Case
 
 TARGETS = (0.05, 0.03, 0.02, 0.01)

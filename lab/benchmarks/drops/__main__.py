@@ -1,5 +1,9 @@
-"""Command line of the benchmark of the drop simulation."""
+"""Drops a second: `python -m lab.benchmarks.drops [--quick] [--write]`."""
 
-from .measure import main
+from ..program import benchmark_parser, run_benchmark
+from .measure import QUICK, Plan, sections
 
-main()
+run_benchmark(
+    benchmark_parser("lab.benchmarks.drops", __doc__ or "", "fewer bodies and drops"),
+    lambda options: sections(QUICK if options.quick else Plan()),
+)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from itertools import count, islice
 from typing import NamedTuple
 
 import numpy as np
 
+from lab.bodies import curved
+from lab.bodies.curved import Body
 from ros_pose_stats import DropScene, part_from_mesh
 from ros_pose_stats.core.kernels.drops.drop import run_drops
 from ros_pose_stats.core.kernels.drops.layout import (
@@ -24,9 +26,6 @@ from ros_pose_stats.core.simulation.drops import (
     random_starts,
     states_at_rest,
 )
-
-from .. import bodies
-from ..bodies import Body
 
 RESTITUTIONS = (0.2, 0.5, 0.8)
 
@@ -74,12 +73,6 @@ class Dropper:
         )
 
 
-def pick_evenly(droppers: Sequence[Dropper], number: int) -> list[Dropper]:
-    """Pick some bodies, evenly spread from few vertices to many."""
-    ranked = sorted(droppers, key=lambda dropper: dropper.vertices)
-    return [ranked[(2 * i + 1) * len(ranked) // (2 * number)] for i in range(number)]
-
-
 def paper_droppers(number: int) -> list[Dropper]:
     """The first of the paper's random polyhedra that have at least two stable faces."""
     return list(islice(_paper_droppers(), number))
@@ -87,6 +80,6 @@ def paper_droppers(number: int) -> list[Dropper]:
 
 def _paper_droppers() -> Iterator[Dropper]:
     for seed in count():
-        found = Dropper(bodies.paper_polyhedron(seed))
+        found = Dropper(curved.paper_polyhedron(seed))
         if found.poses >= 2:
             yield found

@@ -14,9 +14,9 @@ from rclpy.action import ActionClient
 from ros_pose_stats_msgs import srv
 from ros_pose_stats_msgs.action import SimulateDrops
 
+from lab.bodies.curved import Body
 from ros_pose_stats import part_from_mesh
 
-from ..bodies import Body
 from .client import OWN, Client
 from .mesh_to_estimate import PART_TOPIC, part_mesh_bytes
 
@@ -92,19 +92,6 @@ def wait_for_end(client: Client, job_id: str) -> Any:
     while (found := state(client, job_id)).state < DONE:
         client.spin_for(0.005)
     return found
-
-
-def make_many(client: Client, part_id: str, number: int) -> None:
-    """Run so many small jobs, so that the node knows of them."""
-    made = 0
-    last = ""
-    while made < number:
-        try:
-            last = start(client, start_request(part_id, 1))
-            made += 1
-        except RuntimeError:  # the queue is full
-            client.spin_for(0.005)
-    wait_for_end(client, last)
 
 
 def wait_for_drops(client: Client, job_id: str) -> None:

@@ -11,16 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 from rclpy.serialization import serialize_message
 from scipy.spatial import ConvexHull
-from std_msgs.msg import UInt32
 
+from lab.bodies.curved import Body
+from lab.frame.results import Row, Section
+from lab.frame.timing import Contender, Pace, Timings, race
 from ros_pose_stats import estimate, part_from_mesh
 from ros_pose_stats.node.messages.part_messages import part_message
 from ros_pose_stats.node.messages.part_requests import PartRequest
 
-from ..bodies import Body, rounded_box
-from ..results import Row, Section
-from ..timing import Contender, Pace, Timings, race
-from .bare import MESHES, RAW_MESHES, SIZES
 from .client import Client
 from .spread import beyond, spread
 
@@ -113,99 +111,7 @@ def _row(timings: Timings, body: Body, name: str) -> Row:
     )
 
 
-ORDINARY = "ordinary subscription"
-RAW = "raw subscription"
-TOPICS = {ORDINARY: MESHES, RAW: RAW_MESHES}
-
-ORDINARY_TIMED = (
-    "A `shape_msgs/Mesh`, already serialised, sent in turns to an ordinary (deserialising) rclpy "
-    "subscription in a process of its own and to a raw one there, such as the node has, each "
-    "until the callback's answer of one number is back; nothing is computed there. And to the "
-    "node, until the estimate is latched. The ratio is the median over the rounds."
-)
-
-
-def subscriptions(client: Client, body: Body, pace: Pace) -> Section:
-    """The two subscriptions, and the node with estimate and all."""
-    answers: list[UInt32] = []
-    subscription = client.node.create_subscription(UInt32, SIZES, answers.append, 10)
-    client.spin_until(
-        lambda: client.node.count_publishers(SIZES), f"publisher of {SIZES}"
-    )
-    fresh = Fresh(body)
-
-    def contender(name: str) -> Contender:
-        def send(data: bytes) -> None:
-            answers.clear()
-            client.publish(TOPICS[name], data)
-            client.spin_until(lambda: answers, f"answer of the {name}")
-
-        made = Contender(name, send, lambda: mesh_bytes(fresh(), body.triangles))
-        made.call(made.prepare())  # the first one finds the way
-        return made
-
-    timings = race(
-        [contender(ORDINARY), contender(RAW), *senders(client, body, [STANDARD])], pace
-    )
-    client.node.destroy_subscription(subscription)
-    names = {ORDINARY: ORDINARY, RAW: RAW, STANDARD: "the node, to the estimate"}
-    return Section(
-        "subscriptions",
-        "Beside other subscriptions",
-        ORDINARY_TIMED,
-        tuple(
-            Row(
-                f"{body.name}, {name}",
-                {
-                    **spread(timings.seconds[key]),
-                    "ordinary / this": timings.ratio(ORDINARY, key),
-                },
-            )
-            for key, name in names.items()
-        ),
-    )
-
-
 STEP = 1e-6
-LENGTH = 0.05
-"""Metres."""
-
-
-def ring(triangles: int) -> Body:
-    """Flat elliptic ring, a torus: half of its vertices are on the hull."""
-    around = max(3, round((triangles / 10) ** 0.5))
-    along = max(3, triangles // (2 * around))
-    turn = 2.0 * np.pi * np.arange(along)[:, None] / along
-    tube = 2.0 * np.pi * np.arange(around)[None, :] / around
-    out = 1.0 + 0.3 * np.cos(tube)
-    vertices = np.stack(
-        (
-            out * np.cos(turn),
-            0.8 * out * np.sin(turn),
-            np.broadcast_to(0.2 * np.sin(tube), (along, around)),
-        ),
-        axis=-1,
-    )
-    i, j = (grid.ravel() for grid in np.indices((along, around)))
-    here = i * around + j
-    beside = i * around + (j + 1) % around
-    ahead, across = ((i + 1) % along * around + k for k in (j, (j + 1) % around))
-    corners = np.stack((here, ahead, across, here, across, beside), axis=-1)
-    return Body(
-        f"ring, {len(here) * 2} triangles",
-        LENGTH * vertices.reshape(-1, 3),
-        corners.reshape(-1, 3),
-    )
-
-
-def rounded(triangles: int) -> Body:
-    """Rounded box: all of its vertices are on the hull."""
-    body = rounded_box(max(1, round((triangles / 8.0) ** 0.5 - 1.5)))
-    return Body(
-        f"rounded box, {len(body.triangles)} triangles",
-        LENGTH * body.vertices,
-        body.triangles,
-    )
 
 
 _numbers = count(1)

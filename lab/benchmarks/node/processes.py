@@ -20,7 +20,8 @@ from unittest.mock import patch
 from domain_coordinator import domain_id
 from ros_pose_stats_msgs.srv import CancelDropSimulation, ListDropSimulations
 
-from ..results import Row, Section
+from lab.frame.results import Row, Section
+
 from .bare import SERVICE
 from .client import Client
 

@@ -8,9 +8,10 @@ from typing import Any, NamedTuple
 from ros_pose_stats_msgs import srv
 from ros_pose_stats_msgs.srv import CancelDropSimulation
 
-from ..bodies import Body
-from ..results import Row, Section, Target
-from ..timing import Contender, Pace, Timings, race
+from lab.bodies.curved import Body
+from lab.frame.results import Row, Section, Target
+from lab.frame.timing import Contender, Pace, Timings, race
+
 from . import jobs
 from .bare import SERVICE
 from .client import Client

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from itertools import pairwise
 from statistics import median
 
-from ..results import Cell
+from lab.frame.results import Cell
 
 P99 = 0.99
 
@@ -45,13 +44,3 @@ def beyond(seconds: Sequence[float], others: Sequence[float]) -> float:
     return 1e3 * median(
         own - theirs for own, theirs in zip(seconds, others, strict=False)
     )
-
-
-def per_second(times: Sequence[float]) -> float:
-    """Events a second between the first and the last of at least two times."""
-    return (len(times) - 1) / (times[-1] - times[0])
-
-
-def gaps(times: Sequence[float]) -> list[float]:
-    """Seconds from each event to the next."""
-    return [later - earlier for earlier, later in pairwise(times)]

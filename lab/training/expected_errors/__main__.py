@@ -5,42 +5,33 @@
 
 from __future__ import annotations
 
-import argparse
+from collections.abc import Iterator
 
-from ros_pose_stats.core.estimators.fitted import ERROR_FILE
+from lab.benchmarks.program import benchmark_parser, run_benchmark
+from lab.frame.results import Section
 
-from ...benchmarks.report import NUMBERS, collect_results, write_page
-from ...benchmarks.results import save
 from ..split.samples import FIT_SEED, JUDGE_SEED, read_samples
 from .fit import fit_errors, usual_errors, write_weights
 from .judge import judged, sections
 from .samples import error_samples
 
 
-def main() -> None:
-    """Fit, compare and print; with `--write` also write the weights and the tables."""
-    parser = argparse.ArgumentParser(
-        prog="lab.training.expected_errors", description=__doc__.partition("\n")[0]
-    )
-    parser.add_argument(
-        "--write",
-        action="store_true",
-        help=f"write {ERROR_FILE.name}, and the tables to docs/measured/benchmarks.md",
-    )
-    write = parser.parse_args().write
+def fit_and_judge(is_shipped: bool) -> Iterator[Section]:
+    """Fit, and compare with true errors; shipped fits are written into the package."""
     samples = read_samples()
-    known = error_samples([one for one in samples if one.seed == FIT_SEED])
-    fits = {name: fit_errors(some) for name, some in known.items()}
-    if write:
+    known = error_samples([sample for sample in samples if sample.seed == FIT_SEED])
+    fits = {name: fit_errors(of_method) for name, of_method in known.items()}
+    if is_shipped:
         write_weights(fits, usual_errors())
     else:
         print(fits)
-    new = judged([one for one in samples if one.seed == JUDGE_SEED], fits)
-    results = collect_results(sections(new), print)
-    if write:
-        save(results, NUMBERS / "expected_errors.json")
-        print(write_page())
+    yield from sections(
+        judged([sample for sample in samples if sample.seed == JUDGE_SEED], fits)
+    )
 
 
 if __name__ == "__main__":
-    main()
+    run_benchmark(
+        benchmark_parser("lab.training.expected_errors", __doc__ or ""),
+        lambda options: fit_and_judge(options.write),
+    )

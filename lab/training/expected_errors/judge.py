@@ -9,12 +9,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from lab.frame.results import Row, Section, Target
 from ros_pose_stats.core.estimators import ESTIMATORS, best_method
 from ros_pose_stats.core.estimators.expected import expected_error, largest_of
 from ros_pose_stats.core.estimators.fitted import ErrorFit
 from ros_pose_stats.core.records.scene import DEFAULT_RESTITUTION
 
-from ...benchmarks.results import Row, Section, Target
 from ..split.samples import Sample
 from .samples import answered, counted
 

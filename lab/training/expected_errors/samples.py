@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from lab.bodies.families import family_part, family_poses
 from ros_pose_stats.core.estimators import ESTIMATORS
 from ros_pose_stats.core.estimators.fitted import (
     error_inputs,
@@ -18,9 +19,8 @@ from ros_pose_stats.core.estimators.fitted import (
 from ros_pose_stats.core.records import DropScene
 from ros_pose_stats.core.resting.poses import RestingPoses
 
-from ..families import family_part, family_poses
 from ..split.samples import Sample
-from ..split.table import usable
+from ..split.table import is_usable
 
 Array = NDArray[np.float64]
 
@@ -93,7 +93,7 @@ def answered(
             if not entry.knows_scene
         }
         for row in scenes:
-            if usable(row):
+            if is_usable(row):
                 scene = DropScene(
                     row.restitution,
                     row.height * resting.body.radius,

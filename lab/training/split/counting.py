@@ -14,9 +14,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from lab.bodies.families import family_options, family_part, family_poses
 from ros_pose_stats import simulate
 
-from ..families import family_options, family_part, family_poses
 from .samples import (
     FIT_SEED,
     HEIGHT,

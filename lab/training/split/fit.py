@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
 
@@ -10,11 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ros_pose_stats.core.estimators.fitted import SPLIT_FILE, SplitFit, TanhNetwork
-from ros_pose_stats.core.estimators.split import (
-    ACROSS,
-    component_bases,
-    component_weights,
-)
+from ros_pose_stats.core.estimators.split import component_bases
 
 from ..network_fit import (
     coefficient_count,
@@ -27,7 +24,8 @@ from ..network_fit import (
 )
 from .counting import HIGHEST_DROP, HIGHEST_RESTITUTION, LOWEST_DROP
 from .gradient import tree_loss
-from .table import Table
+from .samples import FIT_SEED, Sample
+from .table import Table, make_table
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
@@ -37,6 +35,14 @@ SQUARE = 3.0
 
 BATCH = 512
 """Samples of a step."""
+
+UNITS = (60, 20)
+RIDGE = 2e-6
+EPOCHS = 100
+"""Hidden units of both networks, ridge, and how often the fit uses each sample."""
+
+STARTS = 2
+"""Number of fits, from random starts, whose logarithms are averaged."""
 
 HELD_SELDOM = -4.0
 """First value of the constant in the weights of holding faces."""
@@ -50,11 +56,16 @@ class Batch(NamedTuple):
     bases: Single  # (2, 3 K), as from `component_bases`, with the first constant
 
 
-def predict(fits: Sequence[SplitFit], table: Table) -> Array:
-    """Estimate the probabilities (P,) of a table's poses."""
-    found = _loss(table, component_weights(table.inputs, fits), gradient=False)[2]
-    found *= np.exp(-ACROSS * table.across)
-    return found / np.repeat(np.add.reduceat(found, table.first_pose), table.poses)
+def fit_all(samples: Sequence[Sample], workers: int) -> tuple[SplitFit, ...]:
+    """Make the fits that the package ships."""
+    table = make_table([sample for sample in samples if sample.seed == FIT_SEED])
+    with ThreadPoolExecutor(workers) as pool:
+        return tuple(
+            pool.map(
+                lambda start: fit_networks(table, UNITS, RIDGE, EPOCHS, start),
+                range(STARTS),
+            )
+        )
 
 
 def fit_networks(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby
@@ -10,13 +9,11 @@ from itertools import groupby
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.core.estimators import ESTIMATORS
-from ros_pose_stats.core.estimators.expected import expected_error
+from lab.bodies.families import family_options, family_part, family_poses
 from ros_pose_stats.core.estimators.split import kept_shares, split_inputs
 from ros_pose_stats.core.records import DropScene
 from ros_pose_stats.core.resting.poses import RestingPoses
 
-from ..families import family_options, family_part, family_poses
 from .samples import Sample
 
 Array = NDArray[np.float64]
@@ -25,8 +22,6 @@ Index = NDArray[np.int64]
 LEAST_DROPS = 50
 MOST_UNSETTLED = 0.01
 """Samples with fewer settled drops, or with a larger share that met the step cap, are left out."""
-
-REFERENCES = ("combined", "meae")
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,22 +42,6 @@ class Table:
     first_split: Index  # (U,) where they begin
     first_pose: Index
     share: Array  # (P,) count over settled drops
-    across: Array  # (P,) how far curves to rock on lie across the pose
-    settled: Array  # (P,) of the sample that a pose belongs to, like what follows
-    restitution: Array
-    height: Array
-    body: Index
-    family: NDArray[np.str_]
-    expected: Array  # by the shipped weights, a fraction
-    reference: dict[str, Array]  # (P,) each; of the paper
-
-    def error(
-        self, probability: Array, where: NDArray[np.bool_] | slice = slice(None)
-    ) -> float:
-        """Root mean square error over the poses in points, the drops' noise taken off."""
-        noise = self.share * (1.0 - self.share) / (self.settled - 1.0)
-        squares = ((probability - self.share) ** 2 - noise)[where]
-        return 100.0 * math.sqrt(max(float(squares.mean()), 0.0))
 
     def some(self, which: Index | NDArray[np.bool_]) -> Table:
         """Samples by their numbers, or those (U,) that are true."""
@@ -85,49 +64,24 @@ class Table:
             _starts(splits),
             _starts(poses),
             self.share[pose],
-            self.across[pose],
-            self.settled[pose],
-            self.restitution[pose],
-            self.height[pose],
-            self.body[pose],
-            self.family[pose],
-            self.expected[pose],
-            {name: one[pose] for name, one in self.reference.items()},
         )
 
 
-def make_table(samples: Sequence[Sample], compared: bool = True) -> Table:
-    """Compute the inputs of all samples; a body takes some ten milliseconds.
-
-    Unless they are to be compared, there are no references, and expected errors are NaN.
-    """
+def make_table(samples: Sequence[Sample]) -> Table:
+    """Compute the inputs of all samples; a body takes some ten milliseconds."""
     inputs = []
     children = []
     leaf_pose = []
     kept = []
-    poses: dict[str, list[Array]] = {
-        name: []
-        for name in (
-            "share",
-            "across",
-            "settled",
-            "restitution",
-            "height",
-            "body",
-            "family",
-            "expected",
-        )
-    }
-    reference: dict[str, list[Array]] = {name: [] for name in REFERENCES if compared}
-    for body, (key, scenes) in enumerate(groupby(samples, lambda row: row[:3])):
-        tolerance, sides = family_options(key[0])
-        resting = family_poses(key[0], family_part(*key))
+    share = []
+    for (family, seed, number), scenes in groupby(samples, lambda row: row[:3]):
+        tolerance, sides = family_options(family)
+        resting = family_poses(family, family_part(family, seed, number))
         links = split_children(resting)
         shares = kept_shares(resting)[resting.clusters.split]
         for row in scenes:
-            if not usable(row):
+            if not is_usable(row):
                 continue
-            settled = int(row.count.sum())
             scene = DropScene(
                 row.restitution, row.height * resting.body.radius, tolerance, sides
             )
@@ -135,34 +89,19 @@ def make_table(samples: Sequence[Sample], compared: bool = True) -> Table:
             children.append(links)
             leaf_pose.append(resting.clusters.node_pose)
             kept.append(shares)
-            told = {
-                "share": row.count / settled,
-                "across": resting.curves[1],
-                "settled": settled,
-                "body": body,
-                "restitution": row.restitution,
-                "height": row.height,
-                "family": key[0],
-                "expected": _expected(resting, scene) if compared else math.nan,
-            }
-            for name, value in told.items():
-                poses[name].append(np.broadcast_to(value, row.count.shape))
-            for name, values in reference.items():
-                values.append(ESTIMATORS[name].function(resting, scene))
-    splits = np.array([len(one) for one in children])
-    count = poses["share"]
-    each = np.array([one.size for one in count])
+            share.append(row.count / int(row.count.sum()))
+    splits = np.array([len(links) for links in children])
+    poses = np.array([shares.size for shares in share])
     return Table(
         np.concatenate(inputs),
         np.concatenate(children),
         np.concatenate(leaf_pose),
         np.concatenate(kept),
         splits,
-        each,
+        poses,
         _starts(splits),
-        _starts(each),
-        **{name: np.concatenate(values) for name, values in poses.items()},
-        reference={name: np.concatenate(values) for name, values in reference.items()},
+        _starts(poses),
+        np.concatenate(share),
     )
 
 
@@ -176,17 +115,12 @@ def _rows(first: Index, count: Index) -> Index:
     return np.repeat(first - _starts(count), count) + np.arange(count.sum())
 
 
-def usable(row: Sample) -> bool:
+def is_usable(row: Sample) -> bool:
     """Whether enough of a sample's drops came to rest."""
     settled = int(row.count.sum())
     return settled >= LEAST_DROPS and row.unsettled <= MOST_UNSETTLED * (
         row.unsettled + settled
     )
-
-
-def _expected(resting: RestingPoses, scene: DropScene) -> float:
-    told = ESTIMATORS["split"].function(resting, scene)
-    return expected_error("split", resting, told, scene).here
 
 
 def split_children(resting: RestingPoses) -> Index:

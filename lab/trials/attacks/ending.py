@@ -8,11 +8,11 @@ from pathlib import Path
 
 from ros_pose_stats_msgs.msg import PoseCounts
 
+from lab.bodies.slow import smooth_body
 from tests.contract.node.harness.bags import recorded, size_of
 from tests.contract.node.harness.client import until
 from tests.contract.node.harness.parts import fine_box
 
-from ..bodies import smooth_body
 from ..cell import WEDGE, Health, MeshPublisher, flat, latched, quiet, tried_node
 from ..frame import Outcome, Setting, judged
 

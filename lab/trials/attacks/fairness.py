@@ -14,10 +14,10 @@ from statistics import median
 
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
+from lab.bodies.slow import slivers, smooth_body
 from tests.contract.node.harness.client import SERVICES
 from tests.contract.node.harness.parts import fine_box
 
-from ..bodies import slivers, smooth_body
 from ..cell import WEDGE, MeshPublisher, flat, tried_node
 from ..frame import Trial, judged
 

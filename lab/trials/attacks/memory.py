@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from lab.bodies.slow import ROUND
 from tests.contract.node.harness.bags import on_topic, raw_of
 from tests.contract.node.harness.client import wait_for
 from tests.contract.node.harness.goals import Goals
 from tests.contract.node.harness.parts import fine_box, library_part
 
 from .. import cell
-from ..bodies import ROUND
 from ..cell import MEGABYTE, flat, status, tried_node
 from ..frame import Outcome, Setting, judged
 

@@ -9,10 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from study import shapes
-from study.shapes import Surface
-
-from .solids import Random, polyhedron, power
+from lab.bodies import shapes
+from lab.bodies.degenerate import Random, polyhedron, power
+from lab.bodies.shapes import Surface
 
 Arrays = tuple[Any, Any]
 

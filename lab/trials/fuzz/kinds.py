@@ -8,10 +8,11 @@ from zlib import crc32
 
 import numpy as np
 
-from study.shapes import Surface
+from lab.bodies import degenerate
+from lab.bodies.degenerate import Random
+from lab.bodies.shapes import Surface
 
-from . import arrays, masses, solids, surfaces
-from .solids import Random
+from . import arrays, masses, surfaces
 
 Fate = Literal["taken", "refused", "either"]
 
@@ -36,22 +37,22 @@ class Kind(NamedTuple):
 
 
 KINDS: dict[str, Kind] = {
-    "polyhedron": Kind(solids.polyhedron, "taken", same=True),
-    "regular": Kind(solids.regular, "taken", same=True),
-    "stretched": Kind(solids.stretched, same=True),
-    "needle": Kind(solids.needle, same=True),
-    "plate": Kind(solids.plate, same=True),
-    "twin corners": Kind(solids.twins, "taken", same=True),
-    "slivers": Kind(solids.slivers, "taken", same=True),
-    "rough box": Kind(solids.rough_box, "taken", same=True),
-    "lattice": Kind(solids.grid, "taken", same=True),
-    "rings": Kind(solids.rings, same=True),
-    "round": Kind(solids.round_body, "taken", same=True),
-    "leaning": Kind(solids.leaning, "taken", same=True),
-    "float32": Kind(solids.float32, same=True),
-    "far away": Kind(solids.far),
-    "units": Kind(solids.scaled, "taken", same=True),
-    "wildest units": Kind(solids.scaled_widely),
+    "polyhedron": Kind(degenerate.polyhedron, "taken", same=True),
+    "regular": Kind(degenerate.regular, "taken", same=True),
+    "stretched": Kind(degenerate.stretched, same=True),
+    "needle": Kind(degenerate.needle, same=True),
+    "plate": Kind(degenerate.plate, same=True),
+    "twin corners": Kind(degenerate.twins, "taken", same=True),
+    "slivers": Kind(degenerate.slivers, "taken", same=True),
+    "rough box": Kind(degenerate.rough_box, "taken", same=True),
+    "lattice": Kind(degenerate.grid, "taken", same=True),
+    "rings": Kind(degenerate.rings, same=True),
+    "round": Kind(degenerate.round_body, "taken", same=True),
+    "leaning": Kind(degenerate.leaning, "taken", same=True),
+    "float32": Kind(degenerate.float32, same=True),
+    "far away": Kind(degenerate.far),
+    "units": Kind(degenerate.scaled, "taken", same=True),
+    "wildest units": Kind(degenerate.scaled_widely),
     "repeated": Kind(surfaces.repeated, "taken", same=True),
     "subdivided": Kind(surfaces.fine, "taken", same=True),
     "turned round": Kind(surfaces.turned_round, "taken", same=True),
@@ -73,13 +74,13 @@ KINDS: dict[str, Kind] = {
     "few bits": Kind(arrays.small_numbers),
     "any numbers": Kind(arrays.any_numbers),
     "any objects": Kind(arrays.any_objects),
-    "possible mass": Kind(solids.polyhedron, "taken", masses.possible),
+    "possible mass": Kind(degenerate.polyhedron, "taken", masses.possible),
     "nearly impossible mass": Kind(
-        solids.polyhedron, "either", masses.nearly_impossible
+        degenerate.polyhedron, "either", masses.nearly_impossible
     ),
-    "impossible mass": Kind(solids.polyhedron, "refused", masses.impossible),
-    "any mass": Kind(solids.polyhedron, "either", masses.any_numbers),
-    "any option": Kind(solids.polyhedron, "either", masses.any_option),
+    "impossible mass": Kind(degenerate.polyhedron, "refused", masses.impossible),
+    "any mass": Kind(degenerate.polyhedron, "either", masses.any_numbers),
+    "any option": Kind(degenerate.polyhedron, "either", masses.any_option),
 }
 
 

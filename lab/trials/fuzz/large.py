@@ -7,12 +7,12 @@ from collections.abc import Callable
 
 import numpy as np
 
+from lab.bodies import shapes
+from lab.bodies.degenerate import joined, split
+from lab.bodies.shapes import Surface
 from ros_pose_stats import PoseStatsError, estimate_all, part_from_mesh
-from study import shapes
-from study.shapes import Surface
 
 from ..frame import Outcome, Setting
-from .solids import joined, split
 from .watched import Tried, Watched
 
 TRIANGLES = 100_000

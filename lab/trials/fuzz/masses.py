@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from study.shapes import Surface
+from lab.bodies.degenerate import Array, Random, power, rotation
+from lab.bodies.shapes import Surface
 
 from .arrays import NUMBERS, any_object
-from .solids import Array, Random, power, rotation
 
 Options = dict[str, Any]
 

@@ -11,6 +11,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
+from lab.bodies.degenerate import Array, Random, power, rotation, split, with_pocket
+from lab.bodies.shapes import Surface
+from lab.bodies.variants import shuffled, subdivided
 from ros_pose_stats import (
     Part,
     PoseStatistics,
@@ -18,11 +21,8 @@ from ros_pose_stats import (
     part_from_mesh,
     resting_poses,
 )
-from study.shapes import Surface
-from tests.bodies import shuffled, subdivided
 
 from .judge import MARGINAL, marginal, roughness
-from .solids import Array, Random, power, rotation, split, with_pocket
 
 FINE = 1e-9
 """By how much answers may differ on a body as thick as long, per unit."""

@@ -7,13 +7,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from study import shapes
-from study.shapes import Surface
-from tests.bodies import shuffled, subdivided
-
-from .solids import (
+from lab.bodies import shapes
+from lab.bodies.degenerate import (
     Random,
-    joined,
     points_of_a_ball,
     polyhedron,
     power,
@@ -22,6 +18,8 @@ from .solids import (
     turned,
     with_pocket,
 )
+from lab.bodies.shapes import Surface
+from lab.bodies.variants import joined, shuffled, subdivided
 
 
 def repeated(random: Random) -> Surface:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from lab.bodies import shapes
 from ros_pose_stats import Part, part_from_mesh, resting_poses, simulate
-from study import shapes
 
 from ..frame import Outcome, Setting
 

@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from ros_pose_stats_msgs.msg import JobEvent
 
+from lab.bodies.samples import random_polyhedron
 from ros_pose_stats import estimate, part_from_mesh, simulate
-from tests.bodies import random_polyhedron
 from tests.contract.node.harness.bags import bags_of, message_of, on_topic, raw
 
 METHODS = ("combined", "csae", "area")

@@ -10,8 +10,8 @@ import yaml
 from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 
+from lab.bodies import shapes
 from ros_pose_stats import part_from_mesh
-from study import shapes
 from tests.contract.node.harness.bags import (
     bags_of,
     files_of,

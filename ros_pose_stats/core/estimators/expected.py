@@ -36,11 +36,13 @@ OUTSIDE = 0.02  # share of the range from which on OUTSIDE_FIT warns
 
 LOPSIDED = 50.0
 """By how much the odds of a pose may grow by rolling, over how far the centre of mass lies beside
-the axis in radii; chosen so that told errors are true (docs/measured/lopsided.md)."""
+the axis in radii; chosen so that told errors are true (docs/decisions.md)."""
 
 MOST_LOPSIDED = 0.12  # offset in radii beyond which they grow no more
 RARE = 0.2  # share of a pose below which its odds may grow by more, with the root of the ratio
-ROCKING = 0.55  # error over the scatter of curves among poses; fitted (docs/measured/rocking.md)
+ROCKING = (
+    0.55  # error over the scatter of curves among poses; fitted (docs/decisions.md)
+)
 SMALL = 1e-3  # an error far from the ends of what a probability can be off by
 
 SCATTER_AT = np.linspace(-3.0, 3.0, 13)

@@ -31,7 +31,7 @@ STEEP = 1e3
 """Depth over the rise of the level to a next split, by which that outgrows a shallower one."""
 
 ACROSS = 13.0
-"""Growth of the log odds with how far curves lie across poses (docs/measured/rocking.md)."""
+"""Growth of the log odds with how far curves lie across poses (docs/decisions.md)."""
 
 
 def split(resting: RestingPoses, scene: DropScene) -> Array:

@@ -35,7 +35,7 @@ SIZES = 60
 MOST_PARTS = 10_000  # numbers of parts that are looked at, and the largest of them
 MOST_SIDE = 100.0  # of a plate, metres
 FLIPS_ERROR = (
-    0.17  # of rows of the model, rms over groups and kicks (docs/measured/flips.md)
+    0.17  # of rows of the model, rms over groups and kicks (docs/decisions.md)
 )
 PASSES = (
     2  # the first knows how dropped parts lie, the second how those on the plate do

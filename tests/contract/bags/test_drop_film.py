@@ -8,8 +8,9 @@ from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
+from lab.bodies import shapes
 from ros_pose_stats import load_part, resting_poses
-from tests.bodies import shapes, write_stl
+from tests.answers import write_stl
 from tests.running import answer
 
 MASS = 0.3

@@ -2,7 +2,8 @@
 
 import pytest
 
-from tests.bodies import shapes, write_stl
+from lab.bodies import shapes
+from tests.answers import write_stl
 
 
 @pytest.fixture(scope="session")

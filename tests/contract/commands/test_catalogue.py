@@ -18,8 +18,11 @@ from typing import NamedTuple
 import pytest
 from pyarrow import parquet
 
+from lab.bodies import shapes
+from lab.bodies.samples import random_polyhedron
+from lab.bodies.variants import moved
 from ros_pose_stats import estimate, load_part
-from tests.bodies import moved, random_polyhedron, shapes, write_stl
+from tests.answers import write_stl
 from tests.running import (
     ROOT,
     answer_json,

@@ -5,7 +5,8 @@ import time
 
 import pytest
 
-from tests.bodies import shapes, write_stl
+from lab.bodies import shapes
+from tests.answers import write_stl
 from tests.clusters import scheduler, worker
 from tests.running import answer, answer_json
 

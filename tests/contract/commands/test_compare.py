@@ -6,8 +6,9 @@ from pathlib import Path
 import pytest
 import trimesh
 
+from lab.bodies import shapes
 from ros_pose_stats import compare, load_part
-from tests.bodies import shapes, write_stl
+from tests.answers import write_stl
 from tests.running import answer, answer_json, refusal
 
 ASKED = "--unit", "mm", "--seed", 5

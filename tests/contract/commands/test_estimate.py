@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from lab.bodies import shapes
 from ros_pose_stats import auto, estimate, hybrid, load_part
-from tests.bodies import METHODS, shapes, write_stl
+from tests.answers import METHODS, write_stl
 from tests.running import answer, answer_json, refusal
 
 from .tables import share, table_head, table_rows

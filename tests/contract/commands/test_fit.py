@@ -7,8 +7,8 @@ import pytest
 import yaml
 from ros_pose_stats_msgs.msg import PartMesh
 
+from lab.bodies import shapes
 from ros_pose_stats import part_from_mesh, simulate
-from study import shapes
 from tests.contract.bags.messages import counts
 from tests.contract.bags.recorders import write_run
 from tests.running import call, refusal

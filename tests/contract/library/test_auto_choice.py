@@ -5,8 +5,10 @@ import math
 import numpy as np
 import pytest
 
+from lab.bodies import shapes
+from lab.bodies.samples import random_polyhedron
 from ros_pose_stats import auto, estimate, hybrid, part_from_mesh, simulate
-from tests.bodies import by_index, random_polyhedron, shapes
+from tests.answers import by_index
 from tests.running import refusal_of
 
 

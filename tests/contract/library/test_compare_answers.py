@@ -5,6 +5,9 @@ import math
 
 import pytest
 
+from lab.bodies import shapes
+from lab.bodies.samples import clamp_hull, random_polyhedron
+from lab.bodies.variants import moved
 from ros_pose_stats import (
     PoseStatsError,
     compare,
@@ -13,7 +16,6 @@ from ros_pose_stats import (
     shift_center,
     simulate,
 )
-from tests.bodies import clamp_hull, moved, random_polyhedron, shapes
 
 
 def clamp(*factors):

@@ -14,7 +14,7 @@ FIRST_CALLS = """
 import sys, threading
 sys.setswitchinterval(1e-7)
 from ros_pose_stats import part_from_mesh, simulate
-from study import shapes
+from lab.bodies import shapes
 part = part_from_mesh(*shapes.box(1.0, 2.0, 3.0))
 together, refused = threading.Barrier(12), []
 def drop():

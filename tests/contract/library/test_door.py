@@ -5,6 +5,9 @@ import json
 import numpy as np
 import pytest
 
+from lab.bodies import shapes
+from lab.bodies.samples import REGULAR_SOLIDS
+from lab.bodies.variants import moved, rotation
 from ros_pose_stats import (
     estimate,
     estimate_all,
@@ -12,7 +15,6 @@ from ros_pose_stats import (
     resting_poses,
     splitting_graph,
 )
-from tests.bodies import REGULAR_SOLIDS, moved, rotation, shapes
 from tests.running import refusal_of
 
 VERTICES, TRIANGLES = shapes.box(1.0, 2.0, 3.0)

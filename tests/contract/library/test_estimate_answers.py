@@ -7,8 +7,10 @@ import sys
 import numpy as np
 import pytest
 
+from lab.bodies import shapes
+from lab.bodies.samples import random_polyhedron
 from ros_pose_stats import auto, estimate, estimate_all, part_from_mesh, shift_center
-from tests.bodies import METHODS, codes, random_polyhedron, shapes
+from tests.answers import METHODS, codes
 from tests.running import refusal_of
 
 

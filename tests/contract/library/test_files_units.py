@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import trimesh
 
+from lab.bodies import shapes
 from ros_pose_stats import load_part, part_from_mesh
-from study import shapes
 from tests.running import refusal_of
 
 

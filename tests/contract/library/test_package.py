@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import ros_pose_stats
+from lab.bodies import shapes
 from ros_pose_stats import (
     PoseStatsError,
     estimate,
@@ -17,7 +18,7 @@ from ros_pose_stats import (
     resting_poses,
     simulate,
 )
-from tests.bodies import METHODS, codes, shapes, write_stl
+from tests.answers import METHODS, codes, write_stl
 from tests.running import refusal_of
 
 BOX = shapes.box(0.02, 0.03, 0.04)

@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 import trimesh
 
+from lab.bodies import shapes
+from lab.bodies.samples import random_polyhedron
+from lab.bodies.variants import rotation
 from ros_pose_stats import load_part, part_from_mesh, shift_center
-from tests.bodies import random_polyhedron, rotation, shapes
 from tests.running import answer_json, refusal, refusal_of
 
 BOX = VERTICES, TRIANGLES = shapes.box(1.0, 2.0, 3.0)

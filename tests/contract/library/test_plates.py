@@ -5,8 +5,9 @@ import json
 import pytest
 import yaml
 
+from lab.bodies import shapes
 from ros_pose_stats import estimate, load_part
-from tests.bodies import shapes, write_stl
+from tests.answers import write_stl
 from tests.running import answer_json, call, refusal
 
 RESTITUTION = 0.2

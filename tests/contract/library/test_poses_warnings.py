@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from lab.benchmarks.exports import parts as exports
-from lab.benchmarks.exports.curves import cut_ball
+from lab.bodies import exports, shapes
+from lab.bodies.curved import cut_ball
+from lab.bodies.samples import random_polyhedron
 from ros_pose_stats import estimate, part_from_mesh, resting_poses, simulate
-from tests.bodies import random_polyhedron, shapes
 
 
 def warnings_of(part, tolerance=0.0, round_sides=0):

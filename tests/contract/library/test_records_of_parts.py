@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from lab.bodies import shapes
 from ros_pose_stats import (
     Part,
     estimate,
@@ -15,7 +16,6 @@ from ros_pose_stats import (
     shift_center,
     simulate,
 )
-from study import shapes
 
 VERTICES, TRIANGLES = shapes.box(20.0, 30.0, 40.0)
 

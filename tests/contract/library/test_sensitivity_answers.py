@@ -2,8 +2,8 @@
 
 import pytest
 
+from lab.bodies import shapes
 from ros_pose_stats import part_from_mesh, resting_poses, sensitivity, suggest
-from study import shapes
 from tests.running import refusal_of
 
 CUBE = part_from_mesh(*shapes.box(20e-3, 20e-3, 20e-3))

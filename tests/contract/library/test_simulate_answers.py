@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from scipy.stats import beta
 
+from lab.bodies import shapes
+from lab.bodies.samples import random_polyhedron
 from ros_pose_stats import part_from_mesh, resting_poses, simulate
-from tests.bodies import by_index, random_polyhedron, shapes
+from tests.answers import by_index
 
 RESTITUTION = 0.3
 

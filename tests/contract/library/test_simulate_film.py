@@ -6,8 +6,10 @@ from mcap.reader import make_reader
 from rosbags.typesys import Stores, get_typestore
 from scipy.spatial.transform import Rotation
 
+from lab.bodies import shapes
+from lab.bodies.samples import clamp_hull
 from ros_pose_stats import load_part, record_drop, resting_poses
-from tests.bodies import clamp_hull, shapes, write_stl
+from tests.answers import write_stl
 from tests.running import answer
 
 BODIES = {

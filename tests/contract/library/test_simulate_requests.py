@@ -6,8 +6,9 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from lab.bodies.samples import random_polyhedron
 from ros_pose_stats import part_from_mesh, record_drop, resting_poses, simulate
-from tests.bodies import counts, random_polyhedron
+from tests.answers import counts
 from tests.running import refusal_of
 
 NAN = float("nan")

@@ -6,8 +6,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from lab.bodies import shapes
+from lab.bodies.samples import random_polyhedron
 from ros_pose_stats import part_from_mesh, simulate
-from tests.bodies import random_polyhedron, shapes
 
 LONG = 10**8
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import trimesh
 
+from lab.bodies import shapes
 from ros_pose_stats import estimate, learn_flips, simulate_flips
-from study import shapes
 from tests.running import answer_json
 
 from .harness.camera import counted, counting

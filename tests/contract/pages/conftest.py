@@ -3,7 +3,10 @@
 import pytest
 import trimesh
 
-from tests.bodies import moved, random_polyhedron, rotation, shapes, write_stl
+from lab.bodies import shapes
+from lab.bodies.samples import random_polyhedron
+from lab.bodies.variants import moved, rotation
+from tests.answers import write_stl
 from tests.running import answer, answer_json
 
 from .browser import Browser, browser_file

@@ -7,7 +7,9 @@ from html import unescape
 import numpy as np
 import pytest
 
-from tests.bodies import METHODS, shapes, subdivided, write_stl
+from lab.bodies import shapes
+from lab.bodies.variants import subdivided
+from tests.answers import METHODS, write_stl
 from tests.running import answer
 
 from .reading import Page, Picture

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.bodies import METHODS
+from tests.answers import METHODS
 from tests.running import strict_json
 
 from .programs import assert_written, first, reference, refused, study_json, write

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from tests.bodies import METHODS
+from tests.answers import METHODS
 
 from .programs import assert_written, study, study_json
 

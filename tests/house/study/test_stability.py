@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.bodies import METHODS
+from tests.answers import METHODS
 from tests.running import strict_json
 
 from .programs import assert_drawn, study

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ros_pose_stats import estimate
-from tests.bodies import METHODS
+from tests.answers import METHODS
 
 from .programs import drawn, first, reference, refused, study, study_json, write
 

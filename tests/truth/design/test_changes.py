@@ -8,9 +8,9 @@ import math
 import numpy as np
 import pytest
 
+from lab.bodies import shapes
 from ros_pose_stats import PoseStatsError, estimate, part_from_mesh, sensitivity
 from ros_pose_stats.core.shapes.demo_parts import DEMO_PARTS
-from study import shapes
 
 SIZES = (20e-3, 30e-3, 50e-3)
 

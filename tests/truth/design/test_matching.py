@@ -5,9 +5,11 @@ import math
 import numpy as np
 import pytest
 
+from lab.bodies import shapes
+from lab.bodies.samples import random_polyhedron
+from lab.bodies.variants import moved, rotation
 from ros_pose_stats import compare, part_from_mesh, resting_poses, shift_center
 from ros_pose_stats.core.shapes.demo_parts import DEMO_PARTS
-from tests.bodies import moved, random_polyhedron, rotation, shapes
 
 CUBE = shapes.box(16.0, 16.0, 16.0)
 NEAR_CUBE = shapes.box(16.0, 16.0, 15.52)

@@ -8,6 +8,9 @@ import math
 import numpy as np
 import pytest
 
+from lab.bodies import shapes
+from lab.bodies.dice import DICE, on_squares, square_prism
+from lab.bodies.samples import random_polyhedron
 from ros_pose_stats import (
     compare,
     part_from_mesh,
@@ -15,9 +18,6 @@ from ros_pose_stats import (
     shift_center,
     simulate,
 )
-from study.prisms.dice import DICE
-from study.prisms.prism_runs import on_squares, square_prism
-from tests.bodies import random_polyhedron, shapes
 
 
 def differences(found):

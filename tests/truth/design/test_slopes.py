@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from lab.bodies import shapes
 from ros_pose_stats import part_from_mesh, resting_poses, sensitivity, suggest
 from ros_pose_stats.core.shapes.demo_parts import DEMO_PARTS
 from ros_pose_stats.tools.design.paired_drops import paired_difference
-from study import shapes
 
 CUBE = part_from_mesh(*shapes.box(20e-3, 20e-3, 20e-3))
 CLAMP = part_from_mesh(*DEMO_PARTS["clamp"](), unit="mm")

@@ -3,16 +3,10 @@
 import numpy as np
 import pytest
 
+from lab.bodies import shapes
+from lab.bodies.samples import random_polyhedron
+from lab.bodies.variants import in_float32, moved, rotation, shuffled, subdivided
 from ros_pose_stats import compare, part_from_mesh, resting_poses, shift_center
-from study import shapes
-from tests.bodies import (
-    in_float32,
-    moved,
-    random_polyhedron,
-    rotation,
-    shuffled,
-    subdivided,
-)
 
 SIDE = 0.016
 SHOWN = "difference shown"

@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from lab.bodies import shapes
+from lab.bodies.samples import oblique_prism, random_polyhedron
 from ros_pose_stats import part_from_mesh, record_drop, resting_poses
-from tests.bodies import oblique_prism, random_polyhedron, shapes
 from tests.truth.drops.recorded import EXACT, GRAVITY, light
 from tests.truth.reference.drop_solver import Body, reference_drop, released
 

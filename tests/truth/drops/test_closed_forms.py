@@ -5,8 +5,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from lab.bodies import shapes
+from lab.bodies.samples import random_polyhedron
 from ros_pose_stats import part_from_mesh, record_drop
-from tests.bodies import random_polyhedron, shapes
 from tests.truth.drops.recorded import EXACT, impacts_of, recordings, with_corners
 
 BIPYRAMID = part_from_mesh(

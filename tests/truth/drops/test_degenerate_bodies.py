@@ -5,16 +5,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from lab.bodies import shapes
+from lab.bodies.samples import convex_parts, random_polyhedron
+from lab.bodies.variants import moved, starred, subdivided
 from ros_pose_stats import part_from_mesh, record_drop, resting_poses, simulate
-from study import shapes
-from tests.bodies import (
-    convex_parts,
-    counts,
-    moved,
-    random_polyhedron,
-    starred,
-    subdivided,
-)
+from tests.answers import counts
 from tests.truth.drops.recorded import (
     EXACT,
     SURE,

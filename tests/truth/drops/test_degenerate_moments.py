@@ -5,8 +5,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from lab.bodies import shapes
+from lab.bodies.samples import random_polyhedron
+from lab.bodies.variants import moved, rotation
 from ros_pose_stats import PoseStatsError, part_from_mesh, resting_poses, simulate
-from tests.bodies import counts, moved, random_polyhedron, rotation, shapes
+from tests.answers import counts
 from tests.truth.drops.recorded import SURE, alike, light, outcomes, recordings
 
 CUBE = shapes.box(2.0, 2.0, 2.0)

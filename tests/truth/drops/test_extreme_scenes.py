@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
+from lab.bodies import shapes
+from lab.bodies.samples import random_polyhedron
 from ros_pose_stats import part_from_mesh, resting_poses, simulate
-from tests.bodies import codes, counts, random_polyhedron, shapes
+from tests.answers import codes, counts
 
 
 @pytest.fixture(scope="module")

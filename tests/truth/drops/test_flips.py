@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from scipy.stats import chi2_contingency
 
+from lab.bodies import shapes
+from lab.bodies.samples import random_polyhedron
 from ros_pose_stats import DropScene, part_from_mesh, simulate, simulate_flips
 from ros_pose_stats.core.simulation import flips
 from ros_pose_stats.core.simulation.drop_body import drop_body
-from tests.bodies import random_polyhedron, shapes
 from tests.truth.drops.recorded import EXACT, SURE
 from tests.truth.reference.drop_solver import reference_flip
 

@@ -8,8 +8,8 @@ diameter, as the literature has them; of the one as high as wide on thin and on 
 import numpy as np
 import pytest
 
+from lab.bodies import shapes
 from ros_pose_stats import part_from_mesh, resting_poses, simulate
-from study import shapes
 
 DICE = {
     0.47: 0.916,

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from lab.bodies import shapes
+from lab.bodies.samples import clamp_hull, random_polyhedron
 from ros_pose_stats import PoseStatsError, part_from_mesh, record_drop, resting_poses
-from tests.bodies import clamp_hull, random_polyhedron, shapes
 from tests.truth.drops.recorded import EXACT, GRAVITY, outcomes
 
 DEEPEST = 2e-9  # radii: twice what counts as touching

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from manifold3d import Manifold
 
+from lab.bodies.fine_parts import surface
 from ros_pose_stats import part_from_mesh, resting_poses, sensitivity, simulate
-from tests.bodies import counts
-from tests.fine_parts import surface
+from tests.answers import counts
 from tests.truth.drops.recorded import outcomes
 
 

@@ -7,16 +7,11 @@ import numpy as np
 import pytest
 from scipy.stats import chi2, chisquare
 
+from lab.bodies import shapes
+from lab.bodies.samples import REGULAR_SOLIDS, random_polyhedron
+from lab.bodies.variants import moved, rotation, shuffled
 from ros_pose_stats import part_from_mesh, record_drop, simulate
 from ros_pose_stats.core.shapes.demo_parts import DEMO_PARTS
-from tests.bodies import (
-    REGULAR_SOLIDS,
-    moved,
-    random_polyhedron,
-    rotation,
-    shapes,
-    shuffled,
-)
 from tests.matching import matched
 from tests.truth.drops.recorded import SURE, alike, outcomes
 

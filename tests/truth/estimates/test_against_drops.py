@@ -8,8 +8,10 @@ import math
 import numpy as np
 import pytest
 
+from lab.bodies import shapes
+from lab.bodies.samples import random_polyhedron
 from ros_pose_stats import estimate, hybrid, part_from_mesh, shift_center, simulate
-from tests.bodies import by_index, random_polyhedron, shapes
+from tests.answers import by_index
 
 PARTS = 48
 DROPS = 800

@@ -4,8 +4,11 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from lab.bodies import shapes
+from lab.bodies.samples import REGULAR_SOLIDS
+from lab.bodies.variants import moved, rotation
 from ros_pose_stats import estimate, estimate_all, part_from_mesh
-from tests.bodies import METHODS, REGULAR_SOLIDS, moved, rotation, shapes
+from tests.answers import METHODS
 from tests.matching import downs, values
 
 

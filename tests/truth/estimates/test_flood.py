@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from lab.bodies.samples import clamp_hull, oblique_prism, random_polyhedron
 from ros_pose_stats import estimate, part_from_mesh, resting_poses, splitting_graph
-from tests.bodies import clamp_hull, oblique_prism, random_polyhedron
 from tests.matching import downs, values
 from tests.truth.reference.sphere_grid import SPACING, Shape, flood
 

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from lab.bodies import shapes
+from lab.bodies.samples import oblique_prism, random_polyhedron
 from ros_pose_stats import estimate, estimate_all, part_from_mesh
-from tests.bodies import oblique_prism, random_polyhedron, shapes
 from tests.matching import downs, values
 
 BASE = np.array((0.0, 0.0, -1.0))

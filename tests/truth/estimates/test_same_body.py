@@ -4,16 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
+from lab.bodies.samples import random_polyhedron
+from lab.bodies.variants import moved, rotation, shuffled, size, starred, subdivided
 from ros_pose_stats import estimate_all, part_from_mesh
-from tests.bodies import (
-    moved,
-    random_polyhedron,
-    rotation,
-    shuffled,
-    size,
-    starred,
-    subdivided,
-)
 from tests.matching import matched, values
 
 SAME_HEIGHT = 1e-6

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 import trimesh
 
+from lab.bodies import shapes
+from lab.bodies.samples import REGULAR_SOLIDS, oblique_prism, random_polyhedron
 from ros_pose_stats import estimate, part_from_mesh
-from tests.bodies import REGULAR_SOLIDS, oblique_prism, random_polyhedron, shapes
 from tests.matching import downs, values
 from tests.truth.reference.toppling import Polyhedron, solid_angle
 

@@ -7,6 +7,8 @@ import pytest
 from hypothesis import given, strategies as st
 from hypothesis.extra.numpy import arrays
 
+from lab.bodies.random_polyhedra import logarithms
+from lab.bodies.variants import rotation
 from ros_pose_stats.core.kernels.elementary import (
     arctangent,
     exponential,
@@ -16,8 +18,6 @@ from ros_pose_stats.core.kernels.elementary import (
 )
 from ros_pose_stats.core.kernels.principal_axes import principal_axes
 from ros_pose_stats.core.kernels.sorting import falling_order, rising_order
-from study.random_polyhedra import logarithms
-from tests.bodies import rotation
 
 COUNT = 2000
 ROUNDING = 8.0 * np.finfo(np.float64).eps

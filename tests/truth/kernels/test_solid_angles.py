@@ -5,11 +5,12 @@ from decimal import Decimal, localcontext
 import numpy as np
 import pytest
 
+from lab.bodies.samples import convex_parts
+from lab.bodies.variants import rotation
 from ros_pose_stats.core.kernels import vectors
 from ros_pose_stats.core.kernels.levels import splits
 from ros_pose_stats.core.kernels.vectors import Vec3
 from ros_pose_stats.core.resting.convex_body import convex_body
-from tests.bodies import convex_parts, rotation
 from tests.truth.reference.sphere_grid import Shape, areas_below
 
 PARTS = convex_parts()

@@ -7,7 +7,7 @@ from hypothesis import given, strategies as st
 
 from ros_pose_stats import part_from_mesh
 from ros_pose_stats.core.shapes import demo_parts
-from tests.bodies import codes
+from tests.answers import codes
 
 STATED = 1e-3
 """Radii by which the centre of mass may be off where holes were closed."""

@@ -6,10 +6,9 @@ import trimesh
 from hypothesis import given, strategies as st
 from scipy.spatial import cKDTree
 
+from lab.bodies import fine_parts, shapes
 from ros_pose_stats import part_from_mesh
 from ros_pose_stats.core.mesh.decimation import visible_triangles
-from study import shapes
-from tests import fine_parts
 
 FINEST = 20_000
 SURFACES = {"gear": fine_parts.gear(), "screw": fine_parts.screw()}

@@ -5,15 +5,10 @@ import pytest
 import trimesh
 from hypothesis import given, strategies as st
 
+from lab.bodies import shapes
+from lab.bodies.samples import clamp_hull, random_polyhedron
+from lab.bodies.variants import moved, rotation, shuffled
 from ros_pose_stats import PoseStatsError, estimate, part_from_mesh
-from tests.bodies import (
-    clamp_hull,
-    moved,
-    random_polyhedron,
-    rotation,
-    shapes,
-    shuffled,
-)
 from tests.matching import values
 
 BODIES = {

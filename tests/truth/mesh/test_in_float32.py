@@ -3,17 +3,11 @@
 import numpy as np
 import pytest
 
+from lab.bodies import shapes
+from lab.bodies.samples import REGULAR_SOLIDS, random_polyhedron
+from lab.bodies.variants import in_float32, moved, rotation, size
 from ros_pose_stats import estimate_all, part_from_mesh
 from ros_pose_stats.core.shapes import demo_parts
-from study import shapes
-from tests.bodies import (
-    REGULAR_SOLIDS,
-    in_float32,
-    moved,
-    random_polyhedron,
-    rotation,
-    size,
-)
 from tests.matching import values
 
 BODIES = {

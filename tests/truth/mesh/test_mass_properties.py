@@ -5,8 +5,9 @@ import pytest
 import trimesh
 from hypothesis import given, strategies as st
 
+from lab.bodies import shapes
+from lab.bodies.variants import moved, rotation, subdivided
 from ros_pose_stats import part_from_mesh
-from tests.bodies import moved, rotation, shapes, subdivided
 
 WATER = 1000.0
 

@@ -6,7 +6,7 @@ import trimesh
 from hypothesis import given, strategies as st
 
 from ros_pose_stats import part_from_mesh
-from tests.bodies import codes
+from tests.answers import codes
 
 WATER = 1000.0
 TURN = trimesh.transformations.rotation_matrix(0.3, (1, 2, 3))

@@ -5,21 +5,11 @@ import pytest
 from manifold3d import Manifold
 from scipy.spatial.transform import Rotation
 
+from lab.bodies import fine_parts, shapes
+from lab.bodies.samples import REGULAR_SOLIDS, oblique_prism, random_polyhedron
+from lab.bodies.variants import in_float32, moved, rotation, shuffled, size, subdivided
 from ros_pose_stats import estimate, part_from_mesh, resting_poses
 from ros_pose_stats.core.shapes import demo_parts
-from study import shapes
-from tests import fine_parts
-from tests.bodies import (
-    REGULAR_SOLIDS,
-    in_float32,
-    moved,
-    oblique_prism,
-    random_polyhedron,
-    rotation,
-    shuffled,
-    size,
-    subdivided,
-)
 from tests.matching import group_sizes as sizes, values
 
 PYRAMID = shapes.hull_mesh(

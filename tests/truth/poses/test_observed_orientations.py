@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from lab.bodies import shapes
+from lab.bodies.samples import random_polyhedron
 from ros_pose_stats import (
     PoseStatsError,
     classify_orientations,
@@ -14,7 +16,6 @@ from ros_pose_stats import (
     resting_poses,
 )
 from ros_pose_stats.core.shapes import demo_parts
-from tests.bodies import random_polyhedron, shapes
 
 NOISE = math.radians(5.0)
 MANY = 10_000

@@ -9,10 +9,12 @@ from manifold3d import Manifold
 from matplotlib.path import Path
 from scipy.spatial.transform import Rotation
 
+from lab.bodies import shapes
+from lab.bodies.fine_parts import surface
+from lab.bodies.samples import random_polyhedron
+from lab.bodies.variants import moved, rotation
 from ros_pose_stats import PoseStatsError, outline_at, part_from_mesh, resting_poses
 from ros_pose_stats.core.shapes import demo_parts
-from tests.bodies import moved, random_polyhedron, rotation, shapes
-from tests.fine_parts import surface
 
 MM = 1e-3
 

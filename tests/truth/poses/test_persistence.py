@@ -6,16 +6,11 @@ from itertools import product
 import numpy as np
 import pytest
 
+from lab.bodies import shapes
+from lab.bodies.samples import clamp_hull, oblique_prism, random_polyhedron
+from lab.bodies.variants import moved, rotation
 from ros_pose_stats import estimate, part_from_mesh, resting_poses
 from ros_pose_stats.core.shapes import demo_parts
-from tests.bodies import (
-    clamp_hull,
-    moved,
-    oblique_prism,
-    random_polyhedron,
-    rotation,
-    shapes,
-)
 from tests.matching import downs, values
 from tests.truth.reference.clustering import persistent_poses, stable_faces
 

@@ -9,16 +9,11 @@ from hypothesis import given, strategies as st
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
+from lab.bodies import shapes
+from lab.bodies.samples import REGULAR_SOLIDS, oblique_prism, random_polyhedron
+from lab.bodies.variants import moved, rotation
 from ros_pose_stats import estimate_all, part_from_mesh, resting_poses
 from ros_pose_stats.core.shapes import demo_parts
-from tests.bodies import (
-    REGULAR_SOLIDS,
-    moved,
-    oblique_prism,
-    random_polyhedron,
-    rotation,
-    shapes,
-)
 from tests.matching import values
 
 PARTS = {

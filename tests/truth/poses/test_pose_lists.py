@@ -13,11 +13,10 @@ import pytest
 import trimesh
 from manifold3d import CrossSection, Manifold
 
-from lab.benchmarks.exports import parts as exports
-from ros_pose_stats import resting_poses
+from lab.bodies import exports, shapes
+from lab.bodies.fine_parts import surface
+from ros_pose_stats import part_from_mesh, resting_poses
 from ros_pose_stats.core.shapes import demo_parts
-from study import shapes
-from tests.fine_parts import surface
 
 
 def bar_of(outline, length):
@@ -250,6 +249,6 @@ LISTS = {
 
 @pytest.mark.parametrize(("surface", "groups"), LISTS.values(), ids=LISTS)
 def test_poses_and_groups(surface, groups):
-    poses = resting_poses(exports.part_of(surface)).poses
+    poses = resting_poses(part_from_mesh(*surface)).poses
     sizes = np.unique([pose.group for pose in poses], return_counts=True)[1]
     assert tuple(np.sort(sizes).tolist()) == groups

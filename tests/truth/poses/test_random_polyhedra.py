@@ -5,8 +5,8 @@ import pytest
 import trimesh
 from scipy.spatial import ConvexHull
 
+from lab.bodies.random_polyhedra import random_polyhedron
 from ros_pose_stats import resting_poses
-from study.random_polyhedra import random_polyhedron
 
 SAMPLE = 150
 every_recipe = pytest.mark.parametrize(

@@ -5,8 +5,10 @@ import pytest
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
+from lab.bodies import shapes
+from lab.bodies.samples import REGULAR_SOLIDS, convex_parts
+from lab.bodies.variants import subdivided
 from ros_pose_stats import estimate, part_from_mesh, resting_poses
-from tests.bodies import REGULAR_SOLIDS, convex_parts, shapes, subdivided
 from tests.matching import downs
 
 

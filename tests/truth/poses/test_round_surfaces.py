@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 import trimesh
 
-from lab.benchmarks.exports import parts as exports
+from lab.bodies import exports, shapes
+from lab.bodies.samples import random_polyhedron
+from lab.bodies.variants import in_float32, moved, printed, rotation, shuffled
 from ros_pose_stats import estimate, part_from_mesh, resting_poses
-from tests.bodies import moved, random_polyhedron, rotation, shapes, shuffled
 from tests.matching import downs
 
 SIDES = 192
@@ -55,7 +56,7 @@ def test_turned_parts_are_alike_from_every_file(name):
     """Float32 rounds to 6e-8 of the size; facets of 1/30 radius turn by some 2e-6."""
     starts = np.random.default_rng(1).uniform(0.0, 6.0, len(EXPORTED))
     answers = [
-        answer(exports.in_float32(TURNED[name](n, a)))
+        answer(in_float32(TURNED[name](n, a)))
         for n, a in zip(EXPORTED, starts, strict=True)
     ]
     for poses in answers:
@@ -72,9 +73,7 @@ def test_turned_parts_are_alike_from_every_file(name):
 def test_a_cylinder_has_as_many_facets_as_asked_for_and_its_corners_on_the_circle(
     sides, round_sides
 ):
-    poses = poses_of(
-        exports.in_float32(exports.cylinder(sides, 1.0)), 0.0025, round_sides
-    )
+    poses = poses_of(in_float32(exports.cylinder(sides, 1.0)), 0.0025, round_sides)
     ends = poses_of(exports.cylinder(sides, 1.0), 0.0, round_sides)
     assert len(ends) == round_sides + 2
     assert min(pose.height for pose in poses) == pytest.approx(
@@ -85,9 +84,9 @@ def test_a_cylinder_has_as_many_facets_as_asked_for_and_its_corners_on_the_circl
 @pytest.mark.parametrize("make", [exports.d_shaft, exports.notched_disc, exports.screw])
 def test_parts_that_are_round_in_part_differ_by_the_files_own_volume_alone(make):
     """Of a polygon of n sides (2 pi / n)^2 / 6 of the area is missing, the whole shift at most."""
-    finest = answer(exports.in_float32(make(2048)))
+    finest = answer(in_float32(make(2048)))
     for sides in EXPORTED[:-1]:
-        poses = answer(exports.in_float32(make(sides)))
+        poses = answer(in_float32(make(sides)))
         lost = (2.0 * np.pi / sides) ** 2 / 6.0
         assert len(poses) == len(finest)
         for field in ("height", "barrier", "probability"):
@@ -101,7 +100,7 @@ class TestWhatStays:
     @pytest.mark.parametrize("tip", [0.0, 0.5])
     @pytest.mark.parametrize("chamfer", [0.0, 0.03])
     def test_gears(self, teeth, tip, chamfer):
-        surface = exports.in_float32(exports.gear(teeth, tip, chamfer=chamfer))
+        surface = in_float32(exports.gear(teeth, tip, chamfer=chamfer))
         assert np.array_equal(
             downs(poses_of(surface)), downs(poses_of(surface, sides=0))
         )
@@ -133,7 +132,7 @@ class TestWhatStays:
     @pytest.mark.parametrize("sides", [48, 512])
     @pytest.mark.parametrize("width", [5.0, 20.0])
     def test_a_chord_over_a_notch(self, sides, width):
-        poses = poses_of(exports.in_float32(exports.notched_disc(sides, width)))
+        poses = poses_of(in_float32(exports.notched_disc(sides, width)))
         half = np.radians(0.5 * width)
         (chord,) = (pose for pose in poses if pose.down[0] > np.cos(0.4 * half))
         lengths = np.linalg.norm(np.diff(chord.support_polygon, axis=0), axis=1)
@@ -147,7 +146,7 @@ class TestWhatStays:
     def test_flats(self, angles):
         """The flat's width is that of the file; 192 sides of a round one would be 0.033 wide."""
         outline = np.column_stack((np.cos(angles), np.sin(angles)))
-        poses = poses_of(exports.in_float32(exports.extruded(outline, 0.5)))
+        poses = poses_of(in_float32(exports.extruded(outline, 0.5)))
         flat = max(poses, key=lambda pose: pose.down[0])
         assert (
             np.abs(np.ptp(flat.support_polygon, axis=0) - 2.0 * np.sin(angles[0])).min()
@@ -167,7 +166,7 @@ class TestWhatStays:
 def test_other_fine_surfaces_are_thinned_to_4000_corners(surface):
     if isinstance(surface, trimesh.Trimesh):
         surface = surface.vertices * (1.0, 0.8, 0.6), surface.faces
-    part = part_from_mesh(*exports.in_float32(surface))
+    part = part_from_mesh(*in_float32(surface))
     plain, thin = (resting_poses(part, 0.0025, sides) for sides in (0, SIDES))
     assert len(plain.body.points) > 4000 >= len(thin.body.points)
     assert [pose.top for pose in thin.poses] == pytest.approx(
@@ -195,28 +194,23 @@ class TestRoughFiles:
     )
     def test_six_digits(self, make, sides):
         for turn in (np.eye(3), rotation(5)):
-            poses = poses_of(exports.printed(moved(make(sides), turn)))
+            poses = poses_of(printed(moved(make(sides), turn)))
             assert len(poses) == SIDES + 2
 
     @pytest.mark.parametrize("sides", [32, 2048])
     def test_five_digits(self, sides):
-        surface = exports.printed(moved(exports.d_shaft(sides), rotation(6)), 5)
+        surface = printed(moved(exports.d_shaft(sides), rotation(6)), 5)
         assert len(poses_of(surface)) == 51
 
     def test_six_digits_of_a_gear_leave_its_ends_flat(self):
-        assert (
-            len(poses_of(exports.printed(moved(exports.gear(60), rotation(5))))) == 122
-        )
+        assert len(poses_of(printed(moved(exports.gear(60), rotation(5))))) == 122
 
     @pytest.mark.parametrize("sides", [24, 64, 512])
     @pytest.mark.parametrize("more", [-0.5, 0.5])
     def test_half_a_step_at_the_seam(self, sides, more):
         profile = [(0.0, 0.0), (0.5, 0.0), (0.5, 0.7), (0.0, 0.7)]
         angles = 2.0 * np.pi * np.arange(sides) / (sides + more)
-        assert (
-            len(poses_of(exports.in_float32(exports.turned(profile, angles))))
-            == SIDES + 2
-        )
+        assert len(poses_of(in_float32(exports.turned(profile, angles)))) == SIDES + 2
 
     @pytest.mark.parametrize("last", [(0.5 + 1e-4, -1e-5), (0.5 - 1e-7, -5e-5)])
     def test_a_circle_that_does_not_quite_close(self, last):
@@ -225,7 +219,7 @@ class TestRoughFiles:
             outline = np.vstack(
                 (0.5 * np.column_stack((np.cos(angles), np.sin(angles))), [last])
             )
-            poses = poses_of(exports.in_float32(exports.extruded(outline, 0.7)))
+            poses = poses_of(in_float32(exports.extruded(outline, 0.7)))
             assert len(poses) == SIDES + 2
 
     def test_facets_that_are_divided_along_the_rims(self):

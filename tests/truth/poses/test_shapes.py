@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 import trimesh
 
+from lab.bodies import catalogue_parts, shapes
 from ros_pose_stats import load_part, part_from_mesh, resting_poses
 from ros_pose_stats.core.shapes import demo_parts
-from study import random_parts, shapes
 from tests.running import answer, command, refusal
 
 ROOT_5 = np.sqrt(5.0)
@@ -126,15 +126,15 @@ class TestDemoParts:
         assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("number", range(2 * len(random_parts.KINDS)))
+@pytest.mark.parametrize("number", range(2 * len(catalogue_parts.KINDS)))
 def test_random_machined_and_turned_parts_are_solids_with_few_poses(number):
-    surface = random_parts.random_part(3, number)
+    surface = catalogue_parts.random_part(3, number)
     vertices, triangles = surface
     body = trimesh.Trimesh(vertices, triangles, process=False)
     assert body.is_watertight and body.is_winding_consistent and body.volume > 0.0
     part = part_from_mesh(vertices, triangles, unit="mm")
     assert part.center_of_mass * 1e3 == pytest.approx(body.center_mass, abs=1e-3)
     assert 2 <= len(resting_poses(part).poses) <= 24
-    again, other = (random_parts.random_part(seed, number)[0] for seed in (3, 4))
+    again, other = (catalogue_parts.random_part(seed, number)[0] for seed in (3, 4))
     assert np.array_equal(again, vertices)
     assert other.shape != vertices.shape or not np.array_equal(other, vertices)

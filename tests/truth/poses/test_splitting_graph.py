@@ -3,16 +3,15 @@
 import numpy as np
 import pytest
 
-from ros_pose_stats import estimate, part_from_mesh, resting_poses, splitting_graph
-from study import shapes
-from tests.bodies import (
+from lab.bodies import shapes
+from lab.bodies.samples import (
     REGULAR_SOLIDS,
     clamp_hull,
-    moved,
     oblique_prism,
     random_polyhedron,
-    rotation,
 )
+from lab.bodies.variants import moved, rotation
+from ros_pose_stats import estimate, part_from_mesh, resting_poses, splitting_graph
 
 PARTS = {
     "icosahedron": part_from_mesh(*moved(REGULAR_SOLIDS["icosahedron"], rotation(3))),

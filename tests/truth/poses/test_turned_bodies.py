@@ -10,9 +10,12 @@ import pytest
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
+from lab.bodies import shapes
+from lab.bodies.samples import REGULAR_SOLIDS
+from lab.bodies.variants import moved, rotation
 from ros_pose_stats import estimate, part_from_mesh, resting_poses
 from ros_pose_stats.core.shapes import demo_parts
-from tests.bodies import METHODS, REGULAR_SOLIDS, moved, rotation, shapes
+from tests.answers import METHODS
 from tests.matching import downs
 
 BODIES = {  # and how often each is turned

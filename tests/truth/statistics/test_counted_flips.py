@@ -5,6 +5,8 @@ import math
 import numpy as np
 import pytest
 
+from lab.bodies import shapes
+from lab.bodies.samples import random_polyhedron
 from ros_pose_stats import (
     FeederCell,
     PoseStatsError,
@@ -14,7 +16,6 @@ from ros_pose_stats import (
     plan_feeding,
     simulate_flips,
 )
-from tests.bodies import random_polyhedron, shapes
 
 KICKS = 0.1, 0.3, 0.9
 

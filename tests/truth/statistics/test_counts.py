@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from lab.bodies import shapes
 from ros_pose_stats import PoseStatsError, part_from_mesh
 from ros_pose_stats.core.plates import count_part
 from ros_pose_stats.core.statistics.chi_square import goodness_of_fit, homogeneity
@@ -14,7 +15,6 @@ from ros_pose_stats.tools.design.paired_drops import (
     chance_of_split,
     paired_difference,
 )
-from tests.bodies import shapes
 
 
 @pytest.mark.parametrize(

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from manifold3d import CrossSection, JoinType, Manifold
 
+from lab.bodies import shapes
 from ros_pose_stats import estimate, part_from_mesh, simulate, simulate_flips
 from ros_pose_stats.core.planning import feeding_plan
 from ros_pose_stats.core.planning.plate_fill import blocking_with_bays, plate_fill
-from study import shapes
-from tests.bodies import by_index
+from tests.answers import by_index
 
 ROOM = 0.3, 0.2
 WANTED = [0, 1]

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, strategies as st
 from scipy.stats import beta, binom, dirichlet, norm
 
+from lab.bodies import shapes
 from ros_pose_stats import estimate as estimated, part_from_mesh
 from ros_pose_stats.core.planning.confidence import (
     learnt_plate_error,
@@ -17,7 +18,6 @@ from ros_pose_stats.core.planning.confidence import (
 from ros_pose_stats.core.statistics.errors import largest_error
 from ros_pose_stats.core.statistics.posterior import shortest_interval
 from ros_pose_stats.core.statistics.prior import ConnorMosimann, PosePrior, prior_fit
-from study import shapes
 
 
 @st.composite

@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 from scipy.stats import beta, binom
 
+from lab.bodies import shapes
+from lab.bodies.samples import random_polyhedron
 from ros_pose_stats import auto, part_from_mesh, simulate
-from tests.bodies import by_index, random_polyhedron, shapes
+from tests.answers import by_index
 
 LONG = 30_000
 

@@ -3,8 +3,8 @@
 import numpy as np
 import yaml
 
+from lab.bodies import shapes
 from ros_pose_stats import simulate
-from study import shapes
 
 from ..harness.camera import counted, counting, learnt
 from ..harness.cell import latched

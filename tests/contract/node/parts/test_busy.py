@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from rclpy.time import Time
 
+from lab.bodies import shapes
 from ros_pose_stats import estimate
-from study import shapes
 
 from ..harness.bags import recorded
 from ..harness.cell import Health, MeshPublisher, latched

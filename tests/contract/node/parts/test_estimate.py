@@ -7,7 +7,7 @@ import pytest
 from geometry_msgs.msg import Inertia, Vector3
 
 from ros_pose_stats import estimate
-from tests.bodies import METHODS
+from tests.answers import METHODS
 
 from ..harness.jobs import finished, known_part, start
 from ..harness.parts import (

@@ -7,7 +7,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 from visualization_msgs.msg import Marker, MarkerArray
 
-from tests.bodies import clamp_hull, moved, shapes
+from lab.bodies import shapes
+from lab.bodies.samples import clamp_hull
+from lab.bodies.variants import moved
 
 from ..harness.client import until
 from ..harness.parts import WEDGE, fine_box, flat, new_id

@@ -5,7 +5,8 @@ import pytest
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from tests.bodies import clamp_hull, moved, rotation
+from lab.bodies.samples import clamp_hull
+from lab.bodies.variants import moved, rotation
 
 from ..harness.parts import WEDGE, flat, library_part, new_id
 

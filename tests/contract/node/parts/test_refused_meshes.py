@@ -6,7 +6,8 @@ import pytest
 from geometry_msgs.msg import Inertia, Vector3
 from ros_pose_stats_msgs.msg import PartMesh
 
-from tests.bodies import shapes, subdivided
+from lab.bodies import shapes
+from lab.bodies.variants import subdivided
 
 from ..harness.cell import Health, MeshPublisher, latched
 from ..harness.client import FAILED, until

@@ -2,8 +2,8 @@
 
 import pytest
 
+from lab.bodies.samples import random_polyhedron
 from ros_pose_stats import auto, estimate, part_from_mesh, simulate
-from tests.bodies import random_polyhedron
 
 from ..harness.cell import latched
 from ..harness.client import CANCELLED, until

@@ -10,8 +10,9 @@ from geometry_msgs.msg import Inertia, Vector3
 from ros_pose_stats_msgs.msg import PartMesh
 from shape_msgs.msg import Mesh
 
+from lab.bodies import shapes
 from ros_pose_stats import load_part
-from tests.bodies import shapes, write_stl
+from tests.answers import write_stl
 from tests.running import answer, answer_json, call, refusal, strict_json
 
 from ..harness.cell import MeshPublisher, cell_of, latched

@@ -1,0 +1,86 @@
+"""The parts of the study: of all families, prisms with a hidden insert, and the demo parts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from lab.bodies.families import FAMILIES, family_options, family_part
+from ros_pose_stats import estimate
+from ros_pose_stats.core.mesh.parts import part_from_mesh, shift_center
+from ros_pose_stats.core.records import DropScene, Part
+from ros_pose_stats.core.shapes.demo_parts import DEMO_PARTS
+from ros_pose_stats.tools.design.changes import DesignSpace
+from ros_pose_stats.tools.design.shares import WantedShare
+
+SEED = 2024
+INSERT = "prisms with an insert"
+DEMO = "demo parts"
+
+LEAST = 0.1
+MOST = 0.9
+"""Share of the wanted poses, where a group of poses has one between them."""
+
+INSERTED = 0.2
+"""How far an insert moves the centre of mass of a prism, in radii."""
+
+
+class Case(NamedTuple):
+    """A part with its wanted poses: one group that symmetry makes alike."""
+
+    family: str
+    number: int
+    space: DesignSpace
+    model: WantedShare
+    restitution: float
+    draw: np.random.Generator
+
+
+RESTITUTIONS = (0.3, 0.5, 0.7)
+
+
+def all_parts(each: int) -> Iterator[tuple[str, int]]:
+    """Family and number of `each` parts a family, and of the demo parts."""
+    for number in range(each):
+        yield from ((family, number) for family in (*FAMILIES, INSERT))
+    yield from ((DEMO, number) for number in range(len(DEMO_PARTS)))
+
+
+def make_case(family: str, number: int) -> Case:
+    """A part of a family; equal arguments give the same one."""
+    draw = np.random.default_rng([SEED, number, *family.encode()])
+    part, tolerance, sides = _part(family, number, draw)
+    restitution = RESTITUTIONS[int(draw.integers(len(RESTITUTIONS)))]
+    space = DesignSpace(part, DropScene(restitution, None, tolerance, sides))
+    groups: dict[int, list[int]] = {}
+    share: dict[int, float] = {}
+    for pose in estimate(
+        part,
+        "split",
+        restitution=restitution,
+        cluster_tolerance=tolerance,
+        round_sides=sides,
+    ).poses:
+        groups.setdefault(pose.group, []).append(pose.index)
+        share[pose.group] = pose.group_probability
+    some = [group for group in groups if LEAST < share[group] < MOST] or list(groups)
+    wanted = tuple(groups[some[int(draw.integers(len(some)))]])
+    return Case(family, number, space, WantedShare(space, wanted), restitution, draw)
+
+
+def _part(
+    family: str, number: int, draw: np.random.Generator
+) -> tuple[Part, float, int]:
+    if family == DEMO:
+        name = list(DEMO_PARTS)[number]
+        part = part_from_mesh(*DEMO_PARTS[name](), unit="mm", part_id=name)
+        return part, *family_options("machined")
+    if family != INSERT:
+        return family_part(family, SEED, number), *family_options(family)
+    prism = family_part("prisms", SEED + 1, number)
+    corners = prism.surface_vertices
+    inside = draw.dirichlet(np.ones(len(corners))) @ corners - prism.center_of_mass
+    step = inside * min(1.0, INSERTED / float(np.linalg.norm(inside)))
+    return shift_center(prism, step), *family_options("prisms")

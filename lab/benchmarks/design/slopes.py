@@ -1,0 +1,86 @@
+"""Estimated against dropped changes of the wanted share, one feature at a time."""
+
+from __future__ import annotations
+
+import time
+from typing import NamedTuple
+
+import numpy as np
+
+from ros_pose_stats.base.errors import MeshError
+from ros_pose_stats.tools.design.changes import ChangedPart
+from ros_pose_stats.tools.design.paired_drops import paired_difference
+from ros_pose_stats.tools.design.sensitivity import STEP, effect_error
+
+from .cases import Case
+
+CHOSEN = (("centre", 1), ("stretch", 1), ("face", 2))
+"""Features of each kind that are drawn from those of a part."""
+
+MOST_DROPS = 3000
+FEWEST_DROPS = 200
+SECONDS = 5.0
+"""Drops of each of two variants, and the time that those of one part may take together."""
+
+
+class Slope(NamedTuple):
+    """A change by one step, a twentieth of the radius, of one feature; shares as fractions.
+
+    `estimated` and `measured` have standard errors; the change is half of that between a step to
+    one side and one to the other.
+    """
+
+    family: str
+    number: int
+    kind: str
+    estimated: float
+    error: float
+    measured: float
+    measured_error: float
+    drops: int
+
+
+def measure_slopes(case: Case, workers: int) -> list[Slope]:
+    """Measure some features of a part, drawn at random."""
+    space = case.space
+    model = case.model
+    drawn = []
+    for kind, count in CHOSEN:
+        mine = np.flatnonzero([one.kind == kind for one in space.features])
+        drawn += case.draw.choice(mine, min(count, len(mine)), replace=False).tolist()
+    base = space.change_one(0, 0.0)
+    share = model.estimate(base)
+    drops = _affordable(case, base, 2 * len(drawn), workers)
+    found = []
+    for number in drawn:
+        feature = space.features[number]
+        unit = STEP * (space.body.radius if feature.is_length else 1.0)
+        try:
+            pair = [space.change_one(number, side) for side in (-unit, unit)]
+        except MeshError:  # a step that leaves no body is no case
+            continue
+        other, change = (model.estimate(one) - share for one in pair)
+        slope = 0.5 * (change - other)
+        measured = paired_difference(*model.drop(pair, drops, case.number, workers))
+        found.append(
+            Slope(
+                case.family,
+                case.number,
+                feature.kind,
+                slope,
+                effect_error(slope, 0.5 * abs(change + other)),
+                0.5 * measured.value,
+                0.5 * max(measured.standard_error, 1.0 / measured.trials),
+                measured.trials,
+            )
+        )
+    return found
+
+
+def _affordable(case: Case, base: ChangedPart, variants: int, workers: int) -> int:
+    """Drops of each variant that fit in the time; rolling parts are slow."""
+    trial = 50
+    begin = time.process_time()
+    case.model.drop([base], trial, 0, workers)
+    seconds = (time.process_time() - begin) / trial
+    return int(min(MOST_DROPS, max(FEWEST_DROPS, SECONDS / (variants * seconds))))

@@ -1,0 +1,201 @@
+"""Bodies to measure, each made from its seed alone."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import count, product
+from typing import NamedTuple
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+from ros_pose_stats.core.shapes.demo_parts import DEMO_PARTS
+
+from . import shapes
+
+FEW = (1.0, 0.7, 0.5)
+"""Semi-axes of an ellipsoid on which few facets are stable."""
+
+NEAR_SPHERE = (1.0, 0.96, 0.92)
+"""Semi-axes of a near-sphere: about 700 of its facets are stable at 4 000 random vertices."""
+
+ROUNDED_AXES = np.array((1.0, 0.8, 0.6))
+_CUTS = np.array(
+    ((0.64, 0.66, 0.65), (0.67, 0.63, 0.66))
+)  # unequal: no symmetry, no ties
+_FLATS = np.array(((0.86, 0.80, 0.74), (0.83, 0.77, 0.71)))
+
+
+class Body(NamedTuple):
+    """A named mesh: vertices (V, 3) and triangles (T, 3)."""
+
+    name: str
+    vertices: NDArray[np.float64]
+    triangles: NDArray[np.int64]
+
+
+def random_polyhedron(vertices: int, seed: int) -> Body:
+    """Hull of normally distributed points, the first from the seed on with that many vertices."""
+    for trial in count(1000 * seed):
+        points = np.random.default_rng(trial).standard_normal(
+            (vertices * vertices // 6, 3)
+        )
+        surface = shapes.hull_mesh(points)
+        if len(surface[0]) == vertices:
+            return Body(f"random polyhedron {seed}", *surface)
+    raise AssertionError
+
+
+def paper_polyhedron(seed: int) -> Body:
+    """Hull of normally distributed points, as in the paper's experiments.
+
+    There are 4 points and as many more as a coin of 0.1 fails before its first success.
+    """
+    rng = np.random.default_rng(seed)
+    points = rng.standard_normal((3 + int(rng.geometric(0.1)), 3))
+    return Body(f"paper's polyhedron {seed}", *shapes.hull_mesh(points))
+
+
+def ellipsoid(vertices: int, seed: int = 1) -> Body:
+    """Random points on an ellipsoid: few stable facets."""
+    return Body(
+        "ellipsoid", *shapes.hull_mesh(shapes.ellipsoid_points(vertices, seed, FEW))
+    )
+
+
+def sphere(vertices: int, seed: int = 1) -> Body:
+    """Random points on a sphere: nearly half of the facets are stable."""
+    return Body("sphere", *shapes.hull_mesh(shapes.sphere_points(vertices, seed)))
+
+
+def near_sphere(vertices: int, seed: int = 3) -> Body:
+    """Random points on an ellipsoid close to a sphere: many stable facets, unevenly spread."""
+    points = shapes.ellipsoid_points(vertices, seed, NEAR_SPHERE)
+    return Body("near-sphere", *shapes.hull_mesh(points))
+
+
+def demo_parts() -> list[Body]:
+    """The demo parts as meshed, in millimetres."""
+    return [Body(name, *make()) for name, make in DEMO_PARTS.items()]
+
+
+def rounded_box(fineness: int) -> Body:
+    """Ellipsoid cut by six planes that meet: six flat faces and eight rounded corners.
+
+    The ellipsoid has its equilibria where the planes cut it away, so the six flats are the
+    only stable faces however fine the corners are. There are 4 (f + 1) (f + 2) vertices.
+    """
+    corners = [_corner(np.array(side), fineness) for side in product((0, 1), repeat=3)]
+    return Body("rounded box", *shapes.hull_mesh(np.vstack(corners) * ROUNDED_AXES))
+
+
+def _corner(side: NDArray[np.int64], fineness: int) -> NDArray[np.float64]:
+    """Triangular grid on one corner of the cut unit sphere.
+
+    In squared coordinates the sphere is the plane X + Y + Z = 1 and each cut is X = const,
+    so the corner is a flat triangle there and its rims come out exactly planar.
+    """
+    cut = _CUTS[side, np.arange(3)] ** 2
+    i, j = np.meshgrid(np.arange(fineness + 1), np.arange(fineness + 1), indexing="ij")
+    below = i + j <= fineness
+    weights = (
+        np.column_stack((i[below], j[below], fineness - (i + j)[below])) / fineness
+    )
+    ends = np.tile(cut, (3, 1))
+    np.fill_diagonal(ends, 1.0 - cut.sum() + cut)
+    squares = np.where(weights == 0.0, cut, weights @ ends)
+    return np.sqrt(squares) * (2 * side - 1)
+
+
+def flattened_ellipsoid(vertices: int) -> Body:
+    """Ellipsoid with six separate flats around its axes, most of it still curved.
+
+    Six stable faces from 200 vertices on; the curved points are a Fibonacci lattice. The
+    number of vertices is met to about a tenth, closer for many.
+    """
+    rims = np.vstack(
+        [
+            _rim(axis, side, max(4, round(0.62 * vertices**0.5)))
+            for axis in range(3)
+            for side in range(2)
+        ]
+    )
+    limit = np.cos(
+        np.arccos(_FLATS) + (np.pi / vertices) ** 0.5
+    )  # leave a gap to the rims
+    curved = 1.0 - float(((1.0 - limit) / 2.0).sum())
+    k = np.arange(int((vertices - len(rims)) / curved)) + 0.5
+    z = 1.0 - 2.0 * k / k.size
+    turn = k * np.pi * (1.0 + 5.0**0.5)
+    around = np.sqrt(1.0 - z * z)
+    lattice = np.column_stack((around * np.cos(turn), around * np.sin(turn), z))
+    outside = (lattice < limit[1]).all(axis=1) & (-lattice < limit[0]).all(axis=1)
+    points = np.vstack((rims, lattice[outside])) * ROUNDED_AXES
+    return Body("flattened ellipsoid", *shapes.hull_mesh(points))
+
+
+def _rim(axis: int, side: int, points: int) -> NDArray[np.float64]:
+    """Points on the circle in which a plane cuts the unit sphere."""
+    height = _FLATS[side, axis]
+    turn = 2.0 * np.pi * (np.arange(points) + 0.25 + 0.11 * axis) / points
+    rim = np.empty((points, 3))
+    rim[:, axis] = (2 * side - 1) * height
+    rim[:, (axis + 1) % 3] = (1.0 - height**2) ** 0.5 * np.cos(turn)
+    rim[:, (axis + 2) % 3] = (1.0 - height**2) ** 0.5 * np.sin(turn)
+    return rim
+
+
+def cut_ball(
+    subdivisions: int, axes: Sequence[float] = (1.0, 1.0, 1.0), height: float = 0.7
+) -> shapes.Surface:
+    """An ellipsoid cut at that share of its lower radius."""
+    ball = trimesh.creation.icosphere(subdivisions=subdivisions)
+    points = np.array(ball.vertices)
+    edges = ball.edges_unique
+    below = points[:, 2] < -height
+    first, last = edges[below[edges[:, 0]] != below[edges[:, 1]]].T
+    share = (-height - points[first, 2]) / (points[last, 2] - points[first, 2])
+    crossing = points[first] + share[:, None] * (points[last] - points[first])
+    return shapes.hull_mesh(np.vstack((points[~below], crossing)) * np.array(axes))
+
+
+LENGTH = 0.05
+"""Of bodies of so many triangles, metres."""
+
+
+def ring_of(triangles: int) -> Body:
+    """Flat elliptic ring, a torus: half of its vertices are on the hull."""
+    around = max(3, round((triangles / 10) ** 0.5))
+    along = max(3, triangles // (2 * around))
+    turn = 2.0 * np.pi * np.arange(along)[:, None] / along
+    tube = 2.0 * np.pi * np.arange(around)[None, :] / around
+    out = 1.0 + 0.3 * np.cos(tube)
+    vertices = np.stack(
+        (
+            out * np.cos(turn),
+            0.8 * out * np.sin(turn),
+            np.broadcast_to(0.2 * np.sin(tube), (along, around)),
+        ),
+        axis=-1,
+    )
+    i, j = (grid.ravel() for grid in np.indices((along, around)))
+    here = i * around + j
+    beside = i * around + (j + 1) % around
+    ahead, across = ((i + 1) % along * around + k for k in (j, (j + 1) % around))
+    corners = np.stack((here, ahead, across, here, across, beside), axis=-1)
+    return Body(
+        f"ring, {len(here) * 2} triangles",
+        LENGTH * vertices.reshape(-1, 3),
+        corners.reshape(-1, 3),
+    )
+
+
+def rounded_box_of(triangles: int) -> Body:
+    """Rounded box: all of its vertices are on the hull."""
+    body = rounded_box(max(1, round((triangles / 8.0) ** 0.5 - 1.5)))
+    return Body(
+        f"rounded box, {len(body.triangles)} triangles",
+        LENGTH * body.vertices,
+        body.triangles,
+    )

@@ -1,0 +1,37 @@
+"""Meshes that are slow to check."""
+
+from __future__ import annotations
+
+import numpy as np
+import trimesh
+
+from . import shapes
+
+ROUND = shapes.hull_mesh(shapes.sphere_points(1200, 3) * (0.02, 0.03, 0.04))
+
+
+def smooth_body(triangles, length=0.04):
+    """An ellipsoid: every vertex is a corner of the hull, which takes time."""
+    rings = max(4, round((triangles / 4) ** 0.5))
+    ball = trimesh.creation.uv_sphere(count=[rings, rings])
+    return (
+        np.asarray(ball.vertices) * [0.5, 0.4, 0.3] * length,
+        np.asarray(ball.faces, dtype=np.uint32),
+    )
+
+
+def slivers(triangles, length=0.04):
+    """Needles across each other: tetrahedra a million times longer than they are thick.
+
+    Whether they reach into each other is looked for as long as it may be.
+    """
+    chance = np.random.default_rng(0)
+    count = triangles // 4
+    ends = chance.uniform(-0.5, 0.5, (2, count, 3)) * length
+    aside = chance.normal(size=(2, count, 3)) * 1e-6 * length
+    corners = np.stack([ends[0], ends[1], ends[0] + aside[0], ends[0] + aside[1]], 1)
+    volume = np.linalg.det(corners[:, 1:] - corners[:, :1])
+    corners[volume < 0.0, 2:] = corners[volume < 0.0, 3:1:-1]
+    rows = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)])
+    starts = 4 * np.arange(count)[:, None, None]
+    return corners.reshape(-1, 3), (rows + starts).reshape(-1, 3).astype(np.uint32)

@@ -1,0 +1,125 @@
+"""Bodies assembled from convex solids that touch, with holes cut out of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ros_pose_stats.core.mesh.mass_properties import solid_of
+from ros_pose_stats.core.mesh.parts import part_from_mesh
+from ros_pose_stats.core.records import Part
+
+from .shapes import hull_mesh
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """A solid of density 1 (-1 for a hole), convex where it has no triangles of its own.
+
+    Attributes
+    ----------
+    corners : (V, 3) array
+    density : float
+    triangles : (T, 3) array of int, optional
+        Outward; the convex hull's by default.
+    """
+
+    corners: Array
+    density: float = 1.0
+    triangles: NDArray[np.int64] | None = None
+
+    def hole(self) -> Solid:
+        """The same solid as a hole."""
+        return Solid(self.corners, -1.0, self.triangles)
+
+    def surface(self) -> tuple[Array, NDArray[np.int64]]:
+        """Vertices and triangles."""
+        if self.triangles is None:
+            return hull_mesh(self.corners)
+        return self.corners, self.triangles
+
+
+def extruded(outline: Array, low: float, high: float, axis: int = 2) -> Solid:
+    """A convex outline (k, 2) drawn along an axis; its plane keeps the order of the others."""
+    layers = [np.insert(outline, axis, level, axis=1) for level in (low, high)]
+    return Solid(np.concatenate(layers))
+
+
+def block(low: tuple[float, float, float], high: tuple[float, float, float]) -> Solid:
+    """A box between two corners."""
+    x = (low[0], high[0])
+    y = (low[1], high[1])
+    return extruded(np.array([(a, b) for a in x for b in y]), low[2], high[2])
+
+
+def fan(outline: Array, low: float, high: float) -> Solid:
+    """An outline (k, 2) around the z axis, counter-clockwise, drawn along it; as star-shaped."""
+    corners = len(outline)
+    here = np.arange(corners)
+    there = (here + 1) % corners
+    layers = [
+        np.column_stack((outline, np.full(corners, level))) for level in (low, high)
+    ]
+    ends = np.array([(0.0, 0.0, low), (0.0, 0.0, high)])
+    return Solid(
+        np.vstack((*layers, ends)),
+        triangles=np.vstack(
+            (
+                np.column_stack((here, there, there + corners)),
+                np.column_stack((here, there + corners, here + corners)),
+                np.column_stack((there, here, np.full(corners, 2 * corners))),
+                np.column_stack(
+                    (here + corners, there + corners, np.full(corners, 2 * corners + 1))
+                ),
+            )
+        ),
+    )
+
+
+def assembled(solids: list[Solid]) -> Part:
+    """Assemble solids that at most touch, less the holes in them, into one part scaled to 1 m.
+
+    Its surface is the convex hull, or where a solid has triangles of its own, those of all
+    solids; its mass properties are those of the solids.
+    """
+    whole = [solid_of(*solid.surface()) for solid in solids]
+    density = np.array([solid.density for solid in solids])
+    masses = density * np.array([one.volume for one in whole])
+    centers = np.array([one.centroid for one in whole])
+    mass = float(masses.sum())
+    center = masses @ centers / mass
+    inertia = np.zeros((3, 3))
+    for one, sign, part, away in zip(
+        whole, density, masses, centers - center, strict=True
+    ):
+        inertia += sign * one.inertia
+        inertia += part * ((away @ away) * np.eye(3) - np.outer(away, away))
+    full = [solid for solid in solids if solid.density > 0.0]
+    there = np.concatenate([solid.corners for solid in full])
+    size = float(np.linalg.norm(there - center, axis=1).max())
+    vertices, triangles = _surface(full)
+    return part_from_mesh(
+        (vertices - center) / size,
+        triangles,
+        center_of_mass=np.zeros(3),
+        mass=1.0,
+        inertia=inertia / (mass * size * size),
+    )
+
+
+def _surface(solids: list[Solid]) -> tuple[Array, NDArray[np.int64]]:
+    """Of the hull of all, or where one has triangles of its own, of each."""
+    if all(solid.triangles is None for solid in solids):
+        return hull_mesh(np.concatenate([solid.corners for solid in solids]))
+    count = 0
+    vertices = []
+    triangles = []
+    for corners, own in (solid.surface() for solid in solids):
+        vertices.append(corners)
+        triangles.append(own + count)
+        count += len(corners)
+    return np.concatenate(vertices), np.concatenate(triangles)

@@ -1,0 +1,1 @@
+"""How programs of the lab and the study measure, store and render."""

@@ -1,0 +1,122 @@
+"""Results of a benchmark: sections of rows, and their JSON."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+Cell = float | int | str
+
+
+@dataclass(frozen=True)
+class Target:
+    """A target: `value` below `limit`, or at least `limit`.
+
+    Attributes
+    ----------
+    name : str
+        What the value is, with its unit.
+    value, limit : float
+    at_least : bool
+        Whether the value must reach the limit rather than stay below it.
+    """
+
+    name: str
+    value: float
+    limit: float
+    at_least: bool = False
+
+    @property
+    def is_met(self) -> bool:
+        """Whether the value is on the right side of the limit."""
+        return self.value >= self.limit if self.at_least else self.value < self.limit
+
+    def __str__(self) -> str:
+        demand = "at least" if self.at_least else "limit"
+        return f"{self.name} {format_cell(self.value)}, {demand} {self.limit:g}"
+
+
+@dataclass(frozen=True)
+class Row:
+    """A line of a table: a name, a cell for each column, and targets."""
+
+    name: str
+    cells: dict[str, Cell]
+    targets: tuple[Target, ...] = ()
+
+
+@dataclass(frozen=True)
+class Section:
+    """A table.
+
+    Attributes
+    ----------
+    name : str
+        Key.
+    title : str
+    timed : str
+        Says exactly what the figures are times of.
+    rows : tuple of Row
+        All with the same columns.
+    """
+
+    name: str
+    title: str
+    timed: str
+    rows: tuple[Row, ...]
+
+
+@dataclass(frozen=True)
+class Results:
+    """A run: its machine, and its sections."""
+
+    machine: dict[str, str]
+    sections: tuple[Section, ...]
+
+    @property
+    def rows(self) -> Iterator[Row]:
+        """Rows of all sections."""
+        for section in self.sections:
+            yield from section.rows
+
+
+def format_cell(value: Cell) -> str:
+    """Format a cell: three significant digits, thousands apart."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, int):
+        return f"{value:,}".replace(",", " ")
+    if not math.isfinite(value) or value == 0.0:
+        return f"{value:g}"
+    digits = max(0, 2 - math.floor(math.log10(abs(value))))
+    return f"{value:,.{digits}f}".replace(",", " ")
+
+
+def save(results: Results, file: Path) -> None:
+    """Write as JSON."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(
+        json.dumps(asdict(results), indent=1, allow_nan=False) + "\n", encoding="utf-8"
+    )
+
+
+def load(file: Path) -> Results:
+    """Read what `save` wrote."""
+    stored: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+    return Results(stored["machine"], tuple(map(_section, stored["sections"])))
+
+
+def _section(stored: dict[str, Any]) -> Section:
+    rows = [
+        Row(
+            row["name"],
+            row["cells"],
+            tuple(Target(**target) for target in row["targets"]),
+        )
+        for row in stored["rows"]
+    ]
+    return Section(stored["name"], stored["title"], stored["timed"], tuple(rows))

@@ -1,0 +1,47 @@
+"""What tests read of an answer, and files that they write without the package's help."""
+
+from pathlib import Path
+
+import numpy as np
+
+METHODS = (
+    "area",
+    "csae",
+    "adre",
+    "qse",
+    "pqse",
+    "nqse",
+    "eae",
+    "meae",
+    "combined",
+    "split",
+)
+
+
+def write_stl(path: Path, surface) -> Path:
+    """Binary STL, written without the help of the package under test."""
+    vertices, triangles = surface
+    record = np.zeros(
+        len(triangles),
+        dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")],
+    )
+    record["corners"] = np.asarray(vertices)[triangles]
+    path.write_bytes(
+        bytes(80) + len(triangles).to_bytes(4, "little") + record.tobytes()
+    )
+    return path
+
+
+def codes(found):
+    """What the warnings of a part or an answer are about."""
+    return [warning.partition(":")[0] for warning in found.warnings]
+
+
+def counts(found):
+    """Drops in each pose, by index."""
+    return [pose.count for pose in sorted(found.poses, key=lambda pose: pose.index)]
+
+
+def by_index(found, name="probability"):
+    """A value of all poses, in the order of their numbers."""
+    return np.array([getattr(pose, name) for _, pose in sorted(found.by_index.items())])
