@@ -1,4 +1,4 @@
-"""What cameras count, on `~/pose_counts`, and see, on `~/observed_parts`: recorded and learnt."""
+"""Cameras count on `~/pose_counts`, and see on `~/observed_parts`: that is learnt here."""
 
 import math
 import threading
@@ -24,16 +24,15 @@ from .recorder import POSE_COUNTS
 from .recording.decoding import numbering_of
 from .refusals import COUNTS, MINUTE, SequenceGaps
 
-MOST_BYTES = (
-    2**20
-)  # of a camera's message: counts of some 80 000 poses, or some 16 000 parts seen
+# of a camera's message: counts of some 80 000 poses, or some 16 000 parts
+MOST_BYTES = 2**20
 DEPTH = 1000  # messages that wait in the middleware
 MOST_AT_ONCE = 2**22  # bytes of messages that are taken together
-OVERHEAD = 1000  # bytes that a message is taken to occupy beside its own, decoded and on its way
+OVERHEAD = 1000  # bytes of a message beside its own, decoded and on its way
 
 
 class BatchSubscription:
-    """Hands all messages that wait over to `take`, in their order, by one thread at a time."""
+    """Hands over all messages that wait, in their order, by one thread at a time."""
 
     def __init__(
         self,
@@ -41,17 +40,17 @@ class BatchSubscription:
         kind: type,
         topic: str,
         noun: str,
-        take: Callable[[list[bytes]], object],
+        hand_over: Callable[[list[bytes]], object],
     ) -> None:
         self._log = equipment.node.get_logger()
         self._floods = equipment.refusals.floods
         self._kind = kind
         self._topic = topic
         self._noun = noun
-        self._hand_over = take
+        self._hand_over = hand_over
         self._count_lost = partial(equipment.refusals.count_lost, COUNTS)
         self._gaps = SequenceGaps()
-        self._warned = -math.inf
+        self._warned_at = -math.inf
         self._lock = threading.Lock()
         self._received: Memory[tuple[int, int, int], bool] = Memory(4 * DEPTH)
         group = callback_groups.MutuallyExclusiveCallbackGroup()
@@ -80,33 +79,34 @@ class BatchSubscription:
         while self._take_with([]):
             pass
 
-    def _take_with(self, received: list[tuple[bytes, Mapping[str, int]]]) -> bool:
-        """Hand over messages and what waits behind them, up to so many bytes; whether any."""
-        size = sum(len(data) for data, _ in received)
+    def _take_with(self, messages: list[tuple[bytes, Mapping[str, int]]]) -> bool:
+        """Hand over messages and those behind them, within a bound; whether any came."""
+        size = sum(len(data) for data, _ in messages)
         handle = self._subscription.handle
         with self._lock:
             with handle:
-                while (
-                    size < MOST_AT_ONCE
-                    and (waiting := handle.take_message(self._kind, True)) is not None
-                ):
-                    received.append(waiting)
-                    size += len(waiting[0]) + OVERHEAD
+                while size < MOST_AT_ONCE:
+                    message = handle.take_message(self._kind, True)
+                    if message is None:
+                        break
+                    messages.append(message)
+                    size += len(message[0]) + OVERHEAD
             lost = 0
-            for _, info in received:
+            for _, info in messages:
                 lost += self._gaps.missing_before(info)
                 self._floods.count(f"{self._noun} on {self._topic}")
             total = self._count_lost(lost)
-            if lost and time.monotonic() - self._warned > MINUTE:
-                self._warned = time.monotonic()
+            now = time.monotonic()
+            if lost and now - self._warned_at > MINUTE:
+                self._warned_at = now
                 self._log.warning(
                     f"{self._topic}: {total} counts lost so far: they come faster "
                     "than they can be recorded"
                 )
-            fresh = [data for data, info in received if not self._is_copy(data, info)]
+            fresh = [data for data, info in messages if not self._is_copy(data, info)]
             if fresh:
                 self._hand_over(fresh)
-        return bool(received)
+        return bool(messages)
 
     def _take_unreliable(self, data: bytes, info: Mapping[str, int]) -> None:
         """Hand over what best-effort publishers send."""
@@ -116,23 +116,21 @@ class BatchSubscription:
 
     def _is_copy(self, data: bytes, info: Mapping[str, int]) -> bool:
         """Whether the other subscription had it: a reliable publisher matches both."""
-        sent = (
+        identity = (
             info["source_timestamp"],
             info["publication_sequence_number"],
             hash(bytes(data)),
         )
-        is_copy = self._received.get(sent) is not None
-        self._received.put(sent, True)
+        is_copy = self._received.get(identity) is not None
+        self._received.put(identity, True)
         return is_copy
 
 
 COUNTS_TOPIC = "~/pose_counts"
 OBSERVED_TOPIC = "~/observed_parts"
-MOST_PROBLEMS = 60  # counts that cannot be compared, of which each is told, in a minute
+MOST_PROBLEMS = 60  # counts in a minute that cannot be compared, and are told each
 MOST_PARTS = 10**6  # in one count
-LEAST_CONFIDENCE = (
-    0.5  # a camera that is less sure of a part says nothing about its pose
-)
+LEAST_CONFIDENCE = 0.5  # a camera that is less sure of a part says nothing of its pose
 MOST_SPEEDS = 100
 LONGEST_SPEED = 100  # of a feeder, and characters of a name
 
@@ -163,14 +161,7 @@ class Cameras:
                 PoseCounts,
                 COUNTS_TOPIC,
                 "counts",
-                partial(
-                    self._take,
-                    COUNTS_TOPIC,
-                    "count",
-                    lambda data: part_messages.deserialized(
-                        data, PoseCounts, MOST_BYTES
-                    ),
-                ),
+                partial(self._take, COUNTS_TOPIC, "count", read_counts),
             ),
         ]
 
@@ -184,11 +175,11 @@ class Cameras:
         topic: str,
         noun: str,
         read: Callable[[bytes], PoseCounts | None],
-        received: list[bytes],
+        messages: list[bytes],
     ) -> None:
         """Learn from what was counted, have that on the disk, and put it on record."""
         sound = []
-        for data in received:
+        for data in messages:
             try:
                 counts = read(data)
             except Exception as error:  # a refusal, or a failure that is told like one
@@ -203,7 +194,8 @@ class Cameras:
             part = self._parts.current(counts.part_id)
             if part is not None:
                 part.introduce()
-            # ROS reads a text that lacks its closing zero byte; other readers of bags do not.
+            # As it was read, not as it came: ROS reads a text that lacks its closing zero
+            # byte, and other readers of bags do not.
             self._recorder.record(POSE_COUNTS, serialization.serialize_message(counts))
 
     def _learn(self, counts: PoseCounts) -> None:
@@ -213,117 +205,141 @@ class Cameras:
         with nullcontext() if part is None else part.lock:  # nothing comes in between
             part = self._parts.current(counts.part_id)
             problem = count_problem(counts, part, self._settings().plate)
-            if not problem and part is not None:
+            if part is not None and not problem:
                 if part.add_counts(counts):
                     return
-                stamp = counts.header.stamp
                 kind = "counts that came before"
-                problem = "it came before, and counts once" + (
-                    ""
-                    if stamp.sec or stamp.nanosec
-                    else "; fill in header.stamp, which tells equal counts apart"
-                )
+                problem = "it came before, and counts once"
+                stamp = counts.header.stamp
+                if not (stamp.sec or stamp.nanosec):
+                    problem += "; fill in header.stamp, which tells equal counts apart"
         if self._refusals.floods.count(kind, MOST_PROBLEMS):
             self._log.warning(f"{COUNTS_TOPIC}: recorded, but {problem}")
 
     def _count_observed(self, data: bytes) -> PoseCounts | None:
-        """Count the poses of parts that a camera saw on the plate; None where it saw none."""
+        """Count the poses of parts that a camera saw; None where it saw none."""
         settings = self._settings()
-        seen = part_messages.observed_parts(data, MOST_BYTES)
-        part = self._parts.current(seen.part_id)
-        confidence = seen.confidence
-        if len(confidence) not in (0, len(seen.poses)):
-            raise RequestError(
-                "a confidence for each of the poses, or none at all",
-                f"{len(confidence)} for {len(seen.poses)} poses",
-                "fill in all or none",
-            )
-        wrong = confidence[(confidence < 0.0) | (confidence > 1.0)]
-        if len(wrong):
-            raise RequestError(
-                "confidences from 0 to 1", f"{wrong[0]:g}", "divide percentages by 100"
-            )
-        if seen.frame_id not in ("", settings.plate_frame):
-            frame = part_requests.shown(settings.plate_frame)
-            raise RequestError(
-                f"poses in the frame {frame} (parameter plate_frame)",
-                part_requests.shown(seen.frame_id),
-                "transform them to the plate, z up",
-            )
+        observed = part_messages.observed_parts(data, MOST_BYTES)
+        check_observed(observed, settings.plate_frame)
+        part = self._parts.current(observed.part_id)
         if part is None or part.latched is None:
             raise RequestError(
                 "the part_id of a known part",
-                part_requests.shown(seen.part_id),
+                part_requests.shown(observed.part_id),
                 "publish its mesh on ~/part_mesh first",
             )
-        if not len(seen.poses):
+        if not len(observed.poses):
             return None
-        latched = part.latched.message
+        result = part.latched.message
         scene = part.latched.scene
         poses = classify_orientations(
             part.geometry,
-            seen.poses[:, 3:],
-            cluster_tolerance=latched.cluster_tolerance,
-            round_sides=latched.round_sides,
+            observed.poses[:, 3:],
+            cluster_tolerance=result.cluster_tolerance,
+            round_sides=result.round_sides,
         )
-        sure = (poses >= 0) & (
-            confidence >= LEAST_CONFIDENCE if len(confidence) else True
-        )
-        index, count = np.unique(poses[sure], return_counts=True)
+        is_sure = poses >= 0
+        if len(observed.confidence):
+            is_sure &= observed.confidence >= LEAST_CONFIDENCE
+        index, count = np.unique(poses[is_sure], return_counts=True)
         counts = PoseCounts(
             part_id=part.part_id,
             part_digest=part.digest,
-            cluster_tolerance=latched.cluster_tolerance,
-            round_sides=latched.round_sides,
+            cluster_tolerance=result.cluster_tolerance,
+            round_sides=result.round_sides,
             plate=settings.plate,
             index=index.astype(np.uint32),
             count=count.astype(np.uint64),
             drop_height=-1.0 if scene.drop_height is None else scene.drop_height,
-            unclassified=int((~sure).sum()),
-            from_pose=seen.from_pose,
-            feeder_speed=seen.feeder_speed,
+            unclassified=int((~is_sure).sum()),
+            from_pose=observed.from_pose,
+            feeder_speed=observed.feeder_speed,
         )
-        counts.header.stamp = times.time_message(seen.stamp or times.now())
+        counts.header.stamp = times.time_message(observed.stamp or times.now())
         counts.header.frame_id = settings.plate_frame
         return counts
 
 
+def read_counts(data: bytes) -> PoseCounts:
+    """What a camera counted; raises RequestError if it is too long."""
+    counts: PoseCounts = part_messages.deserialized(data, PoseCounts, MOST_BYTES)
+    return counts
+
+
+def check_observed(observed: part_messages.ObservedArrays, plate_frame: str) -> None:
+    """Refuse what cannot be counted whatever the part; raises RequestError."""
+    confidence = observed.confidence
+    if len(confidence) not in (0, len(observed.poses)):
+        raise RequestError(
+            "a confidence for each of the poses, or none at all",
+            f"{len(confidence)} for {len(observed.poses)} poses",
+            "fill in all or none",
+        )
+    wrong = confidence[(confidence < 0.0) | (confidence > 1.0)]
+    if len(wrong):
+        raise RequestError(
+            "confidences from 0 to 1", f"{wrong[0]:g}", "divide percentages by 100"
+        )
+    if observed.frame_id not in ("", plate_frame):
+        frame = part_requests.shown(plate_frame)
+        raise RequestError(
+            f"poses in the frame {frame} (parameter plate_frame)",
+            part_requests.shown(observed.frame_id),
+            "transform them to the plate, z up",
+        )
+
+
 def count_problem(counts: PoseCounts, part: KnownPart | None, plate: str) -> str:
-    """Why a camera's count of a part cannot be compared with anything; empty where it can."""
+    """Why counts of a part cannot be compared with anything; empty where they can."""
     if len(counts.index) != len(counts.count):
         return f"it has {len(counts.index)} pose indices and {len(counts.count)} counts"
+    name = part_requests.shown(counts.part_id)
     if part is None or part.latched is None:
-        return f"no part {part_requests.shown(counts.part_id)} is known"
+        return f"no part {name} is known"
     if counts.plate not in ("", plate):
         return (
-            f"it names the plate {part_requests.shown(counts.plate)}, and the node's is "
-            f"{part_requests.shown(plate)}; name that one, or none"
+            f"it names the plate {part_requests.shown(counts.plate)}, and the node's "
+            f"is {part_requests.shown(plate)}; name that one, or none"
         )
-    latched = part.latched.message
     if counts.part_digest and counts.part_digest != part.digest:
-        return f"{part_requests.shown(counts.part_id)} has another part_digest by now"
+        return f"{name} has another part_digest by now"
     if sum(counts.count) > MOST_PARTS:
         return f"it counts more than {MOST_PARTS} parts"
+    indices = {*counts.index}
     if counts.from_pose >= 0:
-        if not 0 < len(counts.feeder_speed) <= LONGEST_SPEED:
-            return (
-                f"it has a from_pose and {len(counts.feeder_speed)} characters of "
-                f"feeder_speed; name the feeder's setting in 1 to {LONGEST_SPEED}"
-            )
-        tally = part.counts.tally
-        speeds = set() if tally is None else tally.flips.keys()
-        if counts.feeder_speed not in speeds and len(speeds) >= MOST_SPEEDS:
-            return f"flips at {len(speeds)} feeder_speeds have been counted, the most there are"
+        indices.add(counts.from_pose)
+        problem = flip_problem(counts, part)
+        if problem:
+            return problem
     if not math.isfinite(counts.drop_height):
-        return f"it has the drop_height {counts.drop_height}; a negative one stands for unknown"
-    counted = numbering_of(counts)
-    numbered = numbering_of(latched)
-    if not counted.agrees(numbered):
-        return f"it has {counted}, the results have {numbered}; copy both from PoseStatistics"
-    named = {*counts.index, *([counts.from_pose] if counts.from_pose >= 0 else [])}
-    unknown = sorted(named - {pose.index for pose in latched.poses})
-    return (
-        f"{part_requests.shown(counts.part_id)} has no pose {unknown[0]}"
-        if unknown
-        else ""
-    )
+        return (
+            f"it has the drop_height {counts.drop_height}; "
+            "a negative one stands for unknown"
+        )
+    result = part.latched.message
+    numbering = numbering_of(counts)
+    result_numbering = numbering_of(result)
+    if not numbering.agrees(result_numbering):
+        return (
+            f"it has {numbering}, the results have {result_numbering}; "
+            "copy both from PoseStatistics"
+        )
+    unknown = sorted(indices - {pose.index for pose in result.poses})
+    return f"{name} has no pose {unknown[0]}" if unknown else ""
+
+
+def flip_problem(counts: PoseCounts, part: KnownPart) -> str:
+    """Why counts of flips cannot be added to those before; empty where they can."""
+    if not 0 < len(counts.feeder_speed) <= LONGEST_SPEED:
+        return (
+            f"it has a from_pose and {len(counts.feeder_speed)} characters of "
+            f"feeder_speed; name the feeder's setting in 1 to {LONGEST_SPEED}"
+        )
+    tally = part.counts.tally
+    speeds = set() if tally is None else tally.flips.keys()
+    if counts.feeder_speed not in speeds and len(speeds) >= MOST_SPEEDS:
+        return (
+            f"flips at {len(speeds)} feeder_speeds have been counted, "
+            "the most there are"
+        )
+    return ""

@@ -5,15 +5,14 @@ import sys
 import threading
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
-from functools import partial
 from typing import Any
 
 import rclpy
 from rclpy import exceptions, executors, signals
 
 from ..base.errors import PoseStatsError, RequestError
-from . import camera_counts
 from .answering_node import AnsweringNode
+from .camera_counts import Cameras
 from .equipment import Equipment
 from .jobs import Jobs, job_reports, queue, refinement, run
 from .lanes import Lanes
@@ -27,31 +26,26 @@ from .settings import Parameters, Settings
 from .state import OF_PARTS, Change, State
 from .stop_signals import StopSignals, kill_after, within
 
-PARTING_SECONDS = (
-    0.1  # nobody has been answered for so long when the node stops answering
-)
-LAST_SECONDS = (
-    0.6  # requests that wait for their turn when the node ends are refused in that time
-)
-MENDING_SECONDS = (
-    1.0  # a start waits for the bags of earlier runs to be mended for so long
-)
 REFUSED = 2
 FAILED = 1
+"""What the process ends with."""
+
 THREADS = 8
-RESTORE_SECONDS = (
-    1.5  # the first client is let wait so long for parts whose scene is a new one
-)
+SWITCH_SECONDS = 0.001  # threads that wait for the interpreter get it this soon
+MENDING_SECONDS = 1.0  # for which a start waits for the bags of earlier runs
+# for which the first client is let wait for parts whose scene is a new one
+RESTORE_SECONDS = 1.5
 END_SECONDS = 1.4  # jobs, goals and clients that wait are seen off in that time
+LAST_SECONDS = 0.6  # of these, for refusals of requests that wait for their turn
+QUIET_SECONDS = 0.1  # the node ends once nobody has been answered for so long
 SAVE_SECONDS = (
     0.4  # to commit the state and finish the bag, where the rest took too long
 )
 KILL_SECONDS = 10.0  # after which DDS is taken to have locked the interpreter
-SWITCH_SECONDS = 0.001  # threads that wait for the interpreter get it this soon
 
 
 class PoseStatsNode(AnsweringNode):
-    """Takes meshes, answers with stable poses and probabilities; computes only after `start`."""
+    """Takes meshes, answers with poses and probabilities; computes only after `start`."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__("pose_stats", **options)
@@ -85,25 +79,24 @@ class PoseStatsNode(AnsweringNode):
         # Meshes and cameras; nothing is heard before the executor has the node.
         self.intake = intake.Intake(equipment, parts, self.builder, refiner.follow)
         intake.subscribe_to_meshes(equipment, self.intake)
-        self.cameras = camera_counts.Cameras(equipment, parts)
+        self.cameras = Cameras(equipment, parts)
         if settings().restore:
             parts.restore()
         else:
-            state.put(
-                *(
-                    Change(table, row[0], None)
-                    for table in OF_PARTS
-                    for row in state.rows(table)
-                )
-            )
+            removals = [
+                Change(table, row[0], None)
+                for table in OF_PARTS
+                for row in state.rows(table)
+            ]
+            state.put(*removals)
         reports.restore()
         # Services and actions, what a feeder is to do, and plates.
         self.outlines = part_builder.Outlines(equipment)
-        asked = services.Services(
+        part_services = services.Services(
             equipment, parts, self.intake, refiner, jobs, reports, self.outlines
         )
         self.actions = [
-            goals.SimulateDropsServer(equipment, asked, jobs, reports),
+            goals.SimulateDropsServer(equipment, part_services, jobs, reports),
             goals.SimulateFlipsServer(equipment, parts, self.intake, self.flip_jobs[0]),
         ]
         cell.FeedingService(
@@ -129,7 +122,7 @@ class PoseStatsNode(AnsweringNode):
         return self.table.settings
 
     def start(self) -> None:
-        """Latch what an earlier run has latched, and begin to work; kernels are loaded by now."""
+        """Latch what an earlier run has latched, and begin to work; the kernels are there."""
         log = self.get_logger()
         parts = self.parts.all()
         for part in parts:
@@ -154,21 +147,21 @@ class PoseStatsNode(AnsweringNode):
         self.recorder.sync()
 
     def close(self) -> None:
-        """End jobs and goals, and write all down; what does not end in its time is left so."""
+        """End jobs and goals, each within its time, and write all down."""
         self.builder.close()
         self.outlines.close()
-        ends = [
-            self.lanes.close,
-            partial(self.answers.close, LAST_SECONDS),
-            *(
-                partial(jobs.close, "the node ended")
-                for jobs in (self.jobs, *self.flip_jobs)
-            ),
-        ]
-        with ThreadPoolExecutor(len(ends)) as closing:  # each may take its time
-            list(closing.map(lambda end: end(), ends))
+        queues = (self.jobs, *self.flip_jobs)
+        with ThreadPoolExecutor(2 + len(queues)) as pool:  # each may take its time
+            ends = [
+                pool.submit(self.lanes.close),
+                pool.submit(self.answers.close, LAST_SECONDS),
+            ]
+            for jobs in queues:
+                ends.append(pool.submit(jobs.close, "the node ended"))
+        for end in ends:
+            end.result()
         self.answers.wait_until_quiet(
-            PARTING_SECONDS,
+            QUIET_SECONDS,
             LAST_SECONDS,
             lambda: any(action.goals for action in self.actions),
         )
@@ -177,7 +170,7 @@ class PoseStatsNode(AnsweringNode):
         self.save()
 
     def save(self) -> None:
-        """Commit the state and finish the bag, whatever else goes on; may be called twice."""
+        """Commit the state and finish the bag beside all else; may be called twice."""
         self.state.close()
         written = self.recorder.log.bytes_written
         self.recorder.close()
@@ -188,23 +181,21 @@ class PoseStatsNode(AnsweringNode):
 def run_node(stop: StopSignals, arguments: Sequence[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM, and then end the process with status 0.
 
-    `arguments`: with `--ros-args`; default: the process's own. Ends with 1 after an internal
-    failure; returns 2 for a refused parameter.
+    `arguments`: with `--ros-args`; default: the process's own. Ends with 1 after an
+    internal failure; returns 2 for a refused parameter.
     """
     sys.setswitchinterval(SWITCH_SECONDS)
     try:
         rclpy.init(
             args=arguments, signal_handler_options=signals.SignalHandlerOptions.NO
         )
-    except (
-        Exception
-    ) as error:  # what rcl raises for arguments it cannot parse has no base
-        refused = RequestError(
+    except Exception as error:  # what rcl raises for these has no class of its own
+        refusal = RequestError(
             "ROS arguments that rcl can read",
             str(error).strip(),
             "for instance --ros-args -p restitution:=0.3",
         )
-        print(f"pose_stats: {refused}", file=sys.stderr)
+        print(f"pose_stats: {refusal}", file=sys.stderr)
         return REFUSED
     try:
         node = None if stop.asked else PoseStatsNode()
@@ -223,18 +214,18 @@ def run_node(stop: StopSignals, arguments: Sequence[str] | None = None) -> int:
 
 
 class Life:
-    """Everything that a node does is done in threads that the end does not wait for for long."""
+    """A node does all in threads for which its end waits for a while only."""
 
     def __init__(self, node: PoseStatsNode, stop: StopSignals) -> None:
         self._node = node
         self._stop = stop
         self._executor = executors.MultiThreadedExecutor(num_threads=THREADS)
-        self._living = threading.Thread(target=self._live, name="executor", daemon=True)
+        self._thread = threading.Thread(target=self._live, name="executor", daemon=True)
         self._failure: BaseException | None = None
 
     def run(self) -> int:
         """Live until the end is asked for, and end the process."""
-        self._living.start()
+        self._thread.start()
         self._stop.wait()
         kill_after(KILL_SECONDS)
         if not within(END_SECONDS, self._end):
@@ -243,9 +234,8 @@ class Life:
             print(f"pose_stats: internal failure: {self._failure!r}", file=sys.stderr)
         sys.stdout.flush()
         sys.stderr.flush()
-        os._exit(
-            FAILED if self._failure else 0
-        )  # Python would wait for every pool of threads
+        # Python itself would wait for every pool of threads.
+        os._exit(FAILED if self._failure else 0)
 
     def _live(self) -> None:
         """Load the kernels before anything is computed, and answer."""
@@ -265,14 +255,12 @@ class Life:
             self._stop.ask()
 
     def _spin(self) -> None:
-        """Answer until the executor is shut down, also where it lets an exception through."""
+        """Answer until the executor is shut down, whatever exception it lets through."""
         while True:
             try:
                 self._executor.spin()
                 return
-            except (
-                Exception
-            ) as error:  # of what a client sent to rclpy itself, for instance
+            except Exception as error:  # for instance of what a client sent to rclpy
                 if not self._stop.asked:  # else the executor has just been taken apart
                     self._node.get_logger().error(
                         "a callback failed, and the node goes on: "
@@ -283,9 +271,8 @@ class Life:
         """End what goes on, and leave ROS once nothing is called back any more."""
         self._node.close()
         self._executor.shutdown(timeout_sec=0.0)
-        self._living.join()
-        self._executor._executor.shutdown(
-            wait=True
-        )  # for which rclpy 7.1.6 does not wait
+        self._thread.join()
+        # For its threads rclpy 7.1.6 does not wait.
+        self._executor._executor.shutdown(wait=True)
         self._node.destroy_node()
         rclpy.try_shutdown()

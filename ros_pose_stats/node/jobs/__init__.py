@@ -1,4 +1,4 @@
-"""Simulations in the background: queue and runs know no ROS, what reports them does."""
+"""Simulations in the background: their queue, their runs, and what reports them."""
 
 from .queue import Jobs
 from .run import FlipRequest, Job, JobListener, JobRequest, State

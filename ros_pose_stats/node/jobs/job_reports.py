@@ -1,4 +1,4 @@
-"""What happens to drop simulations is kept, goes on record, to late joiners and to goals."""
+"""What happens to drop simulations is stored, recorded, and shown to late joiners."""
 
 import math
 import threading
@@ -18,18 +18,17 @@ from ..recorder import ANSWERS, DROP_RECORDS, JOB_EVENTS
 from ..state import Change
 from .run import Job, JobListener, State as JobState
 
-KEPT = 1000  # finished jobs that can still be asked for
-MOST_ANSWER_BYTES = (
-    256 * 2**20
-)  # of the results of ended jobs; older ones are in the bag only
-SECONDS_BETWEEN = 1.0  # a running job is kept as far as it is this often
+MOST_ENDED = 1000  # finished jobs that can still be asked for
+# of the results of ended jobs; older ones are in the bag only
+MOST_ANSWER_BYTES = 256 * 2**20
+SECONDS_BETWEEN = 1.0  # a running job is stored as far as it is this often
 INTERRUPTED = "the node ended before the simulation did"
 
 
 def job_event(job: Job, event: int | None = None) -> JobEvent:
-    """The record of something that happens to a job; without an event of how it is now."""
+    """The record of something that happens to a job; by default of how it is now."""
     request = job.request
-    scene = job.request.scene
+    scene = request.scene
     part = job.find_part()
     snapshot = job.snapshot  # of which the queue's thread may let go meanwhile
     height = scene.drop_height if snapshot is None else snapshot.drop_height
@@ -60,7 +59,7 @@ def acceptance(job_id: str) -> tuple[str, int, str]:
 
 
 def job_change(event: JobEvent, answer: bytes = b"") -> Change:
-    """What the state keeps of a job: the last that happened to it, and what was done."""
+    """What the state has of a job: the last that happened to it, and its result."""
     return Change(
         "jobs",
         event.job_id,
@@ -69,7 +68,7 @@ def job_change(event: JobEvent, answer: bytes = b"") -> Change:
 
 
 class JobReports(JobListener):
-    """Keeps and records what happens to jobs of drops; says the end of each in one line."""
+    """Stores and records what happens to jobs of drops; logs the end of each."""
 
     def __init__(self, equipment: Equipment, parts: PartRegistry) -> None:
         self._equipment = equipment
@@ -79,21 +78,18 @@ class JobReports(JobListener):
         self._log = equipment.node.get_logger()
         self._interims: dict[str, tuple[Statistics, PoseStatistics]] = {}
         self._stored_at = 0.0
-        self.ends: dict[
-            str, JobEvent
-        ] = {}  # of the newest jobs that have ended, oldest first
-        self._answers: dict[
-            str, int
-        ] = {}  # bytes of their results, as far as these are kept
+        # of the newest jobs that have ended, oldest first
+        self.ends: dict[str, JobEvent] = {}
+        # bytes of their results, as far as the state has these
+        self._answer_sizes: dict[str, int] = {}
         self._lock = threading.Lock()
 
     def restore(self) -> None:
         """Know the jobs of earlier runs again; what had not ended is cancelled."""
         rows: list[tuple[JobEvent, bytes]] = []
         for _, _, event, answer in self._state.rows("jobs"):
-            with suppress(
-                Exception
-            ):  # of the bindings; the checksum was right: it is an old one
+            # The checksum was right: what the bindings refuse is an old one.
+            with suppress(Exception):
                 rows.append((deserialize_message(event, JobEvent), answer))
         cancelled = []
         for event, answer in sorted(rows, key=lambda row: acceptance(row[0].job_id)):
@@ -109,7 +105,7 @@ class JobReports(JobListener):
             self._log.warning(f"{event.job_id}: CANCELLED: {INTERRUPTED}")
 
     def queued(self, job: Job) -> bool:
-        """Keep the acceptance, on the disk before anybody is told of it, and put it on record."""
+        """Store the acceptance, on the disk before anybody hears of it, and record it."""
         event = job_event(job, JobEvent.QUEUED)
         is_stored = self._state.commit(self._state.put(job_change(event)))
         part = self._part_of(job)
@@ -119,29 +115,23 @@ class JobReports(JobListener):
 
     def started(self, job: Job) -> None:
         """Put the start on record."""
-        self._recorder.record(
-            JOB_EVENTS, serialize_message(job_event(job, JobEvent.RUNNING))
-        )
+        event = job_event(job, JobEvent.RUNNING)
+        self._recorder.record(JOB_EVENTS, serialize_message(event))
 
     def progressed(self, job: Job) -> None:
-        """Show late joiners how far it is, and keep that, now and then."""
+        """Now and then show late joiners how far it is, and store that."""
         snapshot = job.snapshot
         now = time.monotonic()
         part = self._part_of(job)
-        if part is None and job.request.refinement:
-            job.cancel_reason = (
-                job.cancel_reason or "the part was forgotten or has changed"
-            )
+        if part is None and job.request.refinement and not job.cancel_reason:
+            job.cancel_reason = "the part was forgotten or has changed"
         if snapshot is None or not snapshot.drops > snapshot.unsettled:
             return
         if now - self._stored_at >= SECONDS_BETWEEN:
             self._stored_at = now
-            self._state.put(
-                job_change(
-                    job_event(job, JobEvent.RUNNING),
-                    serialize_message(self.interim(job, snapshot)),
-                )
-            )
+            event = job_event(job, JobEvent.RUNNING)
+            interim = serialize_message(self.interim(job, snapshot))
+            self._state.put(job_change(event, interim))
         if part is not None and part.is_due(job.request.scene):
             part.offer_result(job.request.scene, self.interim(job, snapshot))
 
@@ -164,34 +154,34 @@ class JobReports(JobListener):
         self._recorder.record(DROP_RECORDS, serialize_message(record))
 
     def ended(self, job: Job, state: JobState) -> None:
-        """Keep the end and its result, put both on record, and latch the result."""
+        """Store the end and its result, record both, and latch the result."""
         part = self._part_of(job) or job.find_part()
         event = job_event(job, state)
         answer = None
         data = b""
         if job.snapshot is not None and part is not None:
             answer = part.number_result(job.snapshot, job.settings, job.job_id)
-            if not job.recorded:
+            if not job.is_recorded:
                 answer = statistics_messages.with_warning(
                     answer, NOT_RECORDED.format("its acceptance could not be")
                 )
             data = serialize_message(answer)
         change = job_change(event, data)
-        recorded = self._state.commit(self._state.put(change))
+        is_recorded = self._state.commit(self._state.put(change))
         if answer is not None and part is not None:
             answer = part.record(ANSWERS, answer)
-        recorded = (
-            self._recorder.record(JOB_EVENTS, serialize_message(event)) and recorded
-        )
-        if answer is None and not (recorded and job.recorded):
-            job.message = event.message = (
-                f"{job.message} {self._equipment.not_recorded()}".strip()
-            )
-        elif answer is not None:
-            answer = answer if recorded else self._equipment.warn_unrecorded(answer)
+        if not self._recorder.record(JOB_EVENTS, serialize_message(event)):
+            is_recorded = False
+        if answer is not None:
+            if not is_recorded:
+                answer = self._equipment.warn_unrecorded(answer)
             data = serialize_message(answer)
-        if job_change(event, data) != change:  # warnings have come since
-            self._state.put(job_change(event, data))
+        elif not (is_recorded and job.is_recorded):
+            warning = self._equipment.not_recorded()
+            job.message = event.message = f"{job.message} {warning}".strip()
+        final_change = job_change(event, data)
+        if final_change != change:  # warnings have come since
+            self._state.put(final_change)
         self._note_end(event, len(data))
         current = self._part_of(job)
         if (
@@ -200,29 +190,29 @@ class JobReports(JobListener):
             and answer.drops > answer.unsettled
         ):
             current.offer_result(job.request.scene, answer)
-        self._log.info(
+        line = (
             f"{job.job_id}: {state.name} after {job.drops_done} of "
             f"{job.request.drops} drops of '{job.part_id}'"
-            + (f": {job.message}" if job.message else "")
         )
+        if job.message:
+            line += f": {job.message}"
+        self._log.info(line)
 
     def _note_end(self, event: JobEvent, size: int) -> None:
-        """Let the job be asked for that has ended, and forget the oldest beyond the bounds."""
+        """Let an ended job be asked for, and forget the oldest beyond the bounds."""
         with self._lock:
             self.ends[event.job_id] = event
             if size:
-                self._answers[event.job_id] = size
-            if len(self.ends) > KEPT:
+                self._answer_sizes[event.job_id] = size
+            if len(self.ends) > MOST_ENDED:
                 oldest = next(iter(self.ends))
                 del self.ends[oldest]
-                self._answers.pop(oldest, None)
+                self._answer_sizes.pop(oldest, None)
                 self._state.put(Change("jobs", oldest, None))
-            while (
-                sum(self._answers.values()) > MOST_ANSWER_BYTES
-                and len(self._answers) > 1
-            ):
-                oldest = next(iter(self._answers))
-                del self._answers[oldest]
+            sizes = self._answer_sizes
+            while sum(sizes.values()) > MOST_ANSWER_BYTES and len(sizes) > 1:
+                oldest = next(iter(sizes))
+                del sizes[oldest]
                 row = self._state.get("jobs", oldest)
                 if row is not None:
                     self._state.put(Change("jobs", oldest, (*row[:3], b"")))
@@ -235,12 +225,13 @@ class JobReports(JobListener):
         part = self._part_of(job) or job.find_part()
         if part is None:  # has ended this moment
             return PoseStatistics()
-        message = part.number_result(snapshot, job.settings, job.job_id, final=False)
+        message = part.number_result(snapshot, job.settings, job.job_id, False)
         self._interims = {job.job_id: (snapshot, message)}
         return message
 
     def answer_of(self, job_id: str, job: Job | None = None) -> PoseStatistics:
         """What a job has to show, or had in the end; empty before the first drops."""
+        # Looked at before the state: a job lets go of it as it ends.
         snapshot = None if job is None else job.snapshot
         if job is not None and not job.state.ended:
             return PoseStatistics() if snapshot is None else self.interim(job, snapshot)
@@ -248,14 +239,15 @@ class JobReports(JobListener):
         if not (row and row[3]):
             return PoseStatistics()
         result = deserialize_message(row[3], PoseStatistics)
-        result.final = True  # of a job that a kill ended it was kept as not final
+        result.final = True  # not so where a kill ended the job
         return result
 
     def _part_of(self, job: Job) -> KnownPart | None:
-        """The current part of the name, as long as it is the mesh that the job drops."""
+        """The current part of the name, as long as it is the mesh of the job."""
         part = job.find_part()
         if part is None:
             return None
         current = self._parts.current(part.part_id)
-        is_of_job = current is not None and current.digest == part.digest
-        return current if is_of_job else None
+        if current is None or current.digest != part.digest:
+            return None
+        return current

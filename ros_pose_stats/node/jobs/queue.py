@@ -1,4 +1,4 @@
-"""A bounded queue of simulations; clients come first, refinements give way and begin again."""
+"""A bounded queue of simulations: clients come first, refinements give way to them."""
 
 import itertools
 import secrets
@@ -6,7 +6,6 @@ import threading
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 from ...base.errors import PoseStatsError, RequestError
@@ -22,29 +21,30 @@ Run = Callable[[Job, Part, JobListener, Stop], PoseStatistics | FlipStatistics]
 
 CUT_SHORT = ("TIME_LIMIT", "TARGET_MISSED")  # warnings that are the message of an end
 POLL_SECONDS = 0.02
-LAST_SECONDS = (
-    0.6  # for what runs when the queue is closed; some parts are prepared for minutes
-)
+# for what runs when the queue is closed; some parts are prepared for minutes
+LAST_SECONDS = 0.6
 
 
 class Jobs:
-    """The queue and what works it off; ids begin with `run_name`, unique across restarts."""
+    """The queue, and the thread that works it off.
+
+    Ids of jobs begin with `run_name`, so they are unique across restarts.
+    """
 
     def __init__(
         self,
         run_name: str,
         listener: JobListener,
-        on_failure: Callable[[str], object],
+        say_failure: Callable[[str], object],
         run: Run = run_drops,
     ) -> None:
         self._run_name = run_name
         self.listener = listener
-        self._on_failure = on_failure
-        self._compute = run
+        self._say_failure = say_failure
+        self._run = run
         self._numbers = itertools.count(1)
-        self._jobs: dict[
-            str, Job
-        ] = {}  # that have not ended, in the order of their acceptance
+        # those that have not ended, in the order of their acceptance
+        self._jobs: dict[str, Job] = {}
         self.running: Job | None = None
         self._accepting = threading.Lock()
         self._changing = threading.Lock()
@@ -56,41 +56,43 @@ class Jobs:
         request: JobRequest,
         part: Future[KnownPart],
         settings: Any,
-        is_accepted: bool = False,
+        has_room: bool = False,
     ) -> Job:
-        """Accept a simulation, or join the same in flight; what `is_accepted` has room."""
+        """Accept a simulation, or join the same in flight; raises RequestError.
+
+        `has_room`: one that follows another of the same client is accepted in any case.
+        """
         with self._accepting:  # acceptance goes on record one at a time
             with self._changing:
-                twin = next(
-                    filter(partial(_is_twin, request), self._jobs.values()), None
-                )
-                if twin is not None:
-                    return twin
+                for job in self._jobs.values():
+                    if _is_twin(request, job):
+                        return job
                 if self._closing:
                     raise refusal_at_end()
-                most = settings.max_queued_jobs
-                running = self.running
-                if not (request.refinement or is_accepted) and (
-                    self.counts()[0] >= most + (running is None or running.state.ended)
-                ):
-                    raise RequestError(
-                        f"at most {most} simulations waiting (parameter max_queued_jobs)",
-                        "a full queue",
-                        "wait, or cancel one",
-                    )
-            seed = request.seed or secrets.randbits(32) or 1
+                if not (request.refinement or has_room):
+                    self._check_room(settings.max_queued_jobs)
             job = Job(
                 f"{self._run_name}_{next(self._numbers):04d}",
                 request,
                 part,
-                seed,
+                request.seed or secrets.randbits(32) or 1,
                 settings,
             )
-            job.recorded = self.listener.queued(job)
+            job.is_recorded = self.listener.queued(job)
             with self._changing:
                 self._jobs[job.job_id] = job
             self._pool.submit(self._run_next)
             return job
+
+    def _check_room(self, most: int) -> None:
+        """Refuse a client's job where as many wait as may, and one runs."""
+        is_idle = self.running is None or self.running.state.ended
+        if self.count_waiting()[0] >= most + is_idle:
+            raise RequestError(
+                f"at most {most} simulations waiting (parameter max_queued_jobs)",
+                "a full queue",
+                "wait, or cancel one",
+            )
 
     def cancel(self, job_id: str, reason: str) -> None:
         """Ask a job to end; one that has ended stays as it is."""
@@ -106,7 +108,7 @@ class Jobs:
     def cancel_refinement(
         self, part_id: str, reason: str, but: JobRequest | None = None
     ) -> None:
-        """Ask the refinements of a part to end, but for one that was asked for anew."""
+        """Ask the refinements of a part to end, but for one that is wanted anew."""
         for job in self.all():
             if job.request.refinement and job.part_id == part_id and job.request != but:
                 self.cancel(job.job_id, reason)
@@ -121,7 +123,7 @@ class Jobs:
         with self._changing:
             return list(self._jobs.values())
 
-    def counts(self) -> tuple[int, int]:
+    def count_waiting(self) -> tuple[int, int]:
         """Jobs waiting for clients, and refinements waiting."""
         waiting = self._waiting()
         refinements = sum(job.request.refinement for job in waiting)
@@ -136,9 +138,8 @@ class Jobs:
 
     def close(self, reason: str) -> None:
         """Cancel all and wait a while for the thread."""
-        with (
-            self._accepting
-        ):  # who was before this is cancelled, who comes then is refused
+        # Who was accepted before this is cancelled, who comes then is refused.
+        with self._accepting:
             self._closing = reason
         for job in self.all():
             self.cancel(job.job_id, reason)
@@ -152,17 +153,18 @@ class Jobs:
             waiting = self._waiting()
             if not waiting:  # it has been cancelled
                 return
-            job = self.running = min(waiting, key=lambda job: job.request.refinement)
+            job = min(waiting, key=lambda job: job.request.refinement)
             job.state = State.RUNNING
+            self.running = job
         try:
-            self._run(job)
+            self._run_job(job)
         except Exception as error:  # a refusal, or a failure that is told like one
             if not isinstance(error, PoseStatsError):
-                self._on_failure(f"{job.job_id}: {describe_error(error)}")
+                self._say_failure(f"{job.job_id}: {describe_error(error)}")
             self._end(job, State.FAILED, describe_error(error))
         self.running = None
 
-    def _run(self, job: Job) -> None:
+    def _run_job(self, job: Job) -> None:
         while not (job.part.done() or job.cancel_reason):
             wait([job.part], POLL_SECONDS)
         if job.cancel_reason:
@@ -171,40 +173,38 @@ class Jobs:
         part = result_or_refusal(job.part).geometry
         self.listener.started(job)
         self.listener.follow(job)
-        stop = Stop(job, lambda: job.request.refinement and self.counts()[0] > 0)
-        outcome = self._compute(job, part, self.listener, stop)
+        stop = Stop(job, self._should_give_way)
+        outcome = self._run(job, part, self.listener, stop)
         with self._changing:
-            if stop.why == GAVE_WAY and not job.cancel_reason:
+            if stop.reason == GAVE_WAY and not job.cancel_reason:
                 job.state = State.QUEUED
                 job.drops_done = 0
                 self._pool.submit(self._run_next)
                 return
-        job.keep(outcome)
-        if stop.why:
+        job.take_outcome(outcome)
+        if stop.reason:
             self._end(job, State.CANCELLED, job.cancel_reason)
-        else:
-            self._end(
-                job,
-                State.DONE,
-                " ".join(
-                    line for line in outcome.warnings if line.startswith(CUT_SHORT)
-                ),
-            )
+            return
+        cut_short = [line for line in outcome.warnings if line.startswith(CUT_SHORT)]
+        self._end(job, State.DONE, " ".join(cut_short))
+
+    def _should_give_way(self, job: Job) -> bool:
+        """Whether clients wait for what a refinement takes."""
+        return job.request.refinement and self.count_waiting()[0] > 0
 
     def _end(self, job: Job, state: State, message: str) -> None:
         with self._changing:
-            if job.ending:  # by the other thread, when the queue was closed
+            if job.is_ending:  # by the other thread, when the queue was closed
                 return
-            job.ending = True
-        if (
-            job.snapshot is not None
-        ):  # of a run that did not stop in time, no later drops are kept
+            job.is_ending = True
+        if job.snapshot is not None:
+            # Of a run that did not stop in time, no later drops are kept.
             job.drops_done = job.snapshot.drops
         job.message = message
         try:
             self.listener.ended(job, state)
         except Exception as error:  # must not keep a job from ending
-            self._on_failure(f"{job.job_id}: {describe_error(error)}")
+            self._say_failure(f"{job.job_id}: {describe_error(error)}")
         with self._changing:
             job.state = state
             del self._jobs[job.job_id]
@@ -215,27 +215,26 @@ class Jobs:
 def _is_twin(request: JobRequest, job: Job) -> bool:
     """Whether a job is what is asked for; what a client asked gives no way."""
     gives_way = job.request.refinement and not (request.refinement or request.hybrid)
-    return not (job.cancel_reason or gives_way) and (
-        replace(job.request, refinement=request.refinement) == request
-    )
+    if job.cancel_reason or gives_way:
+        return False
+    return replace(job.request, refinement=request.refinement) == request
 
 
 def job_health(jobs: Jobs, settings: Any) -> Health:
     """The line about drop simulations."""
-    asked, refinements = jobs.counts()
+    requests, refinements = jobs.count_waiting()
     job = jobs.running
-    text = (
-        "idle"
-        if job is None
-        else (
-            f"{job.job_id}: {job.drops_done} of {job.request.drops} drops of '{job.part_id}'"
+    line = "idle"
+    if job is not None:
+        line = (
+            f"{job.job_id}: {job.drops_done} of {job.request.drops} drops "
+            f"of '{job.part_id}'"
         )
-    )
     return Health(
         False,
-        text,
+        line,
         {
-            "queued": asked,
+            "queued": requests,
             "refinements queued": refinements,
             "queue bound": settings.max_queued_jobs,
             "running": "" if job is None else job.job_id,
@@ -247,15 +246,15 @@ def job_health(jobs: Jobs, settings: Any) -> Health:
 def flip_health(goals: Jobs, answers: Jobs) -> Health:
     """The line about flips, those of goals and of answers of ~/feeding."""
     running = [job for job in (goals.running, answers.running) if job is not None]
-    text = "; ".join(
+    lines = [
         f"{job.job_id}: {job.drops_done} flips of '{job.part_id}'" for job in running
-    )
+    ]
     return Health(
         False,
-        text or "idle",
+        "; ".join(lines) or "idle",
         {
-            "goals queued": goals.counts()[0],
-            "answers queued": answers.counts()[0],
+            "goals queued": goals.count_waiting()[0],
+            "answers queued": answers.count_waiting()[0],
             "running": ", ".join(job.job_id for job in running),
         },
     )

@@ -213,7 +213,7 @@ class Refinement:
             f"at most {most_drops} drops in the background will refine it, "
             f"job {job.job_id}."
         )
-        if not job.recorded:
+        if not job.is_recorded:
             promise += f" {self._equipment.not_recorded()}"
         return _missed(estimate, f"{reason}; {promise}")
 

@@ -1,4 +1,4 @@
-"""A simulation: what was asked for, how far it is, and its run up to the first reason to stop."""
+"""A simulation: its request, how far it is, and its run up to a reason to stop."""
 
 import math
 import time
@@ -29,11 +29,12 @@ from ..parts.known_part import KnownPart
 
 SNAPSHOT_SECONDS = 0.2
 COMBINED_SECONDS = (
-    1.0  # between snapshots with an estimate in them, which hold up other threads
+    1.0  # between snapshots with an estimate in them: they hold up others
 )
-SNAPSHOT_SHARE = (
-    0.05  # of the time that snapshots of parts with thousands of poses may take
-)
+SNAPSHOT_SHARE = 0.05  # of the time, for snapshots of parts with thousands of poses
+MOST_POSES = 1000  # a transition matrix of more takes tens of megabytes
+REMEMBERED = 4_000_000  # transitions, of which each takes some 24 bytes
+GAVE_WAY = "it gave way to what clients asked for"
 
 
 class State(IntEnum):
@@ -63,21 +64,21 @@ class JobRequest:
     target_error: float
     max_seconds: float
     refinement: bool = False  # started by the node itself; gives way to clients
-    # its statistics are those of the drops and an estimate together, and the target error is one
-    # that is kept with 90 % confidence
+    # whether its statistics are those of the drops and an estimate together, and the
+    # target error is one that is kept with 90 % confidence
     hybrid: bool = False
 
 
 @dataclass(frozen=True)
 class FlipRequest(JobRequest):
-    """The same of flips; `drops` are those out of each pose, 0: the node's shared out."""
+    """The same of flips; `drops` are those out of each pose, 0: a share of the node's."""
 
     kick_height: float = 0.0  # metres
 
 
 @dataclass(eq=False)
 class Job:
-    """A drop simulation, or one of flips; written by the queue's thread, read by all."""
+    """A simulation of drops or flips; written by the queue's thread, read by all."""
 
     job_id: str
     request: JobRequest
@@ -93,13 +94,12 @@ class Job:
     flips: FlipStatistics | None = None  # the end result of flips, without the poses
     flips_total: int = 0  # out of all poses, once they have begun
     message: str = ""  # how it ended
-    recorded: bool = True  # whether the acceptance is in the bag and in the state
-    finished: Future[None] = field(
-        default_factory=Future
-    )  # done once its end can be seen
+    is_recorded: bool = True  # whether the acceptance is in the bag and in the state
+    # done once its end can be seen
+    finished: Future[None] = field(default_factory=Future)
     cancel_reason: str = ""
-    ending: bool = False  # whether its end is being told; that happens once
-    _next_snapshot: float = 0.0
+    is_ending: bool = False  # whether its end is being told; that happens once
+    _next_snapshot: float = 0.0  # by the monotonic clock
 
     @property
     def part_id(self) -> str:
@@ -114,27 +114,22 @@ class Job:
             return None
         return part.result()
 
-    def take(self, progress: DropProgress) -> None:
+    def take_progress(self, progress: DropProgress) -> None:
         """Note how far the run is, and now and then its statistics."""
         now = time.monotonic()
         snapshot = self.snapshot
         if now >= self._next_snapshot:
             snapshot = progress.statistics()
-            took = time.monotonic() - now
+            seconds = time.monotonic() - now
             pause = COMBINED_SECONDS if self.request.hybrid else SNAPSHOT_SECONDS
-            self._next_snapshot = now + max(pause, took / SNAPSHOT_SHARE)
-        if not self.ending:
+            self._next_snapshot = now + max(pause, seconds / SNAPSHOT_SHARE)
+        if not self.is_ending:
             self.drops_done = progress.drops
             self.expected_error = progress.expected_error
             self.drops_per_second = progress.rate
             self.snapshot = snapshot
 
-    def release(self) -> None:
-        """Let go of the part and of what refers to it: goals may hold on to the job."""
-        self.part = Future()
-        self.snapshot = None
-
-    def keep(self, outcome: PoseStatistics | FlipStatistics) -> None:
+    def take_outcome(self, outcome: PoseStatistics | FlipStatistics) -> None:
         """Note the end result."""
         if isinstance(outcome, FlipStatistics):
             self.flips = replace(outcome, poses=())
@@ -144,9 +139,14 @@ class Job:
         self.drops_done = outcome.drops
         self.expected_error = outcome.expected_error
 
+    def release(self) -> None:
+        """Let go of the part and of what refers to it: goals may hold on to the job."""
+        self.part = Future()
+        self.snapshot = None
+
 
 class JobListener:
-    """Keeps what happens to jobs, in the thread of the queue or of whoever submits or cancels."""
+    """Hears what happens to jobs, in whatever thread brings it about."""
 
     # shows goals how far a job is: as it begins to run, and some twenty times a second
     follow: Callable[[Job], object] = staticmethod(lambda job: None)
@@ -170,36 +170,33 @@ class JobListener:
 
 Outcome = TypeVar("Outcome", PoseStatistics, FlipStatistics)
 
-GAVE_WAY = "it gave way to what clients asked for"
-MOST_POSES = 1000  # a transition matrix of more takes tens of megabytes
-REMEMBERED = 4_000_000  # transitions, of which each takes some 24 bytes
-
 
 class Stop:
-    """Looks whether a run is to stop before its end, because its time is over or for `why`."""
+    """Looks whether a run is to stop before its end: its time is over, or for a reason."""
 
-    def __init__(self, job: Job, should_give_way: Callable[[], bool]) -> None:
+    def __init__(self, job: Job, should_give_way: Callable[[Job], bool]) -> None:
         self._job = job
         self._should_give_way = should_give_way
-        self._until = time.monotonic() + job.request.max_seconds
+        self._deadline = time.monotonic() + job.request.max_seconds
         self._is_late = False
-        self.why = ""
+        self.reason = ""
 
     def is_due(self) -> bool:
-        """Whether somebody cancelled it, its time is over, or it has to give way."""
-        self.why = self._job.cancel_reason or self.why
-        self._is_late = not self.why and time.monotonic() > self._until
-        if not (self.why or self._is_late) and self._should_give_way():
-            self.why = GAVE_WAY
-        return self._is_late or self.why != ""
+        """Whether it was cancelled, its time is over, or it has to give way."""
+        self.reason = self._job.cancel_reason or self.reason
+        self._is_late = not self.reason and time.monotonic() > self._deadline
+        if not (self.reason or self._is_late) and self._should_give_way(self._job):
+            self.reason = GAVE_WAY
+        return self._is_late or self.reason != ""
 
-    def judge(self, outcome: Outcome, complete: bool, done: str) -> Outcome:
-        """What a run has made, with a warning where there was no more time for all of it."""
+    def judge(self, outcome: Outcome, complete: bool, extent: str) -> Outcome:
+        """The outcome of a run, with a warning where time was too short for all of it."""
         if complete:
-            self.why = ""
+            self.reason = ""
         elif self._is_late:
-            late = f"TIME_LIMIT: ended after {self._job.request.max_seconds:g} s with {done}."
-            return replace(outcome, warnings=(*outcome.warnings, late))
+            seconds = self._job.request.max_seconds
+            warning = f"TIME_LIMIT: ended after {seconds:g} s with {extent}."
+            return replace(outcome, warnings=(*outcome.warnings, warning))
         return outcome
 
 
@@ -210,15 +207,16 @@ def run_drops(
     request = job.request
 
     def on_progress(progress: DropProgress) -> None:
-        job.take(progress)
+        job.take_progress(progress)
         listener.follow(job)
         listener.progressed(job)
 
-    prior = (
-        confidence.pose_prior(poses_in(part, request.scene), request.scene)
-        if request.hybrid
-        else None
-    )
+    prior = None
+    watch_progress: Callable[[DropProgress], object] | None = on_progress
+    if request.hybrid:
+        resting = poses_in(part, request.scene)
+        prior = confidence.pose_prior(resting, request.scene)
+        watch_progress = hybrid.combined_progress(prior, on_progress)
     judge = None
     if prior is not None and request.target_error:
         judge = Judge(
@@ -227,31 +225,23 @@ def run_drops(
             COMBINED_SECONDS,
         )
     on_drops = partial(listener.dropped, job) if job.settings.log_drops else None
-    counted = simulate.count_drops(
+    statistics = simulate.count_drops(
         part,
         request.scene,
         drop_request(
             request.drops, job.seed, request.target_error, job.settings.threads()
         ),
-        Watch(
-            on_progress
-            if prior is None
-            else hybrid.combined_progress(prior, on_progress),
-            stop.is_due,
-            on_drops,
-            background=True,
-        ),
+        Watch(watch_progress, stop.is_due, on_drops, background=True),
         judge,
     )
-    counts = np.array([pose.count for pose in counted.by_index.values()])
-    complete = counted.drops == request.drops or target_reached(
+    counts = np.array([pose.count for pose in statistics.by_index.values()])
+    complete = statistics.drops == request.drops or target_reached(
         confidence.judge_drops(prior, counts).bound, request.target_error
     )
     if prior is not None:
-        counted = hybrid.hybrid_statistics(counted, prior)
-    return stop.judge(
-        counted, complete, f"{counted.drops} of at most {request.drops} drops"
-    )
+        statistics = hybrid.hybrid_statistics(statistics, prior)
+    extent = f"{statistics.drops} of at most {request.drops} drops"
+    return stop.judge(statistics, complete, extent)
 
 
 FlipKey = tuple[str, float, float, int, float]
@@ -269,39 +259,46 @@ def flip_key(digest: str, scene: DropScene, kick_height: float) -> FlipKey:
 
 
 class FlipReports(JobListener):
-    """Remembers flips up to a bound; they are not recorded, for a seed gives them again."""
+    """Remembers flips up to a bound; a seed gives them again, so they are not recorded."""
 
     def __init__(self) -> None:
-        self.counted: Memory[FlipKey, FlipStatistics] = Memory(  # the most of a key
-            REMEMBERED, lambda counted: counted.counts.size
+        # those with the most flips of a key
+        self.counted: Memory[FlipKey, FlipStatistics] = Memory(
+            REMEMBERED, lambda statistics: statistics.counts.size
         )
 
     def ended(self, job: Job, state: State) -> None:
         """Remember what was counted."""
-        if job.flips is None or not job.flips.flips:
+        statistics = job.flips
+        if statistics is None or not statistics.flips:
             return
-        key = flip_key(job.flips.part_digest, job.request.scene, job.flips.kick_height)
-        before = self.counted.get(key)
-        if before is None or before.flips < job.flips.flips:
-            self.counted.put(key, job.flips)
+        key = flip_key(
+            statistics.part_digest, job.request.scene, statistics.kick_height
+        )
+        remembered = self.counted.get(key)
+        if remembered is None or remembered.flips < statistics.flips:
+            self.counted.put(key, statistics)
 
 
-def flips_in_all(poses: int, asked: int, settings: Any) -> int:
-    """Flips out of all poses, `asked` out of each or else the node's number shared out."""
+def flips_in_all(poses: int, flips_per_pose: int, settings: Any) -> int:
+    """Flips out of all poses; 0 out of each: the node's number shared out."""
     if poses > MOST_POSES:
         raise RequestError(
             f"a part of at most {MOST_POSES} poses to flip",
             f"{poses}",
             "raise the parameter cluster_tolerance",
         )
-    each = asked or max(1, min(settings.drops, settings.max_drops) // poses)
-    if each * poses > settings.max_drops:
+    if not flips_per_pose:
+        flips_per_pose = max(1, min(settings.drops, settings.max_drops) // poses)
+    total = flips_per_pose * poses
+    if total > settings.max_drops:
         raise RequestError(
-            f"at most {settings.max_drops} flips out of all poses (parameter max_drops)",
-            f"{each} out of each of {poses}",
+            f"at most {settings.max_drops} flips out of all poses "
+            "(parameter max_drops)",
+            f"{flips_per_pose} out of each of {poses}",
             "ask for fewer, or raise the parameter",
         )
-    return each * poses
+    return total
 
 
 def run_flips(
@@ -309,17 +306,18 @@ def run_flips(
 ) -> FlipStatistics:
     """Flip the part as the job asks; see `run_drops`."""
     request = job.request
-    scene = job.request.scene
+    scene = request.scene
     assert isinstance(request, FlipRequest)
     poses = len(poses_in(part, scene).poses)
-    total = job.flips_total = flips_in_all(poses, request.drops, job.settings)
+    total = flips_in_all(poses, request.drops, job.settings)
+    job.flips_total = total
 
-    def on_progress(done: int, _: int) -> None:
-        job.drops_done = done
+    def on_progress(count: int, _: int) -> None:
+        job.drops_done = count
         listener.follow(job)
         listener.progressed(job)
 
-    counted = flips.count_flips(
+    statistics = flips.count_flips(
         part,
         scene,
         request.kick_height,
@@ -327,6 +325,5 @@ def run_flips(
         Watch(None, stop.is_due, background=True),
         on_progress,
     )
-    return stop.judge(
-        counted, counted.flips == total, f"{counted.flips} of {total} flips"
-    )
+    extent = f"{statistics.flips} of {total} flips"
+    return stop.judge(statistics, statistics.flips == total, extent)

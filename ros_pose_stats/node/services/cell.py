@@ -120,7 +120,7 @@ class FeedingService:
                     ),
                     finished_future(known),
                     settings,
-                    is_accepted=job is not None,
+                    has_room=job is not None,
                 )
                 yield job.finished
                 found = job.flips

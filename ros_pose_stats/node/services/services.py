@@ -172,7 +172,7 @@ class Services:
         """Queue a drop simulation."""
         job = self.start_job(request)
         response.job_id = job.job_id
-        if not job.recorded:
+        if not job.is_recorded:
             response.message = self._equipment.not_recorded()
 
     def start_job(self, request: Any) -> Job:

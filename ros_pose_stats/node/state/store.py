@@ -12,16 +12,15 @@ from ...base import errors, files
 from . import tables
 from .tables import Change, Row
 
-LARGE = (
-    64 * 2**10
-)  # bytes of a mesh that lies in a file of its own: SQLite would write it twice
+# bytes of a mesh that lies in a file of its own: SQLite would write it twice
+LARGE = 64 * 2**10
 
 
 class State:
     """Rows of the tables in `tables.COLUMNS`, in a file that one living node has.
 
-    `problem` says why changes cannot be written now, which are kept and tried again; `set_aside`
-    names a file that could not be read.
+    `problem` says why changes cannot be written now, which are kept and tried again;
+    `set_aside` names a file that could not be read.
     """
 
     def __init__(
@@ -39,15 +38,14 @@ class State:
         self._convert = convert
         self._say = say
         self._link: sqlite3.Connection | None = None
+        self._link_stat: os.stat_result | None = None  # of the connection's file
         self._lock: int | None = None  # descriptor of the lock file
-        self._about: os.stat_result | None = None  # the file that the connection is of
+        # Each row in a tuple of its own, by which a later equal one is told from it.
         self._pending: dict[tuple[str, str | bytes], tuple[Row | None]] = {}
-        self._number = self._committed = (
-            0  # of the last change, and of the last on the disk
-        )
-        self.writes = self._tried = (
-            0  # times that the file was written, and up to which change
-        )
+        self._number = 0  # of the last change
+        self._committed = 0  # number of the last change that is on the disk
+        self._tried = 0  # number of the last change that was to be written
+        self.writes = 0  # times that the file was written, or was to be
         self._closed = False
         self._changing = threading.Lock()
         self.in_use = threading.Lock()  # held while the file is written or read
@@ -77,15 +75,14 @@ class State:
             return self._number
 
     def put_mesh(self, part_id: str, message: bytes, *changes: Change) -> int:
-        """Hand in the mesh of a part, a large one as a file, and changes that belong to it."""
+        """Hand in the mesh of a part, a large one as a file, and its changes."""
         row: Row = (part_id, message, "")
         if len(message) < LARGE:
             return self.put(Change("meshes", part_id, row), *changes)
         name = hashlib.sha256(message).hexdigest()
         with self._filing:
-            with suppress(
-                OSError
-            ):  # else it is tried as a row, which says what is wrong
+            # Where there is no file it is tried as a row, which says what is wrong.
+            with suppress(OSError):
                 files.make_directories(self.meshes)
                 if not (self.meshes / name).exists():
                     files.replace_file(self.meshes / name, message)
@@ -95,23 +92,25 @@ class State:
     def commit(self, number: int | None = None) -> bool:
         """Write a change and all before it, or all so far; whether they are on the disk.
 
-        What comes while another thread writes is written together, by one of those who wait.
+        What comes while another thread writes is written together, by one of those who
+        wait.
         """
         with self._changing:
-            wanted = self._number if number is None else number
+            if number is None:
+                number = self._number
             writes = self.writes
-            if self._committed >= wanted:
+            if self._committed >= number:
                 return True
         with self.in_use:
             with self._changing:
-                is_tried = self.writes > writes and self._tried >= wanted
-                if self._committed >= wanted or is_tried or self._closed:
-                    return self._committed >= wanted
-                taken = dict(self._pending)
+                is_tried = self.writes > writes and self._tried >= number
+                if self._committed >= number or is_tried or self._closed:
+                    return self._committed >= number
+                batch = dict(self._pending)
                 self._tried = self._number
-                problem = ""
+            problem = ""
             try:
-                self._write([Change(*key, row) for key, (row,) in taken.items()])
+                self._write([Change(*key, row) for key, (row,) in batch.items()])
             except Exception as error:  # whoever waits hears of it
                 problem = tables.problem_of(self.file, error)
             with self._changing:
@@ -119,47 +118,47 @@ class State:
                 if not problem:
                     self._committed = self._tried
                     self._pending = {
-                        key: held
-                        for key, held in self._pending.items()
-                        if taken.get(key) is not held
+                        key: entry
+                        for key, entry in self._pending.items()
+                        if batch.get(key) is not entry
                     }
-                changed = bool(problem) != bool(self.problem)
+                is_news = bool(problem) != bool(self.problem)
                 self.problem = problem
-        if changed:
-            self._say(
-                f"NOT_RECORDED: {problem}"
-                if problem
-                else f"the state file {self.file} is written again"
-            )
+        if is_news and problem:
+            self._say(f"NOT_RECORDED: {problem}")
+        elif is_news:
+            self._say(f"the state file {self.file} is written again")
         return not problem
 
     def get(self, table: str, key: str | bytes) -> Row | None:
         """A row by its key, as it was handed in last; None where there is none."""
         with self._changing:
-            held = self._pending.get((table, key))
-        if held is not None:
-            return held[0]
+            pending = self._pending.get((table, key))
+        if pending is not None:
+            return pending[0]
         with self.in_use, suppress(sqlite3.Error):
-            return (
-                None if self._link is None else tables.look_up(self._link, table, key)
-            )
+            if self._link is not None:
+                return tables.look_up(self._link, table, key)
         return None
 
     def rows(self, table: str) -> list[Row]:
-        """All rows of a table that were there at the start, in the order of their making."""
+        """All rows of a table that the file has, in the order of their making."""
         with self.in_use:
             return [] if self._link is None else tables.rows_of(self._link, table)
 
     def mesh(self, part_id: str) -> bytes | None:
-        """The mesh of a part as it was handed in; None where it is not there, or damaged."""
+        """The mesh of a part as it was handed in; None where it is gone, or damaged."""
         row = self.get("meshes", part_id)
-        if row is None or not row[2]:
-            return None if row is None else row[1]
+        if row is None:
+            return None
+        _, message, name = row
+        if not name:
+            return message
         try:
-            message = files.read_file(self.meshes / row[2])
+            message = files.read_file(self.meshes / name)
         except OSError:
             return None
-        return message if hashlib.sha256(message).hexdigest() == row[2] else None
+        return message if hashlib.sha256(message).hexdigest() == name else None
 
     def close(self) -> bool:
         """Write what waits, and let go of the file; whether all of it is written."""
@@ -171,9 +170,9 @@ class State:
 
     def _release(self) -> None:
         self._use(None)
-        self._let_go()
+        self._unlock()
 
-    def _let_go(self) -> None:
+    def _unlock(self) -> None:
         lock = self._lock
         self._lock = None
         if lock is not None:
@@ -182,26 +181,29 @@ class State:
     def _write(self, changes: list[Change]) -> None:
         if self._link is None:
             self._open(0.0)
-        elif not (
-            self._about
-            and self.file.exists()
-            and os.path.samestat(self.file.stat(), self._about)
-        ):
+        elif not self._is_file_of_link():
             self._make_anew(self._link)
         elif self.problem:
             self._use(tables.connect(self.file))
         link = self._link
         assert link is not None
-        replaced = {
-            row[2]
+        rows = [
+            tables.look_up(link, table, key)
             for table, key, _ in changes
             if table == "meshes"
-            and (row := tables.look_up(link, table, key)) is not None
-            and row[2]
-        }
+        ]
+        replaced = {row[2] for row in rows if row is not None and row[2]}
         tables.write(link, changes)
         if replaced:
             self._remove_files(link, replaced)
+
+    def _is_file_of_link(self) -> bool:
+        """Whether the connection's file is still the one under its name."""
+        return (
+            self._link_stat is not None
+            and self.file.exists()
+            and os.path.samestat(self.file.stat(), self._link_stat)
+        )
 
     def _open(self, patience: float) -> None:
         """Take the file and see whether it is sound; one that is not is set aside."""
@@ -209,7 +211,7 @@ class State:
         if self._lock is None:
             self._lock = tables.lock_file(self.file, patience)
         try:
-            self._use(self._sound())
+            self._use(self._connect_soundly())
         except Exception as error:
             if not tables.is_damage(error):
                 raise
@@ -218,13 +220,14 @@ class State:
                 f"the state file {self.file} cannot be read ({error}); it is now "
                 f"{self.set_aside}, and the node starts without it"
             )
-            self._use(self._sound())
+            self._use(self._connect_soundly())
         if self.meshes.is_dir() and self._link is not None:
             self._remove_files(
                 self._link, [path.name for path in self.meshes.iterdir()]
             )
 
-    def _sound(self) -> sqlite3.Connection:
+    def _connect_soundly(self) -> sqlite3.Connection:
+        """Connect, and look at every row; messages become those of today."""
         link = tables.connect(self.file)
         try:
             tables.check_sound(link)
@@ -236,27 +239,27 @@ class State:
 
     def _use(self, link: sqlite3.Connection | None) -> None:
         """Work with a connection, or with none, from now on."""
-        about = None if link is None else self.file.stat()
-        before = self._link
+        link_stat = None if link is None else self.file.stat()
+        previous = self._link
         self._link = link
-        self._about = about
-        if before is not None:
+        self._link_stat = link_stat
+        if previous is not None:
             with suppress(sqlite3.Error):
-                before.close()
+                previous.close()
 
     def _make_anew(self, old: sqlite3.Connection) -> None:
-        """Write what the deleted file holds, which is still open, into one of its name."""
+        """Write what the deleted file has, which is open still, into one of its name."""
         files.make_directories(self.file.parent)
-        self._let_go()  # of a lock file that may be gone, too
+        self._unlock()  # the lock file may be gone, too
         self._lock = tables.lock_file(self.file, 0.0)
-        half = self.file.with_name(f"{self.file.name}{files.HALF}")
-        half.unlink(missing_ok=True)
+        half_file = self.file.with_name(f"{self.file.name}{files.HALF}")
+        half_file.unlink(missing_ok=True)
         for end in ("-wal", "-shm"):
             Path(f"{self.file}{end}").unlink(missing_ok=True)
-        copy = sqlite3.connect(half)
+        copy = sqlite3.connect(half_file)
         old.backup(copy)
         copy.close()
-        half.replace(self.file)
+        half_file.replace(self.file)
         self._use(tables.connect(self.file))
         self._say(f"the state file {self.file} was deleted, and is made anew")
 
@@ -264,11 +267,11 @@ class State:
         """Remove files of meshes that no part has any more."""
         with self._filing:
             with self._changing:
-                waiting = {
-                    held[0][2]
-                    for (table, _), held in self._pending.items()
-                    if table == "meshes" and held[0] is not None
+                pending = {
+                    row[2]
+                    for (table, _), (row,) in self._pending.items()
+                    if table == "meshes" and row is not None
                 }
-            for name in set(names) - tables.files_of_meshes(link) - waiting:
+            for name in set(names) - tables.files_of_meshes(link) - pending:
                 with suppress(OSError):
                     (self.meshes / name).unlink()

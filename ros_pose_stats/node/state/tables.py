@@ -1,4 +1,4 @@
-"""The SQLite file of a node's state: who has it, what is in it, and whether that is sound."""
+"""The SQLite file of a node's state: who has it, what is in it, whether it is sound."""
 
 import errno
 import fcntl
@@ -40,17 +40,16 @@ MESSAGES = {
     "jobs": {2: "JobEvent", 3: "PoseStatistics"},
 }  # serialised in columns
 MOST_COUNTED = 1_000_000  # messages of counts whose identity is kept, the newest ones
-LOCK_SECONDS = 5.0
-GLANCE = 0.05
-BUSY_SECONDS = (
-    2.0  # another program that looks into the file may hold a commit up for so long
-)
+LOCK_SECONDS = 5.0  # to wait for the lock of another process
+POLL_SECONDS = 0.05
+# for which another program that looks into the file may hold a commit up
+BUSY_SECONDS = 2.0
 _TROUBLE = ("unable to open", "readonly", "disk i/o", "is full", "is locked")
-"""What SQLite says of a place that cannot be used now; everything else is of the file itself."""
+"""What SQLite says of a disk that cannot be used now; all else is of the file itself."""
 
 Row = tuple[Any, ...]
 Convert = Callable[[str, str, bytes], bytes | None]
-"""From the name of a type, its definition of that time and a message to today's message."""
+"""From a type's name, its definition of that time and a message to today's message."""
 
 
 class Change(NamedTuple):
@@ -75,7 +74,7 @@ def lock_file(file: Path, seconds: float) -> int:
     The lock file stays, so that nobody locks one that is gone.
     """
     path = file.with_name(f"{file.name}.lock")
-    until = time.monotonic() + seconds
+    deadline = time.monotonic() + seconds
     while True:
         number = _open_lock(path, file)
         try:
@@ -85,13 +84,13 @@ def lock_file(file: Path, seconds: float) -> int:
         else:
             break
         os.close(number)
-        if time.monotonic() > until:
+        if time.monotonic() > deadline:
             raise StateInUseError(
                 f"a state file that no other node uses (parameter state_file, {file})",
                 f"one that process {holder} has in use",
                 "end that process, or name another file",
             )
-        time.sleep(GLANCE)
+        time.sleep(POLL_SECONDS)
     with suppress(OSError):  # of a disk that can only be read
         os.ftruncate(number, 0)
         os.pwrite(number, f"{os.getpid()}\n".encode(), 0)
@@ -99,7 +98,7 @@ def lock_file(file: Path, seconds: float) -> int:
 
 
 def _open_lock(path: Path, file: Path) -> int:
-    """Open a lock file; on a disk that can only be read it may have to be the file itself."""
+    """Open a lock file; on a read-only disk it may have to be the file itself."""
     try:
         return os.open(path, os.O_RDWR | os.O_CREAT | os.O_NONBLOCK, 0o666)
     except OSError as error:
@@ -109,12 +108,12 @@ def _open_lock(path: Path, file: Path) -> int:
 
 
 def is_trouble(error: sqlite3.Error) -> bool:
-    """Whether an error is of the place, and may pass."""
+    """Whether an error is of the disk, and may pass."""
     return any(word in str(error).lower() for word in _TROUBLE)
 
 
 def is_damage(error: Exception) -> bool:
-    """Whether an error is of the file itself; names that are none come as UnicodeError."""
+    """Whether an error is of the file itself; damaged names come as UnicodeError."""
     return isinstance(error, (DamagedError, UnicodeError)) or (
         isinstance(error, sqlite3.Error) and not is_trouble(error)
     )
@@ -122,24 +121,21 @@ def is_damage(error: Exception) -> bool:
 
 def sealed(row: Row) -> Row:
     """A row with its checksum."""
-    return (*row, _check(row))
+    return (*row, _checksum(row))
 
 
-def _check(row: Row) -> int:
-    check = 0
+def _checksum(row: Row) -> int:
+    checksum = 0
     for value in row:
-        # SQLite gives 0.0 back for -0.0
-        data = (
-            value
-            if isinstance(value, bytes)
-            else repr(value + 0.0 if isinstance(value, float) else value).encode()
-        )
-        check = zlib.crc32(data, zlib.crc32(b"%d:" % len(data), check))
-    return check
+        if isinstance(value, float):
+            value += 0.0  # SQLite gives 0.0 back for -0.0
+        data = value if isinstance(value, bytes) else repr(value).encode()
+        checksum = zlib.crc32(data, zlib.crc32(b"%d:" % len(data), checksum))
+    return checksum
 
 
 def connect(file: Path) -> sqlite3.Connection:
-    """Open a file, or make one; a disk that can only be read is enough where it ended well."""
+    """Open a file, or make one; a read-only disk will do for one that was closed well."""
     try:
         return _connected(str(file), file)
     except sqlite3.OperationalError as error:
@@ -216,17 +212,17 @@ def check_sound(link: sqlite3.Connection) -> None:
         if answer != "ok":  # an index, by which another row would be found, or none
             raise DamagedError(answer)
         for row in link.execute(f"SELECT * FROM {table}"):
-            if _check(row[:-1]) != row[-1]:
+            if _checksum(row[:-1]) != row[-1]:
                 raise DamagedError(f"a row of {table} is not as it was written")
 
 
 def rows_of(link: sqlite3.Connection, table: str) -> list[Row]:
-    """All rows of a table in the order in which they were made, without their checksums."""
+    """All rows of a table in the order of their making, without their checksums."""
     return [row[:-1] for row in link.execute(f"SELECT * FROM {table} ORDER BY rowid")]
 
 
 def write(link: sqlite3.Connection, changes: Iterable[Change]) -> None:
-    """Make all changes in one transaction, on the disk when this returns, or none of them."""
+    """Make all changes in one transaction, on the disk when this returns, or none."""
     with link:
         link.execute("BEGIN IMMEDIATE")
         for table, key, row in changes:
@@ -265,27 +261,28 @@ def files_of_meshes(link: sqlite3.Connection) -> set[str]:
 def update_messages(
     link: sqlite3.Connection, today: Mapping[str, str], convert: Convert
 ) -> None:
-    """Write messages anew whose definitions are others `today`; what is unreadable now goes."""
+    """Write messages anew whose definitions have changed; what is unreadable now goes."""
     fact = look_up(link, "facts", "definitions")
-    then = {} if fact is None else json.loads(fact[1])
-    if then == today:
+    written = {} if fact is None else json.loads(fact[1])
+    if written == today:
         return
     changes = [Change("facts", "definitions", ("definitions", json.dumps(dict(today))))]
     for table, kinds in MESSAGES.items():
         for row in rows_of(link, table):
-            new = list(row)
+            values = list(row)
             for column, kind in kinds.items():
-                if row[column] and then.get(kind, today[kind]) != today[kind]:
-                    new[column] = convert(kind, then[kind], row[column])
-            if tuple(new) != row:
+                if row[column] and written.get(kind, today[kind]) != today[kind]:
+                    values[column] = convert(kind, written[kind], row[column])
+            if tuple(values) != row:
+                is_readable = None not in values
                 changes.append(
-                    Change(table, row[0], None if None in new else tuple(new))
+                    Change(table, row[0], tuple(values) if is_readable else None)
                 )
     write(link, changes)
 
 
 def set_aside(file: Path, meshes: Path) -> str:
-    """Give a file that cannot be read another name, with what lies beside it; that name."""
+    """Give a file that cannot be read, and those beside it, another name; that name."""
     stamp = f"{file.name}.unreadable-{time.strftime('%Y%m%dT%H%M%S', time.gmtime())}"
     names = itertools.chain(
         [stamp], (f"{stamp}-{number}" for number in itertools.count(2))
