@@ -1,1 +1,1 @@
-"""Programs of a checkout that are not installed: training, benchmarks, trials."""
+"""Programs of a checkout that are not installed: training, benchmarks, trials, the demo."""

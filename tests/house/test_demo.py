@@ -12,9 +12,8 @@ from tests.running import ROOT, is_gone
 
 PATIENCE = 60.0
 STARTS_ONE = """
-import sys, time
-sys.path.insert(0, ".ci")
-from demo_cell import end_like_ctrl_c, process
+import time
+from lab.demo.cell import end_like_ctrl_c, process
 end_like_ctrl_c()
 with process("http.server", "0") as child:
     print(child.pid, flush=True)

@@ -43,7 +43,7 @@ def test_the_node_learns_the_plate_while_the_planner_looks(domain, tmp_path, par
         ) as planner,
         Running(
             sys.executable,
-            ROOT / ".ci/demo_camera.py",
+            ROOT / "lab/demo/camera.py",
             *given,
             *parameters(batch=20, period=0.05),
         ) as camera,

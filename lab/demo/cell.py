@@ -1,4 +1,4 @@
-"""What the demo runs and how it waits: processes that end with it, and a client of the node."""
+"""Processes that end with the demo, how it waits, and a client of the node."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 DEMO = ROOT / "demo"
+
 PATIENCE = 600.0
 """Seconds for anything to happen; the first start on a machine compiles the kernels."""
 
 LIBC = ctypes.CDLL(None)
-PARENT_ENDS = 1
-"""PR_SET_PDEATHSIG of Linux."""
+PR_SET_PDEATHSIG = 1  # of Linux's `prctl`
 
 # Alone on the machine, and out of the way of a real cell.
 os.environ.setdefault("ROS_DOMAIN_ID", str(os.getpid() % 90 + 10))
@@ -30,22 +30,23 @@ os.environ.setdefault("ROS_LOG_DIR", str(DEMO / "ros_log"))
 
 
 def end_like_ctrl_c() -> None:
-    """Let SIGTERM and a closed terminal end this process as Ctrl-C does, cleaning up."""
+    """Let SIGTERM and a closed terminal end this process as Ctrl-C does."""
     for number in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, lambda received, _: sys.exit(128 + received))
 
 
 def end_with_parent() -> None:
-    """Have this process told to end when its parent is killed, which cannot clean up."""
-    LIBC.prctl(PARENT_ENDS, signal.SIGINT)
+    """Have this process told to end when its parent is killed."""
+    LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGINT)
 
 
 @contextmanager
 def process(module: str, *arguments: str) -> Iterator[subprocess.Popen[bytes]]:
-    """A module or a script of ours run in the background; ended with SIGINT, in any case."""
-    how = [] if module.endswith(".py") else ["-m"]
+    """A module of the checkout in the background; ended with SIGINT in any case."""
     child = subprocess.Popen(
-        [sys.executable, *how, module, *arguments], cwd=ROOT, preexec_fn=end_with_parent
+        [sys.executable, "-m", module, *arguments],
+        cwd=ROOT,
+        preexec_fn=end_with_parent,
     )
     try:
         yield child
@@ -60,18 +61,23 @@ def process(module: str, *arguments: str) -> Iterator[subprocess.Popen[bytes]]:
             child.wait()
 
 
-def wait_for(what: str, ready: Any, *alive: subprocess.Popen[bytes]) -> Any:
-    """Wait until `ready()` is true; end the demo where it never is."""
-    until = time.monotonic() + PATIENCE
-    while not (value := ready()):
-        if any(child.poll() is not None for child in alive) or time.monotonic() > until:
-            sys.exit(f"demo: no {what}")
+def wait_for(
+    event: str, condition: Callable[[], Any], *children: subprocess.Popen[bytes]
+) -> Any:
+    """Wait for a condition while the children live, else end the demo."""
+    deadline = time.monotonic() + PATIENCE
+    while True:
+        value = condition()
+        if value:
+            return value
+        has_ended = any(child.poll() is not None for child in children)
+        if has_ended or time.monotonic() > deadline:
+            sys.exit(f"demo: no {event}")
         time.sleep(0.02)
-    return value
 
 
 class Listener:
-    """A client with an executor in a thread of its own, which keeps all results that come."""
+    """A client with a thread of its own, which keeps all results that come."""
 
     def __init__(self) -> None:
         import rclpy
@@ -103,4 +109,4 @@ class Listener:
 
     def results(self, part_id: str) -> list[Any]:
         """All results of a part so far, in the order in which they came."""
-        return [one for one in self._results if one.part_id == part_id]
+        return [result for result in self._results if result.part_id == part_id]

@@ -1,15 +1,14 @@
-"""The end of the demo: a planner, and a camera over a plate that is not as the model supposes."""
+"""The end of the demo: a planner, and a camera over an unexpected plate."""
 
 from __future__ import annotations
 
 import subprocess
 from pathlib import Path
 
-from demo_cell import DEMO, Listener, process, wait_for
+from .cell import DEMO, Listener, process, wait_for
 
 PART = DEMO / "bracket.stl"
-PARTS = 1000
-"""Seen until the demo ends."""
+PARTS_SEEN = 1000  # by the camera until the demo ends
 
 PLATE = {"restitution": 0.1, "drop_height": 0.04}
 """A low chute onto a dull plate; the node supposes 0.5 and 20 radii."""
@@ -19,43 +18,49 @@ TRUE_DROPS = 10_000
 
 
 def learn_plate(listener: Listener, node: subprocess.Popen[bytes]) -> Path:
-    """Run a planner and a camera beside the node until it has seen enough; the picture of it."""
+    """Run a planner and a camera until the node has learned; a picture of that."""
     with (
         process(
             "ros_pose_stats.node.examples.planner",
             *parameters(file=PART, unit="mm", **FEEDER),
         ) as planner,
         process(
-            ".ci/demo_camera.py",
+            "lab.demo.camera",
             *parameters(file=PART, unit="mm", batch=10, period=0.05, **PLATE),
         ) as camera,
     ):
         wait_for(
             "result from what the camera saw",
-            lambda: any(one.observed >= PARTS for one in listener.results(PART.stem)),
+            lambda: any(
+                result.observed >= PARTS_SEEN for result in listener.results(PART.stem)
+            ),
             node,
             planner,
             camera,
         )
-    from learning_figure import learning_figure
-
     from ros_pose_stats import load_part, simulate
     from ros_pose_stats.node.messages.statistics_messages import statistics_of_message
 
-    results = [statistics_of_message(one) for one in listener.results(PART.stem)]
+    from .figure import learning_figure
+
+    results = [
+        statistics_of_message(message) for message in listener.results(PART.stem)
+    ]
     truth = simulate(load_part(PART, unit="mm"), TRUE_DROPS, seed=1, **PLATE)
+    predicted = {pose.index: pose.probability for pose in results[0].poses}
     true = {pose.index: pose.probability for pose in truth.poses}
     print(
-        f"\n{'pose':>4} {'predicted %':>12} {'calibrated':>10} {'90 %':>15} {'true %':>7}"
+        f"\n{'pose':>4} {'predicted %':>12} {'calibrated':>10} "
+        f"{'90 %':>15} {'true %':>7}"
     )
-    predicted = {pose.index: pose.probability for pose in results[0].poses}
     for pose in results[-1].poses:
         interval = (
             f"{100 * pose.probability_low:.1f} - {100 * pose.probability_high:.1f}"
         )
         print(
             f"{pose.index:>4} {100 * predicted[pose.index]:>12.1f} "
-            f"{100 * pose.probability:>10.1f} {interval:>15} {100 * true[pose.index]:>7.1f}"
+            f"{100 * pose.probability:>10.1f} {interval:>15} "
+            f"{100 * true[pose.index]:>7.1f}"
         )
     file = DEMO / f"{PART.stem}_learned.png"
     learning_figure(results, truth).savefig(file, dpi=110)
@@ -64,11 +69,7 @@ def learn_plate(listener: Listener, node: subprocess.Popen[bytes]) -> Path:
 
 def parameters(**values: object) -> list[str]:
     """ROS arguments that set parameters."""
-    return [
-        "--ros-args",
-        *(
-            word
-            for name, value in values.items()
-            for word in ("-p", f"{name}:={value}")
-        ),
-    ]
+    arguments = ["--ros-args"]
+    for name, value in values.items():
+        arguments += ["-p", f"{name}:={value}"]
+    return arguments

@@ -1,6 +1,6 @@
 """A simulated camera over a plate that is not as the node supposes.
 
-python .ci/demo_camera.py --ros-args -p file:=clamp.stl -p unit:=mm
+python -m lab.demo.camera --ros-args -p file:=clamp.stl -p unit:=mm
 """
 
 import sys
@@ -27,27 +27,23 @@ LATCHED = QoSProfile(
 
 
 class SimulatedCamera(Node):
-    """Drops parts on a plate and publishes how it sees them lie; a real one only sees them."""
+    """Drops parts and publishes how it sees them lie; a real one only sees them."""
 
     def __init__(self) -> None:
         super().__init__("simulated_camera")
         file = self.declare_parameter("file", "").value
         unit = self.declare_parameter("unit", "").value
         self.restitution = self.declare_parameter("restitution", 0.1).value
-        self.drop_height = self.declare_parameter(
-            "drop_height", 0.04
-        ).value  # of the COM [m]
-        self.tilt = self.declare_parameter(
-            "tilt", 0.05
-        ).value  # standard deviation [rad]
-        self.misread = self.declare_parameter(
-            "misread", 0.02
-        ).value  # share of the parts
+        # of the centre of mass, metres
+        self.drop_height = self.declare_parameter("drop_height", 0.04).value
+        # standard deviation of the measured tilt, radians
+        self.tilt = self.declare_parameter("tilt", 0.05).value
+        # share of the parts that are taken to lie in another pose
+        self.misread = self.declare_parameter("misread", 0.02).value
         self.batch = self.declare_parameter("batch", 10).value  # parts a picture
         self.seed = self.declare_parameter("seed", 1).value
-        period = self.declare_parameter(
-            "period", 0.5
-        ).value  # from picture to picture [s]
+        # from picture to picture, seconds
+        period = self.declare_parameter("period", 0.5).value
         if not file:
             raise ValueError("no mesh of a part, give it as -p file:=clamp.stl")
         if not (0.0 <= self.misread <= 1.0 and self.tilt >= 0.0 and period > 0.0):
@@ -58,7 +54,7 @@ class SimulatedCamera(Node):
         self.part = load_part(file, unit=unit or None)
         self.random = np.random.default_rng(self.seed)
         self.drop_parts()  # refuses what cannot be dropped
-        self.known = False
+        self.is_known = False
         self.publisher = self.create_publisher(
             ObservedParts, "pose_stats/observed_parts", 100
         )
@@ -68,29 +64,29 @@ class SimulatedCamera(Node):
         self.create_timer(period, self.take_picture)
 
     def on_result(self, result: Any) -> None:
-        """Begin once the node knows the part; before that it would refuse the pictures."""
-        self.known = self.known or result.part_id == self.part.part_id
+        """Begin once the node knows the part: it would refuse pictures before."""
+        self.is_known = self.is_known or result.part_id == self.part.part_id
 
     def take_picture(self) -> None:
-        """Drop a batch of parts, and publish where the camera sees each of them, once."""
-        if not (self.known and self.publisher.get_subscription_count()):
+        """Drop a batch of parts, and publish where the camera sees each of them."""
+        if not (self.is_known and self.publisher.get_subscription_count()):
             return
-        lying, confidence = self.drop_parts()
-        seen = multiply(self.turns(len(lying)), lying)
+        resting, confidence = self.drop_parts()
+        orientations = multiply(self.turns(len(resting)), resting)
         message = ObservedParts(
             part_id=self.part.part_id,
             confidence=confidence.tolist(),
             poses=[
                 Pose(orientation=Quaternion(x=x, y=y, z=z, w=w))
-                for x, y, z, w in seen.tolist()
+                for x, y, z, w in orientations.tolist()
             ],
         )
         message.header.stamp = self.get_clock().now().to_msg()
         self.publisher.publish(message)
 
     def drop_parts(self) -> tuple[Array, Array]:
-        """How the parts lie, a row x y z w each, some misread; and how sure the camera is."""
-        landed = simulate(
+        """Orientations x y z w, some of them misread, and the camera's confidence."""
+        statistics = simulate(
             self.part,
             self.batch,
             self.restitution,
@@ -99,30 +95,29 @@ class SimulatedCamera(Node):
             workers=1,
         )
         self.seed += 1
-        orientations = np.array([pose.orientation for pose in landed.poses])
-        pose = np.repeat(
-            np.arange(len(landed.poses)), [pose.count for pose in landed.poses]
-        )
-        wrong = self.random.random(len(pose)) < self.misread
-        pose[wrong] = self.random.integers(len(landed.poses), size=wrong.sum())
-        doubt = self.random.random(len(pose))
-        return orientations[pose], 1.0 - np.where(wrong, doubt, 0.4 * doubt)
+        poses = statistics.poses
+        orientations = np.array([pose.orientation for pose in poses])
+        rows = np.repeat(np.arange(len(poses)), [pose.count for pose in poses])
+        is_misread = self.random.random(len(rows)) < self.misread
+        rows[is_misread] = self.random.integers(len(poses), size=is_misread.sum())
+        doubt = self.random.random(len(rows))
+        return orientations[rows], 1.0 - np.where(is_misread, doubt, 0.4 * doubt)
 
     def turns(self, parts: int) -> Array:
-        """A random yaw of each part, and the camera's error about both horizontal axes."""
-        yaw = self.random.uniform(0.0, np.pi, parts)  # half of it
+        """A random yaw of each part, and the camera's error about both axes."""
+        half_yaw = self.random.uniform(0.0, np.pi, parts)
         tilt = np.zeros((parts, 4))
         tilt[:, :2] = self.random.normal(0.0, 0.5 * self.tilt, (parts, 2))
         tilt[:, 3] = 1.0
         zero = np.zeros(parts)
         return multiply(
             tilt / np.linalg.norm(tilt, axis=1, keepdims=True),
-            np.stack([zero, zero, np.sin(yaw), np.cos(yaw)], axis=1),
+            np.stack([zero, zero, np.sin(half_yaw), np.cos(half_yaw)], axis=1),
         )
 
 
 def multiply(first: ArrayLike, second: ArrayLike) -> Array:
-    """Products of quaternions x y z w, row by row: the second rotation, then the first."""
+    """Products of quaternions x y z w by row: the second rotation, then the first."""
     x, y, z, w = np.asarray(first).T
     a, b, c, d = np.asarray(second).T
     return np.stack(
@@ -141,11 +136,8 @@ def main() -> int:
     try:
         rclpy.init()
         node = SimulatedCamera()
-    except (
-        ValueError,
-        ParameterException,
-        RuntimeError,
-    ) as refusal:  # rcl has RuntimeErrors
+    # Of what rcl refuses it makes RuntimeErrors.
+    except (ValueError, ParameterException, RuntimeError) as refusal:
         print(f"simulated_camera: {refusal}", file=sys.stderr)
         return 2
     try:
@@ -153,9 +145,8 @@ def main() -> int:
     except KeyboardInterrupt:
         pass
     except Exception:
-        if (
-            rclpy.ok()
-        ):  # else Ctrl-C or SIGTERM ended ROS, maybe in the middle of a callback
+        # Ctrl-C or SIGTERM end ROS, maybe in the middle of a callback.
+        if rclpy.ok():
             raise
     rclpy.try_shutdown()
     return 0
