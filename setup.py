@@ -46,15 +46,12 @@ setup(
         "lxml",
         "networkx",
         "manifold3d>=3.2",
-        "matplotlib>=3.6",
-        "pillow",
-        "Jinja2",
-        "shtab>=1.13",
         "mcap>=1.2.1",
         "mcap-ros2-support>=0.5.3",
         "PyYAML",
     ],
     extras_require={
+        "tools": ["matplotlib>=3.6", "pillow", "Jinja2", "shtab>=1.13"],
         "test": ["pytest", "hypothesis"],
         "cluster": ["distributed>=2024.1"],
         "step": ["cascadio>=0.1.1"],
@@ -63,7 +60,7 @@ setup(
     entry_points={
         "console_scripts": [
             f"{PACKAGE} = {PACKAGE}.tools.cli:main",
-            f"pose_stats_node = {PACKAGE}.tools.commands.node:main",
+            f"pose_stats_node = {PACKAGE}.node.entry:main",
             f"example_planner = {PACKAGE}.node.examples.planner:main",
             f"example_camera = {PACKAGE}.node.examples.camera:main",
         ]

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from ros_pose_stats.tools.cli import run_parsed
-from ros_pose_stats.tools.commands.arguments import CommandParser
+from ros_pose_stats.tools.commands.terminal.arguments import CommandParser
 
 from .commands import benchmark, dataset
 

@@ -97,6 +97,16 @@ def three_digits(value: float) -> str:
     return f"{value:#.3g}".rstrip(".") if value < 999.5 else f"{value:.0f}"
 
 
+def bounded(number: tuple[float, float, float]) -> str:
+    """A number and its bounds, with three digits; a dash where it is not known."""
+    value, low, high = number
+    if math.isnan(value):
+        return "-"
+    if math.isnan(low) or math.isnan(high):
+        return "no bound" if math.isinf(value) else three_digits(value)
+    return f"{three_digits(value)} ({three_digits(low)} to {three_digits(high)})"
+
+
 def degrees(radians: float) -> str:
     """An angle; a dash where it is not known."""
     return f"{math.degrees(radians):.2f}" if math.isfinite(radians) else "-"

@@ -1,37 +1,65 @@
-"""The command `ros_pose_stats`: parses, dispatches, and turns refusals into exit statuses."""
+"""The command `ros_pose_stats`: parses, dispatches, and turns refusals into statuses."""
 
 import argparse
 import io
 import os
+import pkgutil
 import sys
 import traceback
 from collections.abc import Sequence
+from importlib import import_module
+from types import ModuleType
 
 from ..base import errors, text, version
-from .commands import (
-    catalogue,
-    compare,
-    compile,
-    estimate,
-    node,
-    running,
-    sensitivity,
-    show,
-)
-from .commands.arguments import REFUSED, CommandParser, Commands
-from .commands.bags import bag
-from .commands.feeding import feeding, fit, flips
+from . import commands
+from .commands.terminal.arguments import REFUSED, CommandParser
+from .commands.terminal.running import INTERRUPTED
 
 FAILED = 1
 
+HELP_ORDER = (
+    "estimate",
+    "simulate",
+    "catalogue",
+    "feeding",
+    "flips",
+    "fit",
+    "compare",
+    "sensitivity",
+    "report",
+    "animate",
+    "shapes",
+    "compile",
+    "bag",
+    "node",
+    "publish",
+    "show",
+    "completion",
+)
+"""Commands as the help lists them; others follow by the alphabet."""
 
-def parser() -> argparse.ArgumentParser:
+
+def command_modules() -> list[ModuleType]:
+    """The modules in the folder of the commands, each named as its command."""
+    names = [
+        module.name
+        for module in pkgutil.iter_modules(commands.__path__)
+        if not module.ispkg
+    ]
+    order = [*HELP_ORDER, *sorted(set(names) - set(HELP_ORDER))]
+    return [
+        import_module(f"{commands.__name__}.{name}")
+        for name in sorted(names, key=order.index)
+    ]
+
+
+def parser() -> CommandParser:
     """The whole command line."""
     top = CommandParser(
         prog="ros_pose_stats",
         description=(
-            "Stable poses of a part on a feeder plate, and how probably it comes to rest in "
-            "each."
+            "Stable poses of a part on a feeder plate, and how probably it comes to "
+            "rest in each."
         ),
         examples=(
             "ros_pose_stats shapes demo",
@@ -44,100 +72,107 @@ def parser() -> argparse.ArgumentParser:
         version=version.VERSION,
         help="print the version and exit",
     )
-    commands: Commands = top.add_subparsers(
+    parsers = top.add_subparsers(
         dest="command", metavar="COMMAND", parser_class=CommandParser
     )
-    for register in (
-        estimate.register,
-        estimate.register_simulate,
-        catalogue.register,
-        feeding.register,
-        flips.register,
-        fit.register,
-        compare.register,
-        sensitivity.register,
-        show.register,
-        show.register_animate,
-        compile.register_shapes,
-        compile.register,
-        bag.register,
-        node.register,
-        node.register_publish,
-        node.register_show,
-    ):
-        register(commands)
-    compile.register_completion(commands, top)
+    for module in command_modules():
+        module.register(parsers)
     return top
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run a command: 0; 2 for a refused input; 130 after Ctrl-C; 1 for an internal failure."""
-    sys.stdout = sys.stdout or io.StringIO()  # where it is closed
+    """Run a command.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        Words after `ros_pose_stats`; default: those of the process.
+
+    Returns
+    -------
+    int
+        Exit status: 0; 2 for a refused input; 130 after Ctrl-C; 1 for an internal failure.
+    """
+    prepare_streams()
+    words = sys.argv[1:] if arguments is None else list(arguments)
+    words, ros_arguments = split_ros_arguments(words)
+    top = parser()
+    options = top.parse_args(words)
+    if options.command is None:
+        top.print_help()
+        return 0
+    if ros_arguments and not getattr(options, "takes_ros_arguments", False):
+        top.error(
+            "--ros-args goes with node, publish and show, not with " + options.command
+        )
+    options.ros_arguments = ros_arguments
+    options.parser = top
+    return run_parsed(options)
+
+
+def prepare_streams() -> None:
+    """Have streams to write to, also where they are closed or know few letters."""
+    sys.stdout = sys.stdout or io.StringIO()
     sys.stderr = sys.stderr or io.StringIO()
-    for stream in (sys.stdout, sys.stderr):  # names of files need not be text
+    for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
+            # Names of files need not be text.
             stream.reconfigure(errors="backslashreplace")
-    ours, rest = _split(sys.argv[1:] if arguments is None else list(arguments))
-    reader = parser()
-    parsed = reader.parse_args(ours)
-    if parsed.command is None:
-        reader.print_help()
-        return 0
-    if rest and not getattr(parsed, "takes_ros_arguments", False):
-        reader.error(
-            f"--ros-args goes with node, publish and show, not with {parsed.command}"
-        )
-    parsed.ros_arguments = rest
-    return run_parsed(parsed)
 
 
-def run_parsed(parsed: argparse.Namespace) -> int:
-    """Run what a parser chose, and turn what stops it into an exit status and a line."""
-    try:
-        status: int = parsed.run(parsed)
-        sys.stdout.flush()
-    except errors.PoseStatsError as refusal:
+def split_ros_arguments(words: list[str]) -> tuple[list[str], list[str]]:
+    """Divide words into those of the command and those from --ros-args on."""
+    if "--ros-args" in words:
+        position = words.index("--ros-args")
+        return words[:position], words[position:]
+    if words[:1] == ["node"] and {"-p", "-r", "--params-file"} & set(words):
         print(
-            f"ros_pose_stats: {text.printable(str(refusal))}", file=sys.stderr
-        )  # it names files
-        return REFUSED
-    except KeyboardInterrupt:
-        print("ros_pose_stats: interrupted", file=sys.stderr)
-        return running.INTERRUPTED
-    except BrokenPipeError:
-        # The reader (head, less) has gone; nothing may be written at exit any more.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
-    except OSError as error:
-        what = (
-            "" if error.filename is None else f" {text.printable(str(error.filename))}"
-        )
-        print(
-            f"ros_pose_stats: cannot write{what}: {error.strerror or error}",
+            "ros_pose_stats node: ROS arguments go behind --ros-args, for instance "
+            "`ros_pose_stats node --ros-args -p restitution:=0.3`",
             file=sys.stderr,
         )
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise SystemExit(REFUSED)
+    return words, []
+
+
+def run_parsed(options: argparse.Namespace) -> int:
+    """Run what a parser chose, and turn what stops it into an exit status and a line."""
+    try:
+        status: int = options.run(options)
+        sys.stdout.flush()
+    except errors.PoseStatsError as refusal:
+        # It names files.
+        complain(text.printable(str(refusal)))
+        return REFUSED
+    except KeyboardInterrupt:
+        complain("interrupted")
+        return INTERRUPTED
+    except BrokenPipeError:
+        # The reader (head, less) has gone.
+        discard_output()
+        return 0
+    except OSError as error:
+        complain(describe_failed_write(error))
+        discard_output()
         return FAILED
     except Exception:
         traceback.print_exc()
-        print(
-            "ros_pose_stats: internal failure, please report it with the lines above",
-            file=sys.stderr,
-        )
+        complain("internal failure, please report it with the lines above")
         return FAILED
     return status
 
 
-def _split(arguments: list[str]) -> tuple[list[str], list[str]]:
-    """Divide the arguments into those of the command and those from --ros-args on."""
-    if "--ros-args" not in arguments:
-        if arguments[:1] == ["node"] and {"-p", "-r", "--params-file"} & set(arguments):
-            print(
-                "ros_pose_stats node: ROS arguments go behind --ros-args, for instance "
-                "`ros_pose_stats node --ros-args -p restitution:=0.3`",
-                file=sys.stderr,
-            )
-            raise SystemExit(REFUSED)
-        return arguments, []
-    place = arguments.index("--ros-args")
-    return arguments[:place], arguments[place:]
+def complain(line: str) -> None:
+    """Print a line to standard error."""
+    print(f"ros_pose_stats: {line}", file=sys.stderr)
+
+
+def describe_failed_write(error: OSError) -> str:
+    """Which file could not be written, and why."""
+    file = "" if error.filename is None else f" {text.printable(str(error.filename))}"
+    return f"cannot write{file}: {error.strerror or error}"
+
+
+def discard_output() -> None:
+    """Write nothing to standard output any more, at exit neither."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ros_pose_stats.base.errors import RequestError
-from ros_pose_stats.tools.commands.arguments import read_count
-from ros_pose_stats.tools.commands.running import (
+from ros_pose_stats.tools.commands.terminal.arguments import read_count
+from ros_pose_stats.tools.commands.terminal.running import (
     INTERRUPTED,
     ProgressBar,
     announce_slow_start,

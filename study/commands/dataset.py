@@ -8,14 +8,13 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ros_pose_stats.tools.commands.arguments import read_count
-from ros_pose_stats.tools.commands.running import (
+from ros_pose_stats.tools.commands.terminal.arguments import read_count
+from ros_pose_stats.tools.commands.terminal.running import (
     INTERRUPTED,
     ProgressBar,
     announce_slow_start,
     duration,
     end_on_interrupt,
-    needing,
     print_json,
     stop_on_interrupt,
 )
@@ -167,8 +166,7 @@ def _maker(options: argparse.Namespace) -> Maker:
         from ..dataset import on_threads
 
         return on_threads(options.workers)
-    with needing("distributed"):
-        from ..dataset.cluster import on_cluster
+    from ..dataset.cluster import on_cluster
 
     return on_cluster(options.scheduler)
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from ros_pose_stats.tools.cli import parser
-from ros_pose_stats.tools.commands.arguments import CommandParser
+from ros_pose_stats.tools.commands.terminal.arguments import CommandParser
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "commands.md"
 WIDTH = 96

@@ -7,6 +7,8 @@ from xml.etree import ElementTree
 import pytest
 from packaging.requirements import Requirement
 
+from ros_pose_stats.base.extras import EXTRAS
+
 ROOT = Path(__file__).resolve().parents[2]
 KEYS = {"Jinja2": "python3-jinja2", "pillow": "python3-pil", "PyYAML": "python3-yaml"}
 """rosdep's keys that are not the name after `python3-`."""
@@ -26,10 +28,9 @@ def setup_value(keyword):
 
 
 def asked():
-    return {
-        requirement.name: requirement
-        for requirement in map(Requirement, setup_value("install_requires"))
-    }
+    """What core and node need, and the pictures and pages of the tools."""
+    lines = [*setup_value("install_requires"), *setup_value("extras_require")["tools"]]
+    return {requirement.name: requirement for requirement in map(Requirement, lines)}
 
 
 def listed(file):
@@ -83,10 +84,21 @@ def test_versions_of_the_distribution_suffice(name):
     assert name not in BY_PIP or NOBLE[name] in BY_PIP[name].specifier
 
 
-def test_what_step_files_need_is_pinned_too():
-    (step,) = map(Requirement, setup_value("extras_require")["step"])
-    (pin,) = listed("requirements.txt")[step.name].specifier
-    assert pin.version in step.specifier
+@pytest.mark.parametrize("extra", ["step", "cluster", "parquet"])
+def test_what_extras_need_is_pinned_too(extra):
+    (requirement,) = map(Requirement, setup_value("extras_require")[extra])
+    (pin,) = listed("requirements.txt")[requirement.name].specifier
+    assert pin.version in requirement.specifier
+
+
+def test_every_module_of_an_extra_has_a_remedy_that_setup_knows():
+    """By the name of its distribution, where that is another."""
+    distributions = {"PIL": "pillow", "jinja2": "Jinja2"}
+    for module, extra in EXTRAS.items():
+        names = {
+            Requirement(line).name for line in setup_value("extras_require")[extra.name]
+        }
+        assert distributions.get(module, module) in names
 
 
 @pytest.mark.parametrize("name", sorted(ASKED))

@@ -46,7 +46,7 @@ FLOORS = {
         {"commands"},
         {"cli"},
     ),
-    "tools.commands": ({"bags"}, {"feeding"}),
+    "tools.commands": ({"terminal", "tables"},),
 }
 """What stands on what inside a folder, from below.
 
@@ -178,7 +178,7 @@ class TestThisPackage:
     def test_the_walk_sees_the_package(self, sources):
         arrows = {(arrow.importer, arrow.target) for arrow in sources.imports}
         commands = "ros_pose_stats.tools.commands"
-        assert ("ros_pose_stats.tools.cli", f"{commands}.estimate") in arrows
+        assert ("ros_pose_stats.tools.cli", f"{commands}.terminal.arguments") in arrows
         assert (
             f"{commands}.estimate",
             "ros_pose_stats.core.estimators.estimate",

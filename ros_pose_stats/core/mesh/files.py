@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from ...base import extras
 from ...base.errors import MeshFileError
 from ...base.files import NotAFileError, read_file
 from ..records import Array, Corners, Index
@@ -334,11 +335,7 @@ def tessellate_step(path: Path, data: bytes) -> bytes:
     """GLB file in metres of a STEP file, every circle with 96 sides."""
     found = importlib.util.find_spec("cascadio")
     if found is None or found.origin is None:
-        raise MeshFileError(
-            "the package cascadio, which reads STEP files",
-            f"{path} without it",
-            "pip install cascadio, or export the part as STL or 3MF",
-        )
+        raise extras.missing_module("cascadio", f"needed for {path}")
     return _read_apart(path, data, "STEP", str(Path(found.origin).parents[1]))
 
 

@@ -11,12 +11,15 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, Generic
 
-from distributed import Client, Security, TimeoutError, rpc
-from distributed.scheduler import KilledWorker
-
 from ...base.errors import BatchError, reason
+from ...base.extras import require_modules
 from ...base.version import VERSION
 from .processes import POLL_SECONDS, Made, Piece, in_flight
+
+require_modules("distributed")
+
+from distributed import Client, Security, TimeoutError, rpc  # noqa: E402
+from distributed.scheduler import KilledWorker  # noqa: E402
 
 WORKER_SECONDS = 60.0  # time that a run waits while there is no worker at all
 LOOK_SECONDS = 1.0  # time between two checks for workers

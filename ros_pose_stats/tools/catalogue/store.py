@@ -12,7 +12,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ...base import errors, files, text
+from ...base import errors, extras, files, text
 from ..batch.folder import needing_room
 from .request import PartFile
 from .rows import Described, Row
@@ -254,7 +254,7 @@ Table = tuple[dict[str, type], Iterator[Sequence[Any]]]
 
 def load_parquet() -> None:
     """Import what Parquet files need."""
-    import pyarrow.parquet  # noqa: F401
+    extras.require_modules("pyarrow", "pyarrow.parquet")
 
 
 def write_tables(

@@ -1,1 +1,1 @@
-"""The commands: their options, and what they print."""
+"""The commands, a module each, of its name: `register` adds its options, `run` runs it."""

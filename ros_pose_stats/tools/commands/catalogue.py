@@ -1,30 +1,32 @@
 """`catalogue FOLDER|FILE... -o DIR`: all parts of a folder in one table and on one page."""
 
 import argparse
+import math
 import sys
 import time
+from itertools import islice
 from typing import TYPE_CHECKING
 
 from ...base.text import printable, several
-from . import arguments as given, running
+from .terminal import arguments, running
 
 if TYPE_CHECKING:
     from ..catalogue.making import Catalogue, CatalogueProgress
 
-NAMED = 10  # refused parts that are named on the terminal
+MOST_NAMED = 10  # refused parts on the terminal
 
 
-def register(commands: given.Commands) -> None:
+def register(commands: arguments.Commands) -> None:
     """Add the command."""
     command = commands.add_parser(
         "catalogue",
         help="list the poses of all parts of a folder, in a table and on a page",
-        description="Look at every part of some folders and files: its stable poses, their "
-        "probabilities with errors, footprint and height, how well it feeds, warnings, and, where "
-        "a part is refused, why. The folder of -o gets `index.html`, to sort and filter without "
-        "a network, `catalogue.csv` with a row a part and `poses.csv` with a row a pose. A run "
-        "that is cut off goes on when the same command is given again, and looks at new and "
-        "changed files only.",
+        description="Look at every part of some folders and files: its stable poses, "
+        "their probabilities with errors, footprint and height, how well it feeds, "
+        "warnings, and, where a part is refused, why. The folder of -o gets "
+        "`index.html`, to sort and filter without a network, `catalogue.csv` with a row "
+        "a part and `poses.csv` with a row a pose. A run that is cut off goes on when "
+        "the same command is given again, and looks at new and changed files only.",
         examples=(
             "ros_pose_stats catalogue demo --unit mm -o quotes",
             "ros_pose_stats catalogue demo/clamp.stl demo/gear.stl --unit mm "
@@ -39,7 +41,7 @@ def register(commands: given.Commands) -> None:
         help="files, or folders with all that is below them: STEP, STL, OBJ, "
         "PLY, OFF or 3MF",
     )
-    given.add(
+    arguments.add_options(
         command,
         "--output",
         required=True,
@@ -56,27 +58,29 @@ def register(commands: given.Commands) -> None:
         "is one percentage point (default: 0.02 for parts unlike those that the "
         "estimate was measured on, none for others)",
     )
-    given.add(command, "--unit", help=given.SHARED_UNIT)
-    given.add(command, "--density", *given.POSES_OF, *given.SCENE)
+    arguments.add_options(command, "--unit", help=arguments.SHARED_UNIT_HELP)
+    arguments.add_options(
+        command, "--density", *arguments.POSE_OPTIONS, *arguments.SCENE_OPTIONS
+    )
     command.add_argument(
         "--parquet",
         action="store_true",
         help="write the tables as Parquet files, too; that needs pyarrow",
     )
-    where = command.add_mutually_exclusive_group()
-    where.add_argument(
+    machines = command.add_mutually_exclusive_group()
+    machines.add_argument(
         "--workers",
-        type=given.read_count,
+        type=arguments.read_count,
         metavar="W",
         help="number of processes (default: all cores)",
     )
-    where.add_argument(
+    machines.add_argument(
         "--scheduler",
         metavar="ADDRESS",
         help="address of a dask.distributed cluster that does the work instead; "
         "files are sent to it",
     )
-    given.add(
+    arguments.add_options(
         command,
         "--json",
         help="print one JSON object that says what was written and refused, with all rows",
@@ -85,105 +89,122 @@ def register(commands: given.Commands) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Make the catalogue and say where it is."""
-    folder = given.folder(options.output)
+    folder = arguments.output_folder(options.output)
     with running.announce_slow_start(), running.end_on_interrupt():
         from ...core.kernels.compilation import prepare_kernels
-        from ..catalogue import making, request as requests, store
+        from ..catalogue import making, request, store
 
-        request = requests.CatalogueRequest(
-            given.scene_of(options), options.unit, options.density, options.target_error
+        catalogue_request = request.CatalogueRequest(
+            arguments.drop_scene(options),
+            options.unit,
+            options.density,
+            options.target_error,
         )
         if options.scheduler is None:
             maker = making.on_processes(options.workers)
         else:
-            with running.needing("distributed"):
-                maker = making.on_cluster(options.scheduler)
+            maker = making.on_cluster(options.scheduler)
         if options.parquet:
-            with running.needing("pyarrow"):
-                store.load_parquet()
-        parts = requests.find_parts(options.parts)
+            store.load_parquet()
+        parts = request.find_parts(options.parts)
         if options.scheduler is None:
-            prepare_kernels()  # before several processes would compile them at once
+            # Before several processes would compile them at once.
+            prepare_kernels()
     begin = time.monotonic()
     with (
-        running.stop_on_interrupt() as interrupted,
+        running.stop_on_interrupt() as is_interrupted,
         running.ProgressBar(sys.stderr) as bar,
     ):
-        made = making.make_catalogue(
+        catalogue = making.make_catalogue(
             folder,
             parts,
-            request,
+            catalogue_request,
             maker,
             parquet=options.parquet,
             keep_rows=options.json,
-            on_progress=lambda one: bar.draw(*done(one)),
-            should_stop=interrupted,
+            on_progress=lambda progress: show_progress(bar, progress),
+            should_stop=is_interrupted,
         )
-    (_print_json if options.json else _print_words)(made, time.monotonic() - begin)
-    return 0 if made.complete else running.INTERRUPTED
+    seconds = time.monotonic() - begin
+    if options.json:
+        print_json(catalogue, seconds)
+    else:
+        print_summary(catalogue, seconds)
+    return 0 if catalogue.complete else running.INTERRUPTED
 
 
-def done(progress: "CatalogueProgress") -> tuple[float, str]:
-    """How far the run is, as a share and as a text."""
-    own = progress.parts - progress.found
-    left = (
-        (progress.bound - progress.parts) * progress.seconds / own
-        if own
-        else float("nan")
-    )
-    return (
+def show_progress(bar: running.ProgressBar, progress: "CatalogueProgress") -> None:
+    """Draw how many parts are finished, and the seconds to go."""
+    looked_at = progress.parts - progress.found
+    seconds = math.nan
+    if looked_at:
+        seconds = (progress.bound - progress.parts) * progress.seconds / looked_at
+    state = "sure" if progress.dropping else "estimated"
+    bar.draw(
         progress.parts / progress.bound,
-        f"{progress.parts} of {progress.bound} parts "
-        f"{'sure' if progress.dropping else 'estimated'}, {running.duration(left)} left",
+        f"{progress.parts} of {progress.bound} parts {state}, "
+        f"{running.duration(seconds)} left",
     )
 
 
-def _print_json(made: "Catalogue", seconds: float) -> None:
+def print_json(catalogue: "Catalogue", seconds: float) -> None:
+    """Print what was written and refused, with all rows."""
     running.print_json(
         {
-            "folder": made.folder,
-            "page": made.page,
-            "tables": made.tables,
-            "done": made.done,
-            "bound": made.bound,
-            "found": made.found,
-            "refused": len(made.tally.refused),
-            "doubted": made.tally.doubted,
-            "warnings": dict(made.tally.warnings),
-            "unlike": made.tally.unlike,
-            "to_be_dropped": made.to_be_dropped,
+            "folder": catalogue.folder,
+            "page": catalogue.page,
+            "tables": catalogue.tables,
+            "done": catalogue.done,
+            "bound": catalogue.bound,
+            "found": catalogue.found,
+            "refused": len(catalogue.tally.refused),
+            "doubted": catalogue.tally.doubted,
+            "warnings": dict(catalogue.tally.warnings),
+            "unlike": catalogue.tally.unlike,
+            "to_be_dropped": catalogue.to_be_dropped,
             "seconds": seconds,
-            "parts": made.rows or (),
+            "parts": catalogue.rows or (),
         },
-        interrupted=not made.complete,
+        interrupted=not catalogue.complete,
     )
 
 
-def _print_words(made: "Catalogue", seconds: float) -> None:
-    counted = made.tally
-    found = f", {made.found} of them done before" if made.found else ""
-    print(
-        printable(
-            f"{made.page}: {several(made.done, 'part')}{found}, "
-            f"{len(counted.refused)} refused, took {seconds:.1f} s"
+def print_summary(catalogue: "Catalogue", seconds: float) -> None:
+    """Print what was written, refused and doubted, and what an interrupt left undone."""
+    tally = catalogue.tally
+    earlier = f", {catalogue.found} of them done before" if catalogue.found else ""
+    lines = [
+        f"{catalogue.page}: {several(catalogue.done, 'part')}{earlier}, "
+        f"{len(tally.refused)} refused, took {seconds:.1f} s",
+        *map(str, catalogue.tables),
+    ]
+    if tally.doubted:
+        lines.append(
+            f"warnings about {tally.doubted} of {several(tally.answered, 'part')}: "
+            f"{tally.codes}"
         )
-    )
-    for table in made.tables:
-        print(printable(str(table)))
-    if counted.doubted:
-        print(
-            f"warnings about {counted.doubted} of {several(counted.answered, 'part')}: "
-            f"{counted.codes}"
+    for name, reason in islice(tally.refused.items(), MOST_NAMED):
+        lines.append(f"refused {name}: {reason}")
+    if len(tally.refused) > MOST_NAMED:
+        lines.append(
+            f"and {len(tally.refused) - MOST_NAMED} more, with reasons in the table"
         )
-    for name, why in list(counted.refused.items())[:NAMED]:
-        print(printable(f"refused {name}: {why}"))
-    if len(counted.refused) > NAMED:
-        print(f"and {len(counted.refused) - NAMED} more, with reasons in the table")
-    for name, why in list(counted.unlike.items())[:NAMED]:
-        print(printable(f"check the unit of {name}: it is {why}"))
-    if not made.complete:
-        left = [f"{made.bound - made.done} parts to be looked at"] * (
-            made.done < made.bound
+    for name, reason in islice(tally.unlike.items(), MOST_NAMED):
+        lines.append(f"check the unit of {name}: it is {reason}")
+    if not catalogue.complete:
+        lines.append(
+            f"interrupted: {describe_open_work(catalogue)}; "
+            "the same command goes on from here"
         )
-        left += [f"{made.to_be_dropped} parts to be dropped"] * bool(made.to_be_dropped)
-        print(f"interrupted: {' and '.join(left)}; the same command goes on from here")
+    for line in lines:
+        print(printable(line))
+
+
+def describe_open_work(catalogue: "Catalogue") -> str:
+    """The parts that a run which was interrupted has not come to."""
+    counts = []
+    if catalogue.done < catalogue.bound:
+        counts.append(f"{catalogue.bound - catalogue.done} parts to be looked at")
+    if catalogue.to_be_dropped:
+        counts.append(f"{catalogue.to_be_dropped} parts to be dropped")
+    return " and ".join(counts)

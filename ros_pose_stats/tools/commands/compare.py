@@ -19,24 +19,30 @@ from ...base.text import (
     several,
 )
 from ...core.records.scene import DEFAULT_PLATE_ERROR
-from . import arguments as given, running
+from .terminal import arguments, running
 
 if TYPE_CHECKING:
     from ...core.records import Part
-    from ..design.comparison import Comparison, VariantComparison
+    from ..design.comparison import (
+        Comparison,
+        FeederComparison,
+        PoseComparison,
+        VariantComparison,
+    )
 
 MOST_DROPS = 20_000
 
 
-def register(commands: given.Commands) -> None:
+def register(commands: arguments.Commands) -> None:
     """Add the command."""
     command = commands.add_parser(
         "compare",
         help="set variants of a part side by side and say whether they differ",
-        description="Drop variants of a part from the same starts, and say which feeds better, "
-        "which of their poses correspond, and whether the drops show a difference in the model, "
-        "and one to expect on a plate. Drops end where the verdict is settled or all differences "
-        "are known to a point; as many afresh then give shares and differences.",
+        description="Drop variants of a part from the same starts, and say which feeds "
+        "better, which of their poses correspond, and whether the drops show a "
+        "difference in the model, and one to expect on a plate. Drops end where the "
+        "verdict is settled or all differences are known to a point; as many afresh then "
+        "give shares and differences.",
         examples=(
             "ros_pose_stats compare demo/clamp.stl demo/clamp.stl --unit mm "
             "--com 17mm 17mm 0 --com 17mm 17mm 2mm --wanted 0,1 -o clamps.html",
@@ -51,16 +57,16 @@ def register(commands: given.Commands) -> None:
         help="files of two variants or more, the one to compare with first: "
         "STEP, STL, OBJ, PLY, OFF or 3MF",
     )
-    given.add(command, "--unit", help=given.SHARED_UNIT)
-    given.add(
+    arguments.add_options(command, "--unit", help=arguments.SHARED_UNIT_HELP)
+    arguments.add_options(
         command,
         "--com",
         action="append",
         default=[],
-        help=f"{given.CENTER}; once for all variants, or once for each in their order",
+        help=f"{arguments.CENTER_HELP}; once for all variants, or once for each in their order",
     )
-    given.add(command, *given.POSES_OF, *given.SCENE)
-    given.add(
+    arguments.add_options(command, *arguments.POSE_OPTIONS, *arguments.SCENE_OPTIONS)
+    arguments.add_options(
         command,
         "--wanted",
         default=[],
@@ -75,15 +81,15 @@ def register(commands: given.Commands) -> None:
         help="error of a share on the real plate, as a fraction "
         "(default: %(default)s; a plate fitted to counts has its own)",
     )
-    given.add(
+    arguments.add_options(
         command,
         "--drops",
         default=MOST_DROPS,
         help="the most drops of each variant for "
         "the verdict (default: %(default)s); as many are made afresh",
     )
-    given.add(command, "--seed", "--workers", "--json")
-    given.add(
+    arguments.add_options(command, "--seed", "--workers", "--json")
+    arguments.add_options(
         command,
         "--output",
         help="write a page with pictures of the poses, too: FILE.html",
@@ -92,52 +98,53 @@ def register(commands: given.Commands) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Compare, write the page, and print."""
-    page = (
-        None
-        if options.output is None
-        else running.output_file(options.output, (".html", ".htm"))
-    )
+    page = None if options.output is None else running.page_file(options.output)
     with running.preparing_kernels():
         from ..design.compare import compare
 
         parts = load_variants(options)
     with (
-        running.stop_on_interrupt() as interrupted,
+        running.stop_on_interrupt() as is_interrupted,
         running.ProgressBar(sys.stderr) as bar,
     ):
-        found = compare(
+        comparison = compare(
             parts,
             options.wanted,
             options.drops,
             seed=options.seed,
             workers=options.workers,
-            on_progress=lambda done, most: bar.draw(
-                done / most, f"{done} of at most {most} drops"
+            on_progress=lambda drops, bound: bar.draw(
+                drops / bound, f"{drops} of at most {bound} drops"
             ),
-            should_stop=interrupted,
+            should_stop=is_interrupted,
             plate_error=options.plate_error,
-            **given.scene_keywords(options),
+            **arguments.scene_keywords(options),
         )
-        stopped = interrupted()
-    written = []
-    if page is not None and found.drops:
+        interruption = ""
+        if is_interrupted():
+            interruption = f"interrupted after {comparison.drops} drops of each"
+    pages = []
+    if page is not None and comparison.drops:
         with running.end_on_interrupt():
-            from ...base.files import write_file
-            from ..report.page import comparison_page
-
-            write_file(
-                page,
-                comparison_page(found, (command_to_reproduce(options, found),)).encode(
-                    errors="replace"
-                ),
-            )
-        written.append(f"{page}: {page.stat().st_size / 1e6:.2f} MB")
+            write_page(page, comparison, options)
+        pages.append(running.describe_size(page))
     return running.print_answer(
         options,
-        found.as_dict,
-        lambda: [*comparison_table(found), *written],
-        f"interrupted after {found.drops} drops of each" if stopped else "",
+        comparison.as_dict,
+        lambda: [*comparison_table(comparison), *pages],
+        interruption,
     )
+
+
+def write_page(
+    page: Path, comparison: "Comparison", options: argparse.Namespace
+) -> None:
+    """Write the page with pictures of the poses."""
+    from ...base.files import write_file
+    from ..report.page import comparison_page
+
+    text = comparison_page(comparison, (command_to_reproduce(options, comparison),))
+    write_file(page, text.encode(errors="replace"))
 
 
 def load_variants(options: argparse.Namespace) -> "list[Part]":
@@ -151,114 +158,131 @@ def load_variants(options: argparse.Namespace) -> "list[Part]":
             f"{len(centers)} times",
             "repeat it in the order of the files",
         )
-    each = centers * len(options.parts) if len(centers) == 1 else centers
+    if len(centers) == 1:
+        centers *= len(options.parts)
     paths = [Path(file) for file in options.parts]
-    # Equal names are told apart by the whole paths.
-    names = [
-        path.stem
-        if all(path.stem != other.stem for other in paths if other != path)
-        else str(path)
-        for path in paths
-    ]
-    return [
-        load_part(file, options.unit, center, part_id=name, unless_declared=True)
-        for file, center, name in zip(options.parts, each, names, strict=True)
-    ]
+    stems = {path: path.stem for path in paths}
+    variants = []
+    for file, path, center in zip(options.parts, paths, centers, strict=True):
+        # Parts of equal names go by their whole paths.
+        is_unique = list(stems.values()).count(path.stem) == 1
+        variants.append(
+            load_part(
+                file,
+                options.unit,
+                center,
+                part_id=path.stem if is_unique else str(path),
+                unless_declared=True,
+            )
+        )
+    return variants
 
 
-def command_to_reproduce(options: argparse.Namespace, found: "Comparison") -> str:
+def command_to_reproduce(options: argparse.Namespace, comparison: "Comparison") -> str:
     """The command that gives the same answer again."""
     words = ["ros_pose_stats", "compare", *options.parts, "--unit", options.unit]
     for center in options.com:
-        words += given.typed_again({"com": center}, "com")
-    return shlex.join(
-        [
-            *words,
-            *given.typed_again(
-                {**vars(options), "seed": found.seed},
-                "cluster_tolerance",
-                "round_sides",
-                "restitution",
-                "drop_height",
-                "wanted",
-                "plate_error",
-                "drops",
-                "seed",
-            ),
-        ]
+        words += arguments.option_words({"com": center}, "com")
+    words += arguments.option_words(
+        {**vars(options), "seed": comparison.seed},
+        "cluster_tolerance",
+        "round_sides",
+        "restitution",
+        "drop_height",
+        "wanted",
+        "plate_error",
+        "drops",
+        "seed",
     )
+    return shlex.join(words)
 
 
 MOST_ROWS = 40
 
 
-def comparison_table(found: "Comparison") -> list[str]:
+def comparison_table(comparison: "Comparison") -> list[str]:
     """Lines: the verdicts, then all variants beside the first one."""
     from ..design import describe
 
-    lines = [describe.describe_verdict(found, one) for one in found.variants]
-    lines += [
+    statistics = comparison.found
+    lines = [
+        *(
+            describe.describe_verdict(comparison, variant)
+            for variant in comparison.variants
+        ),
         "",
         *(
-            f"{describe.letter(place)} {one.part_id}: "
-            f"{several(len(one.poses), 'stable pose')}, radius {1e3 * one.radius:.4g} mm"
-            for place, one in enumerate(found.found)
+            f"{describe.letter(k)} {variant.part_id}: "
+            f"{several(len(variant.poses), 'stable pose')}, "
+            f"radius {1e3 * variant.radius:.4g} mm"
+            for k, variant in enumerate(statistics)
         ),
-        found.found[0].scene,
-        f"{found.drops} drops of each from the same starts, {found.found[0].unsettled} "
-        f"unsettled, seed {found.seed}; as many before gave the verdicts",
+        statistics[0].scene,
+        f"{comparison.drops} drops of each from the same starts, "
+        f"{statistics[0].unsettled} unsettled, seed {comparison.seed}; as many before "
+        "gave the verdicts",
     ]
-    for one in found.variants:
-        lines += ["", *_variant(one)]
-    said = [
-        [": ".join(one) for one in describe.name_remarks(found, kind)]
+    for variant in comparison.variants:
+        lines += ["", *variant_table(variant)]
+    warnings, notes = (
+        [": ".join(remark) for remark in describe.name_remarks(comparison, kind)]
         for kind in ("warnings", "notes")
-    ]
+    )
     return [
         *lines,
-        *remarks(*said),
+        *remarks(warnings, notes),
         "",
-        "in brackets and as ranges: 90 % intervals, each by itself; verdicts hold for all "
-        "poses together",
-        f"computed in {found.seconds:.1f} s",
+        "in brackets and as ranges: 90 % intervals, each by itself; verdicts hold for "
+        "all poses together",
+        f"computed in {comparison.seconds:.1f} s",
     ]
 
 
-def _variant(one: "VariantComparison") -> list[str]:
+def variant_table(variant: "VariantComparison") -> list[str]:
+    """Lines: poses of a variant beside those of the first, and what a feeder gets."""
     from ..design import describe
 
-    other = describe.letter(one.second)
+    letter = describe.letter(variant.second)
     heads = [
         Column("A"),
-        Column(other),
+        Column(letter),
         Column("A", "%"),
         Column("90 %", "%"),
-        Column(other, "%"),
+        Column(letter, "%"),
         Column("90 %", "%"),
-        Column(f"{other} - A", "points"),
+        Column(f"{letter} - A", "points"),
         Column("90 %", "points"),
         Column("difference", "in the model", left=True),
         Column("difference", "on a plate", left=True),
     ]
-    rows = [
-        [
-            _numbers(pose.poses.first),
-            _numbers(pose.poses.second),
-            *_share(pose.share.first, pose.poses.first),
-            *_share(pose.share.second, pose.poses.second),
-            points(pose.share.difference.value, 2),
-            f"{points(pose.share.difference.low, 2)} to {points(pose.share.difference.high, 2)}",
-            pose.share.in_model.removeprefix("difference "),
-            pose.share.on_plate.removeprefix("difference "),
-        ]
-        for pose in one.poses[:MOST_ROWS]
-    ]
-    lines = [*describe.describe_matching(one), *columns(heads, rows)]
-    hidden = one.poses[MOST_ROWS:]
+    rows = [pose_cells(pose) for pose in variant.poses[:MOST_ROWS]]
+    lines = [*describe.describe_matching(variant), *columns(heads, rows)]
+    hidden = variant.poses[MOST_ROWS:]
     if hidden:
         lines.append(f"... and {several(len(hidden), 'more row')}; --json lists all")
-    if one.feeder is None:
-        return lines
+    if variant.feeder is not None:
+        lines += ["", *feeder_table(variant.feeder, letter)]
+    return lines
+
+
+def pose_cells(pose: "PoseComparison") -> list[str]:
+    """The cells of a row: corresponding poses, their shares, and the difference."""
+    share = pose.share
+    difference = share.difference
+    return [
+        pose_numbers(pose.poses.first),
+        pose_numbers(pose.poses.second),
+        *share_cells(share.first, pose.poses.first),
+        *share_cells(share.second, pose.poses.second),
+        points(difference.value, 2),
+        f"{points(difference.low, 2)} to {points(difference.high, 2)}",
+        share.in_model.removeprefix("difference "),
+        share.on_plate.removeprefix("difference "),
+    ]
+
+
+def feeder_table(feeder: "FeederComparison", letter: str) -> list[str]:
+    """Lines: what a feeder gets of the first variant and of another."""
     heads = [
         Column("a feeder that accepts", left=True),
         Column("gets, %"),
@@ -266,35 +290,36 @@ def _variant(one: "VariantComparison") -> list[str]:
     ]
     rows = [
         [
-            f"{name} {_numbers(poses)}",
+            f"{name} {pose_numbers(poses)}",
             f"{percent(share.value)} ({interval(share.low, share.high)})",
             "{:.4g} ({:.4g} - {:.4g})".format(*passes),
         ]
         for name, poses, share, passes in zip(
-            ("A", other),
-            one.feeder.poses,
-            one.feeder.share[:2],
-            one.feeder.passes,
+            ("A", letter),
+            feeder.poses,
+            feeder.share[:2],
+            feeder.passes,
             strict=True,
         )
     ]
-    lost = one.feeder.lost
-    return [
-        *lines,
-        "",
-        *columns(heads, rows),
-        *(
-            [f"wanted poses of A without a partner in {other}: {ranges(lost)}"]
-            if lost
-            else []
-        ),
-    ]
+    lines = columns(heads, rows)
+    if feeder.lost:
+        lines.append(
+            f"wanted poses of A without a partner in {letter}: {ranges(feeder.lost)}"
+        )
+    return lines
 
 
-def _numbers(poses: Sequence[int]) -> str:
+def pose_numbers(poses: Sequence[int]) -> str:
+    """Numbers of poses that correspond to some of the other variant."""
     return ranges(poses) or "no partner"
 
 
-def _share(share: tuple[float, float, float], poses: Sequence[int]) -> tuple[str, str]:
+def share_cells(
+    share: tuple[float, float, float], poses: Sequence[int]
+) -> tuple[str, str]:
+    """A share and its interval; dashes where there is no pose."""
+    if not poses:
+        return "-", "-"
     value, low, high = share
-    return (percent(value), interval(low, high)) if poses else ("-", "-")
+    return percent(value), interval(low, high)

@@ -1,33 +1,37 @@
-"""`estimate PART` and `simulate PART`: poses and probabilities, at once or by dropping a part."""
+"""`estimate PART`: poses and probabilities of a part at once."""
 
 import argparse
 import math
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from ...base.errors import RequestError
 from ...base.methods import AUTO, BESIDE_DROPS, DEFAULT_METHOD, METHODS
 from ...base.text import MOST_POSES, Column, listed, percent
 from ...core.records.scene import DEFAULT_DROPS
-from . import arguments as given, running
+from .terminal import arguments, running
 
 if TYPE_CHECKING:
     from ...core.records import Part, PoseStatistics
 
-CHOICES = {one.name: one for one in METHODS if one.drops != "all"}
+CHOICES = {method.name: method for method in METHODS if method.drops != "all"}
 ALL = "all"
 
 
-def register(commands: given.Commands) -> None:
+def register(commands: arguments.Commands) -> None:
     """Add the command."""
-    knowing = listed([f"`{name}`" for name, one in CHOICES.items() if one.knows_scene])
-    dropping = "; ".join(f"`{name}` is {CHOICES[name].about}" for name in BESIDE_DROPS)
+    scene_methods = [
+        f"`{name}`" for name, method in CHOICES.items() if method.knows_scene
+    ]
+    drop_methods = [f"`{name}` is {CHOICES[name].about}" for name in BESIDE_DROPS]
     command = commands.add_parser(
         "estimate",
         help="estimate the pose statistics of a part at once",
-        description="Estimate the stable poses of a part and the probability of coming to rest "
-        f"in each. {knowing} take the restitution and the drop height into account; "
-        f"the others ignore them. {dropping}; `choice` in the JSON says what it did and why. "
-        "These two alone take the number of drops, the target error, the seed and the workers.",
+        description="Estimate the stable poses of a part and the probability of coming "
+        f"to rest in each. {listed(scene_methods)} take the restitution and the drop "
+        f"height into account; the others ignore them. {'; '.join(drop_methods)}; "
+        "`choice` in the JSON says what it did and why. These two alone take the number "
+        "of drops, the target error, the seed and the workers.",
         examples=(
             "ros_pose_stats estimate demo/clamp.stl --unit mm",
             "ros_pose_stats estimate demo/clamp.stl --unit auto --density 7850",
@@ -37,7 +41,7 @@ def register(commands: given.Commands) -> None:
         ),
         run=run,
     )
-    given.add_part(command, *given.POSES_OF)
+    arguments.add_part(command, *arguments.POSE_OPTIONS)
     command.add_argument(
         "--method",
         choices=(*CHOICES, ALL),
@@ -46,9 +50,9 @@ def register(commands: given.Commands) -> None:
         help=f"one of {', '.join(CHOICES)}, or {ALL}, which sets "
         "every estimator beside the others (default: %(default)s)",
     )
-    given.add(command, *given.SCENE, "--each")
-    given.add_drop_options(command, None)
-    given.add(
+    arguments.add_options(command, *arguments.SCENE_OPTIONS, "--each")
+    arguments.add_drop_options(command, None)
+    arguments.add_options(
         command,
         "--json",
         help="print one JSON object, or with all methods a list "
@@ -58,6 +62,23 @@ def register(commands: given.Commands) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Estimate and print."""
+    if options.method in BESIDE_DROPS:
+        return estimate_with_drops(options)
+    refuse_drop_options(options)
+    with running.announce_slow_start():
+        from ...core.estimators import ESTIMATORS
+        from ...core.estimators.estimate import estimate_in
+
+        part = arguments.load_named_part(options)
+        scene = arguments.drop_scene(options)
+        methods = ESTIMATORS if options.method == ALL else [options.method]
+        estimates = [estimate_in(part, scene, method) for method in methods]
+    print_estimates(estimates, part, options)
+    return 0
+
+
+def estimate_with_drops(options: argparse.Namespace) -> int:
+    """Estimate by a method that drops the part, too, and print; the exit status."""
     if (
         options.method == AUTO
         and options.drops is not None
@@ -69,18 +90,21 @@ def run(options: argparse.Namespace) -> int:
             "without a target `auto` drops a part 200 times at "
             "most, to check its estimate",
         )
-    if options.method in BESIDE_DROPS:
-        part = running.load_part_and_kernels(options)
-        from ...core.planning import auto, hybrid
+    part = running.load_part_and_kernels(options)
+    from ...core.planning import auto, hybrid
 
-        method, most = (
-            (auto.auto, auto.MOST_DROPS)
-            if options.method == AUTO
-            else (hybrid.hybrid, DEFAULT_DROPS)
-        )
-        return running.run_and_report(
-            part, method, most if options.drops is None else options.drops, options
-        )
+    method: Callable[..., PoseStatistics] = hybrid.hybrid
+    bound = DEFAULT_DROPS
+    if options.method == AUTO:
+        method = auto.auto
+        bound = auto.MOST_DROPS
+    if options.drops is not None:
+        bound = options.drops
+    return running.run_and_report(part, method, bound, options)
+
+
+def refuse_drop_options(options: argparse.Namespace) -> None:
+    """Refuse options that only methods with drops take."""
     for name in ("drops", "target_error", "seed", "workers"):
         if getattr(options, name) is not None:
             raise RequestError(
@@ -88,76 +112,49 @@ def run(options: argparse.Namespace) -> int:
                 f"the method {options.method}",
                 f"give --method {' or '.join(BESIDE_DROPS)}, or `simulate` the part",
             )
-    with running.announce_slow_start():
-        from ...core.estimators import ESTIMATORS
-        from ...core.estimators.estimate import estimate_in
 
-        part = given.load_named_part(options)
-        scene = given.scene_of(options)
-        answers = [
-            estimate_in(part, scene, method)
-            for method in (ESTIMATORS if options.method == ALL else [options.method])
-        ]
+
+def print_estimates(
+    estimates: "Sequence[PoseStatistics]", part: "Part", options: argparse.Namespace
+) -> None:
+    """Print the answer of one method, or of all side by side."""
     if options.json:
-        plain = [statistics.as_dict() for statistics in answers]
-        running.print_json(plain if options.method == ALL else plain[0])
+        objects = [statistics.as_dict() for statistics in estimates]
+        running.print_json(objects if options.method == ALL else objects[0])
     elif options.method == ALL:
-        print(_comparison(answers, part, options.each))
+        print("\n".join(methods_table(estimates, part, options.each)))
     else:
-        print(running.report_table(answers[0], part, options.each))
-    return 0
+        print(running.report_table(estimates[0], part, options.each))
 
 
-def _comparison(answers: "list[PoseStatistics]", part: "Part", each: bool) -> str:
-    """All methods' answers side by side, in the order of the last method's rows."""
+def methods_table(
+    estimates: "Sequence[PoseStatistics]", part: "Part", each_pose: bool
+) -> list[str]:
+    """Lines: all methods' answers side by side, in the order of the last one's rows."""
     from ...core.records.pose_table import FilledColumn, pose_table
     from ...core.records.statistics import heading, remarks
     from ...core.statistics.pose_groups import listed_poses
 
-    last = answers[-1]
-    rows = listed_poses(last, each)
+    last = estimates[-1]
+    rows = listed_poses(last, each_pose)
     columns = []
-    for answer in answers:
+    for statistics in estimates:
         probabilities = {
-            group.first.index: group.probability for group in listed_poses(answer, each)
+            group.first.index: group.probability
+            for group in listed_poses(statistics, each_pose)
         }
         cells = [percent(probabilities[row.first.index]) for row in rows[:MOST_POSES]]
-        columns.append(FilledColumn(Column(answer.method), cells))
+        columns.append(FilledColumn(Column(statistics.method), cells))
     # Methods that ignore the drop height have none; the scene has one all the same.
-    of_scene = [answer for answer in answers if math.isfinite(answer.drop_height)]
-    return "\n".join(
-        [
-            heading(of_scene[0] if of_scene else last, part),
-            "",
-            f"probability in %, ordered by {last.method}, "
-            f"cluster tolerance {last.cluster_tolerance:g}",
-            "",
-            *pose_table(rows, columns),
-            *remarks(answers),
-        ]
-    )
-
-
-def register_simulate(commands: given.Commands) -> None:
-    """Add the command."""
-    command = commands.add_parser(
-        "simulate",
-        help="drop a part many times and count its poses",
-        description="Drop a part many times onto a rigid frictionless plate and count the "
-        "poses in which it comes to rest. Ctrl-C stops and reports what has been done.",
-        examples=(
-            "ros_pose_stats simulate demo/clamp.stl --unit mm --drops 2e4 --seed 7",
-        ),
-        run=run_simulate,
-    )
-    given.add_part(command, *given.POSES_OF)
-    given.add_drop_options(command, DEFAULT_DROPS)
-    given.add(command, *given.SCENE, "--each", "--json")
-
-
-def run_simulate(options: argparse.Namespace) -> int:
-    """Simulate and print."""
-    part = running.load_part_and_kernels(options)
-    from ...core.simulation.simulate import simulate
-
-    return running.run_and_report(part, simulate, options.drops, options)
+    in_scene = [
+        statistics for statistics in estimates if math.isfinite(statistics.drop_height)
+    ]
+    return [
+        heading(in_scene[0] if in_scene else last, part),
+        "",
+        f"probability in %, ordered by {last.method}, "
+        f"cluster tolerance {last.cluster_tolerance:g}",
+        "",
+        *pose_table(rows, columns),
+        *remarks(estimates),
+    ]

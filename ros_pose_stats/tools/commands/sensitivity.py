@@ -1,28 +1,31 @@
-"""`sensitivity PART --wanted I...`: which change of a part feeds better, and by how much."""
+"""`sensitivity PART --wanted I...`: which change of a part feeds better, by how much."""
 
 import argparse
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from ...base.errors import RequestError
+from ...base.files import write_file
 from ...base.text import Column, columns, name_poses, points, several
 from ...core.records.scene import describe_scene
-from . import arguments as given, running
+from .terminal import arguments, running
 
 if TYPE_CHECKING:
-    from ..design import sensitivity, suggest
+    from ..design.paired_drops import PairedDifference
+    from ..design.sensitivity import Effect, Sensitivity
+    from ..design.suggest import Suggestion
 
 
-def register(commands: given.Commands) -> None:
+def register(commands: arguments.Commands) -> None:
     """Add the command."""
     command = commands.add_parser(
         "sensitivity",
         help="which change of a part feeds better, and by how much",
-        description="Estimate how the share of the wanted poses changes with the centre of mass, "
-        "with stretching, and with each resting face moved in or out, and check the best changes "
-        "by drops of the part before and after from the same starts. With --suggest it combines "
-        "up to three changes within a bound.",
+        description="Estimate how the share of the wanted poses changes with the centre "
+        "of mass, with stretching, and with each resting face moved in or out, and check "
+        "the best changes by drops of the part before and after from the same starts. "
+        "With --suggest it combines up to three changes within a bound.",
         examples=(
             "ros_pose_stats sensitivity demo/clamp.stl --unit mm --wanted 0 "
             "--png sensitivity.png",
@@ -31,18 +34,18 @@ def register(commands: given.Commands) -> None:
         ),
         run=run,
     )
-    given.add_part(command, *given.POSES_OF)
-    given.add(command, "--wanted", required=True)
+    arguments.add_part(command, *arguments.POSE_OPTIONS)
+    arguments.add_options(command, "--wanted", required=True)
     command.add_argument(
         "--step",
-        type=given.read_length,
+        type=arguments.read_length,
         metavar="L",
         help="the change that is meant, as 0.001 (metres) or 1mm (default: a "
         "twentieth of the part's radius)",
     )
     command.add_argument(
         "--checks",
-        type=given.read_count,
+        type=arguments.read_count,
         default=5,
         metavar="N",
         help="changes that are checked by drops, those that raise the share most "
@@ -56,7 +59,7 @@ def register(commands: given.Commands) -> None:
     )
     command.add_argument(
         "--within",
-        type=given.read_length,
+        type=arguments.read_length,
         metavar="L",
         help="with --suggest: how far the outline and the centre of mass may "
         "move, as 0.001 (metres) or 1mm",
@@ -66,22 +69,83 @@ def register(commands: given.Commands) -> None:
         metavar="FILE",
         help="with --suggest: write the changed hull as FILE.stl, in millimetres",
     )
-    given.add(
+    arguments.add_options(
         command,
         "--png",
         help="draw where to add to the part and where to take away, as FILE.png",
     )
-    given.add(
+    arguments.add_options(
         command,
         "--drops",
         default=2000,
         help="drops of each part (default: %(default)s)",
     )
-    given.add(command, *given.SCENE, "--seed", "--workers", "--json")
+    arguments.add_options(
+        command, *arguments.SCENE_OPTIONS, "--seed", "--workers", "--json"
+    )
 
 
 def run(options: argparse.Namespace) -> int:
     """Estimate, check, suggest and print."""
+    check_options(options)
+    picture = running.picture_file(options.png)
+    hull = None if options.stl is None else running.output_file(options.stl, (".stl",))
+    from ...core.resting.poses import poses_in
+    from ..design import changes, suggest
+    from ..design.sensitivity import sensitivity
+
+    part = running.load_part_and_kernels(options)
+    if options.suggest:
+        body = poses_in(part, arguments.drop_scene(options)).body
+        changes.check_reach("bound", options.within, body.radius)
+    keywords = {
+        **arguments.scene_keywords(options),
+        "workers": options.workers,
+        "drops": options.drops,
+    }
+    suggestion = None
+    with (
+        running.stop_on_interrupt() as is_interrupted,
+        running.ProgressBar(sys.stderr) as bar,
+    ):
+        effects = sensitivity(
+            part,
+            options.wanted,
+            step=options.step,
+            checks=options.checks,
+            seed=options.seed,
+            on_progress=lambda share: bar.draw(
+                share, f"{100.0 * share:.0f} %, changes"
+            ),
+            should_stop=is_interrupted,
+            **keywords,
+        )
+        if options.suggest and not is_interrupted():
+            suggestion = suggest.suggest(
+                part,
+                options.wanted,
+                options.within,
+                seed=effects.seed,
+                on_progress=lambda share: bar.draw(
+                    share, f"{100.0 * share:.0f} %, suggestion"
+                ),
+                should_stop=is_interrupted,
+                **keywords,
+            )
+        interruption = "interrupted" if is_interrupted() else ""
+    with running.end_on_interrupt():
+        written_files = write_files(picture, hull, effects, suggestion)
+    values = effects.as_dict()
+    lines = sensitivity_table(effects)
+    if suggestion is not None:
+        values["suggestion"] = suggestion.as_dict()
+        lines[1:1] = suggestion_table(suggestion)
+    lines += [f"wrote {file}" for file in written_files]
+    return running.print_answer(options, lambda: values, lambda: lines, interruption)
+
+
+def check_options(options: argparse.Namespace) -> None:
+    """Refuse --suggest without a bound, and what goes with it alone."""
     if not options.suggest and (options.within is not None or options.stl is not None):
         raise RequestError(
             "--suggest with --within and --stl", "none of it", "add --suggest"
@@ -92,88 +156,60 @@ def run(options: argparse.Namespace) -> int:
             "no bound",
             "give how far the outline may move, for instance --within 1mm",
         )
-    picture, hull = (
-        None if name is None else running.output_file(name, (kind,))
-        for kind, name in ((".png", options.png), (".stl", options.stl))
-    )
-    from ...base.files import write_file
-    from ...core.resting.poses import poses_in
-    from ..design import changes, sensitivity, suggest
 
-    part = running.load_part_and_kernels(options)
-    if options.suggest:
-        changes.check_reach(
-            "bound", options.within, poses_in(part, given.scene_of(options)).body.radius
-        )
-    keywords = {
-        **given.scene_keywords(options),
-        "workers": options.workers,
-        "drops": options.drops,
-    }
-    proposed = None
-    with (
-        running.stop_on_interrupt() as interrupted,
-        running.ProgressBar(sys.stderr) as bar,
-    ):
-        found = sensitivity.sensitivity(
-            part,
-            options.wanted,
-            step=options.step,
-            checks=options.checks,
-            seed=options.seed,
-            on_progress=lambda share: bar.draw(
-                share, f"{100.0 * share:.0f} %, changes"
-            ),
-            should_stop=interrupted,
-            **keywords,
-        )
-        if options.suggest and not interrupted():
-            proposed = suggest.suggest(
-                part,
-                options.wanted,
-                options.within,
-                seed=found.seed,
-                on_progress=lambda share: bar.draw(
-                    share, f"{100.0 * share:.0f} %, suggestion"
-                ),
-                should_stop=interrupted,
-                **keywords,
-            )
-        stopped = interrupted()
+
+def write_files(
+    picture: Path | None,
+    hull: Path | None,
+    sensitivity: "Sensitivity",
+    suggestion: "Suggestion | None",
+) -> list[Path]:
+    """Write the picture and the changed hull where they are wanted; which were written."""
     files: dict[Path, bytes] = {}
-    with running.end_on_interrupt():
-        if picture is not None:
-            from ..plots import changes as drawing, figures
+    if picture is not None:
+        from ..plots import figures
+        from ..plots.changes import changes_figure
 
-            files[picture] = figures.figure_png(drawing.changes_figure(found))
-        if hull is not None and proposed is not None:
-            from ...core.mesh.files import stl_bytes
+        files[picture] = figures.figure_png(changes_figure(sensitivity))
+    if hull is not None and suggestion is not None:
+        from ...core.mesh.files import stl_bytes
 
-            hulled = proposed.changed.part
-            files[hull] = stl_bytes(1e3 * hulled.vertices, hulled.triangles)
-        for file, content in files.items():
-            write_file(file, content)
-    extra = {} if proposed is None else {"suggestion": proposed.as_dict()}
-    lines = sensitivity_table(found)
-    if proposed is not None:
-        lines[1:1] = suggestion_table(proposed)
-    return running.print_answer(
-        options,
-        lambda: {**found.as_dict(), **extra},
-        lambda: [*lines, *(f"wrote {file}" for file in files)],
-        "interrupted" if stopped else "",
-    )
+        part = suggestion.changed.part
+        files[hull] = stl_bytes(1e3 * part.vertices, part.triangles)
+    for file, content in files.items():
+        write_file(file, content)
+    return list(files)
 
 
 MOST_ROWS = 30
 
 
-def sensitivity_table(found: "sensitivity.Sensitivity") -> list[str]:
-    """Lines: what gains most, the share as it is, and the steps that gain, with their checks."""
+def sensitivity_table(sensitivity: "Sensitivity") -> list[str]:
+    """Lines: what gains most, the share as it is, and the steps that gain, with checks."""
     from ..design import describe
 
-    space = found.space
-    best = found.best
+    scene = sensitivity.scene
+    lines = [
+        sensitivity.describe_gain(),
+        f"{sensitivity.space.part.part_id}: wanted {name_poses(sensitivity.wanted)}: "
+        f"{bounded_percent(sensitivity.accepted)} by {sensitivity.method}, in brackets "
+        "90 % intervals",
+        describe_scene(scene.restitution, scene.drop_height),
+    ]
+    if sensitivity.best:
+        lines += ["", *effects_table(sensitivity)]
+    return [
+        *lines,
+        "",
+        *sensitivity.warnings,
+        f"computed in {sensitivity.seconds:.1f} s; --json lists all "
+        "effects with their errors",
+        describe.JUDGED,
+    ]
+
+
+def effects_table(sensitivity: "Sensitivity") -> list[str]:
+    """Lines: the steps that gain, a row each, and how they were checked."""
     heads = [
         Column("step", left=True),
         Column("alike"),
@@ -184,67 +220,55 @@ def sensitivity_table(found: "sensitivity.Sensitivity") -> list[str]:
         Column("slope"),
         Column("", left=True),
     ]
-    rows = []
-    for one in best[:MOST_ROWS]:
-        per, unit = (0.1, "mm") if one.feature.is_length else (1.0, "%")
-        remarks = [
-            f"points per {unit}",
-            *([describe.CONTRADICTED] if one.contradicted else []),
-            *([f"gone: {name_poses(one.lost)}"] if one.lost else []),
-        ]
-        rows.append(
-            [
-                describe.name_step(space, one.number, one.step),
-                str(len(one.alike)),
-                points(one.change),
-                f"{100.0 * one.error * abs(one.step):.1f}",
-                *(
-                    ("-", "-")
-                    if one.check is None
-                    else (points(one.check.value), _interval(one.check))
-                ),
-                f"{round(per * one.slope, 2) + 0.0:+.2f}",
-                ", ".join(remarks),
-            ]
-        )
+    effects = sensitivity.best
+    rows = [effect_cells(sensitivity, effect) for effect in effects[:MOST_ROWS]]
     lines = [
-        found.describe_gain(),
-        f"{space.part.part_id}: wanted {name_poses(found.wanted)}: "
-        f"{_bounded(found.accepted)} by {found.method}, in brackets 90 % intervals",
-        describe_scene(found.scene.restitution, found.scene.drop_height),
+        "what a step gains, where that is more than its own error, the most first",
+        *columns(heads, rows),
     ]
-    if rows:
-        lines += [
-            "",
-            "what a step gains, where that is more than its own error, the most first",
-            *columns(heads, rows),
-        ]
-        if len(best) > len(rows):
-            lines.append(f"... and {several(len(best) - len(rows), 'smaller gain')}")
+    if len(effects) > MOST_ROWS:
+        lines.append(f"... and {several(len(effects) - MOST_ROWS, 'smaller gain')}")
+    if sensitivity.checked:
         lines.append(
-            f"checks: {found.drops} drops of the part before and after from the same "
-            f"starts, others for each, seed {found.seed}"
-            if found.checked
-            else "no step was checked by drops"
+            f"checks: {sensitivity.drops} drops of the part before and after from the "
+            f"same starts, others for each, seed {sensitivity.seed}"
         )
+    else:
+        lines.append("no step was checked by drops")
+    return lines
+
+
+def effect_cells(sensitivity: "Sensitivity", effect: "Effect") -> list[str]:
+    """The cells of a row: a step, its gain by estimate and by drops, and remarks."""
+    from ..design import describe
+
+    unit_step, unit = (0.1, "mm") if effect.feature.is_length else (1.0, "%")
+    remarks = [f"points per {unit}"]
+    if effect.contradicted:
+        remarks.append(describe.CONTRADICTED)
+    if effect.lost:
+        remarks.append(f"gone: {name_poses(effect.lost)}")
+    check_cells = ("-", "-")
+    if effect.check is not None:
+        check_cells = points(effect.check.value), points_interval(effect.check)
     return [
-        *lines,
-        "",
-        *found.warnings,
-        f"computed in {found.seconds:.1f} s; --json lists all "
-        "effects with their errors",
-        describe.JUDGED,
+        describe.name_step(sensitivity.space, effect.number, effect.step),
+        str(len(effect.alike)),
+        points(effect.change),
+        f"{100.0 * effect.error * abs(effect.step):.1f}",
+        *check_cells,
+        f"{round(unit_step * effect.slope, 2) + 0.0:+.2f}",
+        ", ".join(remarks),
     ]
 
 
-def suggestion_table(found: "suggest.Suggestion") -> list[str]:
+def suggestion_table(suggestion: "Suggestion") -> list[str]:
     """Lines: the steps, and what they gain by estimate and by drops."""
     from ..design import describe
 
-    if not found.steps:
-        return [
-            f"suggestion: no change within {1e3 * found.within:g} mm raises the estimate"
-        ]
+    bound = f"{1e3 * suggestion.within:g} mm"
+    if not suggestion.steps:
+        return [f"suggestion: no change within {bound} raises the estimate"]
     heads = [
         Column("step", left=True),
         Column("gain", "points"),
@@ -253,30 +277,39 @@ def suggestion_table(found: "suggest.Suggestion") -> list[str]:
     ]
     rows = [
         [
-            describe.name_moves(found.space, one.moves),
-            points(one.estimated),
-            points(one.gain.value),
-            _interval(one.gain),
+            describe.name_moves(suggestion.space, step.moves),
+            points(step.estimated),
+            points(step.gain.value),
+            points_interval(step.gain),
         ]
-        for one in found.steps
+        for step in suggestion.steps
     ]
-    return [
-        f"suggestion within {1e3 * found.within:g} mm: {_bounded(found.dropped_before)} -> "
-        f"{_bounded(found.dropped_after)}, {points(found.gain.value)} points "
-        f"({_interval(found.gain)})",
+    gain = suggestion.gain
+    lines = [
+        f"suggestion within {bound}: {bounded_percent(suggestion.dropped_before)} -> "
+        f"{bounded_percent(suggestion.dropped_after)}, {points(gain.value)} points "
+        f"({points_interval(gain)})",
         *columns(heads, rows),
-        *([f"  gone: wanted {name_poses(found.lost)}"] if found.lost else []),
-        f"by {found.drops} drops of the part as it is and after each step, seed {found.seed}, "
-        "that had no say in the choice; the estimate chose and so flatters it",
-        f"the outline moves by {1e3 * found.outline:.3f} mm, the centre of mass by "
-        f"{1e3 * found.center_shift:.3f} mm",
+    ]
+    if suggestion.lost:
+        lines.append(f"  gone: wanted {name_poses(suggestion.lost)}")
+    return [
+        *lines,
+        f"by {suggestion.drops} drops of the part as it is and after each step, seed "
+        f"{suggestion.seed}, that had no say in the choice; the estimate chose and so "
+        "flatters it",
+        f"the outline moves by {1e3 * suggestion.outline:.3f} mm, the centre of mass by "
+        f"{1e3 * suggestion.center_shift:.3f} mm",
         "",
     ]
 
 
-def _interval(known: Any) -> str:
-    return f"{points(known.low)} to {points(known.high)}"
+def points_interval(difference: "PairedDifference") -> str:
+    """The 90 % interval of a difference."""
+    return f"{points(difference.low)} to {points(difference.high)}"
 
 
-def _bounded(share: tuple[float, float, float]) -> str:
-    return "{:.1f} % [{:.1f} to {:.1f} %]".format(*(100.0 * each for each in share))
+def bounded_percent(share: tuple[float, float, float]) -> str:
+    """A share with its interval."""
+    value, low, high = (100.0 * fraction for fraction in share)
+    return f"{value:.1f} % [{low:.1f} to {high:.1f} %]"

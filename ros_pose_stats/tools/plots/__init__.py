@@ -1,1 +1,5 @@
-"""Figures, each a small function on records or plain arrays; the only room with matplotlib."""
+"""Figures, each a small function on records or plain arrays; with matplotlib and pillow."""
+
+from ...base.extras import require_modules
+
+require_modules("matplotlib", "PIL")

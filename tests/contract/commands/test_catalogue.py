@@ -503,7 +503,9 @@ def test_values_out_of_range_are_refused(home, tmp_path, options, words):
 
 def test_a_package_that_is_missing_is_named(home, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyarrow", None)
-    assert "pip install pyarrow" in refusal(*ASKED, "-o", tmp_path / "out", "--parquet")
+    line = refusal(*ASKED, "-o", tmp_path / "out", "--parquet")
+    assert "the module pyarrow" in line
+    assert "pip install 'ros_pose_stats[parquet]'" in line
     assert not (tmp_path / "out").exists()
 
 

@@ -84,7 +84,7 @@ class NoRos:
             asked.append(name)
             raise ImportError(name)
 sys.meta_path.insert(0, NoRos())
-from ros_pose_stats import cli
+from ros_pose_stats.tools import cli
 for words in (["--version"], ["--help"], ["estimate", "-h"], ["node", "-h"]):
     try:
         cli.main(words)

@@ -181,5 +181,7 @@ def test_a_tessellation_ends_with_whoever_started_it(tmp_path):
 
 def test_without_the_package_a_sentence_says_what_to_install(tmp_path, monkeypatch):
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
-    with pytest.raises(PoseStatsError, match="pip install cascadio"):
+    with pytest.raises(
+        PoseStatsError, match=r"cascadio, .*pip install 'ros_pose_stats\[step\]'"
+    ):
         load_part(written(tmp_path / "a.step", step_part(Disc(5.0, 2.0))))

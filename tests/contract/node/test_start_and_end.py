@@ -255,7 +255,7 @@ def locks_the_interpreter(*arguments):
     ctypes.PyDLL(None).sleep(1000)
 
 {}
-from ros_pose_stats.tools.commands.node import main
+from ros_pose_stats.node.entry import main
 sys.exit(main())
 """
 

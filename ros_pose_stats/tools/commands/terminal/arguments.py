@@ -1,7 +1,7 @@
-"""Arguments of the commands: the parser, numbers as people type them, options of part and scene.
+"""Arguments of the commands: the parser, numbers as people type them, shared options.
 
-A count may be typed as 1e5, poses as 0,1 or 0 1 or 0-3, a length as 0.2, 200mm or 8 in. A refusal
-is one line, and every help ends with an example.
+A count may be typed as 1e5, poses as 0,1 or 0 1 or 0-3, a length as 0.2, 200mm or 8 in.
+A refusal is one line, and every help ends with an example.
 """
 
 import argparse
@@ -9,11 +9,12 @@ import re
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from decimal import Decimal, InvalidOperation
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, TypeAlias
 
-from ...base.errors import RequestError
-from ...core.records.scene import (
+from ....base.errors import RequestError
+from ....core.records.scene import (
     DEFAULT_CLUSTER_TOLERANCE,
     DEFAULT_RESTITUTION,
     DEFAULT_ROUND_SIDES,
@@ -21,7 +22,7 @@ from ...core.records.scene import (
 )
 
 if TYPE_CHECKING:
-    from ...core.records import Part
+    from ....core.records import Part
 
 REFUSED = 2
 
@@ -32,8 +33,8 @@ Commands: TypeAlias = "argparse._SubParsersAction[CommandParser]"
 class CommandParser(argparse.ArgumentParser):
     """A parser whose refusals are one line, and for whom -1e-3 and -1mm are no options.
 
-    `examples`: whole lines as they are typed, shown at the end of the help; `run`: from options to
-    the exit status.
+    `examples`: whole lines as they are typed, shown at the end of the help; `run`: from
+    options to the exit status.
     """
 
     def __init__(
@@ -58,50 +59,49 @@ class CommandParser(argparse.ArgumentParser):
     def parse_known_args(
         self, args: Any = None, namespace: Any = None
     ) -> tuple[Any, list[str]]:
-        """Parse; what nobody knows is refused by the command that it was given to.
-
-        Coordinates may be one word, as in --com "1mm 2mm 0".
-        """
-        words = list(sys.argv[1:] if args is None else args)
-        for place in reversed(
-            [
-                k
-                for k, word in enumerate(words[:-1], 1)
-                if word == "--com" and not LENGTH.match(words[k])
-            ]
-        ):
-            words[place : place + 1] = words[place].replace(",", " ").split() or [""]
+        """Parse; an unknown option is refused by the command that it was given to."""
+        words = _split_coordinates(sys.argv[1:] if args is None else args)
         parsed, unknown = super().parse_known_args(words, namespace)
         if unknown:
             options = re.findall(r"--[a-z-]+", super().format_help())
-            self.error(
-                f"unrecognized arguments: {' '.join(unknown)}"
-                + _meant(unknown[0].partition("=")[0], options)
-            )
+            suggestion = _suggestion(unknown[0].partition("=")[0], options)
+            self.error(f"unrecognized arguments: {' '.join(unknown)}{suggestion}")
         return parsed, unknown
 
     def error(self, message: str) -> NoReturn:
-        """Print one line, with what was perhaps meant, and exit with status 2."""
+        """Print one line, with the nearest choice, and exit with status 2."""
         choice = re.search(r"invalid choice: '(.*?)' \(choose from (.*)\)", message)
-        meant = _meant(choice[1], re.findall(r"[\w-]+", choice[2])) if choice else ""
-        if choice and meant:
-            message = message.replace(f" (choose from {choice[2]})", "")
-        self.exit(REFUSED, f"{self.prog}: {message}{meant}; see `{self.prog} --help`\n")
+        if choice:
+            suggestion = _suggestion(choice[1], re.findall(r"[\w-]+", choice[2]))
+            if suggestion:
+                message = message.replace(f" (choose from {choice[2]})", suggestion)
+        self.exit(REFUSED, f"{self.prog}: {message}; see `{self.prog} --help`\n")
 
 
-def _meant(word: str, choices: Sequence[str]) -> str:
-    """The choice that a misspelt word is nearest to, as a question; empty where none is near."""
+def _split_coordinates(words: Sequence[str]) -> list[str]:
+    """The words, with coordinates apart that are one word: --com "1mm 2mm 0"."""
+    split: list[str] = []
+    for option, word in zip(["", *words], words, strict=False):
+        if option == "--com" and not LENGTH.match(word):
+            split += word.replace(",", " ").split() or [""]
+        else:
+            split.append(word)
+    return split
+
+
+def _suggestion(word: str, choices: Sequence[str]) -> str:
+    """The choice that is nearest to a word, as a question; empty where none is near."""
     import difflib
 
-    near = difflib.get_close_matches(word, choices, 1)
-    return f"; did you mean {near[0]}?" if near else ""
+    matches = difflib.get_close_matches(word, choices, 1)
+    return f"; did you mean {matches[0]}?" if matches else ""
 
 
 LENGTH = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([a-zA-Z]*)\s*$")
 MOST_DIGITS = 30  # digits of a whole number; no seed has more
 POSES = "indices of poses, for instance 0,1 or 0 1 or 0-3"
 MOST_RANGE = 100_000  # poses of a range; no part has more
-SHOWN = 60  # characters of the refused text that the refusal repeats
+MOST_REPEATED = 60  # characters of the refused text that the refusal repeats
 
 
 def read_count(text: str) -> int:
@@ -120,18 +120,18 @@ def read_count(text: str) -> int:
 
 def read_length(text: str) -> float:
     """A length in metres, from a number of metres, or one with a unit behind it."""
-    found = LENGTH.match(text)
-    unit = None
-    if found is not None:
-        # numpy comes with it.
-        from ...core.mesh.units import METRES_PER_UNIT, named_unit
+    length = LENGTH.match(text)
+    metres = None
+    if length is not None:
+        # numpy comes with it, and --help does without.
+        from ....core.mesh.units import METRES_PER_UNIT, named_unit
 
-        unit = METRES_PER_UNIT.get(named_unit(found[2] or "m") or "")
-    if found is None or unit is None:
+        metres = METRES_PER_UNIT.get(named_unit(length[2] or "m") or "")
+    if length is None or metres is None:
         raise _refusal(
             "a length, for instance 0.2 for metres, 200mm, 20cm or 8inch", text
         )
-    return float(found[1]) * unit
+    return float(length[1]) * metres
 
 
 def read_indices(text: str) -> list[int]:
@@ -151,13 +151,13 @@ def _read_range(word: str, text: str) -> Sequence[int]:
     begin, _, end = word.replace("\N{EN DASH}", "-").partition("-")
     if not (begin.isdecimal() and end.isdecimal()):
         raise _refusal(POSES, text)
-    found = range(read_count(begin), read_count(end) + 1)
+    indices = range(read_count(begin), read_count(end) + 1)
     # Before it is written out: a range may be longer than the memory.
-    if not found or found[-1] - found[0] >= MOST_RANGE:
+    if not indices or indices[-1] - indices[0] >= MOST_RANGE:
         raise _refusal(
             f"{POSES}; a range rises and has at most {MOST_RANGE} poses", text
         )
-    return found
+    return indices
 
 
 class JoinIndices(argparse.Action):
@@ -171,34 +171,33 @@ class JoinIndices(argparse.Action):
         option_string: str | None = None,
     ) -> None:
         """Store the list."""
-        setattr(
-            namespace, self.dest, [index for each in values or () for index in each]
-        )
+        setattr(namespace, self.dest, list(chain.from_iterable(values or ())))
 
 
 def _refusal(expected: str, text: str) -> argparse.ArgumentTypeError:
-    shown = text if len(text) <= SHOWN else f"{text[: SHOWN - 1]}…"
-    return argparse.ArgumentTypeError(f"expected {expected}, got {shown!r}")
+    if len(text) > MOST_REPEATED:
+        text = f"{text[: MOST_REPEATED - 1]}…"
+    return argparse.ArgumentTypeError(f"expected {expected}, got {text!r}")
 
 
 UNITS = ("auto", "mm", "m", "cm", "inch")
 
 
 def read_unit(text: str) -> str:
-    """The name of a unit from any spelling; what is none comes back and is refused as a choice."""
+    """The name of a unit from any spelling; another word, to be refused as a choice."""
     # numpy comes with it, and --help does without.
-    from ...core.mesh.units import named_unit
+    from ....core.mesh.units import named_unit
 
     return named_unit(text) or text
 
 
-CENTER = (
+CENTER_HELP = (
     "centre of mass in the file's axes, as 0.017 (metres) or 17mm (default: uniform "
     "density)"
 )
-KICK = (
-    "energy of a kick over the part's weight, a height as 0.003 (metres) or 3mm: as high "
-    "would it throw the part without turning it"
+KICK_HELP = (
+    "energy of a kick over the part's weight, a height as 0.003 (metres) or 3mm: as "
+    "high would it throw the part without turning it"
 )
 
 OPTIONS: dict[str, dict[str, Any]] = {
@@ -207,14 +206,14 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "type": read_unit,
         "choices": UNITS,
         "default": UNITS[0],
-        "help": "unit of the file, in any spelling (default: auto, what the file declares, else a "
-        "guess, which a warning names)",
+        "help": "unit of the file, in any spelling (default: auto, what the file "
+        "declares, else a guess, which a warning names)",
     },
     "--com": {
         "nargs": 3,
         "type": read_length,
         "metavar": ("X", "Y", "Z"),
-        "help": CENTER,
+        "help": CENTER_HELP,
     },
     "--mass": {
         "type": float,
@@ -224,23 +223,23 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "--density": {
         "type": float,
         "metavar": "KG_M3",
-        "help": "density in kilograms a cubic metre, for the mass of the volume that the mesh "
-        "encloses",
+        "help": "density in kilograms a cubic metre, for the mass of the volume that "
+        "the mesh encloses",
     },
     "--cluster-tolerance": {
         "type": float,
         "default": DEFAULT_CLUSTER_TOLERANCE,
         "metavar": "T",
-        "help": "least rise of the centre of mass out of a pose, as a share of its height there; what is "
-        "shallower belongs to the pose next to it (default: %(default)s; 0 lists every stable "
-        "face)",
+        "help": "least rise of the centre of mass out of a pose, as a share of its "
+        "height there; what is shallower belongs to the pose next to it (default: "
+        "%(default)s; 0 lists every stable face)",
     },
     "--round-sides": {
         "type": read_count,
         "default": DEFAULT_ROUND_SIDES,
         "metavar": "N",
-        "help": "sides a turn of the polygons that stand for round surfaces, whatever the file has "
-        "(default: %(default)s; 0 takes the file as it is)",
+        "help": "sides a turn of the polygons that stand for round surfaces, whatever "
+        "the file has (default: %(default)s; 0 takes the file as it is)",
     },
     "--restitution": {
         "type": float,
@@ -269,7 +268,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "metavar": "R",
         "help": "parts that can be dropped a minute (default: %(default)s)",
     },
-    "--kick": {"type": read_length, "metavar": "H", "help": KICK},
+    "--kick": {"type": read_length, "metavar": "H", "help": KICK_HELP},
     "--cycle-time": {
         "type": float,
         "default": 1.0,
@@ -280,8 +279,8 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "--seed": {
         "type": read_count,
         "metavar": "S",
-        "help": "the same seed gives the same counts (default: a fresh one, which the answer "
-        "names; `estimate` without a target error takes one of the part's own)",
+        "help": "the same seed gives the same counts (default: a fresh one, which the "
+        "answer names; `estimate` without a target error takes one of the part's own)",
     },
     "--workers": {
         "type": read_count,
@@ -292,21 +291,22 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "--png": {"metavar": "FILE"},
     "--each": {
         "action": "store_true",
-        "help": "give every pose a row of its own; else poses that the part's symmetry makes alike "
-        "share one, with their number and total",
+        "help": "give every pose a row of its own; else poses that the part's symmetry "
+        "makes alike share one, with their number and total",
     },
     "--json": {
         "action": "store_true",
-        "help": "print one JSON object, in SI units, which its key `units` names, and no table",
+        "help": "print one JSON object, in SI units, which its key `units` names, and "
+        "no table",
     },
 }
 """What commands share."""
 
-SHARED_UNIT = (
+SHARED_UNIT_HELP = (
     "unit of the files that declare none, in any spelling (default: auto, a guess for "
     "each); STEP and 3MF files are in the unit that they declare"
 )
-ADVANCED = (
+ADVANCED_OPTIONS = (
     "--com",
     "--mass",
     "--density",
@@ -315,31 +315,33 @@ ADVANCED = (
     "--seed",
     "--workers",
 )
-POSES_OF = (
+POSE_OPTIONS = (
     "--cluster-tolerance",
     "--round-sides",
-)  # what counts as a pose, and as round
-SCENE = ("--restitution", "--drop-height")
+)
+"""What counts as a pose, and as round."""
+
+SCENE_OPTIONS = ("--restitution", "--drop-height")
 
 
-def add(command: "CommandParser", *names: str, **changes: Any) -> None:
-    """Add options that commands share; `changes`: what is different about them here."""
+def add_options(command: CommandParser, *names: str, **changes: Any) -> None:
+    """Add options that commands share; `changes`: what this command has otherwise."""
     for name in names:
-        group = command.advanced if name in ADVANCED else command
+        group = command.advanced if name in ADVANCED_OPTIONS else command
         words = ("-o", name) if name == "--output" else (name,)
         group.add_argument(*words, **{**OPTIONS[name], **changes})
 
 
-def add_part(command: "CommandParser", *names: str) -> None:
-    """Add the part file and what is known about it, then others of the shared options."""
-    add(command, "part", "--unit", "--com")
-    heavy = command.advanced.add_mutually_exclusive_group()
+def add_part(command: CommandParser, *names: str) -> None:
+    """Add the part's file, unit and mass properties, then other shared options."""
+    add_options(command, "part", "--unit", "--com")
+    masses = command.advanced.add_mutually_exclusive_group()
     for name in ("--mass", "--density"):
-        heavy.add_argument(name, **OPTIONS[name])
-    add(command, *names)
+        masses.add_argument(name, **OPTIONS[name])
+    add_options(command, *names)
 
 
-def typed_again(values: Mapping[str, Any], *names: str) -> list[str]:
+def option_words(values: Mapping[str, Any], *names: str) -> list[str]:
     """Options as they are typed, of those names that have a value."""
     words: list[str] = []
     for name in names:
@@ -348,14 +350,15 @@ def typed_again(values: Mapping[str, Any], *names: str) -> list[str]:
             continue
         words.append(f"--{name.replace('_', '-')}")
         if value is not True:
+            elements = value if isinstance(value, list) else [value]
             words += [
-                each if isinstance(each, str) else repr(each)
-                for each in (value if isinstance(value, list) else [value])
+                element if isinstance(element, str) else repr(element)
+                for element in elements
             ]
     return words
 
 
-def folder(name: str) -> Path:
+def output_folder(name: str) -> Path:
     """Path of a folder to write to."""
     if not name:
         raise RequestError(
@@ -364,7 +367,7 @@ def folder(name: str) -> Path:
     return Path(name)
 
 
-def scene_of(options: argparse.Namespace) -> DropScene:
+def drop_scene(options: argparse.Namespace) -> DropScene:
     """The scene that the options name."""
     return DropScene(**scene_keywords(options))
 
@@ -377,15 +380,15 @@ def scene_keywords(options: argparse.Namespace) -> dict[str, Any]:
     }
 
 
-def add_drop_options(command: "CommandParser", drops: int | None) -> None:
-    """Add the number of drops (None: no default), the target error, the seed and the threads."""
-    shown = "10000 for hybrid, ten million for auto" if drops is None else drops
-    add(
+def add_drop_options(command: CommandParser, drops: int | None) -> None:
+    """Add the number of drops (None: no default), target error, seed and threads."""
+    default = "10000 for hybrid, ten million for auto" if drops is None else drops
+    add_options(
         command,
         "--drops",
         default=drops,
         help="number of drops, or the most where a target "
-        f"error is given (default: {shown})",
+        f"error is given (default: {default})",
     )
     command.add_argument(
         "--target-error",
@@ -396,12 +399,12 @@ def add_drop_options(command: "CommandParser", drops: int | None) -> None:
         "the poses is within this fraction with 90 %% confidence; 0.01 is one "
         "percentage point (default: none)",
     )
-    add(command, "--seed", "--workers")
+    add_options(command, "--seed", "--workers")
 
 
 def load_named_part(options: argparse.Namespace) -> "Part":
     """Load the part that the options name."""
-    from ...core.mesh.parts import load_part
+    from ....core.mesh.parts import load_part
 
     return load_part(
         options.part, options.unit, options.com, options.mass, density=options.density

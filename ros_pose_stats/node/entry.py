@@ -1,0 +1,72 @@
+"""The executable `pose_stats_node`, and what every program begins with that uses ROS."""
+
+import os
+import sys
+from importlib.util import find_spec
+from itertools import pairwise
+from pathlib import Path
+
+from ..base.errors import PoseStatsError, RequestError
+
+INTERFACES = "ros_pose_stats_msgs"
+REFUSED = 2
+
+
+def main() -> int:
+    """The executable `pose_stats_node`."""
+    try:
+        return start_node(sys.argv[1:])
+    except PoseStatsError as refusal:
+        print(f"pose_stats_node: {refusal}", file=sys.stderr)
+        return REFUSED
+
+
+def start_node(words: list[str]) -> int:
+    """Run the node until SIGINT or SIGTERM; `words`: `--ros-args` and what follows."""
+    arguments = ros_arguments("pose_stats_node", words)
+    prepare_ros()
+    from .stop_signals import StopSignals
+
+    # Signals are taken before ROS, which takes a while, is imported.
+    stop_signals = StopSignals()
+    from .node import run_node
+
+    return run_node(stop_signals, arguments)
+
+
+def ros_arguments(program: str, words: list[str]) -> list[str]:
+    """Arguments for rclpy; RequestError where `words` do not begin with `--ros-args`."""
+    for option, file in pairwise(words):
+        if option == "--params-file" and not Path(file).is_file():
+            raise RequestError(
+                "a file after --params-file",
+                f"'{file}', which is none",
+                "check the path",
+            )
+    if words and words[0] != "--ros-args":
+        raise RequestError(
+            "ROS arguments after --ros-args",
+            " ".join(words),
+            "for instance --ros-args -p log_directory:=/tmp/bags",
+        )
+    return [program, *words]
+
+
+def prepare_ros() -> None:
+    """Refuse to go on without ROS; keep linear algebra off the cores that simulate."""
+    if find_spec("rclpy") is None:
+        raise RequestError(
+            "ROS 2 Jazzy to be importable",
+            "no module rclpy",
+            "source /opt/ros/jazzy/setup.bash, or run `make setup` and use .venv",
+        )
+    if find_spec(INTERFACES) is None:
+        raise RequestError(
+            f"the interface package {INTERFACES}",
+            "none",
+            "build it: `make setup`, or in a workspace "
+            "`colcon build --base-paths . msg_defs`",
+        )
+    # OpenBLAS reads it once, as numpy is imported.
+    if "numpy" not in sys.modules:
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")

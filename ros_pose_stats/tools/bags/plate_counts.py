@@ -1,0 +1,87 @@
+"""Counts of cameras on a plate, with the parts that they are of, out of bags."""
+
+import math
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from ...base.errors import PoseStatsError, RequestError
+from ...base.text import listed, several
+from ...core.plates import CountedPart, count_part
+from ...core.records import Part
+from .bag_reader import OnProgress, read_bags, read_parts
+from .camera_counts import CameraCounts
+
+
+def counts_on_plate(
+    paths: Sequence[Path], plate: str, on_progress: OnProgress | None = None
+) -> tuple[list[CountedPart], list[str]]:
+    """Counts of a plate with their parts from the same bags, and notes on unused counts.
+
+    Counts that name no plate are taken too, as those of the only plate there was.
+    """
+    recorded_counts = read_bags(paths, on_progress).counts
+    plate_counts = [
+        counts
+        for counts in recorded_counts
+        if counts.plate in ("", plate) and counts.classified
+    ]
+    if not plate_counts:
+        plates = sorted({counts.plate for counts in recorded_counts if counts.plate})
+        raise RequestError(
+            f"counts of cameras on plate {plate}",
+            f"those of {listed(plates)}" if plates else "none",
+            "name its plate, or record ~/pose_counts",
+        )
+    parts = _read_parts_of(plate_counts, paths)
+    counted_parts = []
+    notes = []
+    for counts in plate_counts:
+        candidates = [part for part in parts if _is_counted(part, counts)]
+        problem = _problem(counts, candidates)
+        if not problem:
+            try:
+                counted_parts.append(
+                    count_part(
+                        candidates[0], counts.of_pose, **counts.numbering._asdict()
+                    )
+                )
+            except PoseStatsError as refusal:
+                problem = str(refusal)
+        if problem:
+            notes.append(
+                f"{several(counts.classified, 'count')} of {counts.part_id} left out: "
+                f"{problem}"
+            )
+    return counted_parts, notes
+
+
+def _read_parts_of(
+    plate_counts: Sequence[CameraCounts], paths: Sequence[Path]
+) -> Iterable[Part]:
+    """Parts in bags, each once, until all are there that were counted."""
+    missing_digests = {counts.part_digest for counts in plate_counts}
+    parts: dict[str, Part] = {}
+    for part in read_parts(paths):
+        parts.setdefault(part.digest, part)
+        missing_digests.discard(part.digest)
+        if not missing_digests:
+            break
+    return parts.values()
+
+
+def _is_counted(part: Part, counts: CameraCounts) -> bool:
+    """Whether counts are of a part: by its digest, or by its name where they have none."""
+    if counts.part_digest:
+        return part.digest == counts.part_digest
+    return part.part_id == counts.part_id
+
+
+def _problem(counts: CameraCounts, candidates: Sequence[Part]) -> str:
+    """Why counts cannot be used with the parts that they may be of; empty if they can."""
+    if len(candidates) > 1:
+        return "several parts have this name, and the counts carry no digest"
+    if not candidates:
+        return "its mesh is not in the bags"
+    if math.isnan(counts.numbering.cluster_tolerance):
+        return "they do not say by which cluster_tolerance the poses are numbered"
+    return ""

@@ -1,0 +1,61 @@
+"""`bag DIR...`: parts, jobs and counts of cameras in recorded bags, also as CSV files."""
+
+import argparse
+import sys
+
+from ...base import files
+from .terminal import arguments, running
+
+
+def register(commands: arguments.Commands) -> None:
+    """Add the command."""
+    command = commands.add_parser(
+        "bag",
+        help="analyse recorded bags",
+        description="Show results, jobs and camera counts in bags of the node, or "
+        "recorded by `ros2 bag record`, and compare estimates, simulations and counts "
+        "with each other.",
+        examples=("ros_pose_stats bag ~/.ros/pose_stats --csv tables",),
+        run=run,
+    )
+    command.add_argument(
+        "bags",
+        metavar="DIR",
+        nargs="+",
+        help="bag directory, directory of many bags, or single file",
+    )
+    command.add_argument(
+        "--csv", metavar="DIR", help="write tables as CSV files into a directory"
+    )
+    arguments.add_options(command, "--json")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Analyse and print."""
+    from ..bags.comparisons import analyse_bags
+
+    folder = None
+    if options.csv is not None:
+        folder = arguments.output_folder(options.csv)
+        files.refuse_unwritable(folder)
+    with running.ProgressBar(sys.stderr) as bar:
+        analysis = analyse_bags(options.bags, bar.show_bytes)
+    tables = []
+    if folder is not None:
+        from .tables.bag_csv import write_tables
+
+        tables = write_tables(analysis, folder)
+    if options.json:
+        from ..bags.plain import as_dict
+
+        values = as_dict(analysis)
+        if folder is not None:
+            values["csv"] = tables
+        running.print_json(values)
+    else:
+        from .tables.bag_report import bag_report
+
+        print(bag_report(analysis))
+        if tables:
+            print("", *tables, sep="\n")
+    return 0

@@ -1,1 +1,0 @@
-"""The command `bag`: reports and tables of recorded runs."""

@@ -1,1 +1,0 @@
-"""Commands about a plate and what a feeder does on it: `fit`, `flips` and `feeding`."""

@@ -1,0 +1,1 @@
+"""Recorded runs in tables: a report for people, and CSV files."""
