@@ -151,16 +151,13 @@ class PoseStatsNode(AnsweringNode):
         self.builder.close()
         self.outlines.close()
         queues = (self.jobs, *self.flip_jobs)
-        with ThreadPoolExecutor(2 + len(queues)) as pool:  # each may take its time
-            ends = [
-                pool.submit(self.lanes.close),
-                pool.submit(self.answers.close, LAST_SECONDS),
-            ]
+        with ThreadPoolExecutor(1 + len(queues)) as pool:  # each may take its time
+            ends = [pool.submit(self.lanes.close)]
             for jobs in queues:
                 ends.append(pool.submit(jobs.close, "the node ended"))
         for end in ends:
             end.result()
-        self.answers.wait_until_quiet(
+        self.wait_until_quiet(
             QUIET_SECONDS,
             LAST_SECONDS,
             lambda: any(action.goals for action in self.actions),

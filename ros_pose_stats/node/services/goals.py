@@ -178,7 +178,7 @@ class GoalServer(ABC):
             goal.abort()
         with self._lock:
             del self.goals[id(goal.request)]
-        self._node.answers.last = time.monotonic()  # the result is on its way
+        self._node.last_answer = time.monotonic()  # the result is on its way
         return result
 
     def _refuse(self, goal: server.ServerGoalHandle, refusal: str) -> Any:

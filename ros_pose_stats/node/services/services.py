@@ -66,17 +66,7 @@ class Services:
             (srv.ListDropSimulations, "list_drop_simulations", self.list),
             (srv.CancelDropSimulation, "cancel_drop_simulation", self.cancel),
         ):
-            equipment.node.serve(
-                kind,
-                f"~/{name}",
-                callback,
-                lambda request: (
-                    not (  # meshes have lanes
-                        hasattr(request, "part")
-                        and part_messages.is_given(request.part)
-                    )
-                ),
-            )
+            equipment.node.serve(kind, f"~/{name}", callback)
 
     def _find_part(
         self, request: Any

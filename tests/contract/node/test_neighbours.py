@@ -1,4 +1,4 @@
-"""Messages that are not quite right, greedy and deaf clients, another node: this one serves on."""
+"""Messages that are not quite right, deaf clients, another node: this one serves on."""
 
 import itertools
 import math
@@ -9,7 +9,6 @@ from random import Random
 import pytest
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.serialization import serialize_message
-from rclpy.time import Time
 from ros_pose_stats_msgs import srv
 from ros_pose_stats_msgs.msg import ObservedParts, PartMesh, PoseCounts
 from shape_msgs.msg import Mesh
@@ -19,7 +18,7 @@ from ros_pose_stats import estimate, simulate
 
 from .harness.camera import counted, lying, picture
 from .harness.cell import Health, MeshPublisher, latched
-from .harness.client import Client, ask_until_answered, until, wait_for
+from .harness.client import ask_until_answered, until, wait_for
 from .harness.jobs import finished, known_part, start
 from .harness.parts import (
     WEDGE,
@@ -31,7 +30,7 @@ from .harness.parts import (
     new_id,
     probabilities,
 )
-from .harness.slow import memory, standing
+from .harness.slow import memory
 
 PUBLISHED = 120
 ASKED = 30
@@ -289,35 +288,6 @@ def test_no_name_leads_out_of_the_log_directory(node, client):
     }
 
 
-def test_clients_are_answered_in_turn(domain, cell, shared_node):
-    """The other one too keeps many answers: each client is sent those to all others.
-
-    Both have participants of their own, as programs have: what one of several clients in a
-    participant floods holds up what reaches the node.
-    """
-    part_id = known_part(cell)
-    with (
-        Client(domain, participant=1) as greedy,
-        Client(domain, participant=2) as other,
-    ):
-        greedy.good("estimate", part_id=part_id)
-        other.good("estimate", part_id=part_id)
-        with standing(shared_node.process.pid):
-            asked = [
-                client.send(
-                    "estimate",
-                    part_id=part_id,
-                    method="split",
-                    restitution=0.3 + 1e-4 * number,
-                )
-                for number, client in enumerate([*[greedy] * 600, other])
-            ]
-        answers = [wait_for(one) for one in asked]
-    assert all(one.success for one in answers)
-    made = [Time.from_msg(one.statistics.header.stamp).nanoseconds for one in answers]
-    assert made[-1] < max(made)
-
-
 def test_two_nodes_have_parts_and_jobs_of_their_own(cell, tuned):
     part_id = new_id()
     for scale, client in ((1.0, cell), (2.0, tuned)):
@@ -358,9 +328,8 @@ def test_a_service_of_rclpy_s_own_may_have_clients_that_cannot_hear(cell):
     cell.run(lambda: [cell.node.destroy_client(one) for one in (hearing, deaf)])
 
 
-@pytest.mark.long
 def test_clients_that_cannot_hear_are_named_and_the_others_served(cell, shared_node):
-    """Their quality of service shuts out all answers; the numbers of their requests cross."""
+    """Their quality of service shuts out all answers."""
     part_id = known_part(cell)
     deaf = cell.node.create_client(
         srv.EstimatePoses,
@@ -368,9 +337,8 @@ def test_clients_that_cannot_hear_are_named_and_the_others_served(cell, shared_n
         qos_profile=QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL),
     )
     asked = []
-    for number in range(60):
-        if number % 3 == 0:
-            asked.append(deaf.call_async(srv.EstimatePoses.Request(part_id=part_id)))
+    for _ in range(10):
+        asked.append(deaf.call_async(srv.EstimatePoses.Request(part_id=part_id)))
         cell.good("estimate", part_id=part_id)
     shared_node.says("]: ~/estimate: an answer could not be delivered")
     cell.good("estimate", part_id=part_id)

@@ -19,7 +19,7 @@ from ros_pose_stats.base.worker import WorkerProcess
 from ros_pose_stats.core.mesh.overlap import TakesLongError
 from ros_pose_stats.core.records.scene import DropScene, Numbering
 from ros_pose_stats.node import camera_counts, state as states
-from ros_pose_stats.node.answering_node import answered
+from ros_pose_stats.node.answering_node import answer_request
 from ros_pose_stats.node.equipment import Equipment
 from ros_pose_stats.node.jobs import JobListener, JobRequest, Jobs, State, job_reports
 from ros_pose_stats.node.jobs.refinement import Refinement
@@ -207,7 +207,7 @@ def test_fits_hold_up_no_other_answer_and_are_refused_at_the_end(lanes):
         None,
     )
     answers = [
-        answered(
+        answer_request(
             service.answer,
             print,
             SimpleNamespace(plate="", apply=False),
