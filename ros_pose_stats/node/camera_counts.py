@@ -1,4 +1,4 @@
-"""Cameras count on `~/pose_counts`, and see on `~/observed_parts`: that is learnt here."""
+"""What cameras count on `~/pose_counts`, and see on `~/observed_parts`, is learnt."""
 
 import math
 import threading
@@ -80,7 +80,7 @@ class BatchSubscription:
             pass
 
     def _take_with(self, messages: list[tuple[bytes, Mapping[str, int]]]) -> bool:
-        """Hand over messages and those behind them, within a bound; whether any came."""
+        """Hand over messages and those behind them, within a bound; whether any."""
         size = sum(len(data) for data, _ in messages)
         handle = self._subscription.handle
         with self._lock:
@@ -194,8 +194,8 @@ class Cameras:
             part = self._parts.current(counts.part_id)
             if part is not None:
                 part.introduce()
-            # As it was read, not as it came: ROS reads a text that lacks its closing zero
-            # byte, and other readers of bags do not.
+            # As it was read, not as it came: ROS reads a text that lacks its closing
+            # zero byte, and other readers of bags do not.
             self._recorder.record(POSE_COUNTS, serialization.serialize_message(counts))
 
     def _learn(self, counts: PoseCounts) -> None:

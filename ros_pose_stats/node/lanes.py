@@ -1,4 +1,4 @@
-"""Work on parts in lanes, a thread each, so that what takes long holds up nothing quick."""
+"""Work on parts in lanes, a thread each: what takes long holds up nothing quick."""
 
 import itertools
 import threading
@@ -41,7 +41,7 @@ def describe_error(error: BaseException) -> str:
 
 
 def result_or_refusal(future: Future[T]) -> T:
-    """The result of a future, once it is there; raises PoseStatsError if it is refused."""
+    """Wait for the result of a future; raises PoseStatsError if it is refused."""
     try:
         return future.result()
     except CancelledError as error:
@@ -96,7 +96,7 @@ class _Task:
     future: Future[Any] = field(default_factory=Future)
 
     def work_off(self, lane: Lane) -> bool:
-        """Do it for whoever asked; false where it takes more time than the quick lane has."""
+        """Do it for whoever asked; false where it takes too long for the quick lane."""
         with suppress(InvalidStateError):  # the lanes were closed just now
             try:
                 self.future.set_result(self.work())
@@ -145,9 +145,10 @@ class Lanes:
         size: int = 0,
         part_id: str = "",
     ) -> Future[T]:
-        """Queue a task; where there is no room a RequestError comes of it, or `put` waits.
+        """Queue a task; without room for it a RequestError comes of it, or `put` waits.
 
-        Work of the quick lane that raises `TakesLongError` is called again in the slow one.
+        Work of the quick lane that raises `TakesLongError` is called again in the slow
+        one.
         """
         with self._changed:
             task = _Task(work, rank, lane, size, part_id, next(self._numbers))
@@ -164,7 +165,7 @@ class Lanes:
         return task.future
 
     def _tasks(self, *lanes: Lane) -> Iterator[_Task]:
-        """All that wait or are in hand, but for what is done when nothing else waits."""
+        """All that wait or are in hand, but for those that wait for an idle node."""
         for lane in lanes:
             task_in_hand = self._in_hand[lane]
             if task_in_hand is not None:
@@ -192,7 +193,7 @@ class Lanes:
         self._changed.notify_all()
 
     def _lack_of_room(self, task: _Task) -> RequestError | None:
-        """Why a task is not taken in now; one that is larger than the bound waits alone."""
+        """Why a task is not taken in now; one larger than the bound waits alone."""
         if self.closed or task.rank is Rank.WHEN_IDLE:
             return None
         lane = self._lane_to_wait_in(task)
@@ -265,8 +266,8 @@ class Lanes:
             # Checks that nobody waits for let meshes pass that are soon built.
             tasks = list(self._tasks(lane))
         for task in tasks:
-            # A mesh waits for earlier ones of its name, of which quick ones may come back
-            # as slow ones.
+            # A mesh waits for earlier ones of its name, of which quick ones may come
+            # back as slow ones.
             if not self._is_behind(task, Lane.QUICK, lane):
                 return task
         return None

@@ -12,7 +12,7 @@ V = TypeVar("V")
 
 
 class Memory(Generic[K, V]):
-    """A dictionary that forgets what was used least recently, but never its newest value."""
+    """A dictionary that forgets what was used least recently, never the newest."""
 
     def __init__(
         self, bound: int, weight: Callable[[V], int] = lambda value: 1
@@ -45,7 +45,7 @@ BUILT_BYTES = 64 * 2**20  # of parts that are kept because they may come again
 
 
 def memory_of_parts() -> Memory[Any, Part]:
-    """The latest parts by any key; what is prepared of one takes as much as its mesh."""
+    """The latest parts by any key; what is prepared of one is as large as its mesh."""
     return Memory(
         BUILT_BYTES, lambda part: 2 * part.vertices.nbytes + 3 * part.triangles.nbytes
     )

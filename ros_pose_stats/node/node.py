@@ -45,7 +45,7 @@ KILL_SECONDS = 10.0  # after which DDS is taken to have locked the interpreter
 
 
 class PoseStatsNode(AnsweringNode):
-    """Takes meshes, answers with poses and probabilities; computes only after `start`."""
+    """Takes meshes and answers with statistics; computes nothing before `start`."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__("pose_stats", **options)
@@ -122,7 +122,7 @@ class PoseStatsNode(AnsweringNode):
         return self.table.settings
 
     def start(self) -> None:
-        """Latch what an earlier run has latched, and begin to work; the kernels are there."""
+        """Latch what an earlier run has latched, and begin to work, kernels loaded."""
         log = self.get_logger()
         parts = self.parts.all()
         for part in parts:
@@ -252,7 +252,7 @@ class Life:
             self._stop.ask()
 
     def _spin(self) -> None:
-        """Answer until the executor is shut down, whatever exception it lets through."""
+        """Answer until the executor is shut down, whatever it lets through."""
         while True:
             try:
                 self._executor.spin()

@@ -105,7 +105,7 @@ class JobReports(JobListener):
             self._log.warning(f"{event.job_id}: CANCELLED: {INTERRUPTED}")
 
     def queued(self, job: Job) -> bool:
-        """Store the acceptance, on the disk before anybody hears of it, and record it."""
+        """Store the acceptance, on the disk before anybody hears of it; record it."""
         event = job_event(job, JobEvent.QUEUED)
         is_stored = self._state.commit(self._state.put(job_change(event)))
         part = self._part_of(job)

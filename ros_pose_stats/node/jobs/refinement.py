@@ -1,4 +1,4 @@
-"""Drops that check an estimate, and those in the background that make it as good as wanted."""
+"""Drops that check an estimate, and those that make it as good as its target."""
 
 import math
 import threading
@@ -22,7 +22,7 @@ from . import JobRequest, Jobs
 
 
 def credible_bound(part: Part, message: PoseStatistics, scene: DropScene) -> float:
-    """The error that a result keeps with 90 % confidence; infinite where nobody knows it."""
+    """The error that a result keeps with 90 % confidence; infinite if it is unknown."""
     resting = poses_in(part, scene)
     if not message.drops:
         return confidence.estimate_bound(confidence.prior_of(message, resting, scene))
@@ -38,7 +38,7 @@ def credible_bound(part: Part, message: PoseStatistics, scene: DropScene) -> flo
 
 
 class Refinement:
-    """Has estimates checked in a lane of their own, equal ones once, and refined by jobs."""
+    """Has estimates checked in a lane of their own, each once, and refined by jobs."""
 
     def __init__(self, equipment: Equipment, parts: PartRegistry, jobs: Jobs) -> None:
         self._equipment = equipment
@@ -53,7 +53,7 @@ class Refinement:
         self._lock = threading.Lock()
 
     def check(self, part: KnownPart, scene: DropScene) -> Future[PoseStatistics]:
-        """A built part's checked estimate; new parts come before scenes of known ones."""
+        """A built part's checked estimate; new parts come before scenes of old ones."""
         with self._lock:
             message = part.remembered(CHECKED, scene)
             if message is not None:
@@ -72,7 +72,7 @@ class Refinement:
         return check
 
     def follow(self, part: KnownPart) -> None:
-        """Have what a part shows checked, where it is an estimate alone, and then refined."""
+        """Have what a part shows checked, if it is an estimate, and then refined."""
         if not part.lacks_check():
             self._refine(part)
             return
@@ -103,7 +103,7 @@ class Refinement:
                 )
 
     def _refine(self, part: KnownPart) -> None:
-        """Refine a part's latched result in the background, if that is wanted and not done."""
+        """Refine what is latched in the background, if that is wanted and not done."""
         if not part.is_current:
             return
         settings = self._settings()
@@ -174,7 +174,7 @@ class Refinement:
     def answer(
         self, part: KnownPart, target_error: float, scene: DropScene
     ) -> tuple[PoseStatistics, str]:
-        """The best that can be said at once, and why; drops follow if it misses the target."""
+        """The best answer at once, and why; drops follow if it misses the target."""
         settings = self._settings()
         most_drops = min(settings.drops, settings.max_drops)
         estimate = part.estimate(methods.AUTO, scene)
@@ -229,7 +229,7 @@ class Refinement:
         return confidence.not_enough(_means(message), bound, target_error)
 
     def _aim(self, part: KnownPart, target_error: float, scene: DropScene) -> float:
-        """The bound at which drops may end; with a higher one they might not be latched."""
+        """The bound at which drops may end, so low that they are latched then."""
         model = part.model_in(scene)
         if model is None:
             return target_error

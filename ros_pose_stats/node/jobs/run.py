@@ -71,7 +71,7 @@ class JobRequest:
 
 @dataclass(frozen=True)
 class FlipRequest(JobRequest):
-    """The same of flips; `drops` are those out of each pose, 0: a share of the node's."""
+    """The same of flips; `drops` are those out of each pose, 0: the node's share."""
 
     kick_height: float = 0.0  # metres
 
@@ -152,7 +152,7 @@ class JobListener:
     follow: Callable[[Job], object] = staticmethod(lambda job: None)
 
     def queued(self, job: Job) -> bool:
-        """Accepted; returns when that is kept and on record, false where it cannot be."""
+        """Accepted; returns whether that could be stored and recorded."""
         return True
 
     def started(self, job: Job) -> None:
@@ -172,7 +172,7 @@ Outcome = TypeVar("Outcome", PoseStatistics, FlipStatistics)
 
 
 class Stop:
-    """Looks whether a run is to stop before its end: its time is over, or for a reason."""
+    """Whether a run is to stop before its end: its time is over, or for a reason."""
 
     def __init__(self, job: Job, should_give_way: Callable[[Job], bool]) -> None:
         self._job = job
@@ -190,7 +190,7 @@ class Stop:
         return self._is_late or self.reason != ""
 
     def judge(self, outcome: Outcome, complete: bool, extent: str) -> Outcome:
-        """The outcome of a run, with a warning where time was too short for all of it."""
+        """The outcome of a run, with a warning where time was too short for it."""
         if complete:
             self.reason = ""
         elif self._is_late:
@@ -259,7 +259,7 @@ def flip_key(digest: str, scene: DropScene, kick_height: float) -> FlipKey:
 
 
 class FlipReports(JobListener):
-    """Remembers flips up to a bound; a seed gives them again, so they are not recorded."""
+    """Remembers flips up to a bound; a seed gives them again, so none is recorded."""
 
     def __init__(self) -> None:
         # those with the most flips of a key

@@ -1,4 +1,4 @@
-"""The way of a mesh, from a topic, a request or an earlier run, to a part with its result."""
+"""The way of a mesh from a topic, a request or an earlier run to a result."""
 
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
@@ -16,7 +16,7 @@ from ..equipment import Equipment
 from ..lanes import Lane, NotDoneError, Rank, describe_error, finished_future
 from ..messages import part_messages, part_requests
 from ..refusals import MESHES, SequenceGaps
-from ..settings import mesh_topics
+from ..settings import Settings, mesh_topics
 from . import part_builder
 from .known_part import KnownPart
 from .registry import PartRegistry
@@ -26,7 +26,7 @@ LARGE_BYTES = 36 * part_builder.LARGE_TRIANGLES  # of a part that is not built y
 
 
 class Intake:
-    """Builds known parts in the lanes; `follow` is called with each that is shown anew."""
+    """Builds known parts in the lanes; `follow` gets each that shows something new."""
 
     def __init__(
         self,
@@ -46,7 +46,7 @@ class Intake:
         self.restored: list[Future[None]] = []
 
     def _take(self, request: part_requests.PartRequest) -> KnownPart:
-        """Make a mesh that is no copy a known part, and latch it; raises PoseStatsError."""
+        """Know the part that a mesh is, and latch its result; raises PoseStatsError."""
         settings = self._settings()
         part_requests.check_request(request, settings.max_mesh_bytes)
         scene = settings.scene(request.scene_override)
@@ -62,21 +62,21 @@ class Intake:
     def queue(
         self, request: part_requests.PartRequest, source: str, rank: Rank
     ) -> Future[KnownPart]:
-        """Queue a mesh; waits while there is no room for a small one that was published."""
-        coming = self._lanes.put(
+        """Queue a mesh; waits for room where it is a small one that was published."""
+        future = self._lanes.put(
             partial(self._take, request),
             rank,
             _lane_of(request),
             request.bytes(),
             request.part_id,
         )
-        self._refusals.watch_mesh(source, coming)
-        return coming
+        self._refusals.watch_mesh(source, future)
+        return future
 
     def build_known(
         self, part: KnownPart, scene: DropScene | None = None
     ) -> Future[KnownPart]:
-        """A known part once it is built, with its poses in a scene; before new parts."""
+        """A known part once it is built, with poses in a scene; before new ones."""
         lane = _lane_of(part)
         is_built = part.is_built
         if is_built and (
@@ -108,7 +108,7 @@ class Intake:
         self._follow(part)
 
     def restore(self) -> None:
-        """Build parts of an earlier run when nothing else waits, first those not shown again."""
+        """Build parts of an earlier run when idle, first those without a result."""
         latest_first = self._parts.all()[::-1]
         for part in sorted(latest_first, key=lambda part: part.latched is not None):
             is_latched = part.latched is not None
@@ -155,59 +155,58 @@ def _lane_of(part: KnownPart | part_requests.PartRequest) -> Lane:
 
 def subscribe_to_meshes(equipment: Equipment, intake: Intake) -> None:
     """Hand on what comes on `~/part_mesh` and on each of `mesh_topics`."""
-    settings = equipment.settings
+    read_part = part_messages.request_of_part_bytes
+    _subscribe(equipment, intake, PartMesh, "~/part_mesh", read_part)
+    for part_id, topic in mesh_topics(equipment.settings().mesh_topics).items():
+        read_mesh = partial(_read_mesh, equipment.settings, part_id)
+        _subscribe(equipment, intake, Mesh, topic, read_mesh)
+
+
+def _read_mesh(
+    settings: Callable[[], Settings], part_id: str, data: bytes
+) -> part_requests.PartRequest:
+    return part_messages.request_of_mesh_bytes(data, part_id, settings().mesh_unit)
+
+
+def _subscribe(
+    equipment: Equipment,
+    intake: Intake,
+    kind: type,
+    topic: str,
+    read: Callable[[bytes], part_requests.PartRequest],
+) -> None:
+    """Plain and latched publishers of a topic both arrive; a copy is ignored later."""
     refusals = equipment.refusals
+    gaps = SequenceGaps()
+
+    def on_mesh(data: bytes) -> None:
+        try:
+            request = read(data)
+        except Exception as error:  # a refusal, or a failure that is told like one
+            refusals.refuse(topic, describe_error(error))
+        else:
+            source = topic + part_requests.named(request.part_id)
+            intake.queue(request, source, Rank.PUBLISHED_MESH)
+
+    def on_numbered_mesh(data: bytes, info: Mapping[str, int]) -> None:
+        refusals.floods.count(f"meshes on {topic}")
+        refusals.count_lost(MESHES, gaps.missing_before(info))
+        on_mesh(data)
+
     group = callback_groups.MutuallyExclusiveCallbackGroup()
-
-    def subscribe(
-        kind: type, topic: str, read: Callable[[bytes], part_requests.PartRequest]
-    ) -> None:
-        """Plain and latched publishers both arrive; a copy is ignored later."""
-
-        def on_mesh(data: bytes) -> None:
-            try:
-                request = read(data)
-            except Exception as error:  # a refusal, or a failure that is told like one
-                refusals.refuse(topic, describe_error(error))
-            else:
-                intake.queue(
-                    request,
-                    topic + part_requests.named(request.part_id),
-                    Rank.PUBLISHED_MESH,
-                )
-
-        gaps = SequenceGaps()
-
-        def on_counted_mesh(data: bytes, info: Mapping[str, int]) -> None:
-            refusals.floods.count(f"meshes on {topic}")
-            refusals.count_lost(MESHES, gaps.missing_before(info))
-            on_mesh(data)
-
-        equipment.node.create_subscription(
-            kind, topic, on_counted_mesh, DEPTH, raw=True, callback_group=group
-        )
-        # Plain publishers do not match this one; what else is wrong with a publisher, the
-        # plain subscription warns of.
-        equipment.node.create_subscription(
-            kind,
-            topic,
-            on_mesh,
-            qos.QoSProfile(
-                depth=DEPTH, durability=qos.DurabilityPolicy.TRANSIENT_LOCAL
-            ),
-            raw=True,
-            callback_group=group,
-            event_callbacks=event_handler.SubscriptionEventCallbacks(
-                incompatible_qos=lambda info: None
-            ),
-        )
-
-    subscribe(PartMesh, "~/part_mesh", part_messages.request_of_part_bytes)
-    for part_id, topic in mesh_topics(settings().mesh_topics).items():
-        subscribe(
-            Mesh,
-            topic,
-            lambda data, part_id=part_id: (  # type: ignore[misc]
-                part_messages.request_of_mesh_bytes(data, part_id, settings().mesh_unit)
-            ),
-        )
+    equipment.node.create_subscription(
+        kind, topic, on_numbered_mesh, DEPTH, raw=True, callback_group=group
+    )
+    # Plain publishers do not match this one; of what else is wrong with a publisher the
+    # plain subscription warns.
+    equipment.node.create_subscription(
+        kind,
+        topic,
+        on_mesh,
+        qos.QoSProfile(depth=DEPTH, durability=qos.DurabilityPolicy.TRANSIENT_LOCAL),
+        raw=True,
+        callback_group=group,
+        event_callbacks=event_handler.SubscriptionEventCallbacks(
+            incompatible_qos=lambda info: None
+        ),
+    )

@@ -1,4 +1,4 @@
-"""A part in the node: its mesh, its results, what was counted of it, and its publisher."""
+"""A part in the node: mesh, results, publisher, and what was counted of it."""
 
 import copy
 import math
@@ -35,7 +35,7 @@ LATCHED = qos.QoSProfile(
     durability=qos.DurabilityPolicy.TRANSIENT_LOCAL,
 )
 NO_EVENTS = event_handler.PublisherEventCallbacks(use_default_callbacks=False)
-"""The executor fails on handlers of events that are destroyed while it waits for them."""
+"""The executor fails on event handlers that are destroyed while it waits for them."""
 
 PARTING_SECONDS = 1.0  # for a subscriber to take a part's last message
 SECONDS_BETWEEN = 1.0  # a part that is being refined is published at most this often
@@ -73,8 +73,8 @@ class LatchedResult:
     """What a part shows at a time."""
 
     message: PoseStatistics  # which late joiners get
-    # the best estimate or simulation for that scene, as it was before it was latched: under
-    # another number, and combined with the counts where there are any
+    # the best estimate or simulation for that scene, before it got another number and
+    # was combined with the counts where there are any
     model: PoseStatistics
     scene: DropScene  # that the message is for
     latched_at: float = -math.inf  # by the monotonic clock
@@ -82,12 +82,12 @@ class LatchedResult:
 
 
 class Channel:
-    """Of one name, whichever meshes come under it: numbers of its results, and its publisher.
+    """Of one name, whichever meshes come under it: its lock, revisions and publisher.
 
-    The lock is held while a result of the name is latched or withdrawn, while cameras' counts
-    are added, and while a mesh comes or goes. Nobody holds two of them. Whoever holds one may
-    wait for a mesh to be built, and for the locks of state, bag and registry, behind which
-    nobody waits for a channel.
+    The lock is held while a result of the name is latched or withdrawn, while counts
+    are added, and while a mesh comes or goes. Nobody holds the locks of two channels.
+    Who has one may wait for a mesh to be built, and for the locks of state, bag and
+    registry; nobody who has one of these waits for a channel.
     """
 
     def __init__(self, equipment: Equipment) -> None:
@@ -95,8 +95,8 @@ class Channel:
         self.lock = threading.RLock()
         self.newest_revision = 0  # given to a result
         self.latched_revision = 0
-        # when a result went on record last, by the monotonic clock; what a start latches again
-        # does not
+        # when a result went on record last, by the monotonic clock; what a start
+        # latches again does not
         self.recorded_at = -math.inf
         self.part: KnownPart | None = None  # whose result is latched
         self._publisher: publishers.Publisher | None = None
@@ -109,7 +109,7 @@ class Channel:
             return self.newest_revision
 
     def publish(self, data: bytes, part: "KnownPart | None") -> None:
-        """Publish a serialised result, which a part latches from now on, or none does."""
+        """Publish a serialised result, latched for a part, or a farewell for none."""
         with self.lock:
             if self._publisher is None:
                 self._publisher = self._node.create_publisher(
@@ -124,9 +124,9 @@ class Channel:
             self._publisher.publish(data)
 
     def close(self) -> bool:
-        """Let the publisher go once its farewell has arrived, or somebody else has its place.
+        """Let the publisher go once its farewell has arrived; true if that is settled.
 
-        False where it is still to be waited for; to wait here would lock Python.
+        To wait for it here would lock Python.
         """
         with self.lock:
             if self.part is not None or self._publisher is None:
@@ -173,7 +173,7 @@ class KnownPart:
     latched: LatchedResult | None = None
     size: int = 0  # bytes of the mesh as it is kept, and of the part as it came
     change: int = 0  # number of the change of the state that has it
-    # whether the node knows it by its name: not yet, or no more, if another mesh has that
+    # whether the node knows it by its name, which another mesh may have taken
     is_current: bool = False
 
     def __post_init__(self) -> None:
@@ -195,7 +195,7 @@ class KnownPart:
         return self.source.part is not None
 
     def with_geometry(self, part: Part) -> "KnownPart":
-        """The same with another body, which the node does not know: nothing is latched."""
+        """The same with another body, of which the node latches nothing."""
         return replace(
             self,
             digest=part.digest,
@@ -239,7 +239,7 @@ class KnownPart:
         return message
 
     def check(self, scene: DropScene) -> PoseStatistics:
-        """Drop it some times beside its estimate, as the library does; offer the outcome.
+        """Check its estimate by some drops, as the library does, and offer the outcome.
 
         Raises PoseStatsError, and CancelledError where the node ends.
         """
@@ -312,7 +312,7 @@ class KnownPart:
         )
 
     def offer_result(self, scene: DropScene, message: PoseStatistics) -> None:
-        """Remember what is better than other results for its scene; latch it in the part's.
+        """Remember the best result of a scene, and latch it if that is the part's own.
 
         One that is not final is only latched.
         """
@@ -367,7 +367,7 @@ class KnownPart:
         self.offer_result(scene, message or self.estimate("", scene))
 
     def _latch(self, model: PoseStatistics, scene: DropScene) -> None:
-        """Show a result, numbered above the one before, and have it recorded and stored."""
+        """Show a result under a higher number than the last; record and store it."""
         channel = self.channel
         now = time.monotonic()
         combined = self.counts.combine(model, self._evidence_of_others)
@@ -470,7 +470,7 @@ class KnownPart:
     def _relabelled(
         self, settings: Settings, message: PoseStatistics
     ) -> PoseStatistics:
-        """The same with the present frame and plate; itself if it has them or was counted."""
+        """The same with the present frame and plate, which an observed one has."""
         labels = (message.plate, message.header.frame_id, message.plate_error)
         if message.method == methods.OBSERVED or labels == (
             settings.plate,
@@ -516,7 +516,7 @@ class KnownPart:
         return self.counts.add(message, len(self.latched.message.poses))
 
     def find_flips(self, message: PoseStatistics, speed: str) -> Index:
-        """Flips (K, K) counted at a speed on the ground of a result, or RequestError."""
+        """Flips (K, K) counted at a speed on a result's ground; raises RequestError."""
         with self.lock:
             flips = self.counts.flips_at(message, speed)
             tally = self.counts.tally
@@ -536,14 +536,14 @@ class KnownPart:
     # What of it is in the bag and in the log.
 
     def record(self, topic: str, message: PoseStatistics) -> PoseStatistics:
-        """Record a result before anybody has it; the same, with a warning if that fails."""
+        """Record a result before anybody has it; the same, warning if that fails."""
         self.introduce()
         if self._equipment.recorder.record(topic, serialize_message(message)):
             return message
         return self._equipment.warn_unrecorded(message)
 
     def introduce(self) -> None:
-        """Record the mesh once a bag, and what is latched where that is not recorded yet."""
+        """Record the mesh once a bag, and what is latched if it is not recorded yet."""
         recorder = self._equipment.recorder
         introduced = self.commons.introduced
         if introduced.get((recorder.bag, self.part_id, self.digest)):
@@ -563,7 +563,7 @@ class KnownPart:
                 )
 
     def log_arrival(self) -> None:
-        """Say what has come, so that a wrong unit is seen at once; of a flood not each."""
+        """Log what has come, so that a wrong unit is seen; of a flood not all."""
         floods = self._equipment.refusals.floods
         name = part_requests.shown(self.part_id)
         is_usual_for_it = floods.count(f"meshes of part {name}", MOST_SWAPS)

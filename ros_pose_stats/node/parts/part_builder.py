@@ -1,4 +1,4 @@
-"""Builds parts and outlines: small ones here, what takes long in a process that can be stopped."""
+"""Builds parts and outlines; what takes long, in a process that can be stopped."""
 
 import os
 from array import array
@@ -29,13 +29,10 @@ from ..messages.part_requests import PartRequest, part_of
 
 T = TypeVar("T")
 
-LARGE_TRIANGLES = (
-    5000  # a mesh with more of them may take longer than others should wait
-)
+LARGE_TRIANGLES = 5000  # a mesh with more may take longer than others should wait
 CORNERS = 3  # vertices a triangle where each has its own
-HERE_SECONDS = (
-    0.05  # for looking in the node how the bodies of a mesh lie to each other
-)
+# for looking in the node how the bodies of a mesh lie to each other
+OVERLAP_SECONDS = 0.05
 BUDGET_SECONDS = 60.0  # for one mesh
 NICENESS = 10  # drops and answers come first
 SECONDS_BETWEEN = 5.0  # between lines of how many kernels are compiled
@@ -50,13 +47,13 @@ def is_large(mesh: PartRequest | Part) -> bool:
 
 
 def warm_up(say: Callable[..., object]) -> None:
-    """Have the machine code of every kernel at hand; says if that takes a minute or more."""
+    """Have the machine code of every kernel at hand; says so if that takes a minute."""
 
     def fill() -> None:
         say("compiling kernels, once for all later starts; it takes a minute or two")
         compile_missing(
-            lambda done, total: say(
-                f"{done} of {total} kernels compiled",
+            lambda count, total: say(
+                f"{count} of {total} kernels compiled",
                 throttle_duration_sec=SECONDS_BETWEEN,
             )
         )
@@ -66,8 +63,8 @@ def warm_up(say: Callable[..., object]) -> None:
         prepare_kernels()
 
 
-def prepare() -> None:
-    """Give way to others, and load the kernels; called in a process that is to work for a node."""
+def prepare_process() -> None:
+    """Give way to others, and load the kernels, in a process that works for a node."""
     os.nice(NICENESS)
     all_kernels()
     prepare_kernels()
@@ -87,22 +84,25 @@ class PartWorker(Worker):
     """The process, for one caller after the other."""
 
     def __init__(self, equipment: Equipment) -> None:
-        super().__init__(prepare)
+        super().__init__(prepare_process)
         self._settings = equipment.settings
         self._lanes = equipment.lanes
 
     def call(
         self,
         seconds: float,
-        late: errors.PoseStatsError,
+        refusal: errors.PoseStatsError,
         function: Callable[..., T],
         *arguments: Any,
     ) -> T:
-        """Have a function called there; raises `late`, NotDoneError and what it has raised."""
+        """Have a function called there; raises what it raises, or NotDoneError.
+
+        `refusal` is raised where it takes longer than some seconds.
+        """
         try:
             outcome = self.call_within(seconds, attempt, function, *arguments)
         except TookLongError as error:
-            raise late from error
+            raise refusal from error
         except (ProcessDiedError, errors.BatchError) as error:
             if self.closed:
                 raise refusal_at_end() from error
@@ -116,10 +116,10 @@ class PartWorker(Worker):
         return outcome
 
 
-def _build(
+def build_prepared(
     request: PartRequest | Part, scene: DropScene
 ) -> tuple[Part, dict[Any, Any]]:
-    """A part with all that is prepared on the way to its first estimate and picture."""
+    """A part with what is prepared on the way to its first estimate and picture."""
     part = request if isinstance(request, Part) else part_of(request)
     estimate_in(part, scene, methods.AUTO)
     decimation.visible_triangles(part)  # for its markers
@@ -130,67 +130,70 @@ class PartBuilder(PartWorker):
     """Builds parts, such as take long with their poses for the node's scene."""
 
     def build(self, request: PartRequest) -> Part:
-        """Build a part; raises TakesLongError in the quick lane where it is none for that."""
+        """Build a part; the quick lane has no time for some: raises TakesLongError."""
         if not is_large(request):
             try:
-                with overlap.within(HERE_SECONDS):
+                with overlap.within(OVERLAP_SECONDS):
                     return part_of(request)
             except overlap.TakesLongError:
                 if self._lanes.is_quick():
                     raise
-        part, prepared = self._ask(request, self._settings().scene())
+        part, prepared = self._build_there(request, self._settings().scene())
         part.keep_all(prepared)
         return part
 
     def find_poses(self, part: Part, scene: DropScene) -> None:
         """Have the poses of a large part at hand; raises as `build`."""
         if is_large(part) and not are_found(part, scene):
-            part.keep_all(self._ask(part, scene)[1])
+            part.keep_all(self._build_there(part, scene)[1])
 
-    def _ask(
+    def _build_there(
         self, request: PartRequest | Part, scene: DropScene
     ) -> tuple[Part, dict[Any, Any]]:
-        late = errors.MeshError(
+        refusal = errors.MeshError(
             f"a mesh that is checked within {BUDGET_SECONDS:g} s",
             f"{len(request.triangles)} triangles",
             "decimate it",
         )
-        return self.call(BUDGET_SECONDS, late, _build, request, scene)
+        return self.call(BUDGET_SECONDS, refusal, build_prepared, request, scene)
 
 
-MOST_WORK = (
-    500_000  # triangles in all outlines of an answer, and `OUTLINE` for each: 1 or 2 s
-)
+# triangles in all outlines of an answer, and `OUTLINE` for each: a second or two
+MOST_WORK = 500_000
 OUTLINE = 200  # triangles that take as long as what every outline takes
 OUTLINE_SECONDS = 20.0  # for the outlines of a large part; machines are shared
 
 
 class Outlines(PartWorker):
-    """Works on outlines in a lane, on those of large parts in a process: it locks Python."""
+    """Works on outlines in a lane, on those of large parts in a process.
+
+    In the node itself these would lock Python.
+    """
 
     def begin(
         self, part: Part, result: PoseStatistics, heights: Sequence[float]
     ) -> Future[list[PoseOutline]]:
-        """Have outlines computed in each pose of a result, in its order, at each height."""
-        wrong = next((height for height in heights if not np.isfinite(height)), None)
-        if wrong is not None:
-            raise errors.RequestError(
-                "heights above the plate in metres",
-                f"{wrong}",
-                "a negative one asks for the outline from above",
-            )
+        """Have outlines made in each pose of a result, in its order, at each height."""
+        for height in heights:
+            if not np.isfinite(height):
+                raise errors.RequestError(
+                    "heights above the plate in metres",
+                    f"{height}",
+                    "a negative one asks for the outline from above",
+                )
         triangles = len(part.surface_triangles)
-        wanted = len(result.poses) * len(heights)
-        most = MOST_WORK // (triangles + OUTLINE)
-        if wanted > most:
+        outlines = len(result.poses) * len(heights)
+        most_outlines = MOST_WORK // (triangles + OUTLINE)
+        if outlines > most_outlines:
             raise errors.RequestError(
-                f"at most {most} outlines of {triangles} triangles in an answer",
-                f"{wanted} ({len(result.poses)} poses, {len(heights)} heights)",
+                f"at most {most_outlines} outlines of {triangles} triangles "
+                "in an answer",
+                f"{outlines} ({len(result.poses)} poses, {len(heights)} heights)",
                 "ask for fewer heights at once, or use outline_at of the library",
             )
         return self.put(
             part,
-            f"{wanted} outlines of {triangles} triangles",
+            f"{outlines} outlines of {triangles} triangles",
             outlines_of,
             part,
             {pose.index: pose.pose_id for pose in result.poses},
@@ -200,26 +203,23 @@ class Outlines(PartWorker):
         )
 
     def put(
-        self, part: Part, what: str, function: Callable[..., T], *arguments: Any
+        self, part: Part, task: str, function: Callable[..., T], *arguments: Any
     ) -> Future[T]:
-        """Have a function called that outlines a part; `what` it does, in words."""
-        late = errors.RequestError(
-            f"work on outlines that takes at most {OUTLINE_SECONDS:g} s",
-            what,
-            "ask for less at once, or decimate the mesh",
-        )
-        return self._lanes.put(
-            partial(self.call, OUTLINE_SECONDS, late, function, *arguments)
-            if is_large(part)
-            else partial(function, *arguments),
-            Rank.KNOWN_PART,
-            Lane.OUTLINE,
-        )
+        """Have a function called that outlines a part; `task` says what it does."""
+        work = partial(function, *arguments)
+        if is_large(part):
+            refusal = errors.RequestError(
+                f"work on outlines that takes at most {OUTLINE_SECONDS:g} s",
+                task,
+                "ask for less at once, or decimate the mesh",
+            )
+            work = partial(self.call, OUTLINE_SECONDS, refusal, function, *arguments)
+        return self._lanes.put(work, Rank.KNOWN_PART, Lane.OUTLINE)
 
 
 def outlines_of(
     part: Part,
-    poses: dict[int, str],
+    pose_ids: dict[int, str],
     heights: list[float],
     tolerance: float,
     sides: int,
@@ -227,17 +227,14 @@ def outlines_of(
     """Outlines in each pose, by its index with its pose_id, at each height."""
     outlines = []
     resting = resting_poses(part, tolerance, sides).poses
-    for index, pose_id in poses.items():
+    for index, pose_id in pose_ids.items():
         for height in heights:
+            is_from_above = height < 0.0
             polygons = outline_at(
-                part, resting[index], None if height < 0.0 else height
+                part, resting[index], None if is_from_above else height
             )
             rings = [ring for polygon in polygons for ring in polygon]
-            points = (
-                np.concatenate([ring.ravel() for ring in rings])
-                if rings
-                else np.empty(0)
-            )
+            points = np.concatenate([np.empty(0), *(ring.ravel() for ring in rings)])
             outlines.append(
                 PoseOutline(
                     pose_id=pose_id,

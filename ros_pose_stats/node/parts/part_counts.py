@@ -1,4 +1,4 @@
-"""What cameras counted of a part: each message once, and kept before a result shows it."""
+"""What cameras counted of a part, each message once, stored before it is shown."""
 
 import hashlib
 import json
@@ -38,13 +38,13 @@ CHANCE = 1e-4
 
 
 class Ground(NamedTuple):
-    """What counts must have in common to be added: numbers of the poses, and the plate."""
+    """What counts have in common that are added: numbers of poses, and the plate."""
 
     numbering: Numbering
     plate: str
 
     def goes_on_as(self, other: "Ground", build: Callable[[], Part]) -> bool:
-        """Whether only `round_sides` is new, as of a plate, and poses keep their numbers."""
+        """Whether only `round_sides` is new, and poses keep their numbers."""
         tolerance, sides = self.numbering
         new_sides = other.numbering.round_sides
         if other != Ground(Numbering(tolerance, new_sides), self.plate):
@@ -77,7 +77,7 @@ class Tally:
         self._drift = ""
 
     def add(self, message: PoseCounts) -> int:
-        """Add what a camera counted, of poses that the part has; how many parts that is."""
+        """Add a camera's counts of poses that the part has; how many parts those are."""
         counts = np.zeros_like(self.total)
         for index, count in zip(message.index, message.count, strict=True):
             counts[index] += count
@@ -118,14 +118,14 @@ def describe_drift(earlier: Index, recent: Index) -> str:
     earlier_shares = earlier / earlier.sum()
     index = int(np.abs(recent_shares - earlier_shares).argmax())
     return (
-        f"of the last {recent.sum()} parts {text.percent(recent_shares[index])} % lie in "
-        f"pose {index}, of the {earlier.sum()} before "
+        f"of the last {recent.sum()} parts {text.percent(recent_shares[index])} % lie "
+        f"in pose {index}, of the {earlier.sum()} before "
         f"{text.percent(earlier_shares[index])} % did"
     )
 
 
 class PartCounts:
-    """What was counted of one part, in memory and in the state; its part's lock is held."""
+    """What was counted of a part, in memory and state, used under the part's lock."""
 
     def __init__(
         self,
@@ -230,7 +230,7 @@ class PartCounts:
         return None
 
     def flips_at(self, message: PoseStatistics, speed: str) -> Index:
-        """Flips (K, K) counted at a speed on the ground of a result, or RequestError."""
+        """Flips (K, K) counted at a speed on a result's ground; raises RequestError."""
         tally = self.tally
         flips = {}
         if tally is not None and tally.ground == self._ground_of(message):
@@ -270,8 +270,8 @@ class PartCounts:
     ) -> records.PoseStatistics | None:
         """A result with what was counted in it; None where nothing was that fits it.
 
-        `evidence_of_others`: what the other parts that were counted on a plate say of its
-        error.
+        `evidence_of_others`: what the other parts that were counted on a plate say of
+        its error.
         """
         ground = self._ground_of(message)
         tally = self._tally_on(ground, len(message.poses))

@@ -1,4 +1,4 @@
-"""The parts that the node knows: kept in the state, the least recently used forgotten."""
+"""The parts that the node knows; those that were used least recently are forgotten."""
 
 import itertools
 import threading
@@ -33,9 +33,9 @@ Mesh = tuple[str, bytes]
 
 
 class PartRegistry:
-    """Parts by their names; each is built once.
+    """Parts by their names; each is built once, and stored.
 
-    Its lock guards what it holds; whoever holds it waits for no other lock but of memories.
+    The lock guards what is in the registry; who has it waits for no other lock.
     """
 
     def __init__(self, equipment: Equipment, builder: PartBuilder) -> None:
@@ -66,7 +66,7 @@ class PartRegistry:
     # Parts come.
 
     def restore(self) -> None:
-        """Know the parts of the state again, the last used ones; each is built on demand."""
+        """Know the parts of the state again, to be built on demand."""
         rows = sorted(self._state.rows("parts"), key=lambda row: row[-1])
         for part_id, digest, content, restitution, drop_height, size, use in rows:
             part = self._make_part(
@@ -118,7 +118,7 @@ class PartRegistry:
         return part
 
     def identify(self, request: part_requests.PartRequest) -> tuple[KnownPart, bool]:
-        """The part that a mesh is, and whether it is to be `put`; raises PoseStatsError."""
+        """The part that a mesh is, and whether it is new; raises PoseStatsError."""
         origin: KnownPart | Part | None = self._find_content(request)
         if origin is None:
             origin = self._build(request)
@@ -168,7 +168,7 @@ class PartRegistry:
         return part
 
     def put(self, part: KnownPart, request: part_requests.PartRequest) -> None:
-        """Keep a part in place of its name's last, and of the oldest; raises MeshError."""
+        """Know and store a part in place of its name's last; raises MeshError."""
         part.size = array_bytes(part.geometry, request)
         most_bytes = self._settings().max_part_bytes
         if part.size > most_bytes:
@@ -306,7 +306,7 @@ class PartRegistry:
         return self._state.commit(self._state.put(*changes))
 
     def health_of_counts(self) -> Health:
-        """The line of diagnostics on what cameras counted, and what has changed in it."""
+        """The line about what cameras counted, and what has changed in that."""
         tallies = {}
         for part in self.all():
             if part.counts.tally is not None:

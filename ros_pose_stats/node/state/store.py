@@ -90,7 +90,7 @@ class State:
             return self.put(Change("meshes", part_id, row), *changes)
 
     def commit(self, number: int | None = None) -> bool:
-        """Write a change and all before it, or all so far; whether they are on the disk.
+        """Write a change and all before it, or all; whether they are on the disk.
 
         What comes while another thread writes is written together, by one of those who
         wait.
@@ -248,7 +248,7 @@ class State:
                 previous.close()
 
     def _make_anew(self, old: sqlite3.Connection) -> None:
-        """Write what the deleted file has, which is open still, into one of its name."""
+        """Write what the deleted file has, which is open yet, into one of its name."""
         files.make_directories(self.file.parent)
         self._unlock()  # the lock file may be gone, too
         self._lock = tables.lock_file(self.file, 0.0)

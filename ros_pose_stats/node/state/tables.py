@@ -45,7 +45,7 @@ POLL_SECONDS = 0.05
 # for which another program that looks into the file may hold a commit up
 BUSY_SECONDS = 2.0
 _TROUBLE = ("unable to open", "readonly", "disk i/o", "is full", "is locked")
-"""What SQLite says of a disk that cannot be used now; all else is of the file itself."""
+"""What SQLite says of a disk that cannot be used; all else is of the file itself."""
 
 Row = tuple[Any, ...]
 Convert = Callable[[str, str, bytes], bytes | None]
@@ -135,7 +135,7 @@ def _checksum(row: Row) -> int:
 
 
 def connect(file: Path) -> sqlite3.Connection:
-    """Open a file, or make one; a read-only disk will do for one that was closed well."""
+    """Open a file, or make one; a read-only disk will do if it was closed well."""
     try:
         return _connected(str(file), file)
     except sqlite3.OperationalError as error:
@@ -261,7 +261,7 @@ def files_of_meshes(link: sqlite3.Connection) -> set[str]:
 def update_messages(
     link: sqlite3.Connection, today: Mapping[str, str], convert: Convert
 ) -> None:
-    """Write messages anew whose definitions have changed; what is unreadable now goes."""
+    """Write messages anew whose definitions changed; what is unreadable now goes."""
     fact = look_up(link, "facts", "definitions")
     written = {} if fact is None else json.loads(fact[1])
     if written == today:
