@@ -85,7 +85,5 @@ def square_errors(values: Array, reference: SimulatedPoses) -> Array:
     reference : SimulatedPoses
         Of bodies 0 ... B - 1 at one restitution.
     """
-    away = np.square(values - reference.probability) - reference.noise_variance(
-        unbiased=True
-    )
+    away = np.square(values - reference.probability) - reference.noise_variance()
     return np.bincount(reference.body, away) / np.bincount(reference.body)

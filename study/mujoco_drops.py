@@ -3,14 +3,14 @@
 MuJoCo needs a time step and gets restitution from a soft contact, whose depth takes the place of a
 tolerance. Lengths are in radii, time in sqrt(radius / g), mass 1.
 
-A direct `solref = (-stiffness, -damping)` lets the depth x of a touching vertex obey
+A direct `solref = (-softness.stiffness, -softness.damping)` lets the depth x of a touching vertex obey
 x'' + 2 zeta omega x' + omega² x = 0, whatever the leverage, until the force would pull. With
 zeta = cos(phi), phi being imaginary above zeta = 1, this gives
 
     restitution = exp(-2 phi / tan(phi)),    duration = 2 phi / (omega sin(phi)),
     depth       = speed sqrt(restitution) / omega.
 
-`setting` aims these at the wanted restitution and depth and corrects the aim by what first
+`fit_contact` aims these at the wanted restitution and depth and corrects the aim by what first
 impacts from 20 radii show.
 
 The integrator is `implicitfast`, which in MuJoCo 4.0 loses energy in free rotation (0.6 % to
@@ -23,10 +23,9 @@ from __future__ import annotations
 import cmath
 import math
 import time
-from dataclasses import dataclass
 from importlib import import_module
 from importlib.util import find_spec
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,37 +40,15 @@ IMPACTS = 64
 CORRECTIONS = 4
 
 
-@dataclass(frozen=True)
-class Setting:
-    """A contact and a time step, and their restitution and depth in 64 first impacts.
-
-    Attributes
-    ----------
-    stiffness, damping, step : float
-    steps : int
-        Time steps in a contact.
-    penetration : float
-        Median over the impacts of the greatest depth.
-    restitution : float
-        Median over the impacts of the vertex's speed after by that before.
-    low, high : float
-        10 % and 90 % quantiles of the same.
-    typical : float
-        Median absolute error of restitution.
-    """
+class Contact(NamedTuple):
+    """A contact and the time step that it is computed with."""
 
     stiffness: float
     damping: float
     step: float
-    steps: int
-    penetration: float
-    restitution: float
-    low: float
-    high: float
-    typical: float
 
 
-def contact(restitution: float, depth: float, steps: int) -> tuple[float, float, float]:
+def contact(restitution: float, depth: float, steps: int) -> Contact:
     """Stiffness, damping and time step by the closed forms above, for a fall from 20 radii."""
     low = 0.0
     high = 1e3  # of zeta; restitution falls with it
@@ -83,93 +60,54 @@ def contact(restitution: float, depth: float, steps: int) -> tuple[float, float,
         else:
             high = zeta
     omega = math.sqrt(2.0 * (HEIGHT - 1.0) * restitution) / depth
-    return (
-        omega**2,
-        2.0 * zeta * omega,
-        (2.0 * phi / cmath.sin(phi)).real / omega / steps,
-    )
+    duration = (2.0 * phi / cmath.sin(phi)).real / omega
+    return Contact(omega**2, 2.0 * zeta * omega, duration / steps)
 
 
-def setting(
+def fit_contact(
     plate: Plate, restitution: float, penetration: float, steps: int
-) -> Setting:
-    """Find a contact of so many time steps, correcting the aim by first impacts."""
+) -> Contact:
+    """Find a contact of so many time steps, correcting the aim by first impacts.
+
+    Restitution and penetration, the greatest depth in radii, are medians over the impacts.
+    """
     rng = np.random.default_rng(0)
     turns = random_turns(rng, IMPACTS)
     phases = rng.random(IMPACTS)
     aim = restitution
     depth = penetration
     for _ in range(CORRECTIONS + 1):
-        found = contact(aim, depth, steps)
-        plate.soften(*found)
+        softness = contact(aim, depth, steps)
+        plate.soften(softness)
         impacts = np.array(list(map(plate.first_impact, turns, phases)))
         deepest, ratio = np.median(impacts, axis=0).tolist()
         aim = min(max(aim * restitution / ratio, 0.05), 0.99)
         depth *= penetration / deepest
-    low, high = np.quantile(impacts[:, 1], (0.1, 0.9)).tolist()
-    typical = float(np.median(np.abs(impacts[:, 1] - restitution)))
-    return Setting(*found, steps, deepest, ratio, low, high, typical)
-
-
-@dataclass(frozen=True, eq=False)
-class MujocoRun:
-    """Drops by MuJoCo.
-
-    Attributes
-    ----------
-    drops : int
-    seconds : float
-        Inside `mj_step` only; the model is compiled and the setting chosen before.
-    step, penetration, restitution : float
-        Those of the setting: medians over first impacts.
-    poses : (drops, 3) array
-        Direction that points down at the end, part axes.
-    index : (drops,) array of int
-        Stable pose, as in `resting_poses`, that each drop ended in.
-    steps : int
-        Of all drops.
-    """
-
-    drops: int
-    seconds: float
-    step: float
-    penetration: float
-    restitution: float
-    poses: Array
-    index: NDArray[np.int64]
-    steps: int
+    return softness
 
 
 def drop_in_mujoco(
-    plate: Plate, setting: Setting, drops: int, seed: int, to_rest: bool = False
-) -> MujocoRun:
-    """Drop the part at a given setting."""
-    plate.soften(setting.stiffness, setting.damping, setting.step)
-    levels = plate.rested if to_rest else plate.decided
-    seconds, steps, downs, index = zip(
-        *(
-            plate.drop(turn, levels)
-            for turn in random_turns(np.random.default_rng(seed), drops)
-        ),
-        strict=True,
+    plate: Plate, softness: Contact, drops: int, seed: int
+) -> tuple[float, NDArray[np.int64]]:
+    """Drop the part with a contact.
+
+    Returns
+    -------
+    seconds : float
+        Inside `mj_step` only; the model is compiled and the contact chosen before.
+    index : (drops,) array of int
+        Stable pose, as in `resting_poses`, that each drop ended in.
+    """
+    plate.soften(softness)
+    seconds, index = zip(
+        *map(plate.drop, random_turns(np.random.default_rng(seed), drops)), strict=True
     )
-    return MujocoRun(
-        drops,
-        sum(seconds),
-        setting.step,
-        setting.penetration,
-        setting.restitution,
-        np.array(downs),
-        np.array(index),
-        sum(steps),
-    )
+    return sum(seconds), np.array(index)
 
 
 HEIGHT = 20.0
 CHECK_EVERY = 50
 """Steps between checks of the energy; the checks are not timed."""
-AT_REST = 1e-3
-"""Energy over the stable face's, in m g radius, below which a part rests (some 0.2 degrees)."""
 LONGEST = 2000.0
 """Time after which a drop counts as failed: the step is too long for the contact."""
 
@@ -209,7 +147,6 @@ class Plate:
         stable = found.rank[found.arrays.basin]
         self.pose = groups.pose[stable]
         self.decided = groups.way_out[self.pose]
-        self.rested = np.minimum(self.decided, found.heights[stable] + AT_REST)
         numbers = (
             " ".join(map(repr, values.ravel().tolist()))
             for values in (self.points, self.moment)
@@ -217,11 +154,11 @@ class Plate:
         self.model = self.engine.MjModel.from_xml_string(_XML.format(*numbers))
         self.data = self.engine.MjData(self.model)
 
-    def soften(self, stiffness: float, damping: float, step: float) -> None:
+    def soften(self, softness: Contact) -> None:
         """Set the contact and the time step; an impedance near 1 makes the contact exact."""
-        self.model.geom_solref[:] = -stiffness, -damping
+        self.model.geom_solref[:] = -softness.stiffness, -softness.damping
         self.model.geom_solimp[:] = 0.9999, 0.9999, 0.001, 0.5, 2.0
-        self.model.opt.timestep = step
+        self.model.opt.timestep = softness.step
 
     def place(self, turn: Array, height: float, speed: float) -> Array:
         """Put the part at a height, falling without turning; return the vertices' heights."""
@@ -258,10 +195,10 @@ class Plate:
         turning = np.cross(self.data.qvel[3:], self.points[vertex]) @ self.up()
         return float(depth), float((self.data.qvel[2] + turning) / speed)
 
-    def drop(self, turn: Array, levels: Array) -> tuple[float, int, Array, int]:
-        """Drop until the energy is below the level of the face that the part is heading for.
+    def drop(self, turn: Array) -> tuple[float, int]:
+        """Drop until the energy is too low for a way out of the pose; seconds and pose.
 
-        `levels` (F,) belong to the faces. Returns seconds, steps, final down and pose. While
+        While
         vertices are pressed in, the energy in up to three springs counts. A spin about the
         vertical does not: it should be zero, but grows with MuJoCo's errors and never ends.
         """
@@ -292,13 +229,8 @@ class Plate:
                 + 0.5 * self.moment @ velocity[3:] ** 2
                 - 0.5 * spin**2 / (self.moment @ down**2)
             )
-            if energy < levels[face]:
-                return (
-                    seconds,
-                    chunks * CHECK_EVERY,
-                    self.axes @ down,
-                    int(self.pose[face]),
-                )
+            if energy < self.decided[face]:
+                return seconds, int(self.pose[face])
         raise RuntimeError(
             f"a drop was still going on after {LONGEST:g} sqrt(radius / g)"
         )

@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from lab.bodies.families import family_options, family_part
 from lab.bodies.rocking import ROCKING
 from lab.frame.results import Row, Section, Target
-from ros_pose_stats import Part, PoseStatistics, auto, estimate, simulate
+from ros_pose_stats import Part, auto, estimate, simulate
 
+from .auto.cases import by_index
 from .program import benchmark_parser, run_benchmark
 
 Array = NDArray[np.float64]
@@ -70,17 +71,6 @@ class Case(NamedTuple):
     told: float
     largest: bool
     kept: tuple[bool, ...]
-
-
-def by_index(found: PoseStatistics, name: str) -> Array:
-    """A value of the poses (P,) by `index`."""
-    return np.array(
-        [
-            getattr(pose, name)
-            for pose in sorted(found.poses, key=lambda pose: pose.index)
-        ],
-        float,
-    )
 
 
 def judged(part: Part, restitution: float, options: dict[str, Any]) -> Case:

@@ -17,7 +17,7 @@ from ros_pose_stats.core.resting.poses import RestingPoses
 from ..errors.partition import accuracy
 from ..errors.simulated_poses import SimulatedPoses, pooled
 from ..figures.speed_accuracy import ChartPoint
-from ..mujoco_drops import Plate, available, drop_in_mujoco, setting
+from ..mujoco_drops import Plate, available, drop_in_mujoco, fit_contact
 from .bodies import Size
 from .methods import point, timed
 
@@ -98,16 +98,13 @@ def _mujoco_shares(size: Size, bodies: int) -> tuple[float, dict[int, Array]]:
     for restitution in size.simulated:
         for number, mesh in enumerate(size.meshes[:bodies]):
             plate = Plate(mesh.part(), 0.0)
-            found = drop_in_mujoco(
-                plate,
-                setting(plate, restitution, MUJOCO_DEPTH, MUJOCO_STEPS),
-                max(MUJOCO_DROPS),
-                number,
-            )
-            seconds.append(found.seconds / found.drops)
+            most = max(MUJOCO_DROPS)
+            contact = fit_contact(plate, restitution, MUJOCO_DEPTH, MUJOCO_STEPS)
+            duration, index = drop_in_mujoco(plate, contact, most, number)
+            seconds.append(duration / most)
             for drops, shares_of in shares.items():
                 seen = np.bincount(
-                    found.index[:drops], minlength=len(size.known[number].poses)
+                    index[:drops], minlength=len(size.known[number].poses)
                 )
                 shares_of.append(seen / drops)
     return median(seconds), {

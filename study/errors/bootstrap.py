@@ -9,8 +9,6 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ros_pose_stats.base.errors import RequestError
-
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
@@ -28,8 +26,6 @@ def body_bootstrap(
     body: ArrayLike,
     terms: ArrayLike,
     statistic: Callable[[Array], Array],
-    resamples: int = RESAMPLES,
-    seed: int = 0,
 ) -> Array:
     """Values of a statistic on resamples of the bodies, drawn with replacement.
 
@@ -48,71 +44,44 @@ def body_bootstrap(
         resamples: where the statistic divides by it, one of the terms must be 1.
     statistic : callable
         Given the sums (k, R) of R resamples, gives their R values.
-    resamples : int
-        From 2 up.
-    seed : int
-        From 0 up. The same seed draws the same bodies for a given version of numpy, whatever
-        the order of the values.
 
     Returns
     -------
-    (resamples,) array
-
-    Raises
-    ------
-    RequestError
-        If there are no values, not as many bodies as terms, or a number is out of its range.
+    (RESAMPLES,) array
+        The same bodies are drawn for a given version of numpy, whatever the order of the
+        values.
     """
     sums = _body_sums(np.asarray(body), np.asarray(terms, dtype=np.float64))
-    if resamples < 2 or seed < 0:
-        raise RequestError(
-            "2 resamples at least and a seed from 0 up",
-            f"{resamples} and {seed}",
-            "1000 resamples give an error to 2 %",
-        )
-    few = resamples * len(sums) <= _KEPT_CELLS
-    weights = _kept_weights if few else _all_weights
+    is_small = RESAMPLES * len(sums) <= _KEPT_CELLS
+    weights = _kept_weights if is_small else _all_weights
     return np.concatenate(
-        [statistic((some @ sums).T) for some in weights(len(sums), resamples, seed)]
+        [statistic((weight @ sums).T) for weight in weights(len(sums))]
     )
 
 
 def _body_sums(body: NDArray[np.generic], terms: Array) -> Array:
     """Sums (bodies, k) of the terms of each body."""
-    if (
-        body.ndim != 1
-        or body.dtype.kind not in "iu"
-        or terms.ndim != 2
-        or not body.size
-        or len(body) != len(terms)
-        or not np.isfinite(terms).all()
-    ):
-        raise RequestError(
-            "finite terms (N, k) and the number of the body of each, N from 1 up",
-            f"{terms.shape} of {body.shape} bodies of {body.dtype}",
-            "give one row of terms a value",
-        )
     row = np.unique(body, return_inverse=True)[1]
     return np.stack([np.bincount(row, weights=column) for column in terms.T], axis=1)
 
 
-def _all_weights(bodies: int, resamples: int, seed: int) -> Iterator[Array]:
+def _all_weights(bodies: int) -> Iterator[Array]:
     """Weights of all resamples, a bounded number at a time."""
-    generator = np.random.default_rng(seed)
+    generator = np.random.default_rng(0)
     step = max(1, _CELLS // bodies)
-    for done in range(0, resamples, step):
-        yield _weights(generator, min(step, resamples - done), bodies)
+    for first in range(0, RESAMPLES, step):
+        yield _weights(generator, min(step, RESAMPLES - first), bodies)
 
 
 @lru_cache(maxsize=1)
-def _kept_weights(bodies: int, resamples: int, seed: int) -> tuple[Array, ...]:
+def _kept_weights(bodies: int) -> tuple[Array, ...]:
     """The same weights, remembered, since a table asks for them many times."""
-    return tuple(_all_weights(bodies, resamples, seed))
+    return tuple(_all_weights(bodies))
 
 
 def _weights(generator: np.random.Generator, resamples: int, bodies: int) -> Array:
     """How often each body is in each resample (resamples, bodies): multinomial."""
-    drawn: Index = generator.integers(bodies, size=(resamples, bodies))
-    drawn += bodies * np.arange(resamples)[:, None]
-    counts = np.bincount(drawn.ravel(), minlength=resamples * bodies)
+    choice: Index = generator.integers(bodies, size=(resamples, bodies))
+    choice += bodies * np.arange(resamples)[:, None]
+    counts = np.bincount(choice.ravel(), minlength=resamples * bodies)
     return counts.reshape(resamples, bodies).astype(np.float64)

@@ -17,7 +17,7 @@ from ros_pose_stats.core.statistics.errors import (
     jeffreys_interval,
 )
 
-from .bootstrap import RESAMPLES, body_bootstrap
+from .bootstrap import body_bootstrap
 from .simulated_poses import SimulatedPoses
 
 Array = NDArray[np.float64]
@@ -70,9 +70,6 @@ def calibration(
     first: SimulatedPoses,
     second: SimulatedPoses,
     level: float = DEFAULT_LEVEL,
-    *,
-    resamples: int = RESAMPLES,
-    seed: int = 0,
 ) -> Calibration:
     """Test `standard_errors` and `jeffreys_interval` of a run on an independent second one.
 
@@ -84,8 +81,6 @@ def calibration(
         The first may be small, the second should be larger.
     level : float
         Of the interval; 0 < level < 1.
-    resamples, seed : int
-        Of `body_bootstrap`.
 
     Raises
     ------
@@ -106,10 +101,7 @@ def calibration(
     )
     foreseen = means_of_equal_chances(first, second, poses, level)
     terms = np.stack([*pair, np.ones_like(pair[0])], axis=1)
-    drawn = [
-        body_bootstrap(first.body, terms, one, resamples, seed)
-        for one in (_z_rms, _share)
-    ]
+    drawn = [body_bootstrap(first.body, terms, one) for one in (_z_rms, _share)]
     known = 1.0 if np.ptp(first.body) else math.nan
     seen = first.count + second.count
     return Calibration(

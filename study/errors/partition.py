@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ros_pose_stats.base.errors import RequestError
 
-from .bootstrap import RESAMPLES, body_bootstrap
+from .bootstrap import body_bootstrap
 from .simulated_poses import SimulatedPoses
 
 Array = NDArray[np.float64]
@@ -65,10 +65,6 @@ class Accuracy:
 def accuracy(
     estimate: ArrayLike,
     simulated: SimulatedPoses,
-    *,
-    unbiased: bool = True,
-    resamples: int = RESAMPLES,
-    seed: int = 0,
 ) -> Accuracy:
     """Error of an estimator, sigma(e, p), from its deviation from noisy simulations.
 
@@ -82,10 +78,6 @@ def accuracy(
         e, the estimator's probabilities as fractions, in the order of `simulated`; finite.
     simulated : SimulatedPoses
         Pool the restitutions for the paper's figures.
-    unbiased : bool
-        Whether the noise is s (1 - s) / (n - 1), or the paper's s (1 - s) / n.
-    resamples, seed : int
-        Of `body_bootstrap`.
 
     Raises
     ------
@@ -102,19 +94,13 @@ def accuracy(
     return _partition(
         simulated,
         values - simulated.probability,
-        simulated.noise_variance(unbiased=unbiased),
-        resamples,
-        seed,
+        simulated.noise_variance(),
     )
 
 
 def sensitivity(
-    one: SimulatedPoses,
-    other: SimulatedPoses,
-    *,
-    unbiased: bool = True,
-    resamples: int = RESAMPLES,
-    seed: int = 0,
+    first: SimulatedPoses,
+    second: SimulatedPoses,
 ) -> Accuracy:
     """Deviation of two exact sets, sigma(p_a, p_b), from a simulation of each.
 
@@ -124,41 +110,36 @@ def sensitivity(
 
     Parameters
     ----------
-    one, other : SimulatedPoses
+    first, second : SimulatedPoses
         Of the same poses in the same order, from drops that are independent of each other:
         equal starts in both would tie their noises, and too much would be taken off.
-    unbiased, resamples, seed
-        As for `accuracy`.
 
     Raises
     ------
     RequestError
         If the bodies differ, or a value has too few drops for its noise.
     """
-    if not np.array_equal(one.body, other.body):
+    if not np.array_equal(first.body, second.body):
         raise RequestError(
             "two simulations of the same poses in the same order",
-            f"{one.body.size} and {other.body.size} values of unlike bodies",
+            f"{first.body.size} and {second.body.size} values of unlike bodies",
             "number the bodies of both alike",
         )
-    noise = one.noise_variance(unbiased=unbiased) + other.noise_variance(
-        unbiased=unbiased
+    return _partition(
+        first,
+        first.probability - second.probability,
+        first.noise_variance() + second.noise_variance(),
     )
-    return _partition(one, one.probability - other.probability, noise, resamples, seed)
 
 
 def _partition(
     simulated: SimulatedPoses,
     difference: Array,
     noise: Array,
-    resamples: int,
-    seed: int,
 ) -> Accuracy:
     terms = np.stack([np.square(difference), noise, np.ones_like(noise)], axis=1)
     spread = np.sqrt(
-        np.maximum(
-            body_bootstrap(simulated.body, terms, _error_variance, resamples, seed), 0.0
-        )
+        np.maximum(body_bootstrap(simulated.body, terms, _error_variance), 0.0)
     )
     low, high = np.quantile(
         spread, [0.5 - INTERVAL_LEVEL / 2.0, 0.5 + INTERVAL_LEVEL / 2.0]
@@ -215,7 +196,7 @@ def noise_of(simulated: SimulatedPoses, drops: int) -> Noise:
         n.
     """
     # noise_variance is s (1 - s) / (m - 1) for the m drops there are: p (1 - p) / m unbiased.
-    variance = simulated.noise_variance(unbiased=True) * simulated.settled / drops
+    variance = simulated.noise_variance() * simulated.settled / drops
     terms = np.column_stack((variance, np.ones_like(variance)))
     spread = np.sqrt(
         body_bootstrap(simulated.body, terms, lambda sums: sums[0] / sums[1])

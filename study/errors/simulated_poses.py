@@ -61,15 +61,12 @@ class SimulatedPoses:
         """Simulated probabilities s = count / settled (N,), fractions from 0 to 1."""
         return np.asarray(self.count / self.settled)
 
-    def noise_variance(self, *, unbiased: bool = True) -> Array:
+    def noise_variance(self) -> Array:
         """Estimate of each value's variance due to the finite number n of drops.
 
-        Parameters
-        ----------
-        unbiased : bool
-            s (1 - s) / (n - 1), whose mean is the variance p (1 - p) / n of independent drops;
-            else the paper's s (1 - s) / n (Eq. 3 with s in place of p), whose mean is smaller
-            by the factor (n - 1) / n.
+        It is s (1 - s) / (n - 1), whose mean is the variance p (1 - p) / n of independent
+        drops; that of the paper's s (1 - s) / n (Eq. 3 with s in place of p) is smaller by the
+        factor (n - 1) / n.
 
         Returns
         -------
@@ -79,14 +76,14 @@ class SimulatedPoses:
         Raises
         ------
         RequestError
-            If `unbiased` and a value has a single settled drop.
+            If a value has a single settled drop.
         """
         s = self.probability
-        if unbiased and self.settled.min() < 2:
+        if self.settled.min() < 2:
             raise RequestError(
                 "2 settled drops at least", "1", "drop each body more often"
             )
-        return np.asarray(s * (1.0 - s) / (self.settled - int(unbiased)))
+        return np.asarray(s * (1.0 - s) / (self.settled - 1))
 
 
 def pooled(parts: Sequence[SimulatedPoses]) -> SimulatedPoses:

@@ -12,7 +12,6 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from numpy.typing import ArrayLike, NDArray
 
-from ros_pose_stats.base.errors import RequestError
 from ros_pose_stats.tools.plots.figures import BLUE, INK, REFERENCE, new_figure
 
 Array = NDArray[np.float64]
@@ -59,15 +58,10 @@ def estimators_figure(panels: Sequence[Panel], drops: int) -> Figure:
     -------
     Figure
         The same square axes in every panel.
-
-    Raises
-    ------
-    RequestError
-        No panel, an empty one, unequal lengths, or a value that is no probability.
     """
-    if not panels:
-        raise RequestError("at least one panel", "none", "give one an estimator")
-    dots = [paired(panel.estimated, panel.simulated, panel.title) for panel in panels]
+    dots = [
+        (np.asarray(panel.estimated), np.asarray(panel.simulated)) for panel in panels
+    ]
     end = axis_end(*(values for pair in dots for values in pair))
     columns = min(COLUMNS, len(panels))
     rows = -(-len(panels) // columns)
@@ -144,13 +138,9 @@ def noise_figure(
     -------
     Figure
         One dot a stable pose, square axes, the diagonal; the noise in the title, percent.
-
-    Raises
-    ------
-    RequestError
-        Nothing to draw, unequal lengths, or a value that is no probability.
     """
-    across, up = paired(simulated, drawn, "the noise")
+    across = np.asarray(simulated)
+    up = np.asarray(drawn)
     figure = new_figure(6.0, 6.2, dpi=160, layout="constrained")
     axes = figure.add_subplot()
     draw_dots(axes, across, up, axis_end(across, up), size=3.0)
@@ -170,43 +160,6 @@ STRONGEST = 0.8
 
 OPAQUE_IN_ALL = 2000.0
 """Sum of the opacities of all dots, from which the opacity of one follows, within its bounds."""
-
-ROUNDING = 1e-9
-"""Rounding by which a probability may lie beyond 0 and 1."""
-
-
-def paired(across: ArrayLike, up: ArrayLike, what: str) -> tuple[Array, Array]:
-    """Probabilities in pairs, checked.
-
-    Parameters
-    ----------
-    across, up : (N,) array
-        Probabilities, 0 to 1.
-    what : str
-        Named in a refusal.
-
-    Raises
-    ------
-    RequestError
-        Nothing to draw, unequal lengths, or a value that is no probability.
-    """
-    pair = np.asarray(across, dtype=np.float64), np.asarray(up, dtype=np.float64)
-    shapes = [values.shape for values in pair]
-    if shapes[0] != shapes[1] or pair[0].ndim != 1 or not pair[0].size:
-        raise RequestError(
-            f"two equally long rows of probabilities for {what}",
-            f"shapes {shapes[0]} and {shapes[1]}",
-            "give one value of each a stable pose, at least one",
-        )
-    for values in pair:
-        bad = ~((values >= -ROUNDING) & (values <= 1.0 + ROUNDING))
-        if bad.any():
-            raise RequestError(
-                f"probabilities from 0 to 1 for {what}",
-                f"{values[bad][0]} at place {int(np.argmax(bad))}",
-                "leave such poses out of both rows",
-            )
-    return pair
 
 
 def axis_end(*rows: Array) -> float:

@@ -12,7 +12,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
-from ros_pose_stats.base.errors import RequestError
 from ros_pose_stats.tools.plots.figures import (
     BLUE,
     INK,
@@ -104,25 +103,10 @@ def walk_figure(
     -------
     Figure
         A cross where a curve jumps; probabilities in percent, from 0 to what is needed.
-
-    Raises
-    ------
-    RequestError
-        No panel, or values of unequal number.
     """
     where = np.asarray(parameter, dtype=np.float64)
     points = np.asarray(simulated, dtype=np.float64)
     curves = [curve for panel in panels for curve in (*panel.behind, *panel.curves)]
-    if (
-        not curves
-        or points.shape != (3, where.size)
-        or any(np.shape(curve.values) != where.shape for curve in curves)
-    ):
-        raise RequestError(
-            f"panels of curves of {where.size} values, and (3, {where.size})",
-            f"{len(curves)} curves, and {points.shape}",
-            "give every method at every value",
-        )
     figure = new_figure(6.2 * len(panels), 5.2, layout="constrained")
     every = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
     top = max(
@@ -254,14 +238,7 @@ def reliability_figure(panels: Sequence[tuple[str, ArrayLike]]) -> Figure:
     -------
     Figure
         In percentage points; the diagonal is where both are the same.
-
-    Raises
-    ------
-    RequestError
-        No panel.
     """
-    if not panels:
-        raise RequestError("at least one panel", "none", "give one a method")
     columns = min(COLUMNS, len(panels))
     rows = -(-len(panels) // columns)
     figure = new_figure(2.7 * columns + 0.5, 2.8 * rows + 0.9, layout="constrained")

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from lab.frame.results import Row, Section, Target
 from ros_pose_stats import auto
 
-from .cases import Case, probabilities
+from .cases import Case, by_index
 
 TARGETS = (0.05, 0.03, 0.02, 0.01)
 KEPT = 0.9
@@ -29,7 +29,7 @@ TIMED = (
     "from a new `Part` on, poses and all, mean over one case in {}."
 )
 
-FAMILIES = (
+BY_FAMILY = (
     "Share of the same cases of each family whose true error is within the target, in %. `error`: "
     "standard error of a share of 90 % of so many cases. Not times."
 )
@@ -84,7 +84,7 @@ def _auto(case: Case, target: float) -> Answer:
         **case.options,
     )
     seconds = time.process_time() - begin
-    square = case.square_error(probabilities(statistics))
+    square = case.square_error(by_index(statistics, "probability"))
     return Answer(square <= target**2, statistics.method, seconds)
 
 
@@ -125,4 +125,4 @@ def _families(cases: Sequence[Case], kept: NDArray[np.bool_]) -> Section:
                 },
             )
         )
-    return Section("auto_families", "Targets kept by family", FAMILIES, tuple(rows))
+    return Section("auto_families", "Targets kept by family", BY_FAMILY, tuple(rows))

@@ -18,7 +18,6 @@ from .points import (
     KINDS,
     ChartPanel,
     ChartPoint,
-    check_panels,
     key_label,
     series_of,
     stair,
@@ -67,14 +66,7 @@ def speed_accuracy_figure(
     Figure
         Logarithmic axes, the same in all panels: time, and percentage points. Every point is
         named; a stair runs along those that no other beats in both.
-
-    Raises
-    ------
-    RequestError
-        No panel, an empty one, an unknown kind, an estimator in a series, a time or an error
-        that is not finite and above 0, or bounds that are not finite and in order.
     """
-    check_panels(panels)
     height = HEAD + PANEL * len(panels) - GAP + FOOT
     figure = new_figure(WIDTH, height, dpi=160)
     figure.subplots_adjust(

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.base.errors import RequestError
 from ros_pose_stats.base.methods import METHODS
 from ros_pose_stats.base.text import listed
 from ros_pose_stats.core.statistics.fitted_prior import FITTED_METHOD
@@ -105,28 +103,6 @@ def key_label(kind: str, points: Sequence[ChartPoint]) -> str:
     return f"{listed(titles)} {KINDS[kind].label}{'s' if len(titles) > 1 else ''}"
 
 
-def check_panels(panels: Sequence[ChartPanel]) -> None:
-    """Refuse what cannot be drawn on the axes.
-
-    Raises
-    ------
-    RequestError
-        No panel, an empty one, an unknown kind, an estimator in a series, a time or an error
-        that is not finite and above 0, or bounds that are not finite and in order.
-    """
-    if not panels:
-        raise RequestError("at least one panel", "none", "give one a size of part")
-    for panel in panels:
-        if not panel.points:
-            raise RequestError(
-                f"at least one point in the panel {panel.title!r}",
-                "none",
-                "leave the panel out",
-            )
-        for point in panel.points:
-            _check_point(point, f"{point.name!r} in the panel {panel.title!r}")
-
-
 def series_of(points: Sequence[ChartPoint]) -> list[tuple[str, list[ChartPoint]]]:
     """Names of the series with their points, the fastest first."""
     names = dict.fromkeys(point.series for point in points if point.series is not None)
@@ -140,35 +116,6 @@ def series_of(points: Sequence[ChartPoint]) -> list[tuple[str, list[ChartPoint]]
         )
         for name in names
     ]
-
-
-def _check_point(point: ChartPoint, where: str) -> None:
-    if point.kind not in KINDS or (
-        point.kind in ESTIMATORS and point.series is not None
-    ):
-        raise RequestError(
-            f"one of {', '.join(KINDS)} for {where}, estimators without a series",
-            f"{point.kind!r} in the series {point.series!r}",
-            "correct it",
-        )
-    for value, what in (
-        (point.seconds, "a time in seconds"),
-        (point.error, "an error"),
-    ):
-        if not (math.isfinite(value) and value > 0.0):
-            raise RequestError(
-                f"{what} above 0 for {where}", f"{value}", "leave the point out"
-            )
-    if not (
-        math.isfinite(point.low)
-        and math.isfinite(point.high)
-        and point.low <= point.high
-    ):
-        raise RequestError(
-            f"finite bounds in order for {where}",
-            f"{point.low} and {point.high}",
-            "give the error twice where there are no bounds",
-        )
 
 
 def pareto_front(points: Sequence[ChartPoint]) -> list[int]:
