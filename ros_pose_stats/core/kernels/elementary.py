@@ -16,7 +16,7 @@ import numpy as np
 from .array_types import Array, Fixed1
 from .compilation import entry_kernel, kernel
 
-_QUARTERS = 2.0 / math.pi
+_QUARTERS_PER_RADIAN = 2.0 / math.pi
 # pi / 2 in three parts. Two have 33 bits, so that up to 2^20 quarter turns times them are exact.
 _QUARTER_HIGH = 1.5707963267341256
 _QUARTER_MIDDLE = 6.077100506303966e-11
@@ -43,7 +43,7 @@ _EXPONENT_MOST = 709.0
 @kernel
 def sine_cosine(x: float) -> tuple[float, float]:
     """Sine and cosine of a finite angle in radians."""
-    turns = math.floor(x * _QUARTERS + 0.5)
+    turns = math.floor(x * _QUARTERS_PER_RADIAN + 0.5)
     r = ((x - turns * _QUARTER_HIGH) - turns * _QUARTER_MIDDLE) - turns * _QUARTER_LOW
     q = r * r
     sine = r - r * (

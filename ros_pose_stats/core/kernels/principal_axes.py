@@ -10,7 +10,7 @@ import numpy as np
 
 from .array_types import Array, Fixed2
 from .compilation import entry_kernel, kernel
-from .vectors import dot, point_at, turned
+from .vectors import dot, point_at, transform
 
 _SWEEPS = 12
 """Convergence is quadratic: five sweeps do for any tensor of doubles."""
@@ -28,7 +28,7 @@ def is_kept(tensor: Fixed2, rotation: Fixed2, tolerance: float) -> bool:
     for i in range(3):
         row = point_at(rotation, i)
         for j in range(3):
-            there = turned(tensor, point_at(rotation, j))
+            there = transform(tensor, point_at(rotation, j))
             if abs(dot(row, there) - tensor[i, j]) > most:
                 return False
     return True
@@ -49,7 +49,7 @@ def principal_axes(tensor: Fixed2) -> tuple[Array, Array]:
         for p, q, other in _PAIRS:
             _annihilate(a, axes, p, q, other)
     moment = np.array([a[0, 0], a[1, 1], a[2, 2]])
-    _put_in_order(moment, axes)
+    _order_axes(moment, axes)
     return moment, axes
 
 
@@ -80,7 +80,7 @@ def _annihilate(a: Array, axes: Array, p: int, q: int, other: int) -> None:
 
 
 @kernel
-def _put_in_order(moment: Array, axes: Array) -> None:
+def _order_axes(moment: Array, axes: Array) -> None:
     """Sort by rising moment, equal ones as they stand; then lengths and signs of the axes."""
     for i, j in ((0, 1), (1, 2), (0, 1)):
         if moment[i] > moment[j]:

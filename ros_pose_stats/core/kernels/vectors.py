@@ -66,37 +66,37 @@ def write_row(table: Array, row: int, first: int, a: Vec3) -> None:
 
 
 @inlined
-def plus(a: Vec3, b: Vec3) -> Vec3:
+def add(a: Vec3, b: Vec3) -> Vec3:
     """Sum."""
     return Vec3(a.x + b.x, a.y + b.y, a.z + b.z)
 
 
 @inlined
-def minus(a: Vec3, b: Vec3) -> Vec3:
+def subtract(a: Vec3, b: Vec3) -> Vec3:
     """Difference."""
     return Vec3(a.x - b.x, a.y - b.y, a.z - b.z)
 
 
 @inlined
-def scaled(a: Vec3, factor: float) -> Vec3:
+def scale(a: Vec3, factor: float) -> Vec3:
     """Product with a number."""
     return Vec3(a.x * factor, a.y * factor, a.z * factor)
 
 
 @inlined
-def divided(a: Vec3, divisor: float) -> Vec3:
+def divide(a: Vec3, divisor: float) -> Vec3:
     """Quotient by a number."""
     return Vec3(a.x / divisor, a.y / divisor, a.z / divisor)
 
 
 @inlined
-def times(a: Vec3, b: Vec3) -> Vec3:
+def products(a: Vec3, b: Vec3) -> Vec3:
     """Product component by component, as of principal moments and an angular velocity."""
     return Vec3(a.x * b.x, a.y * b.y, a.z * b.z)
 
 
 @inlined
-def over(a: Vec3, b: Vec3) -> Vec3:
+def quotients(a: Vec3, b: Vec3) -> Vec3:
     """Quotient component by component, as of an angular momentum and principal moments."""
     return Vec3(a.x / b.x, a.y / b.y, a.z / b.z)
 
@@ -126,7 +126,7 @@ def length(a: Vec3) -> float:
 
 
 @inlined
-def turned(matrix: Array, a: Vec3) -> Vec3:
+def transform(matrix: Array, a: Vec3) -> Vec3:
     """Product of a matrix (3, 3) and a vector."""
     return Vec3(
         dot(point_at(matrix, 0), a),
@@ -158,7 +158,7 @@ def inverse_of(matrix: Array) -> Array:
 @inlined
 def area_vector(p: Vec3, q: Vec3, r: Vec3) -> Vec3:
     """Area of a triangle along its normal: half the vector product of two sides."""
-    return scaled(cross(minus(q, p), minus(r, p)), 0.5)
+    return scale(cross(subtract(q, p), subtract(r, p)), 0.5)
 
 
 @inlined

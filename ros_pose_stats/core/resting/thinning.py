@@ -80,13 +80,13 @@ def _corners_of_flats(
     Few directions have such a corner farthest out, and without it the face would be another one.
     """
     longest = np.maximum.reduceat(arrays.start + arrays.stop, arrays.face_start[:-1])
-    edge = points[arrays.corner[arrays.follow]] - points[arrays.corner]
+    edge = points[arrays.corner[arrays.next_side]] - points[arrays.corner]
     edge /= lengths(edge)[:, None]
-    turns = lengths(edge[arrays.follow] - edge) > SHARP * step
+    turns = lengths(edge[arrays.next_side] - edge) > SHARP * step
     found = np.zeros(len(points), dtype=np.bool_)
     found[
         arrays.corner[
-            arrays.follow[turns & (arrays.area > step * longest)[arrays.face]]
+            arrays.next_side[turns & (arrays.area > step * longest)[arrays.face]]
         ]
     ] = True
     return found

@@ -247,5 +247,5 @@ def _contact(body: drop_body.PreparedBody, row: Array) -> Array:
         end = np.array([arrays.x[second], arrays.y[second], arrays.z[second]])
         edge = end - contact[at.CORNER : at.CORNER + 3]
         contact[at.LENGTH] = lengths(edge[None])[0]
-        contact[at.ALONG : at.ALONG + 3] = edge / contact[at.LENGTH]
+        contact[at.DIRECTION : at.DIRECTION + 3] = edge / contact[at.LENGTH]
     return contact

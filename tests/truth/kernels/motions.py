@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ros_pose_stats.core.kernels.drops.evolve import advance
+from ros_pose_stats.core.kernels.drops.evolve import advance_state
 from ros_pose_stats.core.kernels.drops.free_rotation import rotate_freely
 from ros_pose_stats.core.kernels.drops.layout import (
     COLUMNS,
@@ -26,7 +26,7 @@ from ros_pose_stats.core.kernels.drops.layout import (
 )
 from ros_pose_stats.core.kernels.drops.series import (
     free_series,
-    shorten,
+    shorten_series,
     sliding_series,
 )
 
@@ -103,8 +103,8 @@ def fly(state, moment, time):
     while time > 1e-15:
         step = min(1.0 / np.linalg.norm(state[W:]), time)
         last = free_series(state, moment, step, TRUNCATION, series)
-        step *= shorten(series, last, TRUNCATION)
-        advance(state, series, np.zeros(CONTACT), FLIGHT, last, step, 1.0)
+        step *= shorten_series(series, last, TRUNCATION)
+        advance_state(state, series, np.zeros(CONTACT), FLIGHT, last, step, 1.0)
         time -= step
     return state
 
@@ -125,9 +125,9 @@ def slide(state, moment, contact, vertices, step):
     last = sliding_series(
         state, moment, contact, vertices == 2, step, TRUNCATION, series
     )
-    step *= shorten(series, last, TRUNCATION)
+    step *= shorten_series(series, last, TRUNCATION)
     state = state.copy()
-    advance(state, series, contact, vertices, last, step, 1.0)
+    advance_state(state, series, contact, vertices, last, step, 1.0)
     return Slid(state, step, series[: last + 1])
 
 

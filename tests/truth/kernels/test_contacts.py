@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ros_pose_stats.core.kernels.drops.impacts import strike, vertex_velocity
+from ros_pose_stats.core.kernels.drops.impacts import strike_vertex, vertex_velocity
 from ros_pose_stats.core.kernels.vectors import Vec3
 
 from .motions import (
@@ -164,7 +164,7 @@ def test_an_impact_takes_its_share_of_the_energy_of_the_approach(name, restituti
         before = energy_of(state, moment)
         arm = np.cross(r, state[P : P + 3])
         assert speed == pytest.approx(state[V] + state[W:] @ arm, abs=1e-14)
-        strike(state, moment, Vec3(*r), speed, restitution)
+        strike_vertex(state, moment, Vec3(*r), speed, restitution)
         lost = (1.0 - restitution**2) / 2.0 * speed**2 / (1.0 + arm @ (arm / moment))
         assert before - energy_of(state, moment) == pytest.approx(
             lost, abs=CONSERVED * max(1.0, before)
@@ -180,5 +180,5 @@ def test_an_impact_keeps_the_momentum_of_a_thin_rod_normal():
     for seed in range(50):
         state, r = falling(moment, seed)
         r[1:] *= 1e-6  # on the rod
-        strike(state, moment, Vec3(*r), vertex_velocity(state, Vec3(*r)), 0.5)
+        strike_vertex(state, moment, Vec3(*r), vertex_velocity(state, Vec3(*r)), 0.5)
         assert off_invariants(state, moment) < CONSERVED

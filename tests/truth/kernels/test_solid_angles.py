@@ -106,7 +106,7 @@ def test_products_of_vectors_are_numpys():
     matrix = np.random.default_rng(4).standard_normal((3, 3))
     assert vectors.cross(Vec3(*a), Vec3(*b)) == pytest.approx(np.cross(a, b), rel=1e-14)
     assert vectors.dot(Vec3(*a), Vec3(*b)) == pytest.approx(a @ b, rel=1e-14)
-    assert vectors.turned(matrix, Vec3(*a)) == pytest.approx(matrix @ a, rel=1e-14)
+    assert vectors.transform(matrix, Vec3(*a)) == pytest.approx(matrix @ a, rel=1e-14)
     assert vectors.inverse_of(matrix) @ matrix == pytest.approx(np.eye(3), abs=1e-13)
     assert vectors.area_vector(
         Vec3(1.0, 1.0, 5.0), Vec3(3.0, 1.0, 5.0), Vec3(1.0, 4.0, 5.0)

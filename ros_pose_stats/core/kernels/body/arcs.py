@@ -18,14 +18,14 @@ from ..array_types import Array
 from ..compilation import inlined, kernel
 from ..vectors import (
     Vec3,
+    add,
     cross,
-    divided,
+    divide,
     dot,
-    minus,
-    plus,
     point_at,
-    scaled,
-    turned,
+    scale,
+    subtract,
+    transform,
     write_row,
 )
 from .convex_body import BodyArrays
@@ -34,11 +34,11 @@ from .convex_body import BodyArrays
 _POINTS = (-0.861136311594053, -0.339981043584856, 0.339981043584856, 0.861136311594053)
 _WEIGHTS = (0.347854845137454, 0.652145154862546, 0.652145154862546, 0.347854845137454)
 
-AT_THE_TOP = 1.0 - 1e-13
+TOP_SHARE = 1.0 - 1e-13
 """Level over an arc's highest point from which on it is all below: the angle there changes with
 the root of the level, and would make much of the rounding of saddles that tie."""
 
-SHORTEST = 1e-24
+SHORTEST_ARC = 1e-24
 """Square of the sine of an arc below which it is none: rounding would give its direction."""
 
 # columns of an arc's sums (2,)
@@ -50,13 +50,13 @@ SUMS = 2
 class Arcs(NamedTuple):
     """The half arc of every polygon side, on the side of its face."""
 
-    near: Array  # (N,) smallest x
-    far: Array  # (N,) largest x; nothing is there unless it is above `near`
+    begin: Array  # (N,) smallest x
+    end: Array  # (N,) largest x; nothing is there unless it is above `near`
     bottom: Array  # (N,) lowest R
     top: Array  # (N,) highest R
     foot: Array  # (N, 3) unit vector to Q
-    along: Array  # (N, 3) unit vector square to it, towards the face's normal
-    whole: Array  # (N, SUMS) its sums
+    tangent: Array  # (N, 3) unit vector square to it, towards the face's normal
+    sums: Array  # (N, SUMS) its sums
 
 
 @kernel
@@ -76,25 +76,25 @@ def make_arcs(points: Array, body: BodyArrays, inertia: Array, inverse: Array) -
         f = body.face[k]
         t = body.twin[k]
         g = body.face[t]
-        arcs.near[k] = max(0.0, -math.atan2(body.inset[t], body.distance[g]))
-        arcs.far[k] = max(0.0, math.atan2(body.inset[k], body.distance[f]))
-        if arcs.far[k] <= arcs.near[k]:
+        arcs.begin[k] = max(0.0, -math.atan2(body.inset[t], body.distance[g]))
+        arcs.end[k] = max(0.0, math.atan2(body.inset[k], body.distance[f]))
+        if arcs.end[k] <= arcs.begin[k]:
             continue
-        arcs.bottom[k] = body.reach[k] * math.cos(arcs.far[k])
-        arcs.top[k] = body.reach[k] * math.cos(arcs.near[k]) * AT_THE_TOP
+        arcs.bottom[k] = body.reach[k] * math.cos(arcs.end[k])
+        arcs.top[k] = body.reach[k] * math.cos(arcs.begin[k]) * TOP_SHARE
         v = point_at(points, body.corner[k])
         w = point_at(points, body.corner[t])
         part = body.start[k] / (body.start[k] + body.stop[k])
-        foot = divided(plus(v, scaled(minus(w, v), part)), body.reach[k])
+        foot = divide(add(v, scale(subtract(w, v), part)), body.reach[k])
         normal = point_at(body.normal, f)
-        along = minus(normal, scaled(foot, dot(normal, foot)))
+        along = subtract(normal, scale(foot, dot(normal, foot)))
         square = dot(along, along)
-        if square < SHORTEST:
-            arcs.far[k] = arcs.near[k]
+        if square < SHORTEST_ARC:
+            arcs.end[k] = arcs.begin[k]
             continue
         write_row(arcs.foot, k, 0, foot)
-        write_row(arcs.along, k, 0, divided(along, math.sqrt(square)))
-        add_arc(arcs.whole[k], k, arcs.near[k], points, body, arcs, inertia, inverse)
+        write_row(arcs.tangent, k, 0, divide(along, math.sqrt(square)))
+        add_arc(arcs.sums[k], k, arcs.begin[k], points, body, arcs, inertia, inverse)
     return arcs
 
 
@@ -113,18 +113,20 @@ def add_arc(
     v = point_at(points, body.corner[k])
     w = point_at(points, body.corner[body.twin[k]])
     foot = point_at(arcs.foot, k)
-    along = point_at(arcs.along, k)
-    middle = 0.5 * (arcs.far[k] + near)
-    half = 0.5 * (arcs.far[k] - near)
+    along = point_at(arcs.tangent, k)
+    middle = 0.5 * (arcs.end[k] + near)
+    half = 0.5 * (arcs.end[k] - near)
     swept = rolled = 0.0
     for i in range(4):
         x = middle + half * _POINTS[i]
         cosine = math.cos(x)
         sine = math.sin(x)
-        down = plus(scaled(foot, cosine), scaled(along, sine))
-        turn = minus(scaled(along, cosine), scaled(foot, sine))
-        speed = math.sqrt((body.reach[k] * sine) ** 2 + _rotation(down, turn, inertia))
-        part = half * _WEIGHTS[i] * _turn(down, v, w, inverse)
+        down = add(scale(foot, cosine), scale(along, sine))
+        turn = subtract(scale(along, cosine), scale(foot, sine))
+        speed = math.sqrt(
+            (body.reach[k] * sine) ** 2 + _rotational_energy(down, turn, inertia)
+        )
+        part = half * _WEIGHTS[i] * _impulse_angle(down, v, w, inverse)
         swept += part
         rolled += part * speed
     sums[OVER_ANGLE] += swept
@@ -132,21 +134,21 @@ def add_arc(
 
 
 @inlined
-def _rotation(down: Vec3, turn: Vec3, inertia: Array) -> float:
+def _rotational_energy(down: Vec3, turn: Vec3, inertia: Array) -> float:
     """Twice the rotational energy, over the mass, of moving `down` at a velocity; p I w = 0."""
     spin = cross(down, turn)
-    about = dot(down, turned(inertia, spin))
-    return dot(spin, turned(inertia, spin)) - about * about / dot(
-        down, turned(inertia, down)
+    about = dot(down, transform(inertia, spin))
+    return dot(spin, transform(inertia, spin)) - about * about / dot(
+        down, transform(inertia, down)
     )
 
 
 @inlined
-def _turn(down: Vec3, v: Vec3, w: Vec3, inverse: Array) -> float:
+def _impulse_angle(down: Vec3, v: Vec3, w: Vec3, inverse: Array) -> float:
     """Angle between the impulses at both corners, in the metric of the inertia."""
     a = cross(v, down)
     b = cross(w, down)
-    first = 1.0 + dot(a, turned(inverse, a))
-    second = 1.0 + dot(b, turned(inverse, b))
-    both = 1.0 + dot(a, turned(inverse, b))
+    first = 1.0 + dot(a, transform(inverse, a))
+    second = 1.0 + dot(b, transform(inverse, b))
+    both = 1.0 + dot(a, transform(inverse, b))
     return math.atan2(math.sqrt(max(0.0, first * second - both * both)), both)

@@ -10,15 +10,15 @@ from ..compilation import entry_kernel, inlined, kernel
 from ..elementary import arctangent
 from ..vectors import (
     Vec3,
+    add,
     cross,
-    divided,
+    divide,
     dot,
     length,
-    minus,
-    plus,
     point_at,
     read_vector,
-    scaled,
+    scale,
+    subtract,
 )
 
 ON_CIRCLE = 1e-3
@@ -45,14 +45,14 @@ def circle_of(points: Array, corner: Index, i: int, j: int) -> Circle:
     """Circle through three of the corners i to j of a chain, far apart."""
     a = point_at(points, corner[i])
     b = point_at(points, corner[j])
-    chord = minus(b, a)
+    chord = subtract(b, a)
     size = length(chord)
     far = (i + j) // 2
     height = -1.0
     for k in range(i + 1, j):
-        away = minus(point_at(points, corner[k]), a)
+        away = subtract(point_at(points, corner[k]), a)
         if size > 0.0:
-            away = minus(away, scaled(chord, dot(away, chord) / (size * size)))
+            away = subtract(away, scale(chord, dot(away, chord) / (size * size)))
         if length(away) > height:
             far = k
             height = length(away)
@@ -61,39 +61,37 @@ def circle_of(points: Array, corner: Index, i: int, j: int) -> Circle:
         a = point_at(points, corner[i + (j - i) // 3])
         b = point_at(points, corner[i + 2 * (j - i) // 3])
         c = point_at(points, corner[i])
-    u = minus(b, a)
-    v = minus(c, a)
+    u = subtract(b, a)
+    v = subtract(c, a)
     across = cross(u, v)
     below = dot(across, across)
     if below == 0.0:
         return Circle(a, Vec3(0.0, 0.0, 0.0), 0.0, 0.0)
-    toward = cross(minus(scaled(v, dot(u, u)), scaled(u, dot(v, v))), across)
-    toward = scaled(toward, 0.5 / below)
+    toward = cross(subtract(scale(v, dot(u, u)), scale(u, dot(v, v))), across)
+    toward = scale(toward, 0.5 / below)
     radius = length(toward)
     return Circle(
-        plus(a, toward), divided(across, math.sqrt(below)), radius, min(height, radius)
+        add(a, toward), divide(across, math.sqrt(below)), radius, min(height, radius)
     )
 
 
 @inlined
-def slack(circle: Circle, rounding: float) -> float:
+def circle_tolerance(circle: Circle, rounding: float) -> float:
     """By how much a corner of a run may be off its circle."""
     return ON_CIRCLE * circle.height + ROUNDINGS_OFF_CIRCLE * rounding
 
 
 @inlined
-def off_circle(circle: Circle, point: Vec3) -> float:
+def circle_distance(circle: Circle, point: Vec3) -> float:
     """Distance of a point from a circle."""
-    away = minus(point, circle.center)
+    away = subtract(point, circle.center)
     above = dot(away, circle.axis)
-    beyond = length(minus(away, scaled(circle.axis, above))) - circle.radius
+    beyond = length(subtract(away, scale(circle.axis, above))) - circle.radius
     return math.sqrt(above * above + beyond * beyond)
 
 
 @kernel
-def fitted_circle(
-    points: Array, corner: Index, i: int, j: int, rough: Circle
-) -> Circle:
+def fit_circle(points: Array, corner: Index, i: int, j: int, rough: Circle) -> Circle:
     """Circle by least squares (Kasa's), its plane by the area that the corners enclose.
 
     The axis is turned so that the run goes round it counter-clockwise.
@@ -102,22 +100,22 @@ def fitted_circle(
     number = float(last - i + 1)
     middle = Vec3(0.0, 0.0, 0.0)
     for k in range(i, last + 1):
-        middle = plus(middle, minus(point_at(points, corner[k]), rough.center))
-    middle = plus(rough.center, divided(middle, number))
+        middle = add(middle, subtract(point_at(points, corner[k]), rough.center))
+    middle = add(rough.center, divide(middle, number))
     area = Vec3(0.0, 0.0, 0.0)
-    before = minus(point_at(points, corner[last]), middle)
+    before = subtract(point_at(points, corner[last]), middle)
     for k in range(i, last + 1):
-        here = minus(point_at(points, corner[k]), middle)
-        area = plus(area, cross(before, here))
+        here = subtract(point_at(points, corner[k]), middle)
+        area = add(area, cross(before, here))
         before = here
-    axis = divided(area, length(area))
-    x_axis = minus(point_at(points, corner[i]), middle)
-    x_axis = minus(x_axis, scaled(axis, dot(x_axis, axis)))
-    x_axis = divided(x_axis, length(x_axis))
+    axis = divide(area, length(area))
+    x_axis = subtract(point_at(points, corner[i]), middle)
+    x_axis = subtract(x_axis, scale(axis, dot(x_axis, axis)))
+    x_axis = divide(x_axis, length(x_axis))
     y_axis = cross(axis, x_axis)
     xx = xy = yy = xr = yr = rr = 0.0
     for k in range(i, last + 1):
-        here = minus(point_at(points, corner[k]), middle)
+        here = subtract(point_at(points, corner[k]), middle)
         x = dot(here, x_axis)
         y = dot(here, y_axis)
         square = x * x + y * y
@@ -134,7 +132,7 @@ def fitted_circle(
     y = (yr * xx - xr * xy) / below
     radius = math.sqrt(x * x + y * y + rr / number)
     return Circle(
-        plus(middle, plus(scaled(x_axis, x), scaled(y_axis, y))),
+        add(middle, add(scale(x_axis, x), scale(y_axis, y))),
         axis,
         radius,
         rough.height,
@@ -151,6 +149,6 @@ def angles_about(
     x = read_vector(x_axis, 0)
     y = read_vector(y_axis, 0)
     for i in range(points.shape[0]):
-        away = minus(point_at(points, i), middle)
+        away = subtract(point_at(points, i), middle)
         angles[i] = arctangent(dot(away, y), dot(away, x))
     return angles

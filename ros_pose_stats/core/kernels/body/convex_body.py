@@ -19,9 +19,9 @@ import numpy as np
 
 from ..array_types import Array, Array1, Array2, Fixed2, FixedIndex2, Index, Index1
 from ..compilation import entry_kernel, kernel
-from ..vectors import cross, divided, dot, length, minus, point_at, solid_angle
-from .coplanar import orient, planar_regions, twins
-from .polygons import corner_loops, pair_sides, planes
+from ..vectors import cross, divide, dot, length, point_at, solid_angle, subtract
+from .coplanar import opposite_half_edges, orient_triangles, planar_regions
+from .polygons import corner_loops, pair_sides, polygon_planes
 
 
 class BodyArrays(NamedTuple):
@@ -31,7 +31,7 @@ class BodyArrays(NamedTuple):
     corner: Index1  # (N,) hull point where a side starts, counter-clockwise
     face: Index1  # (N,) face of a side
     twin: Index1  # (N,) the same edge seen from the neighbour
-    follow: Index1  # (N,) the next side of the same face
+    next_side: Index1  # (N,) the next side of the same face
     normal: Array2  # (F, 3) outward
     distance: Array1  # (F,) of the face's plane
     area: Array1  # (F,)
@@ -54,8 +54,8 @@ def build_body(
     """
     triangles = simplices.copy()
     neighbors = adjacent.copy()
-    orient(points, triangles, neighbors)
-    opposite = twins(triangles, neighbors)
+    orient_triangles(points, triangles, neighbors)
+    opposite = opposite_half_edges(triangles, neighbors)
     region = planar_regions(points, triangles, neighbors, tolerance)
     valid, face_start, first, side_of = corner_loops(
         triangles, region, opposite, points.shape[0]
@@ -66,7 +66,7 @@ def build_body(
     for k in range(first.shape[0]):
         corner[k] = triangles[first[k] // 3, (first[k] + 1) % 3]
     valid, twin, face, follow = pair_sides(face_start, corner, first, side_of, opposite)
-    normal, distance, area = planes(points, face_start, corner)
+    normal, distance, area = polygon_planes(points, face_start, corner)
     if not valid or distance.min() <= 0.0:
         return False, _nothing()
     inset, start, stop, reach, radius = _side_lengths(
@@ -153,15 +153,15 @@ def _side_lengths(
             v = w
             w = point_at(points, corner[k + 1 if k + 1 < end else begin])
             m = point_at(normal, beyond[k])
-            along = minus(w, v)
+            along = subtract(w, v)
             meeting = cross(n, m)
             size = length(along)
             sine = length(meeting)
             if sine > size:
-                along = divided(meeting, sine)
+                along = divide(meeting, sine)
                 s = (distance[beyond[k]] - dot(n, m) * d) / sine
             else:
-                along = divided(along, size)
+                along = divide(along, size)
                 # n x e points into the polygon; n . (v x e) = -v . (n x e)
                 s = dot(n, cross(v, along))
             inset[k] = s

@@ -10,11 +10,23 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .. import vectors as vec
 from ..array_types import Array, Flags, Index
 from ..compilation import inlined, kernel
 from ..mesh.measures import area_vectors, centroid_of
 from ..sorting import falling_order
+from ..vectors import (
+    add,
+    area_vector,
+    divide,
+    dot,
+    length,
+    point_at,
+    read_vector,
+    scale,
+    subtract,
+    triangle_at,
+    write_vector,
+)
 
 # The plane (7,) of what is gathered: area vector, sum of centroids times area, sum of areas.
 NORMAL = 0  # 0, 1, 2
@@ -34,7 +46,7 @@ class Surface(NamedTuple):
 
 
 @kernel
-def orient(points: Array, triangles: Index, neighbors: Index) -> None:
+def orient_triangles(points: Array, triangles: Index, neighbors: Index) -> None:
     """Wind every triangle counter-clockwise seen from outside, in place.
 
     The triangle that stands clearest of the origin (which is inside) decides; the others follow
@@ -44,13 +56,13 @@ def orient(points: Array, triangles: Index, neighbors: Index) -> None:
     best = -1.0
     start = 0
     for t in range(count):
-        a, b, c = vec.triangle_at(points, triangles, t)
-        volume = vec.dot(vec.area_vector(a, b, c), a)
+        a, b, c = triangle_at(points, triangles, t)
+        volume = dot(area_vector(a, b, c), a)
         if abs(volume) > best:
             best = abs(volume)
             start = t
         if volume < 0.0:
-            _flip(triangles, neighbors, t)
+            _flip_triangle(triangles, neighbors, t)
     seen = np.zeros(count, np.bool_)
     stack = np.empty(count, np.int64)
     stack[0] = start
@@ -67,7 +79,7 @@ def orient(points: Array, triangles: Index, neighbors: Index) -> None:
             w = triangles[t, (i + 2) % 3]
             for j in range(3):
                 if triangles[n, j] == v and triangles[n, (j + 1) % 3] == w:
-                    _flip(triangles, neighbors, n)
+                    _flip_triangle(triangles, neighbors, n)
                     break
             seen[n] = True
             stack[size] = n
@@ -75,13 +87,13 @@ def orient(points: Array, triangles: Index, neighbors: Index) -> None:
 
 
 @kernel
-def _flip(triangles: Index, neighbors: Index, t: int) -> None:
+def _flip_triangle(triangles: Index, neighbors: Index, t: int) -> None:
     triangles[t, 1], triangles[t, 2] = triangles[t, 2], triangles[t, 1]
     neighbors[t, 1], neighbors[t, 2] = neighbors[t, 2], neighbors[t, 1]
 
 
 @kernel
-def twins(triangles: Index, neighbors: Index) -> Index:
+def opposite_half_edges(triangles: Index, neighbors: Index) -> Index:
     """Opposite of each half-edge 3 t + i (the side of triangle t opposite to vertex i)."""
     opposite = np.full(3 * triangles.shape[0], -1, np.int64)
     for t in range(triangles.shape[0]):
@@ -105,7 +117,7 @@ def planar_regions(
         return np.arange(count)
     vectors, areas = area_vectors(points, triangles)
     surface = Surface(points, triangles, neighbors, vectors, areas)
-    alone = _alone(surface, tolerance)
+    alone = _isolated_triangles(surface, tolerance)
     region = np.full(count, -1, np.int64)
     queue = np.empty(count, np.int64)
     plane = np.empty(PLANE)
@@ -127,13 +139,13 @@ def planar_regions(
             if region[best] >= 0:
                 region[seed] = region[best]
                 continue
-        _grow(surface, region, queue, plane, seed, number, tolerance)
+        _grow_region(surface, region, queue, plane, seed, number, tolerance)
         number += 1
     return region
 
 
 @kernel
-def _alone(surface: Surface, tolerance: float) -> Flags:
+def _isolated_triangles(surface: Surface, tolerance: float) -> Flags:
     """Whether no neighbour of a triangle (M,) lies in its plane.
 
     Most triangles of a curved surface are such, and need no search for the largest seed.
@@ -146,17 +158,17 @@ def _alone(surface: Surface, tolerance: float) -> Flags:
         if areas[t] == 0.0:
             continue
         plane[:] = 0.0
-        _gather(surface, plane, t)
+        _add_to_plane(surface, plane, t)
         found = False
         for i in range(3):
             n = neighbors[t, i]
-            found = found or (n >= 0 and _near_plane(surface, plane, n, tolerance))
+            found = found or (n >= 0 and _is_near_plane(surface, plane, n, tolerance))
         alone[t] = not found
     return alone
 
 
 @inlined
-def _grow(
+def _grow_region(
     surface: Surface,
     region: Index,
     queue: Index,
@@ -167,7 +179,7 @@ def _grow(
 ) -> None:
     """Fill a region from its seed; `queue` and `plane` are scratch."""
     plane[:] = 0.0
-    _gather(surface, plane, seed)
+    _add_to_plane(surface, plane, seed)
     region[seed] = number
     queue[0] = seed
     size = 1
@@ -183,9 +195,9 @@ def _grow(
                 n = surface.neighbors[t, i]
                 if n < 0 or region[n] >= 0:
                     continue
-                if not _near_plane(surface, plane, n, tolerance):
+                if not _is_near_plane(surface, plane, n, tolerance):
                     continue
-                _gather(surface, plane, n)
+                _add_to_plane(surface, plane, n)
                 region[n] = number
                 queue[size] = n
                 size += 1
@@ -193,35 +205,33 @@ def _grow(
 
 
 @inlined
-def _gather(surface: Surface, plane: Array, t: int) -> None:
+def _add_to_plane(surface: Surface, plane: Array, t: int) -> None:
     area = surface.areas[t]
-    centroid = vec.scaled(centroid_of(surface.points, surface.triangles, t), area)
-    vec.write_vector(
+    centroid = scale(centroid_of(surface.points, surface.triangles, t), area)
+    write_vector(
         plane,
         NORMAL,
-        vec.plus(vec.read_vector(plane, NORMAL), vec.point_at(surface.vectors, t)),
+        add(read_vector(plane, NORMAL), point_at(surface.vectors, t)),
     )
-    vec.write_vector(
-        plane, CENTROID, vec.plus(vec.read_vector(plane, CENTROID), centroid)
-    )
+    write_vector(plane, CENTROID, add(read_vector(plane, CENTROID), centroid))
     plane[AREA] += area
 
 
 @inlined
-def _near_plane(surface: Surface, plane: Array, t: int, tolerance: float) -> bool:
+def _is_near_plane(surface: Surface, plane: Array, t: int, tolerance: float) -> bool:
     """Whether a triangle lies in the plane gathered so far.
 
     Its own normal is not asked: where Qhull cuts a facet of many corners into triangles, some
     are slivers and some fold back, and their area vectors still sum up to the facet's.
     """
-    normal = vec.read_vector(plane, NORMAL)
+    normal = read_vector(plane, NORMAL)
     total = plane[AREA]
-    size = vec.length(normal)
+    size = length(normal)
     if size == 0.0 or total == 0.0:
         return False
-    middle = vec.divided(vec.read_vector(plane, CENTROID), total)
+    middle = divide(read_vector(plane, CENTROID), total)
     for j in range(3):
-        point = vec.point_at(surface.points, surface.triangles[t, j])
-        if abs(vec.dot(vec.minus(point, middle), normal)) > tolerance * size:
+        point = point_at(surface.points, surface.triangles[t, j])
+        if abs(dot(subtract(point, middle), normal)) > tolerance * size:
             return False
     return True

@@ -40,7 +40,7 @@ def is_lower(distance: Array, g: int, f: int) -> bool:
 
 
 @kernel
-def faces_beyond(body: BodyArrays) -> Index:
+def neighbour_faces(body: BodyArrays) -> Index:
     """Face (N,) on the other side of each polygon side."""
     face = body.face
     twin = body.twin
@@ -51,7 +51,7 @@ def faces_beyond(body: BodyArrays) -> Index:
 
 
 @kernel
-def descend(body: BodyArrays, beyond: Index) -> Index:
+def descend_faces(body: BodyArrays, beyond: Index) -> Index:
     """Neighbour that each face joins when it is flooded from below; itself where stable.
 
     Taken is the side nearest to the foot among those that the foot lies beyond: the level
@@ -113,7 +113,7 @@ def basins(parent: Index) -> tuple[Index, Index]:
 
 
 @kernel
-def without_barrier(body: BodyArrays, beyond: Index, parent: Index) -> bool:
+def sink_unbarred_faces(body: BodyArrays, beyond: Index, parent: Index) -> bool:
     """Let stable faces that nothing keeps in place descend further; tell whether any did.
 
     Among faces that are coplanar but for rounding, one can be the lowest of its neighbours and
@@ -143,14 +143,14 @@ def without_barrier(body: BodyArrays, beyond: Index, parent: Index) -> bool:
         for k in range(face_start[f], face_start[f + 1]):
             if inset[k] <= 0.0 and basin[beyond[k]] != i:
                 onward = beyond[k]
-        if onward >= 0 and end_of(parent, onward) != f:
+        if onward >= 0 and stable_face_below(parent, onward) != f:
             parent[f] = onward
             moved = True
     return moved
 
 
 @kernel
-def end_of(parent: Index, f: int) -> int:
+def stable_face_below(parent: Index, f: int) -> int:
     """Stable face that a face descends to."""
     while parent[f] != f:
         f = parent[f]

@@ -7,7 +7,7 @@ import numpy as np
 from ..array_types import Array, Fixed2, FixedIndex1, FixedIndex2, Flags, Index
 from ..compilation import entry_kernel, inlined
 from ..elementary import sine_cosine
-from ..vectors import Vec3, dot, length, minus, plus, point_at, scaled
+from ..vectors import Vec3, add, dot, length, point_at, scale, subtract
 
 
 @entry_kernel
@@ -49,12 +49,12 @@ def edges_on_surface(
 @inlined
 def _is_along(vertices: Array, a: int, b: int, other: int, tolerance: float) -> bool:
     """Whether vertex b lies on the straight line between vertices a and other."""
-    chord = minus(point_at(vertices, other), point_at(vertices, a))
-    away = minus(point_at(vertices, b), point_at(vertices, a))
+    chord = subtract(point_at(vertices, other), point_at(vertices, a))
+    away = subtract(point_at(vertices, b), point_at(vertices, a))
     share = dot(away, chord) / dot(chord, chord)
     if share >= 1.0:
         return False
-    return length(minus(away, scaled(chord, max(share, 0.0)))) <= tolerance
+    return length(subtract(away, scale(chord, max(share, 0.0)))) <= tolerance
 
 
 @entry_kernel
@@ -86,20 +86,20 @@ def outermost_corners(
             ring = 0.0
         for k in range(around):
             y, x = sine_cosine(2.0 * math.pi * k / around)
-            direction = plus(
-                plus(
-                    scaled(point_at(axes, 0), ring * x),
-                    scaled(point_at(axes, 1), ring * y),
+            direction = add(
+                add(
+                    scale(point_at(axes, 0), ring * x),
+                    scale(point_at(axes, 1), ring * y),
                 ),
-                scaled(point_at(axes, 2), z),
+                scale(point_at(axes, 2), z),
             )
-            here = _climb(points, first, beside, direction, here)
+            here = _climb_to_farthest(points, first, beside, direction, here)
             _mark_ties(points, first, beside, direction, here, tie, found)
     return found
 
 
 @inlined
-def _climb(
+def _climb_to_farthest(
     points: Array, first: Index, beside: Index, direction: Vec3, here: int
 ) -> int:
     """Corner farthest along a direction, over neighbours that lie farther each time."""

@@ -10,13 +10,13 @@ from ..array_types import Array, Flags, Index
 from ..compilation import inlined, kernel
 from ..vectors import (
     Vec3,
+    add,
     cross,
-    divided,
+    divide,
     dot,
     length,
-    minus,
-    plus,
     point_at,
+    subtract,
     write_row,
 )
 
@@ -24,16 +24,16 @@ from ..vectors import (
 @inlined
 def next_on_boundary(h: int, boundary: Flags, opposite: Index) -> int:
     """The boundary half-edge of the same region that starts where half-edge h ends."""
-    h = following(h)
+    h = next_half_edge(h)
     for _ in range(opposite.shape[0]):
         if boundary[h]:
             return h
-        h = following(opposite[h])
+        h = next_half_edge(opposite[h])
     return -1
 
 
 @inlined
-def following(h: int) -> int:
+def next_half_edge(h: int) -> int:
     """Next half-edge of the same triangle."""
     return h + 1 if h % 3 < 2 else h - 2
 
@@ -57,7 +57,7 @@ def corner_loops(
             np.zeros(0, np.int64),
             np.zeros(0, np.int64),
         )
-    boundary, border, is_corner, entry = _boundaries(
+    boundary, border, is_corner, entry = _find_boundaries(
         triangles, region, opposite, points
     )
     face_start = np.zeros(faces + 1, np.int64)
@@ -81,11 +81,11 @@ def corner_loops(
         if walked != border[f] or h != entry[f] or corners < 3:
             return False, face_start, first, side_of
         face_start[f + 1] = size
-    return _in_standard_order(triangles, face_start, first[:size], side_of, points)
+    return _order_loops(triangles, face_start, first[:size], side_of, points)
 
 
 @kernel
-def _boundaries(
+def _find_boundaries(
     triangles: Index, region: Index, opposite: Index, points: int
 ) -> tuple[Flags, Index, Flags, Index]:
     """Half-edges between regions, how many each has, those from corners, and one such of each."""
@@ -113,7 +113,7 @@ def _boundaries(
 
 
 @kernel
-def _in_standard_order(
+def _order_loops(
     triangles: Index, face_start: Index, first: Index, side_of: Index, points: int
 ) -> tuple[bool, Index, Index, Index]:
     """Begin each loop at its smallest corner and order the loops by their first two corners.
@@ -172,7 +172,7 @@ def _origin(triangles: Index, h: int) -> int:
 
 
 @kernel
-def planes(
+def polygon_planes(
     points: Array, face_start: Index, corner: Index
 ) -> tuple[Array, Array, Array]:
     """Newell's normal (F, 3), distance from the origin (F,) and area (F,) of each polygon."""
@@ -185,19 +185,19 @@ def planes(
         end = face_start[f + 1]
         middle = Vec3(0.0, 0.0, 0.0)
         for k in range(begin, end):
-            middle = plus(middle, point_at(points, corner[k]))
-        middle = divided(middle, float(end - begin))
+            middle = add(middle, point_at(points, corner[k]))
+        middle = divide(middle, float(end - begin))
         normal = Vec3(0.0, 0.0, 0.0)
         for k in range(begin, end):
             p = point_at(points, corner[k])
             q = point_at(points, corner[k + 1 if k + 1 < end else begin])
-            normal = plus(normal, cross(minus(p, middle), minus(q, middle)))
+            normal = add(normal, cross(subtract(p, middle), subtract(q, middle)))
         size = length(normal)
         areas[f] = 0.5 * size
         if size == 0.0:
             distances[f] = -1.0
             continue
-        normal = divided(normal, size)
+        normal = divide(normal, size)
         write_row(normals, f, 0, normal)
         distances[f] = dot(normal, middle)
     return normals, distances, areas

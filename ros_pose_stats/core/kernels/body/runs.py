@@ -12,8 +12,8 @@ import numpy as np
 
 from ..array_types import Array, Array2, Fixed2, Index, Index1
 from ..compilation import entry_kernel, inlined, kernel
-from ..vectors import Vec3, divided, dot, length, minus, point_at, write_row
-from .circles import Circle, circle_of, fitted_circle, off_circle, slack
+from ..vectors import Vec3, divide, dot, length, point_at, subtract, write_row
+from .circles import Circle, circle_distance, circle_of, circle_tolerance, fit_circle
 from .convex_body import BodyArrays
 
 STRAIGHTEST = 0.9077774785329087
@@ -87,16 +87,16 @@ def circular_runs(points: Fixed2, body: BodyArrays, rounding: float) -> Runs:
 @kernel
 def _continuations(points: Array, body: BodyArrays) -> Index:
     """Side (N,) that goes on straightest from each, -1 where none does or not mutually."""
-    follow = body.follow
-    count = body.follow.shape[0]
+    follow = body.next_side
+    count = body.next_side.shape[0]
     along = np.empty((count, 3))
     best = np.full(count, -1, np.int64)
     for k in range(count):
-        step = minus(
+        step = subtract(
             point_at(points, body.corner[follow[k]]), point_at(points, body.corner[k])
         )
         size = length(step)
-        write_row(along, k, 0, divided(step, size) if size > 0.0 else step)
+        write_row(along, k, 0, divide(step, size) if size > 0.0 else step)
     for k in range(count):
         here = follow[k]
         straightest = STRAIGHTEST
@@ -236,8 +236,8 @@ def _grown(points: Array, corner: Index, i: int, end: int, rounding: float) -> i
 @inlined
 def _direction(points: Array, corner: Index, k: int) -> Vec3:
     """Unit vector along edge k of a chain."""
-    step = minus(point_at(points, corner[k + 1]), point_at(points, corner[k]))
-    return divided(step, length(step))
+    step = subtract(point_at(points, corner[k + 1]), point_at(points, corner[k]))
+    return divide(step, length(step))
 
 
 @inlined
@@ -247,10 +247,10 @@ def _reaches(
     """Whether the edge from corner j of a chain to the next is one of a run on this circle."""
     here = point_at(points, corner[j + 1])
     return length(
-        minus(here, point_at(points, corner[j]))
-    ) <= 2.0 * HALF_SPAN * circle.radius and off_circle(circle, here) <= slack(
-        circle, rounding
-    )
+        subtract(here, point_at(points, corner[j]))
+    ) <= 2.0 * HALF_SPAN * circle.radius and circle_distance(
+        circle, here
+    ) <= circle_tolerance(circle, rounding)
 
 
 @kernel
@@ -258,9 +258,9 @@ def _holds(
     points: Array, corner: Index, i: int, j: int, circle: Circle, rounding: float
 ) -> bool:
     """Whether the corners i to j of a chain and the edges between them are a run."""
-    if circle.radius == 0.0 or off_circle(circle, point_at(points, corner[i])) > slack(
-        circle, rounding
-    ):
+    if circle.radius == 0.0 or circle_distance(
+        circle, point_at(points, corner[i])
+    ) > circle_tolerance(circle, rounding):
         return False
     k = i
     while k < j and _reaches(points, corner, k, circle, rounding):
@@ -286,12 +286,12 @@ def _add(
     found.start[runs + 1] = begin + j - i
     closed = corner[i] == corner[j]
     found.closed[runs] = 1 if closed else 0
-    circle = fitted_circle(points, corner, i, j, rough)
+    circle = fit_circle(points, corner, i, j, rough)
     write_row(found.circle, runs, CENTER, circle.center)
     write_row(found.circle, runs, AXIS, circle.axis)
     found.circle[runs, RADIUS] = circle.radius
     farthest = 0.0
     for k in range(i, j + 1):
-        farthest = max(farthest, off_circle(circle, point_at(points, corner[k])))
+        farthest = max(farthest, circle_distance(circle, point_at(points, corner[k])))
     found.circle[runs, DEVIATION] = farthest
     return runs + 1

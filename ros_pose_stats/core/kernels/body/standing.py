@@ -9,7 +9,7 @@ from ..array_types import Array, Fixed1, Fixed2
 from ..compilation import entry_kernel, kernel
 from ..elementary import sine_cosine
 from ..sorting import stable_order
-from ..vectors import cross, dot, plus, point_at, read_vector, scaled
+from ..vectors import add, cross, dot, point_at, read_vector, scale
 from .convex_body import BodyArrays
 
 POLE = 1e-6
@@ -28,14 +28,14 @@ def can_roll(points: Fixed2, down: Fixed1, axis: Fixed1, height: float) -> bool:
     begin = read_vector(down, 0)
     along = read_vector(axis, 0)
     across = cross(along, begin)
-    still = scaled(along, dot(along, begin))
+    still = scale(along, dot(along, begin))
     free = 0
     for sign in (1.0, -1.0):
         for step in range(1, STEPS + 1):
             sine, cosine = sine_cosine(sign * step * (0.5 * math.pi / STEPS))
-            turned = plus(
-                plus(scaled(begin, cosine), scaled(across, sine)),
-                scaled(still, 1.0 - cosine),
+            turned = add(
+                add(scale(begin, cosine), scale(across, sine)),
+                scale(still, 1.0 - cosine),
             )
             above = -math.inf
             for i in range(points.shape[0]):
@@ -125,16 +125,16 @@ def _hull_2d(points: Array) -> Array:
         floor = size + 1
         for i in range(count):
             p = ordered[i] if sweep == 0 else ordered[count - 1 - i]
-            while size > floor and _turn(chain[size - 2], chain[size - 1], p) <= 0.0:
+            while size > floor and _turn_at(chain[size - 2], chain[size - 1], p) <= 0.0:
                 size -= 1
             chain[size] = p
             size += 1
         size -= 1
-    return _thinned(chain[:size])
+    return _thin_out(chain[:size])
 
 
 @kernel
-def _thinned(chain: Array) -> Array:
+def _thin_out(chain: Array) -> Array:
     """Drop corners that are doubled or on a straight line, but for rounding."""
     apart = np.empty_like(chain)
     size = 0
@@ -148,7 +148,7 @@ def _thinned(chain: Array) -> Array:
         last = kept[left - 1] if left > 0 else apart[(i - 1) % size]
         following = apart[(i + 1) % size]
         length = _gap(last, apart[i]) + _gap(apart[i], following)
-        if _turn(last, apart[i], following) >= SAME_POINT * length:
+        if _turn_at(last, apart[i], following) >= SAME_POINT * length:
             kept[left] = apart[i]
             left += 1
     return kept[:left].copy()
@@ -160,5 +160,5 @@ def _gap(a: Array, b: Array) -> float:
 
 
 @kernel
-def _turn(a: Array, b: Array, c: Array) -> float:
+def _turn_at(a: Array, b: Array, c: Array) -> float:
     return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))

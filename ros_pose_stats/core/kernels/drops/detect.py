@@ -17,8 +17,8 @@ from typing import NamedTuple
 from ...tolerances import AT_REST, JUST_TOUCHING, PULL, SINKING
 from ..array_types import Array, Index
 from ..compilation import inlined
-from ..vectors import Vec3, dot, dot_from, length, minus, read_row, write_row
-from . import layout as at
+from ..vectors import Vec3, dot, dot_from, length, read_row, subtract, write_row
+from . import layout
 from .roots import first_zero
 
 # what an event is, if no contact that lets go
@@ -29,25 +29,29 @@ LANDING = -1
 class Event(NamedTuple):
     """What happens first on a step."""
 
-    what: int  # `LANDING`, `NOTHING`, or which of the vertices in contact lets go
+    kind: int  # `LANDING`, `NOTHING`, or which of the vertices in contact lets go
     fraction: float  # of the step, 1 where nothing happens
     corner: int  # that lands, -1 for none
-    close: int  # corners in `work.found`: all that come as close as counts as touching
+    candidate_count: (
+        int  # corners in `work.found`: all that come as close as counts as touching
+    )
 
 
 @inlined
-def detect(body: at.DropBody, rules: at.DropRules, work: at.Work, last: int) -> Event:
+def detect_event(
+    body: layout.DropBody, rules: layout.DropRules, work: layout.Work, last: int
+) -> Event:
     """Find the first event on the step whose series has been prepared."""
     first = math.inf
     what = NOTHING
     corner = -1
     close = 0
-    if work.tally[at.MODE] != at.FLIGHT:
+    if work.tally[layout.MODE] != layout.FLIGHT:
         first, what = first_release(work, last)
-    z = work.state[at.Z]
-    step = work.clock[at.STEP]
+    z = work.state[layout.Z]
+    step = work.clock[layout.STEP]
     # Out of reach while the centre of mass stays a radius above the plate, in flight.
-    if min(z, z + step * (work.state[at.V] - 0.5 * step)) <= 1.0:
+    if min(z, z + step * (work.state[layout.V] - 0.5 * step)) <= 1.0:
         landing, corner, close = first_landing(body, rules, work, last, first)
         if landing < first:
             first = landing
@@ -56,36 +60,36 @@ def detect(body: at.DropBody, rules: at.DropRules, work: at.Work, last: int) -> 
 
 
 @inlined
-def first_release(work: at.Work, last: int) -> tuple[float, int]:
+def first_release(work: layout.Work, last: int) -> tuple[float, int]:
     """When the first contact force comes down to zero, as a fraction of the step.
 
     Returns infinity if none does; which of the contacts, or `NOTHING`.
     """
     series = work.series
-    poly = work.poly
-    mode = work.tally[at.MODE]
+    poly = work.polynomial
+    mode = work.tally[layout.MODE]
     first = math.inf
     event = NOTHING
-    edge = work.contact[at.LENGTH]
+    edge = work.contact[layout.LENGTH]
     for which in range(2):
-        if work.active[which] < 0:
+        if work.support[which] < 0:
             continue
         for k in range(last):
-            far = series[k, at.TORQUE] / edge
-            if mode != at.EDGE:
-                poly[k] = series[k, at.FORCE]
+            far = series[k, layout.TORQUE] / edge
+            if mode != layout.EDGE:
+                poly[k] = series[k, layout.FORCE]
             elif which == 1:
                 poly[k] = far
             else:
-                poly[k] = series[k, at.FORCE] - far
+                poly[k] = series[k, layout.FORCE] - far
         grown = 0
         if poly[0] <= PULL * (
-            work.clock[at.STEP] * work.clock[at.STEP]
+            work.clock[layout.STEP] * work.clock[layout.STEP]
         ):  # it starts from zero
             if poly[1] < 0.0:
                 return 0.0, which
             grown = 1
-        when = first_zero(poly, grown, last - 1, min(first, 1.0), work.local)
+        when = first_zero(poly, grown, last - 1, min(first, 1.0), work.local_polynomial)
         if when < first:
             first = when
             event = which
@@ -94,7 +98,11 @@ def first_release(work: at.Work, last: int) -> tuple[float, int]:
 
 @inlined
 def first_landing(
-    body: at.DropBody, rules: at.DropRules, work: at.Work, last: int, before: float
+    body: layout.DropBody,
+    rules: layout.DropRules,
+    work: layout.Work,
+    last: int,
+    before: float,
 ) -> tuple[float, int, int]:
     """When the first corner reaches the plate, if that is before a given fraction.
 
@@ -104,32 +112,34 @@ def first_landing(
     """
     first = math.inf
     corner = -1
-    flying = work.tally[at.MODE] == at.FLIGHT
-    live = candidates(body, rules, work, last)
+    flying = work.tally[layout.MODE] == layout.FLIGHT
+    live = list_candidates(body, rules, work, last)
     for i in range(live):
-        soonest_first(work.found, work.soonest, i, live)
-        if work.soonest[i] > min(first, before, 1.0):
+        put_soonest_first(work.candidates, work.landing_bound, i, live)
+        if work.landing_bound[i] > min(first, before, 1.0):
             break
-        j = work.found[i]
-        if not flying and (j == work.active[0] or j == work.active[1]):
+        j = work.candidates[i]
+        if not flying and (j == work.support[0] or j == work.support[1]):
             continue
-        r = at.corner_of(body, j)
+        r = layout.corner_of(body, j)
         for k in range(last + 1):
-            work.poly[k] = dot_from(
-                work.series[k, at.ZS], read_row(work.series, k, at.PS), r
+            work.polynomial[k] = dot_from(
+                work.series[k, layout.ZS], read_row(work.series, k, layout.PS), r
             )
         known = _known_zeros(work, j)
-        if known == 0 and work.poly[0] <= 0.0:
+        if known == 0 and work.polynomial[0] <= 0.0:
             known = _zeros_on_plate(work)
             if known == 0:
                 return 0.0, j, live
-        if known > 0 and work.poly[0] > JUST_TOUCHING:
+        if known > 0 and work.polynomial[0] > JUST_TOUCHING:
             for k in range(1, known):
-                work.poly[k] = 0.0
+                work.polynomial[k] = 0.0
             known = 0
-        if known > 0 and work.poly[known] <= 0.0:
+        if known > 0 and work.polynomial[known] <= 0.0:
             continue  # sinks by a rounding; if by more, it lands on the next step
-        when = first_zero(work.poly, known, last, min(first, before, 1.0), work.local)
+        when = first_zero(
+            work.polynomial, known, last, min(first, before, 1.0), work.local_polynomial
+        )
         if when < first:
             first = when
             corner = j
@@ -137,34 +147,34 @@ def first_landing(
 
 
 @inlined
-def _zeros_on_plate(work: at.Work) -> int:
+def _zeros_on_plate(work: layout.Work) -> int:
     """How many coefficients are zero for a corner on the plate that nothing is known of.
 
     None if it moves or accelerates downwards, beyond rounding: it lands.
     """
-    step = work.clock[at.STEP]
+    step = work.clock[layout.STEP]
     still = AT_REST * step
-    if work.poly[1] > still:
+    if work.polynomial[1] > still:
         return 1
-    if work.poly[1] < -still or work.poly[2] < -SINKING * (step * step):
+    if work.polynomial[1] < -still or work.polynomial[2] < -SINKING * (step * step):
         return 0
     return 2
 
 
 @inlined
-def _known_zeros(work: at.Work, j: int) -> int:
+def _known_zeros(work: layout.Work, j: int) -> int:
     """How many of a corner's leading coefficients are zero but for rounding.
 
     One where it has just been hit, two where it has been brought to rest, three where its
     contact force has just come down to zero.
     """
-    for i in range(work.tally[at.NEAR]):
-        if work.near[i] == j:
-            return int(1 + work.rested[i])
+    for i in range(work.tally[layout.VERTICES]):
+        if work.vertices[i] == j:
+            return int(1 + work.rest_order[i])
     return 0
 
 
-NARROW = 2.0
+SPREAD_LIMIT = 2.0
 """Corners are found from neighbour to neighbour up to this (swing² times their number).
 
 That is a fraction of one corner if they are spread evenly; for more the balls are faster.
@@ -175,7 +185,9 @@ CUBIC = 3
 
 
 @inlined
-def candidates(body: at.DropBody, rules: at.DropRules, work: at.Work, last: int) -> int:
+def list_candidates(
+    body: layout.DropBody, rules: layout.DropRules, work: layout.Work, last: int
+) -> int:
     """List in `found` the corners that may touch during the step; return their number.
 
     Those that come within what counts as touching are among them. `soonest` tells the fraction
@@ -183,91 +195,95 @@ def candidates(body: at.DropBody, rules: at.DropRules, work: at.Work, last: int)
     """
     series = work.series
     if last < CUBIC:
-        write_row(series, CUBIC, at.PS, Vec3(0.0, 0.0, 0.0))
-        series[CUBIC, at.ZS] = 0.0
+        write_row(series, CUBIC, layout.PS, Vec3(0.0, 0.0, 0.0))
+        series[CUBIC, layout.ZS] = 0.0
     swing = bend = 0.0
     for k in range(1, last + 1):
-        size = length(read_row(series, k, at.PS))
+        size = length(read_row(series, k, layout.PS))
         swing += size
         if k > CUBIC:
-            bend += size + abs(series[k, at.ZS])
-    if body.beside.shape[0] > 0 and swing * swing * body.x.shape[0] < NARROW:
-        return spread(body, work, swing, bend, rules.touching)
-    return gather(body, work, bend, rules.touching)
+            bend += size + abs(series[k, layout.ZS])
+    if body.neighbour.shape[0] > 0 and swing * swing * body.x.shape[0] < SPREAD_LIMIT:
+        return search_neighbours(body, work, swing, bend, rules.touching)
+    return search_balls(body, work, bend, rules.touching)
 
 
 @inlined
-def gather(body: at.DropBody, work: at.Work, bend: float, margin: float) -> int:
+def search_balls(
+    body: layout.DropBody, work: layout.Work, bend: float, margin: float
+) -> int:
     """Candidates by way of the balls."""
     ball = body.ball
     ball_range = body.ball_range
     count = node = 0
     while node < ball.shape[0]:
-        path = _path_below(work.series, read_row(ball, node, at.BALL_CENTRE), bend)
-        if _least(path) - ball[node, at.BALL_RADIUS] > margin:
-            node = ball_range[node, at.BALL_NEXT]
+        path = _path_below(work.series, read_row(ball, node, layout.BALL_CENTRE), bend)
+        if _lowest_height(path) - ball[node, layout.BALL_RADIUS] > margin:
+            node = ball_range[node, layout.BALL_NEXT]
             continue
-        if ball_range[node, at.BALL_NEXT] == node + 1:
+        if ball_range[node, layout.BALL_NEXT] == node + 1:
             for j in range(
-                ball_range[node, at.BALL_BEGIN], ball_range[node, at.BALL_END]
+                ball_range[node, layout.BALL_BEGIN], ball_range[node, layout.BALL_END]
             ):
-                count = _list(body, work, j, bend, margin, count)
+                count = _list_corner(body, work, j, bend, margin, count)
         node += 1
     return count
 
 
 @inlined
-def spread(
-    body: at.DropBody, work: at.Work, swing: float, bend: float, margin: float
+def search_neighbours(
+    body: layout.DropBody, work: layout.Work, swing: float, bend: float, margin: float
 ) -> int:
     """Candidates by way of the neighbours: every cone within `swing` of the direction."""
-    work.tally[at.SEARCH] += 1
-    search = work.tally[at.SEARCH]
-    low = _lowest(body, work)
-    work.seen[low] = search
+    work.tally[layout.SEARCH] += 1
+    search = work.tally[layout.SEARCH]
+    low = _find_lowest_corner(body, work)
+    work.last_search[low] = search
     work.queue[0] = low
     begin = 0
     end = 1
     count = 0
-    up = read_row(work.series, 0, at.PS)
+    up = read_row(work.series, 0, layout.PS)
     while begin < end:
         j = work.queue[begin]
         begin += 1
-        count = _list(body, work, j, bend, margin, count)
-        for k in range(body.beside_start[j], body.beside_start[j + 1]):
-            i = body.beside[k]
-            if work.seen[i] == search:
+        count = _list_corner(body, work, j, bend, margin, count)
+        for k in range(body.neighbour_start[j], body.neighbour_start[j + 1]):
+            i = body.neighbour[k]
+            if work.last_search[i] == search:
                 continue
-            rise = dot(up, minus(at.corner_of(body, i), at.corner_of(body, j)))
-            if abs(rise) <= swing * body.beside_length[k] + margin:
-                work.seen[i] = search
+            rise = dot(
+                up, subtract(layout.corner_of(body, i), layout.corner_of(body, j))
+            )
+            if abs(rise) <= swing * body.neighbour_distance[k] + margin:
+                work.last_search[i] = search
                 work.queue[end] = i
                 end += 1
     return count
 
 
 @inlined
-def _lowest(body: at.DropBody, work: at.Work) -> int:
+def _find_lowest_corner(body: layout.DropBody, work: layout.Work) -> int:
     """Lowest corner, by going down from the last one; a convex body has no other low point.
 
     Heights are compared as they are rounded, not differences, so that level corners cannot
     lead in a circle.
     """
-    up = read_row(work.series, 0, at.PS)
-    low = work.tally[at.LOWEST]
-    least = dot(up, at.corner_of(body, low))
+    up = read_row(work.series, 0, layout.PS)
+    low = work.tally[layout.LOWEST]
+    least = dot(up, layout.corner_of(body, low))
     while True:
         best = -1
-        for k in range(body.beside_start[low], body.beside_start[low + 1]):
-            i = body.beside[k]
-            height = dot(up, at.corner_of(body, i))
+        for k in range(body.neighbour_start[low], body.neighbour_start[low + 1]):
+            i = body.neighbour[k]
+            height = dot(up, layout.corner_of(body, i))
             if height < least:
                 best = i
                 least = height
         if best < 0:
             break
         low = best
-    work.tally[at.LOWEST] = low
+    work.tally[layout.LOWEST] = low
     return int(low)
 
 
@@ -282,18 +298,20 @@ class Path(NamedTuple):
 @inlined
 def _path_below(series: Array, r: Vec3, bend: float) -> Path:
     """Parabola that the height of a point does not go below during the step."""
-    cubic = dot_from(series[CUBIC, at.ZS], read_row(series, CUBIC, at.PS), r)
+    cubic = dot_from(series[CUBIC, layout.ZS], read_row(series, CUBIC, layout.PS), r)
     return Path(
-        dot_from(series[0, at.ZS], read_row(series, 0, at.PS), r),
-        dot_from(series[1, at.ZS], read_row(series, 1, at.PS), r),
+        dot_from(series[0, layout.ZS], read_row(series, 0, layout.PS), r),
+        dot_from(series[1, layout.ZS], read_row(series, 1, layout.PS), r),
         dot_from(
-            series[2, at.ZS] - bend + min(cubic, 0.0), read_row(series, 2, at.PS), r
+            series[2, layout.ZS] - bend + min(cubic, 0.0),
+            read_row(series, 2, layout.PS),
+            r,
         ),
     )
 
 
 @inlined
-def _least(path: Path) -> float:
+def _lowest_height(path: Path) -> float:
     """Lowest value for 0 <= x <= 1."""
     if 0.0 < -path.slope < 2.0 * path.curve:
         return path.height - path.slope * path.slope / (4.0 * path.curve)
@@ -316,20 +334,25 @@ def time_to_plate(path: Path) -> float:
 
 
 @inlined
-def _list(
-    body: at.DropBody, work: at.Work, j: int, bend: float, margin: float, count: int
+def _list_corner(
+    body: layout.DropBody,
+    work: layout.Work,
+    j: int,
+    bend: float,
+    margin: float,
+    count: int,
 ) -> int:
     """Add a corner to the list unless its parabola stays above; return the new length."""
-    path = _path_below(work.series, at.corner_of(body, j), bend)
-    if _least(path) > margin:
+    path = _path_below(work.series, layout.corner_of(body, j), bend)
+    if _lowest_height(path) > margin:
         return count
-    work.found[count] = j
-    work.soonest[count] = time_to_plate(path)
+    work.candidates[count] = j
+    work.landing_bound[count] = time_to_plate(path)
     return count + 1
 
 
 @inlined
-def soonest_first(found: Index, soonest: Array, begin: int, end: int) -> None:
+def put_soonest_first(found: Index, soonest: Array, begin: int, end: int) -> None:
     """Put the corner that may land soonest in front: its landing rules out most others."""
     best = begin
     for i in range(begin + 1, end):

@@ -5,17 +5,17 @@ import math
 from ...tolerances import MOST_GRANTS, PROGRESS, TRAP
 from ..array_types import Array, Array2, Fixed2, Index, Index2
 from ..compilation import entry_kernel, inlined
-from ..vectors import Vec3, cross, dot, minus, read_row, read_vector, scaled, times
-from . import layout as at
-from .detect import detect
-from .evolve import LONGEST, evolve, prepare_step
-from .resolve import resolve, take_up
+from ..vectors import Vec3, cross, dot, products, read_row, read_vector, scale, subtract
+from . import layout
+from .detect import detect_event
+from .evolve import LONGEST_STEP, move_to_event, prepare_step
+from .resolve import apply_event, resolve_landing
 
 
 @entry_kernel
 def run_drops(
-    body: at.DropBody,
-    rules: at.DropRules,
+    body: layout.DropBody,
+    rules: layout.DropRules,
     releases: Fixed2,
     outcome: Index2,
     measure: Array2,
@@ -29,118 +29,118 @@ def run_drops(
     and m g radius; `tape` (T, 14): filled with the events of the last drop from row 1 on; empty
     for none.
     """
-    work = at.new_work(body.x.shape[0])
+    work = layout.new_work(body.x.shape[0])
     top = 0.0
     for level in body.way_out:
         top = max(top, level)
     for i in range(releases.shape[0]):
-        _release(body, rules, releases[i], top, work, outcome[i], tape)
-        _drop(body, rules, top, work, outcome[i], measure[i], tape)
+        _release_body(body, rules, releases[i], top, work, outcome[i], tape)
+        _follow_drop(body, rules, top, work, outcome[i], measure[i], tape)
 
 
 @inlined
-def _release(
-    body: at.DropBody,
-    rules: at.DropRules,
+def _release_body(
+    body: layout.DropBody,
+    rules: layout.DropRules,
     begin: Array,
     top: float,
-    work: at.Work,
+    work: layout.Work,
     outcome: Index,
     tape: Array,
 ) -> None:
     """Put the body above the plate, touching it where the height is too low to fit."""
     state = work.state
     tally = work.tally
-    for k in range(at.STATE):
+    for k in range(layout.STATE):
         state[k] = begin[k]
     # Where the search for the lowest corner begins decides ties: nothing of the last drop may
     # be left.
-    tally[at.MODE] = at.FLIGHT
-    tally[at.NEAR] = 0
-    tally[at.LOWEST] = 0
-    tally[at.IMPACTS] = 0
-    tally[at.EVENTS] = 0
-    tally[at.LIMIT] = rules.most_steps
-    work.clock[at.SPARE] = math.inf
-    work.active[0] = work.active[1] = -1
-    work.clock[at.TIME] = 0.0
-    work.clock[at.REACH] = LONGEST
-    work.clock[at.EXPECTED_LANDING] = math.inf
-    outcome[at.TOUCHED] = 0
-    if state[at.Z] <= max(1.0, top) + rules.touching:
-        tally[at.LOWEST] = at.lowest_corner(state, body)
-        low = at.corner_height(state, body, tally[at.LOWEST])
+    tally[layout.MODE] = layout.FLIGHT
+    tally[layout.VERTICES] = 0
+    tally[layout.LOWEST] = 0
+    tally[layout.IMPACTS] = 0
+    tally[layout.EVENTS] = 0
+    tally[layout.LIMIT] = rules.most_steps
+    work.clock[layout.SPARE] = math.inf
+    work.support[0] = work.support[1] = -1
+    work.clock[layout.TIME] = 0.0
+    work.clock[layout.REACH] = LONGEST_STEP
+    work.clock[layout.EXPECTED_LANDING] = math.inf
+    outcome[layout.TOUCHED] = 0
+    if state[layout.Z] <= max(1.0, top) + rules.touching:
+        tally[layout.LOWEST] = layout.lowest_corner(state, body)
+        low = layout.corner_height(state, body, tally[layout.LOWEST])
         if low < 0.0:
-            state[at.Z] -= low
-            outcome[at.TOUCHED] = 1
+            state[layout.Z] -= low
+            outcome[layout.TOUCHED] = 1
         for j in range(body.x.shape[0]):
-            if at.corner_height(state, body, j) <= rules.touching:
-                work.near[tally[at.NEAR]] = j
-                tally[at.NEAR] += 1
+            if layout.corner_height(state, body, j) <= rules.touching:
+                work.vertices[tally[layout.VERTICES]] = j
+                tally[layout.VERTICES] += 1
     if tape.shape[0] > 0:
         tape[0, 0] = 0.0
-    at.note(work, tape, at.RELEASE, -1)
+    layout.write_tape(work, tape, layout.RELEASE, -1)
 
 
 @inlined
-def _drop(
-    body: at.DropBody,
-    rules: at.DropRules,
+def _follow_drop(
+    body: layout.DropBody,
+    rules: layout.DropRules,
     top: float,
-    work: at.Work,
+    work: layout.Work,
     outcome: Index,
     measure: Array,
     tape: Array,
 ) -> None:
     """From event to event, until the outcome is certain or the steps granted have run out."""
     tally = work.tally
-    landed = tally[at.NEAR] > 0
+    landed = tally[layout.VERTICES] > 0
     ending, pose = judge_outcome(body, rules, top, work)
-    while ending == at.UNSETTLED and may_go_on(body, rules, work):
+    while ending == layout.UNSETTLED and may_go_on(body, rules, work):
         if landed:
-            landed = not resolve(body, rules, work, tape)
+            landed = not resolve_landing(body, rules, work, tape)
             ending, pose = judge_outcome(body, rules, top, work)
-        if landed or ending != at.UNSETTLED:
+        if landed or ending != layout.UNSETTLED:
             continue
-        tally[at.EVENTS] += 1
+        tally[layout.EVENTS] += 1
         last = prepare_step(body, rules, work)
         if last > 0:  # else it has turned freely, high above the plate
-            event = detect(body, rules, work, last)
-            evolve(body, work, last, event)
-            landed = take_up(body, rules, work, event, tape)
-    outcome[at.POSE] = pose
-    outcome[at.ENDING] = ending
-    outcome[at.IMPACT_COUNT] = tally[at.IMPACTS]
-    outcome[at.EVENT_COUNT] = tally[at.EVENTS]
-    measure[at.DURATION] = work.clock[at.TIME]
-    measure[at.ENERGY] = energy(work.state, body.moment)
-    at.note(work, tape, at.END, -1)
+            event = detect_event(body, rules, work, last)
+            move_to_event(body, work, last, event)
+            landed = apply_event(body, rules, work, event, tape)
+    outcome[layout.POSE] = pose
+    outcome[layout.ENDING] = ending
+    outcome[layout.IMPACT_COUNT] = tally[layout.IMPACTS]
+    outcome[layout.EVENT_COUNT] = tally[layout.EVENTS]
+    measure[layout.DURATION] = work.clock[layout.TIME]
+    measure[layout.ENERGY] = energy(work.state, body.moment)
+    layout.write_tape(work, tape, layout.END, -1)
 
 
 @inlined
 def judge_outcome(
-    body: at.DropBody, rules: at.DropRules, top: float, work: at.Work
+    body: layout.DropBody, rules: layout.DropRules, top: float, work: layout.Work
 ) -> tuple[int, int]:
     """Whether and how the drop has ended, and the pose (-1 while it has not)."""
-    resting = work.tally[at.MODE] == at.FACE
+    resting = work.tally[layout.MODE] == layout.FACE
     if not resting and rules.to_rest:
-        return at.UNSETTLED, -1
+        return layout.UNSETTLED, -1
     left = energy(work.state, body.moment)
     if not rules.to_rest and rolls_upright(body, rules, work, left):
-        return at.TRAPPED, int(body.roll_pose[work.tally[at.LOWEST]])
+        return layout.TRAPPED, int(body.roll_pose[work.tally[layout.LOWEST]])
     if not resting and left >= top:
-        return at.UNSETTLED, -1
-    pose = pose_below(body, at.up_of(work.state), work.tally[at.LOWEST])
+        return layout.UNSETTLED, -1
+    pose = pose_below(body, layout.up_of(work.state), work.tally[layout.LOWEST])
     if not rules.to_rest and left < body.way_out[pose] - TRAP:
-        return at.TRAPPED, pose
+        return layout.TRAPPED, pose
     if resting:
-        return at.RESTING, pose
-    return at.UNSETTLED, -1
+        return layout.RESTING, pose
+    return layout.UNSETTLED, -1
 
 
 @inlined
 def rolls_upright(
-    body: at.DropBody, rules: at.DropRules, work: at.Work, left: float
+    body: layout.DropBody, rules: layout.DropRules, work: layout.Work, left: float
 ) -> bool:
     """Whether the body rolls on a rim, and has not the energy to tip over an edge of it.
 
@@ -153,56 +153,62 @@ def rolls_upright(
     The plate moves up and down under a part that rolls on facets. What bounces on a plate that
     moves at random has (1 + e) / (1 - e) times the energy that the plate's own velocity is worth.
     """
-    corner = work.tally[at.LOWEST]
+    corner = work.tally[layout.LOWEST]
     pose = body.roll_pose[corner]
     if pose < 0:
         return False
-    up = at.up_of(work.state)
-    axle = read_row(body.rim, pose, at.AXLE)
-    if abs(dot(axle, up)) > body.rim[pose, at.TILT]:
+    up = layout.up_of(work.state)
+    axle = read_row(body.rim, pose, layout.AXLE)
+    if abs(dot(axle, up)) > body.rim[pose, layout.TILT]:
         return False
-    arm = dot(read_row(body.rim, pose, at.BESIDE), up)
-    momentum = dot(times(at.moments_of(body), axle), at.spin_of(work.state))
-    momentum -= arm * work.state[at.V]
-    roll = 0.5 * momentum * momentum / (body.rim[pose, at.ABOUT] + arm * arm)
-    freed = body.rim[pose, at.BUMPS] * (
+    arm = dot(read_row(body.rim, pose, layout.AXLE_MOMENT), up)
+    momentum = dot(products(layout.moments_of(body), axle), layout.spin_of(work.state))
+    momentum -= arm * work.state[layout.V]
+    roll = 0.5 * momentum * momentum / (body.rim[pose, layout.AXLE_INERTIA] + arm * arm)
+    freed = body.rim[pose, layout.BUMPS] * (
         (1.0 + rules.restitution) / (1.0 - rules.restitution)
     )
-    freed = (freed + body.rim[pose, at.SINGLE]) * (roll + body.roll_climb[corner])
+    freed = (freed + body.rim[pose, layout.SINGLE]) * (roll + body.roll_climb[corner])
     return bool(left - roll + freed < body.roll_level[corner] - TRAP)
 
 
 @inlined
-def may_go_on(body: at.DropBody, rules: at.DropRules, work: at.Work) -> bool:
+def may_go_on(
+    body: layout.DropBody, rules: layout.DropRules, work: layout.Work
+) -> bool:
     """Whether there are steps left, or the last ones have brought the drop nearer to its end.
 
     A part that rolls needs steps by the square of its sides, and loses energy with every one;
     one that stands on an edge for ever loses none. No drop takes more than `MOST_GRANTS` times
     as many.
     """
-    if work.tally[at.EVENTS] < work.tally[at.LIMIT]:
+    if work.tally[layout.EVENTS] < work.tally[layout.LIMIT]:
         return True
-    if work.tally[at.LIMIT] >= MOST_GRANTS * rules.most_steps:
+    if work.tally[layout.LIMIT] >= MOST_GRANTS * rules.most_steps:
         return False
-    pose = pose_below(body, at.up_of(work.state), at.lowest_corner(work.state, body))
-    spare = energy(work.state, body.moment) - body.rest[pose]
-    if spare > (1.0 - PROGRESS) * work.clock[at.SPARE]:
+    pose = pose_below(
+        body, layout.up_of(work.state), layout.lowest_corner(work.state, body)
+    )
+    spare = energy(work.state, body.moment) - body.pose_level[pose]
+    if spare > (1.0 - PROGRESS) * work.clock[layout.SPARE]:
         return False
-    work.clock[at.SPARE] = spare
-    work.tally[at.LIMIT] += rules.most_steps
+    work.clock[layout.SPARE] = spare
+    work.tally[layout.LIMIT] += rules.most_steps
     return True
 
 
 @inlined
 def energy(state: Array, moment: Array) -> float:
     """Mechanical energy z + v²/2 + w . I w / 2, the plate at 0."""
-    spin = at.spin_of(state)
-    turning = dot(times(read_vector(moment, 0), spin), spin)
-    return float(state[at.Z] + 0.5 * state[at.V] * state[at.V] + 0.5 * turning)
+    spin = layout.spin_of(state)
+    turning = dot(products(read_vector(moment, 0), spin), spin)
+    return float(
+        state[layout.Z] + 0.5 * state[layout.V] * state[layout.V] + 0.5 * turning
+    )
 
 
 @inlined
-def pose_below(body: at.DropBody, up: Vec3, corner: int) -> int:
+def pose_below(body: layout.DropBody, up: Vec3, corner: int) -> int:
     """Pose that a descent in R(u) from u = -up ends in.
 
     `corner`: the lowest one, so that R(u) = u . r around here.
@@ -215,13 +221,13 @@ def pose_below(body: at.DropBody, up: Vec3, corner: int) -> int:
     to the right-hand face where e . (r x u) > 0. R falls all the way, so no saddle is passed,
     and a body flat on a face is told right whatever rounding does.
     """
-    u = scaled(up, -1.0)
-    r = at.corner_of(body, corner)
+    u = scale(up, -1.0)
+    r = layout.corner_of(body, corner)
     nearest = math.inf
     pose = -1
     for k in range(body.side_start[corner], body.side_start[corner + 1]):
         j = body.side_end[k]
-        e = minus(at.corner_of(body, j), r)
+        e = subtract(layout.corner_of(body, j), r)
         fall = dot(r, e)
         if fall >= 0.0:
             continue

@@ -10,14 +10,25 @@ import math
 import numpy as np
 
 from ...tolerances import TRUNCATION
-from .. import vectors
 from ..array_types import Array, Array2, Fixed1, Fixed2
 from ..compilation import entry_kernel, inlined
-from . import layout as at
+from ..vectors import (
+    dot,
+    dot_from,
+    length,
+    products,
+    read_row,
+    read_vector,
+    scale,
+    subtract,
+    transform,
+    write_vector,
+)
+from . import layout
 from .detect import NOTHING, Event
 from .free_rotation import rotate_freely
 from .impacts import vertex_velocity
-from .series import free_series, shorten, sliding_series
+from .series import free_series, shorten_series, sliding_series
 
 TURN = 1.0
 """Angle, in radians, that a step tries to turn the body by; the series then just converges.
@@ -25,17 +36,17 @@ TURN = 1.0
 Near the plate a body with many corners turns by less in a step; see `DropBody.turn`.
 """
 
-LONGEST = 2.0
+LONGEST_STEP = 2.0
 """Longest sliding step, in sqrt(radius / g)."""
 
 GROWTH = 4.0
 """A sliding step of which nothing is expected is at most this many times as long as the last one,
 or as the last event took to come."""
 
-SHORTEST = 1e-3
+SHORTEST_REACH = 1e-3
 """But no shorter than this."""
 
-FAR = 2.0
+FREE_TURN = 2.0
 """Turns of this many radians above the plate are made in one go."""
 
 SHORTEST_CLEAR = 1e-3
@@ -43,7 +54,9 @@ SHORTEST_CLEAR = 1e-3
 
 
 @inlined
-def prepare_step(body: at.DropBody, rules: at.DropRules, work: at.Work) -> int:
+def prepare_step(
+    body: layout.DropBody, rules: layout.DropRules, work: layout.Work
+) -> int:
     """Choose a step and fill its series; return the last row.
 
     Returns 0 where the body has instead been moved, in one go, to where it comes within reach of
@@ -51,25 +64,26 @@ def prepare_step(body: at.DropBody, rules: at.DropRules, work: at.Work) -> int:
     """
     state = work.state
     clock = work.clock
-    turning = vectors.length(at.spin_of(state))
-    if work.tally[at.MODE] == at.FLIGHT:
+    turning = length(layout.spin_of(state))
+    if work.tally[layout.MODE] == layout.FLIGHT:
         clear = 0.0  # time for which the centre of mass stays a radius above the plate
-        if state[at.Z] > 1.0:
-            clear = state[at.V] + math.sqrt(
-                state[at.V] * state[at.V] + 2.0 * (state[at.Z] - 1.0)
+        if state[layout.Z] > 1.0:
+            clear = state[layout.V] + math.sqrt(
+                state[layout.V] * state[layout.V] + 2.0 * (state[layout.Z] - 1.0)
             )
-        if turning * clear > FAR and rotate_freely(state, body.moment, clear):
-            state[at.Z] += clear * (state[at.V] - 0.5 * clear)
-            state[at.V] -= clear
-            clock[at.TIME] += clear
-            clock[at.EXPECTED_LANDING] = math.inf
-            work.tally[at.NEAR] = 0
+        if turning * clear > FREE_TURN and rotate_freely(state, body.moment, clear):
+            state[layout.Z] += clear * (state[layout.V] - 0.5 * clear)
+            state[layout.V] -= clear
+            clock[layout.TIME] += clear
+            clock[layout.EXPECTED_LANDING] = math.inf
+            work.tally[layout.VERTICES] = 0
             return 0
         fall = 1.0001 * (
-            state[at.V] + math.sqrt(state[at.V] * state[at.V] + 2.0 * state[at.Z])
+            state[layout.V]
+            + math.sqrt(state[layout.V] * state[layout.V] + 2.0 * state[layout.Z])
         )
-        step = min(fall, clock[at.EXPECTED_LANDING])
-        turn = body.turn
+        step = min(fall, clock[layout.EXPECTED_LANDING])
+        turn = body.turn_limit
         if clear > SHORTEST_CLEAR:
             step = clear
             turn = TURN
@@ -77,12 +91,12 @@ def prepare_step(body: at.DropBody, rules: at.DropRules, work: at.Work) -> int:
             step = turn / turning
         last = free_series(state, body.moment, step, rules.truncation, work.series)
     else:
-        step = min(LONGEST, GROWTH * clock[at.REACH])
-        if clock[at.EXPECTED_LANDING] < math.inf:
-            step = min(LONGEST, clock[at.EXPECTED_LANDING])
-        if turning * step > body.turn:
-            step = body.turn / turning
-        on_edge = work.tally[at.MODE] == at.EDGE
+        step = min(LONGEST_STEP, GROWTH * clock[layout.REACH])
+        if clock[layout.EXPECTED_LANDING] < math.inf:
+            step = min(LONGEST_STEP, clock[layout.EXPECTED_LANDING])
+        if turning * step > body.turn_limit:
+            step = body.turn_limit / turning
+        on_edge = work.tally[layout.MODE] == layout.EDGE
         last = sliding_series(
             state,
             body.moment,
@@ -92,35 +106,37 @@ def prepare_step(body: at.DropBody, rules: at.DropRules, work: at.Work) -> int:
             rules.truncation,
             work.series,
         )
-    clock[at.EXPECTED_LANDING] = math.inf
-    step *= shorten(work.series, last, rules.truncation)
-    clock[at.STEP] = clock[at.REACH] = step
+    clock[layout.EXPECTED_LANDING] = math.inf
+    step *= shorten_series(work.series, last, rules.truncation)
+    clock[layout.STEP] = clock[layout.REACH] = step
     return last
 
 
 @inlined
-def evolve(body: at.DropBody, work: at.Work, last: int, event: Event) -> None:
+def move_to_event(
+    body: layout.DropBody, work: layout.Work, last: int, event: Event
+) -> None:
     """Move to an event, or to the end of the step where nothing happens on it."""
     state = work.state
     clock = work.clock
-    elapsed = event.fraction * clock[at.STEP]
-    advance(
+    elapsed = event.fraction * clock[layout.STEP]
+    advance_state(
         state,
         work.series,
         work.contact,
-        work.tally[at.MODE],
+        work.tally[layout.MODE],
         last,
-        clock[at.STEP],
+        clock[layout.STEP],
         event.fraction,
     )
-    clock[at.TIME] += elapsed
-    if event.what != NOTHING:
-        clock[at.REACH] = max(elapsed, SHORTEST)
-        onto_invariants(state, body.moment)
+    clock[layout.TIME] += elapsed
+    if event.kind != NOTHING:
+        clock[layout.REACH] = max(elapsed, SHORTEST_REACH)
+        restore_invariants(state, body.moment)
 
 
 @inlined
-def advance(
+def advance_state(
     state: Array,
     series: Array,
     contact: Array,
@@ -131,16 +147,16 @@ def advance(
 ) -> None:
     """Move a state to a fraction of the step that its series is for."""
     for i in range(3):
-        state[at.W + i] = value_at(series, at.WS + i, last, fraction) / step
-        state[at.P + i] = value_at(series, at.PS + i, last, fraction)
-    if mode == at.FLIGHT:
+        state[layout.W + i] = value_at(series, layout.WS + i, last, fraction) / step
+        state[layout.P + i] = value_at(series, layout.PS + i, last, fraction)
+    if mode == layout.FLIGHT:
         elapsed = fraction * step
-        state[at.Z] += elapsed * (state[at.V] - 0.5 * elapsed)
-        state[at.V] -= elapsed
+        state[layout.Z] += elapsed * (state[layout.V] - 0.5 * elapsed)
+        state[layout.V] -= elapsed
     else:  # the contact stays where it is, so that its velocity gives the centre's
-        state[at.Z] = value_at(series, at.ZS, last, fraction)
-        state[at.V] = 0.0
-        state[at.V] = -vertex_velocity(state, vectors.read_vector(contact, at.CORNER))
+        state[layout.Z] = value_at(series, layout.ZS, last, fraction)
+        state[layout.V] = 0.0
+        state[layout.V] = -vertex_velocity(state, read_vector(contact, layout.CORNER))
 
 
 @inlined
@@ -153,17 +169,17 @@ def value_at(series: Array, column: int, last: int, x: float) -> float:
 
 
 @inlined
-def onto_invariants(state: Array, moment: Array) -> None:
+def restore_invariants(state: Array, moment: Array) -> None:
     """Put the state back on |p| = 1 and p . I w = 0, from which rounding makes it drift."""
-    up = at.up_of(state)
-    spin = at.spin_of(state)
-    inertia = vectors.read_vector(moment, 0)
-    up = vectors.scaled(up, 1.5 - 0.5 * vectors.dot(up, up))
-    momentum = vectors.times(up, inertia)
+    up = layout.up_of(state)
+    spin = layout.spin_of(state)
+    inertia = read_vector(moment, 0)
+    up = scale(up, 1.5 - 0.5 * dot(up, up))
+    momentum = products(up, inertia)
     # From 0, so that there is no negative zero where nothing turns.
-    excess = vectors.dot_from(0.0, momentum, spin) / vectors.dot(momentum, up)
-    vectors.write_vector(state, at.P, up)
-    vectors.write_vector(state, at.W, vectors.minus(spin, vectors.scaled(up, excess)))
+    excess = dot_from(0.0, momentum, spin) / dot(momentum, up)
+    write_vector(state, layout.P, up)
+    write_vector(state, layout.W, subtract(spin, scale(up, excess)))
 
 
 @entry_kernel
@@ -186,32 +202,38 @@ def sample_motion(
     filled.
     """
     state = start.copy()
-    series = np.zeros((at.ORDER + 1, at.COLUMNS))
+    series = np.zeros((layout.ORDER + 1, layout.COLUMNS))
     turn = first_turn.copy()
-    turn_series = np.zeros((at.ORDER + 1, 4))
+    turn_series = np.zeros((layout.ORDER + 1, 4))
     now = 0.0
     for i in range(times.shape[0]):
         while True:
             ahead = times[i] - now
-            rate = vectors.length(at.spin_of(state))
-            step = LONGEST if rate * LONGEST < TURN else TURN / rate
+            rate = length(layout.spin_of(state))
+            step = LONGEST_STEP if rate * LONGEST_STEP < TURN else TURN / rate
             step = max(min(step, ahead), 1e-12)
-            if mode == at.FLIGHT:
+            if mode == layout.FLIGHT:
                 last = free_series(state, moment, step, TRUNCATION, series)
             else:
                 last = sliding_series(
-                    state, moment, contact, mode == at.EDGE, step, TRUNCATION, series
+                    state,
+                    moment,
+                    contact,
+                    mode == layout.EDGE,
+                    step,
+                    TRUNCATION,
+                    series,
                 )
-            step *= shorten(series, last, TRUNCATION)
-            _turn_series(series, axes, turn, last, turn_series)
+            step *= shorten_series(series, last, TRUNCATION)
+            _quaternion_series(series, axes, turn, last, turn_series)
             part = min(1.0, ahead / step)
-            advance(state, series, contact, mode, last, step, part)
+            advance_state(state, series, contact, mode, last, step, part)
             for k in range(4):
                 turn[k] = value_at(turn_series, k, last, part)
             now += part * step
             if now >= times[i] - 1e-14 * (1.0 + times[i]):
                 break
-        for k in range(at.STATE):
+        for k in range(layout.STATE):
             states[i, k] = state[k]
         x = turn[0]
         y = turn[1]
@@ -224,7 +246,7 @@ def sample_motion(
 
 
 @inlined
-def _turn_series(
+def _quaternion_series(
     series: Array, axes: Array, turn: Array, last: int, out: Array
 ) -> None:
     for k in range(4):
@@ -233,7 +255,7 @@ def _turn_series(
         dx = dy = dz = dw = 0.0
         for i in range(n + 1):
             j = n - i
-            spin = vectors.turned(axes, vectors.read_row(series, j, at.WS))
+            spin = transform(axes, read_row(series, j, layout.WS))
             x = out[i, 0]
             y = out[i, 1]
             z = out[i, 2]

@@ -13,11 +13,22 @@ Dynamics, section 69),
 
 import math
 
-from .. import vectors
 from ..array_types import Array
 from ..compilation import inlined, kernel
 from ..elementary import arctangent, exponential, sine_cosine
-from . import layout as at
+from ..vectors import (
+    Vec3,
+    add,
+    cross,
+    divide,
+    dot,
+    length,
+    products,
+    read_vector,
+    scale,
+    write_vector,
+)
+from . import layout
 
 NOME = 0.35
 """Largest nome for which the theta series are summed; beyond, near the separatrix, it fails."""
@@ -37,18 +48,18 @@ def arithmetic_geometric(b: float, phase: float) -> tuple[float, float]:
     is linear in the argument.
     """
     a = 1.0
-    scale = 1.0
+    power = 1.0
     for _ in range(12):
         ratio = b / a
         sine, cosine = sine_cosine(phase)
         side = math.copysign(1.0, cosine)
         turned = arctangent(ratio * side * sine, side * cosine)
         phase += turned + math.pi * math.floor((phase - turned) / math.pi + 0.5)
-        scale *= 2.0
+        power *= 2.0
         a, b = 0.5 * (a + b), math.sqrt(a * b)
         if abs(a - b) < 1e-15 * a:
             break
-    return 0.5 * (a + b), phase / scale
+    return 0.5 * (a + b), phase / power
 
 
 @kernel
@@ -142,15 +153,17 @@ def rotate_freely(state: Array, moment: Array, time: float) -> bool:
     pull = 0.0  # L² - 2 E I2 tells about which axis L circles
     for i in (0, 2):
         pull += (
-            moment[i] * (moment[i] - moment[1]) * (state[at.W + i] * state[at.W + i])
+            moment[i]
+            * (moment[i] - moment[1])
+            * (state[layout.W + i] * state[layout.W + i])
         )
     one, three, parity = (2, 0, -1.0) if pull < 0.0 else (0, 2, 1.0)
     i1 = moment[one]
     i2 = moment[1]
     i3 = moment[three]
-    w1 = state[at.W + one]
-    w2 = state[at.W + 1]
-    w3 = state[at.W + three]
+    w1 = state[layout.W + one]
+    w2 = state[layout.W + 1]
+    w3 = state[layout.W + three]
     if i3 in (i1, i2):
         return False
     ratio = i1 * (i1 - i3) / (i2 * (i2 - i3))
@@ -159,7 +172,7 @@ def rotate_freely(state: Array, moment: Array, time: float) -> bool:
     top3 = math.sqrt(w3 * w3 + i2 * (i2 - i1) / (i3 * (i3 - i1)) * w2 * w2)
     if w3 < 0.0:
         top3 = -top3
-    momentum = vectors.length(vectors.Vec3(i1 * w1, i2 * w2, i3 * w3))
+    momentum = length(Vec3(i1 * w1, i2 * w2, i3 * w3))
     sine = abs(i3 * top3) / momentum
     cosine = i1 * top1 / momentum
     if not (cosine > STEEP and sine > 0.0):
@@ -187,48 +200,48 @@ def rotate_freely(state: Array, moment: Array, time: float) -> bool:
     if i1 > i3:
         swing = -swing
     angle = momentum * time / i1 + swing
-    along, across = _frame_of(state, moment, three)
-    state[at.W + one] = top1 * cn
-    state[at.W + 1] = turning * top2 * sn
-    state[at.W + three] = top3 * dn
+    along, across = _components_of_up(state, moment, three)
+    state[layout.W + one] = top1 * cn
+    state[layout.W + 1] = turning * top2 * sn
+    state[layout.W + three] = top3 * dn
     sine, cosine = sine_cosine(arctangent(across, along) - angle)
-    _place_up(state, moment, three, cosine, sine)
+    _write_up(state, moment, three, cosine, sine)
     return True
 
 
 @inlined
-def _frame_of(state: Array, moment: Array, three: int) -> tuple[float, float]:
+def _components_of_up(state: Array, moment: Array, three: int) -> tuple[float, float]:
     """Components of `up` along e3 x L and along L x (e3 x L), not normalised alike."""
-    momentum = vectors.times(vectors.read_vector(moment, 0), at.spin_of(state))
-    aside = _aside(momentum, three)
-    up = at.up_of(state)
+    momentum = products(read_vector(moment, 0), layout.spin_of(state))
+    aside = _normal_to_axis(momentum, three)
+    up = layout.up_of(state)
     return (
-        vectors.dot(aside, up),
-        vectors.dot(vectors.cross(momentum, aside), up) / vectors.length(momentum),
+        dot(aside, up),
+        dot(cross(momentum, aside), up) / length(momentum),
     )
 
 
 @inlined
-def _place_up(
+def _write_up(
     state: Array, moment: Array, three: int, along: float, across: float
 ) -> None:
     """Set `up` in the frame of e3 x L and L x (e3 x L)."""
-    momentum = vectors.times(vectors.read_vector(moment, 0), at.spin_of(state))
-    aside = _aside(momentum, three)
-    normal = vectors.cross(momentum, aside)
-    vectors.write_vector(
+    momentum = products(read_vector(moment, 0), layout.spin_of(state))
+    aside = _normal_to_axis(momentum, three)
+    normal = cross(momentum, aside)
+    write_vector(
         state,
-        at.P,
-        vectors.plus(
-            vectors.divided(vectors.scaled(aside, along), vectors.length(aside)),
-            vectors.divided(vectors.scaled(normal, across), vectors.length(normal)),
+        layout.P,
+        add(
+            divide(scale(aside, along), length(aside)),
+            divide(scale(normal, across), length(normal)),
         ),
     )
 
 
 @inlined
-def _aside(momentum: vectors.Vec3, three: int) -> vectors.Vec3:
+def _normal_to_axis(momentum: Vec3, three: int) -> Vec3:
     """The direction e3 x L, e3 being the first or the last axis."""
     if three == 0:
-        return vectors.Vec3(0.0, -momentum.z, momentum.y)
-    return vectors.Vec3(-momentum.y, momentum.x, 0.0)
+        return Vec3(0.0, -momentum.z, momentum.y)
+    return Vec3(-momentum.y, momentum.x, 0.0)

@@ -46,13 +46,13 @@ RESTING = 2
 
 # contact (7,)
 CORNER = 0  # 0, 1, 2: a vertex
-ALONG = 3  # 3, 4, 5: direction of the edge, 0 for none
+DIRECTION = 3  # 3, 4, 5: direction of the edge, 0 for none
 LENGTH = 6  # of the edge, 1 for none
 CONTACT = 7
 
 # tally (7,)
 MODE = 0
-NEAR = 1  # touching vertices in `near`
+VERTICES = 1  # touching vertices in `near`
 IMPACTS = 2
 EVENTS = 3  # impacts and steps
 LOWEST = 4  # a low corner, where the last event was
@@ -87,8 +87,10 @@ BALL_NEXT = 2  # node that follows the subtree
 
 # columns of the rims (P, 10), zero for none
 AXLE = 0  # 0, 1, 2: its axis
-BESIDE = 3  # 3, 4, 5: axis times its place; along up, how fast a roll lowers the body
-ABOUT = 6  # moment of inertia about the axis through the centre of mass
+AXLE_MOMENT = (
+    3  # 3, 4, 5: axis times its place; along up, how fast a roll lowers the body
+)
+AXLE_INERTIA = 6  # moment of inertia about the axis through the centre of mass
 TILT = 7  # sine of the tilt at which the body tips over an edge
 BUMPS = 8  # share of a roll's energy that going on from facet to facet keeps free
 SINGLE = 9  # share that one facet, and what is not round about the axis, can set free
@@ -130,14 +132,14 @@ class DropBody(NamedTuple):
     moment: Array1  # (3,) principal moments of inertia of unit mass, rising
     ball: Array2  # (B, 4)
     ball_range: Index2  # (B, 3)
-    beside_start: Index1  # (C + 1,) neighbours of each corner along edges
-    beside: Index1  # (E,) corner; both are empty for bodies of one ball
-    beside_length: Array1  # (E,) distance to it
+    neighbour_start: Index1  # (C + 1,) neighbours of each corner along edges
+    neighbour: Index1  # (E,) corner; both are empty for bodies of one ball
+    neighbour_distance: Array1  # (E,) distance to it
     side_start: Index1  # (C + 1,) sides that leave a corner
     side_end: Index1  # (N,) corner at the far end
     side_left: Index1  # (N,) pose that the face to the left of a side descends to
     side_right: Index1  # (N,)
-    rest: Array1  # (P,) level of each pose
+    pose_level: Array1  # (P,) level of each pose
     way_out: Array1  # (P,) level of the saddle that leads out of it
     roll_pose: (
         Index1  # (C,) pose of a body that rolls on this corner's rim, -1 for none
@@ -147,7 +149,7 @@ class DropBody(NamedTuple):
     )
     roll_climb: Array1  # (C,) of that, height above the rim's lowest place
     rim: Array2  # (P, 10) what a pose's rim does to a roll, see RIM
-    turn: float  # radians by which a step near the plate turns the body at most
+    turn_limit: float  # radians by which a step near the plate turns the body at most
 
 
 class DropRules(NamedTuple):
@@ -169,23 +171,23 @@ class Work(NamedTuple):
 
     state: Array  # (8,)
     series: Array  # (ORDER + 1, COLUMNS)
-    poly: Array  # (ORDER + 1,)
-    local: Array  # (ORDER + 1,)
+    polynomial: Array  # (ORDER + 1,)
+    local_polynomial: Array  # (ORDER + 1,)
     contact: Array  # (7,)
     frame: Array  # (3, 4)
     clock: Array  # (5,)
     tally: Index  # (7,)
-    active: Index  # (2,) vertices in contact, -1 for none
-    near: Index  # (C,) touching vertices
-    rested: (
+    support: Index  # (2,) vertices in contact, -1 for none
+    vertices: Index  # (C,) touching vertices
+    rest_order: (
         Index  # (C,) 1 where a touching vertex has been brought to rest, 2 if released
     )
     speed: Array  # (C,) their vertical velocities
     load: Array  # (C, 4)
-    found: Index  # (C,) corners that may land during a step
-    soonest: Array  # (C,) fraction of the step before which each of them does not
+    candidates: Index  # (C,) corners that may land during a step
+    landing_bound: Array  # (C,) fraction of the step before which each of them does not
     queue: Index  # (C,)
-    seen: Index  # (C,) last search that came by a corner
+    last_search: Index  # (C,) last search that came by a corner
 
 
 @kernel
@@ -194,21 +196,21 @@ def new_work(corners: int) -> Work:
     return Work(
         state=np.zeros(STATE),
         series=np.zeros((ORDER + 1, COLUMNS)),
-        poly=np.zeros(ORDER + 1),
-        local=np.zeros(ORDER + 1),
+        polynomial=np.zeros(ORDER + 1),
+        local_polynomial=np.zeros(ORDER + 1),
         contact=np.zeros(CONTACT),
         frame=np.zeros((3, FRAME)),
         clock=np.zeros(CLOCK),
         tally=np.zeros(TALLY, np.int64),
-        active=np.full(2, -1),
-        near=np.zeros(corners, np.int64),
-        rested=np.zeros(corners, np.int64),
+        support=np.full(2, -1),
+        vertices=np.zeros(corners, np.int64),
+        rest_order=np.zeros(corners, np.int64),
         speed=np.zeros(corners),
         load=np.zeros((corners, LOAD)),
-        found=np.zeros(corners, np.int64),
-        soonest=np.zeros(corners),
+        candidates=np.zeros(corners, np.int64),
+        landing_bound=np.zeros(corners),
         queue=np.zeros(corners, np.int64),
-        seen=np.zeros(corners, np.int64),
+        last_search=np.zeros(corners, np.int64),
     )
 
 
@@ -266,7 +268,7 @@ def lowest_corner(state: Array, body: DropBody) -> int:
 
 
 @inlined
-def note(work: Work, tape: Array, event: int, vertex: int) -> None:
+def write_tape(work: Work, tape: Array, event: int, vertex: int) -> None:
     """Add a row; on a tape without rows or at its end nothing is kept.
 
     Row 0 holds the number of rows wanted so far, so that the caller can come back with a
@@ -283,11 +285,11 @@ def note(work: Work, tape: Array, event: int, vertex: int) -> None:
         tape[row, TAPE_STATE + i] = work.state[i]
     tape[row, TAPE_EVENT] = event
     tape[row, TAPE_VERTEX] = vertex
-    note_contact(work, tape)
+    write_tape_contact(work, tape)
 
 
 @inlined
-def note_contact(work: Work, tape: Array) -> None:
+def write_tape_contact(work: Work, tape: Array) -> None:
     """Correct the contact mode of the last row."""
     if tape.shape[0] == 0:
         return
@@ -295,5 +297,5 @@ def note_contact(work: Work, tape: Array) -> None:
     if row < tape.shape[0]:
         mode = work.tally[MODE]
         tape[row, TAPE_MODE] = mode
-        tape[row, TAPE_CONTACT] = work.active[0] if mode > 0 else -1
-        tape[row, TAPE_CONTACT + 1] = work.active[1] if mode > 1 else -1
+        tape[row, TAPE_CONTACT] = work.support[0] if mode > 0 else -1
+        tape[row, TAPE_CONTACT + 1] = work.support[1] if mode > 1 else -1

@@ -15,10 +15,11 @@ MONOTONE = 1
 CONCAVE = 2
 CONVEX = 3
 UNDECIDED = 4
-NONE = math.inf
-SMALLEST = 1e-9
+NEVER = math.inf
+
+SHORTEST_STRETCH = 1e-9
 """Stretch below which a polynomial counts as monotone: its bends are then below rounding."""
-CLOSE = 1e-10
+NEWTON_STEP = 1e-10
 """Relative step after which Newton's method, converging quadratically, is done."""
 
 
@@ -35,22 +36,24 @@ def first_zero(c: Array, first: int, last: int, upto: float, d: Array) -> float:
     length = upto
     n = last - first
     while begin < upto:
-        _local(c, first, n, begin, length, d)
-        kind = _judge(d, n)
-        if kind == UNDECIDED and length > SMALLEST:
+        _shift_polynomial(c, first, n, begin, length, d)
+        kind = _classify_polynomial(d, n)
+        if kind == UNDECIDED and length > SHORTEST_STRETCH:
             length *= 0.5
             continue
         if kind != NO_ZERO:
-            x = _newton(d, n, kind)
+            x = _newton_zero(d, n, kind)
             if x <= 1.0:
                 return begin + length * x
         begin += length
         length = upto - begin
-    return NONE
+    return NEVER
 
 
 @inlined
-def _local(c: Array, first: int, n: int, begin: float, length: float, d: Array) -> None:
+def _shift_polynomial(
+    c: Array, first: int, n: int, begin: float, length: float, d: Array
+) -> None:
     """Coefficients in the fraction of the stretch from `begin`."""
     for k in range(n + 1):
         d[k] = c[first + k]
@@ -66,7 +69,7 @@ def _local(c: Array, first: int, n: int, begin: float, length: float, d: Array) 
 
 
 @inlined
-def _judge(d: Array, n: int) -> int:
+def _classify_polynomial(d: Array, n: int) -> int:
     """What the coefficients alone say about zeros for 0 <= x <= 1."""
     low = total = slope = bend = 0.0
     for k in range(1, n + 1):
@@ -87,11 +90,11 @@ def _judge(d: Array, n: int) -> int:
 
 
 @inlined
-def _newton(d: Array, n: int, kind: int) -> float:
+def _newton_zero(d: Array, n: int, kind: int) -> float:
     """Zero for 0 <= x <= 1 of a polynomial that is positive at 0; beyond 1 if there is none."""
     low = 0.0
     high = 1.0
-    x = _guess(d, n)
+    x = _guess_zero(d, n)
     if kind in (CONVEX, UNDECIDED):
         x = 0.0  # from the left Newton's method climbs to the zero and never past it
     for _ in range(64):
@@ -105,20 +108,20 @@ def _newton(d: Array, n: int, kind: int) -> float:
         else:
             high = x
         if kind in (CONVEX, UNDECIDED) and value > 0.0 and slope >= 0.0:
-            return NONE
+            return NEVER
         ahead = x - value / slope if slope != 0.0 else 0.5 * (low + high)
         if kind == CONVEX and ahead > 1.0:
-            return NONE
+            return NEVER
         if not low <= ahead <= high:
             ahead = 0.5 * (low + high)
-        if abs(ahead - x) <= CLOSE * ahead:  # the next error is about its square
+        if abs(ahead - x) <= NEWTON_STEP * ahead:  # the next error is about its square
             return float(ahead)
         x = ahead
     return float(x)
 
 
 @inlined
-def _guess(d: Array, n: int) -> float:
+def _guess_zero(d: Array, n: int) -> float:
     """Zero of the first three terms, or the end of the stretch."""
     if n < 2:
         return float(min(1.0, max(0.0, -d[0] / d[1])))

@@ -23,24 +23,24 @@ from ..compilation import inlined
 from ..elementary import rough_root
 from ..vectors import (
     Vec3,
+    add,
     cross,
     dot,
-    plus,
+    products,
     read_row,
     read_vector,
-    scaled,
-    times,
+    scale,
     write_row,
 )
-from . import layout as at
+from . import layout
 
 
 @inlined
 def begin_series(state: Array, step: float, series: Array) -> None:
     """Put the state at the start of a step into row 0, and the height's first power."""
-    write_row(series, 0, at.WS, scaled(at.spin_of(state), step))
-    write_row(series, 0, at.PS, at.up_of(state))
-    series[0, at.ZS] = state[at.Z]
+    write_row(series, 0, layout.WS, scale(layout.spin_of(state), step))
+    write_row(series, 0, layout.PS, layout.up_of(state))
+    series[0, layout.ZS] = state[layout.Z]
 
 
 @inlined
@@ -51,23 +51,23 @@ def free_series(
 
     Rows stop when two in a row add less than `truncation` to the direction of up.
     """
-    coupling = at.coupling_of(moment)
+    coupling = layout.coupling_of(moment)
     begin_series(state, step, series)
-    last = at.ORDER
+    last = layout.ORDER
     before = 1.0
-    for k in range(at.ORDER):
+    for k in range(layout.ORDER):
         spins, tilt = turning_products(series, k)
         share = 1.0 / (k + 1)
-        write_row(series, k + 1, at.WS, scaled(times(coupling, spins), share))
-        write_row(series, k + 1, at.PS, scaled(tilt, share))
-        series[k + 1, at.ZS] = 0.0
+        write_row(series, k + 1, layout.WS, scale(products(coupling, spins), share))
+        write_row(series, k + 1, layout.PS, scale(tilt, share))
+        series[k + 1, layout.ZS] = 0.0
         size = max(abs(tilt.x), abs(tilt.y), abs(tilt.z)) * share
         if max(size, before) < truncation:
             last = k + 1
             break
         before = size
-    series[1, at.ZS] = step * state[at.V]
-    series[2, at.ZS] = -0.5 * step * step
+    series[1, layout.ZS] = step * state[layout.V]
+    series[2, layout.ZS] = -0.5 * step * step
     return last
 
 
@@ -78,22 +78,22 @@ def turning_products(series: Array, k: int) -> tuple[Vec3, Vec3]:
     tilt = Vec3(0.0, 0.0, 0.0)
     for i in range(np.uint64(k + 1)):
         j = np.uint64(k) - i
-        a = read_row(series, i, at.WS)
-        b = read_row(series, j, at.WS)
-        spins = plus(spins, Vec3(a.y * b.z, a.z * b.x, a.x * b.y))
-        tilt = plus(tilt, cross(read_row(series, i, at.PS), b))
+        a = read_row(series, i, layout.WS)
+        b = read_row(series, j, layout.WS)
+        spins = add(spins, Vec3(a.y * b.z, a.z * b.x, a.x * b.y))
+        tilt = add(tilt, cross(read_row(series, i, layout.PS), b))
     return spins, tilt
 
 
 @inlined
-def shorten(series: Array, last: int, truncation: float) -> float:
+def shorten_series(series: Array, last: int, truncation: float) -> float:
     """Fraction of the step at which the series has converged; rescales it to that.
 
     Returns 1 where the last two rows are already below `truncation`.
     """
     tail = 0.0
     for k in (last - 1, last):
-        for i in range(at.PS, at.PS + 3):
+        for i in range(layout.PS, layout.PS + 3):
             tail = max(tail, abs(series[k, i]))
     if tail <= 4.0 * truncation:
         return 1.0
@@ -101,12 +101,15 @@ def shorten(series: Array, last: int, truncation: float) -> float:
     power = 1.0
     for k in range(last + 1):
         write_row(
-            series, k, at.WS, scaled(read_row(series, k, at.WS), power * fraction)
+            series,
+            k,
+            layout.WS,
+            scale(read_row(series, k, layout.WS), power * fraction),
         )
-        write_row(series, k, at.PS, scaled(read_row(series, k, at.PS), power))
-        series[k, at.ZS] *= power
-        series[k, at.FORCE] *= power * fraction * fraction
-        series[k, at.TORQUE] *= power * fraction * fraction
+        write_row(series, k, layout.PS, scale(read_row(series, k, layout.PS), power))
+        series[k, layout.ZS] *= power
+        series[k, layout.FORCE] *= power * fraction * fraction
+        series[k, layout.TORQUE] *= power * fraction * fraction
         power *= fraction
     return fraction
 
@@ -139,36 +142,36 @@ def sliding_series(
     `edge`: sliding on the edge rather than on the vertex alone.
     """
     begin_series(state, step, series)
-    r = read_vector(contact, at.CORNER)
-    e = read_vector(contact, at.ALONG)
+    r = read_vector(contact, layout.CORNER)
+    e = read_vector(contact, layout.DIRECTION)
     inverse = Vec3(1.0 / moment[0], 1.0 / moment[1], 1.0 / moment[2])
     coupling = Vec3(
         (moment[1] - moment[2]) * inverse.x,
         (moment[2] - moment[0]) * inverse.y,
         (moment[0] - moment[1]) * inverse.z,
     )
-    last = at.ORDER
+    last = layout.ORDER
     before = 1.0
-    scale = 0.0
-    for k in range(at.ORDER):
-        _set_reaches(series, k, r, e, inverse)
+    inverse_determinant = 0.0
+    for k in range(layout.ORDER):
+        _write_reaches(series, k, r, e, inverse)
         spins, tilt = turning_products(series, k)
-        write_row(series, k, G, times(coupling, spins))
-        _set_products(series, k, edge)
+        write_row(series, k, G, products(coupling, spins))
+        _write_products(series, k, edge)
         if k == 0:  # the inverse of the determinant of the responses
-            scale = series[0, M11]
+            inverse_determinant = series[0, M11]
             if edge:
-                scale = (
+                inverse_determinant = (
                     series[0, M11] * series[0, M22] - series[0, M12] * series[0, M12]
                 )
-            scale = 1.0 / scale
-        _set_forces(series, k, r, e, edge, step, scale)
+            inverse_determinant = 1.0 / inverse_determinant
+        _write_forces(series, k, r, e, edge, step, inverse_determinant)
         share = 1.0 / (k + 1)
-        spin = scaled(_acceleration(series, k), share)
-        up = scaled(tilt, share)
-        write_row(series, k + 1, at.WS, spin)
-        write_row(series, k + 1, at.PS, up)
-        series[k + 1, at.ZS] = -dot(up, r)
+        spin = scale(_acceleration(series, k), share)
+        up = scale(tilt, share)
+        write_row(series, k + 1, layout.WS, spin)
+        write_row(series, k + 1, layout.PS, up)
+        series[k + 1, layout.ZS] = -dot(up, r)
         size = max(
             abs(up.x), abs(up.y), abs(up.z), abs(spin.x), abs(spin.y), abs(spin.z)
         )
@@ -176,31 +179,31 @@ def sliding_series(
             last = k + 1
             break
         before = size
-    series[last, at.FORCE] = series[last, at.TORQUE] = 0.0
+    series[last, layout.FORCE] = series[last, layout.TORQUE] = 0.0
     return last
 
 
 @inlined
-def _set_reaches(series: Array, k: int, r: Vec3, e: Vec3, inverse: Vec3) -> None:
+def _write_reaches(series: Array, k: int, r: Vec3, e: Vec3, inverse: Vec3) -> None:
     """Row k of the reaches a and c, and of what they do to the angular velocity."""
-    p = read_row(series, k, at.PS)
+    p = read_row(series, k, layout.PS)
     a = cross(r, p)
     c = cross(e, p)
     write_row(series, k, A, a)
-    write_row(series, k, IA, times(a, inverse))
+    write_row(series, k, IA, products(a, inverse))
     write_row(series, k, C, c)
-    write_row(series, k, IC, times(c, inverse))
+    write_row(series, k, IC, products(c, inverse))
 
 
 @inlined
-def _set_products(series: Array, k: int, edge: bool) -> None:
+def _write_products(series: Array, k: int, edge: bool) -> None:
     """Row k of p.w and w.w, and of the responses a . I^-1 a + 1, a . I^-1 c and c . I^-1 c."""
     pw = ww = m11 = 0.0
     for i in range(np.uint64(k + 1)):
         j = np.uint64(k) - i
-        w = read_row(series, j, at.WS)
-        pw += dot(read_row(series, i, at.PS), w)
-        ww += dot(read_row(series, i, at.WS), w)
+        w = read_row(series, j, layout.WS)
+        pw += dot(read_row(series, i, layout.PS), w)
+        ww += dot(read_row(series, i, layout.WS), w)
         m11 += dot(read_row(series, i, A), read_row(series, j, IA))
     series[k, PW] = pw
     series[k, WW] = ww
@@ -217,29 +220,37 @@ def _set_products(series: Array, k: int, edge: bool) -> None:
 
 
 @inlined
-def _set_forces(
-    series: Array, k: int, r: Vec3, e: Vec3, edge: bool, step: float, scale: float
+def _write_forces(
+    series: Array,
+    k: int,
+    r: Vec3,
+    e: Vec3,
+    edge: bool,
+    step: float,
+    inverse_determinant: float,
 ) -> None:
     """Row k of the force and the moment that keep the contact at its height."""
     force = _fall(series, k, step * step if k == 0 else 0.0, A, r)
     torque = _fall(series, k, 0.0, C, e) if edge else 0.0
     for i in range(np.uint64(k)):
         j = np.uint64(k) - i
-        force -= series[i, at.FORCE] * series[j, M11]
+        force -= series[i, layout.FORCE] * series[j, M11]
         if edge:
-            force -= series[i, at.TORQUE] * series[j, M12]
+            force -= series[i, layout.TORQUE] * series[j, M12]
             torque -= (
-                series[i, at.FORCE] * series[j, M12]
-                + series[i, at.TORQUE] * series[j, M22]
+                series[i, layout.FORCE] * series[j, M12]
+                + series[i, layout.TORQUE] * series[j, M22]
             )
     if edge:
         known = force
-        force = scale * (series[0, M22] * known - series[0, M12] * torque)
-        torque = scale * (series[0, M11] * torque - series[0, M12] * known)
+        force = inverse_determinant * (series[0, M22] * known - series[0, M12] * torque)
+        torque = inverse_determinant * (
+            series[0, M11] * torque - series[0, M12] * known
+        )
     else:
-        force *= scale
-    series[k, at.FORCE] = force
-    series[k, at.TORQUE] = torque
+        force *= inverse_determinant
+    series[k, layout.FORCE] = force
+    series[k, layout.TORQUE] = torque
 
 
 @inlined
@@ -253,8 +264,8 @@ def _fall(series: Array, k: int, start: float, reach: int, place: Vec3) -> float
     for i in range(np.uint64(k + 1)):
         j = np.uint64(k) - i
         fall -= dot(read_row(series, i, reach), read_row(series, j, G))
-        fall -= series[i, PW] * dot(place, read_row(series, j, at.WS))
-        fall += series[i, WW] * dot(place, read_row(series, j, at.PS))
+        fall -= series[i, PW] * dot(place, read_row(series, j, layout.WS))
+        fall += series[i, WW] * dot(place, read_row(series, j, layout.PS))
     return fall
 
 
@@ -264,11 +275,11 @@ def _acceleration(series: Array, k: int) -> Vec3:
     turning = read_row(series, k, G)
     for i in range(np.uint64(k + 1)):
         j = np.uint64(k) - i
-        turning = plus(
+        turning = add(
             turning,
-            plus(
-                scaled(read_row(series, j, IA), series[i, at.FORCE]),
-                scaled(read_row(series, j, IC), series[i, at.TORQUE]),
+            add(
+                scale(read_row(series, j, IA), series[i, layout.FORCE]),
+                scale(read_row(series, j, IC), series[i, layout.TORQUE]),
             ),
         )
     return turning

@@ -15,9 +15,9 @@ from ..array_types import Array, Fixed1, Fixed2, Index
 from ..body.convex_body import BodyArrays
 from ..compilation import entry_kernel, kernel
 from ..sorting import rising_order
-from ..vectors import cross, dot, length, minus, point_at
+from ..vectors import cross, dot, length, point_at, subtract
 
-FEW = 500
+PAIRS_LIMIT = 500
 """Corners up to which all pairs are looked at; from there on those of nearby cells."""
 
 CELLS = 2.0
@@ -33,9 +33,9 @@ def corner_crowding(points: Fixed2, body: BodyArrays, reaches: Fixed1) -> Array:
     share = corner_shares(points, body)
     there = np.flatnonzero(share)
     cells = 1
-    if there.shape[0] > FEW:
+    if there.shape[0] > PAIRS_LIMIT:
         cells = max(1, int(2.0 * CELLS / reaches[-1]))
-    order, cell, start = _grid(points[there], cells)
+    order, cell, start = _sort_into_cells(points[there], cells)
     share = share[there][order]
     place = points[there][order]
     found = np.zeros(reaches.shape[0])
@@ -68,7 +68,7 @@ def _add_pairs(
     """Add the pairs of point i and those from `begin` to before `end`, twice each."""
     farthest = reaches[-1] * reaches[-1]
     for j in range(begin, end):
-        apart = minus(point_at(place, i), point_at(place, j))
+        apart = subtract(point_at(place, i), point_at(place, j))
         square = dot(apart, apart)
         if square < farthest:
             for n in range(reaches.shape[0]):
@@ -77,7 +77,7 @@ def _add_pairs(
 
 
 @kernel
-def _grid(place: Array, cells: int) -> tuple[Index, Index, Index]:
+def _sort_into_cells(place: Array, cells: int) -> tuple[Index, Index, Index]:
     """Order, cells and first point of each cell of points in a grid over [-1, 1]^3, z fastest."""
     cell = np.empty(place.shape, np.int64)
     key = np.empty(place.shape[0], np.int64)
@@ -99,11 +99,11 @@ def corner_shares(points: Array, body: BodyArrays) -> Array:
     """Angle defect (H,) of every point over 4 pi; 0 for those that are no corners."""
     share = np.zeros(points.shape[0])
     for k in range(body.corner.shape[0]):
-        side = body.follow[k]
+        side = body.next_side[k]
         at = body.corner[side]
         here = point_at(points, at)
-        a = minus(point_at(points, body.corner[k]), here)
-        b = minus(point_at(points, body.corner[body.follow[side]]), here)
+        a = subtract(point_at(points, body.corner[k]), here)
+        b = subtract(point_at(points, body.corner[body.next_side[side]]), here)
         share[at] += math.atan2(length(cross(a, b)), dot(a, b))
     for v in range(share.shape[0]):
         if share[v] > 0.0:

@@ -18,8 +18,8 @@ from ..vectors import dot, inverse_of, point_at
 
 # columns of a component's additive measures (6,)
 AREA = 0  # solid angle with r < level
-AROUND = 1  # with R < level
-HELD = 2  # of the faces that hold
+AREA_R = 1  # with R < level
+HOLDING_AREA = 2  # of the faces that hold
 LEVER = 3  # that times the log of the inertia about `down` over the mean one
 SWEPT = (
     4  # turns of the edges' arcs over their angles; this and what follows by `add_arc`
@@ -45,48 +45,53 @@ HELD_NEAR = 13  # and of the faces that hold
 HELD_FAR = 14
 FEATURES = 15
 
-OUTSIDE = 0.3
+OUTSIDE_TILT = 0.3
 """Tilt, in radians, from which on a face whose foot lies outside of it holds nothing back."""
 
-ALIKE = 0.15
+SAME_FACE_ANGLE = 0.15
 """Angle, in radians, to the stable face below from which on a face is another one."""
 
-SMALLEST = 1e-12
+SMALLEST_SHARE = 1e-12
 """Share of the sphere that logarithms start from."""
 
-SHALLOWEST = 1e-4
+SHALLOWEST_DEPTH = 1e-4
 """Depth over level that logarithms start from."""
 
-NEAR = 0.01
-FAR = 0.1
+SHORT_RISE = 0.01
+LONG_RISE = 0.1
 """Rises of the level, in radii, over which a later join is forgotten."""
 
-FAINTEST = -12.0
-RAREST = -8.0
-SHORTEST = 1e-9
+LEAST_LOG_HELD = -12.0
+LEAST_LOG_SHARE = -8.0
+SHORTEST_ARCS = 1e-9
 
 
 @kernel
 def write_features(row: Array, measures: Array, level: float, lowest: float) -> None:
     """Turn additive measures of a component into the features above, but for those joined soon."""
     area = max(measures[AREA], 0.0) / (4.0 * math.pi)
-    around = max(measures[AROUND], 0.0) / (4.0 * math.pi)
-    root = math.sqrt(area + SMALLEST)
-    row[LOG_AREA] = math.log(area + SMALLEST)
-    row[SHARE_R] = min(around / (area + SMALLEST), 1.0)
-    row[LOG_SHARE_R] = max(math.log(around + SMALLEST) - row[LOG_AREA], RAREST)
+    around = max(measures[AREA_R], 0.0) / (4.0 * math.pi)
+    root = math.sqrt(area + SMALLEST_SHARE)
+    row[LOG_AREA] = math.log(area + SMALLEST_SHARE)
+    row[SHARE_R] = min(around / (area + SMALLEST_SHARE), 1.0)
+    row[LOG_SHARE_R] = max(
+        math.log(around + SMALLEST_SHARE) - row[LOG_AREA], LEAST_LOG_SHARE
+    )
     row[DEPTH] = (level - lowest) / level
     row[LEVEL] = level
     row[LOWEST] = lowest
-    row[INERTIA] = measures[LEVER] / max(measures[HELD], SMALLEST)
-    row[LOG_HELD] = max(math.log(measures[HELD] / (4.0 * math.pi) + SMALLEST), FAINTEST)
-    row[LOG_ROLLED] = math.log(max(measures[ROLLED], SHORTEST) / root)
-    row[LOG_SWEPT] = math.log(max(measures[SWEPT], SHORTEST) / root)
-    row[LOG_DEPTH] = math.log(row[DEPTH] + SHALLOWEST)
+    row[INERTIA] = measures[LEVER] / max(measures[HOLDING_AREA], SMALLEST_SHARE)
+    row[LOG_HELD] = max(
+        math.log(measures[HOLDING_AREA] / (4.0 * math.pi) + SMALLEST_SHARE),
+        LEAST_LOG_HELD,
+    )
+    row[LOG_ROLLED] = math.log(max(measures[ROLLED], SHORTEST_ARCS) / root)
+    row[LOG_SWEPT] = math.log(max(measures[SWEPT], SHORTEST_ARCS) / root)
+    row[LOG_DEPTH] = math.log(row[DEPTH] + SHALLOWEST_DEPTH)
 
 
 @kernel
-def joined_soon(
+def write_joined_measure(
     found: Array, tree: MergeTree, wanted: Flags, of: int, rise: float, column: int
 ) -> None:
     """Log of a measure with that of all that joins here or soon after, over the component's own.
@@ -139,7 +144,8 @@ def holding_faces(
         )
         apart = math.acos(min(max(together, -1.0), 1.0))
         share = max(
-            max(0.0, 1.0 - tilt[f] / OUTSIDE) ** 2, max(0.0, 1.0 - apart / ALIKE) ** 2
+            max(0.0, 1.0 - tilt[f] / OUTSIDE_TILT) ** 2,
+            max(0.0, 1.0 - apart / SAME_FACE_ANGLE) ** 2,
         )
         held[i + 1] = held[i] + share * body.angle[f]
         lever[i + 1] = lever[i] + share * body.angle[f] * math.log(about / mean)
@@ -163,10 +169,10 @@ class ArcLists(NamedTuple):
     Components rise as they join: an arc all below the level is so in all that follow.
     """
 
-    first: Index  # (2 S - 1,) -1 for an empty list
-    last: Index  # (2 S - 1,)
-    after: Index  # (N,) the next in the list of an arc, -1 at its end
-    below: Array  # (2 S - 1, SUMS) of those that have left
+    head: Index  # (2 S - 1,) -1 for an empty list
+    tail: Index  # (2 S - 1,)
+    next_arc: Index  # (N,) the next in the list of an arc, -1 at its end
+    finished: Array  # (2 S - 1, SUMS) of those that have left
 
 
 @entry_kernel
@@ -194,7 +200,7 @@ def split_features(
     arcs = make_arcs(points, body, inertia, inverse)
     held, lever = holding_faces(body, stable, basin, tree, inertia)
     lowest = lowest_faces(body, stable, tree)
-    lists = _lists(body, tree, wanted, arcs)
+    lists = _list_arcs(body, tree, wanted, arcs)
     sums = np.zeros((2, MEASURES))
     arc = np.zeros(SUMS)
     for j in range(joins):
@@ -206,27 +212,31 @@ def split_features(
             node = tree.child[j, c]
             begin, end = faces_of(tree, node)
             sums[c, AREA] = areas_r[j, c]
-            sums[c, AROUND] = areas_R[j, c]
-            sums[c, HELD] = held[end] - held[begin]
+            sums[c, AREA_R] = areas_R[j, c]
+            sums[c, HOLDING_AREA] = held[end] - held[begin]
             sums[c, LEVER] = lever[end] - lever[begin]
             arc[:] = 0.0
-            _add_above(arc, lists, node, level, points, body, arcs, inertia, inverse)
-            arc += lists.below[node]
+            _add_unfinished_arcs(
+                arc, lists, node, level, points, body, arcs, inertia, inverse
+            )
+            arc += lists.finished[node]
             sums[c, SWEPT] = arc[OVER_ANGLE]
             sums[c, ROLLED] = arc[OVER_LENGTH]
             write_features(found[j, c], sums[c], level, lowest[node])
-            _hand_on(lists, node, whole)
+            _append_list(lists, node, whole)
         sums[0] += sums[1]
         write_features(found[j, 2], sums[0], level, lowest[whole])
-    joined_soon(found, tree, wanted, LOG_AREA, NEAR, AREA_NEAR)
-    joined_soon(found, tree, wanted, LOG_AREA, FAR, AREA_FAR)
-    joined_soon(found, tree, wanted, LOG_HELD, NEAR, HELD_NEAR)
-    joined_soon(found, tree, wanted, LOG_HELD, FAR, HELD_FAR)
+    write_joined_measure(found, tree, wanted, LOG_AREA, SHORT_RISE, AREA_NEAR)
+    write_joined_measure(found, tree, wanted, LOG_AREA, LONG_RISE, AREA_FAR)
+    write_joined_measure(found, tree, wanted, LOG_HELD, SHORT_RISE, HELD_NEAR)
+    write_joined_measure(found, tree, wanted, LOG_HELD, LONG_RISE, HELD_FAR)
     return found
 
 
 @kernel
-def _lists(body: BodyArrays, tree: MergeTree, wanted: Flags, arcs: Arcs) -> ArcLists:
+def _list_arcs(
+    body: BodyArrays, tree: MergeTree, wanted: Flags, arcs: Arcs
+) -> ArcLists:
     """The arcs of each pose."""
     joins = tree.level.shape[0]
     nodes = 2 * joins + 1
@@ -245,18 +255,18 @@ def _lists(body: BodyArrays, tree: MergeTree, wanted: Flags, arcs: Arcs) -> ArcL
             for i in range(begin, end):
                 f = tree.face_order[i]
                 for k in range(body.face_start[f], body.face_start[f + 1]):
-                    if arcs.far[k] <= arcs.near[k]:
+                    if arcs.end[k] <= arcs.begin[k]:
                         continue
-                    if lists.first[node] < 0:
-                        lists.first[node] = k
+                    if lists.head[node] < 0:
+                        lists.head[node] = k
                     else:
-                        lists.after[lists.last[node]] = k
-                    lists.last[node] = k
+                        lists.next_arc[lists.tail[node]] = k
+                    lists.tail[node] = k
     return lists
 
 
 @inlined
-def _add_above(
+def _add_unfinished_arcs(
     arc: Array,
     lists: ArcLists,
     node: int,
@@ -269,36 +279,36 @@ def _add_above(
 ) -> None:
     """Add sums (SUMS,) of what the level has reached of the arcs, passed ones out."""
     before = -1
-    k = lists.first[node]
+    k = lists.head[node]
     while k >= 0:
-        onward = lists.after[k]
+        onward = lists.next_arc[k]
         if level >= arcs.top[k]:
             for i in range(SUMS):
-                lists.below[node, i] += arcs.whole[k, i]
+                lists.finished[node, i] += arcs.sums[k, i]
             if before < 0:
-                lists.first[node] = onward
+                lists.head[node] = onward
             else:
-                lists.after[before] = onward
+                lists.next_arc[before] = onward
             if onward < 0:
-                lists.last[node] = before
+                lists.tail[node] = before
         else:
             if level > arcs.bottom[k]:
-                cut = max(arcs.near[k], math.acos(min(level / body.reach[k], 1.0)))
+                cut = max(arcs.begin[k], math.acos(min(level / body.reach[k], 1.0)))
                 add_arc(arc, k, cut, points, body, arcs, inertia, inverse)
             before = k
         k = onward
 
 
 @inlined
-def _hand_on(lists: ArcLists, node: int, whole: int) -> None:
+def _append_list(lists: ArcLists, node: int, whole: int) -> None:
     """Append the list of a node to that of the one that it becomes part of."""
-    first = lists.first
-    last = lists.last
+    first = lists.head
+    last = lists.tail
     for i in range(SUMS):
-        lists.below[whole, i] += lists.below[node, i]
+        lists.finished[whole, i] += lists.finished[node, i]
     if first[whole] < 0:
         first[whole] = first[node]
         last[whole] = last[node]
     elif first[node] >= 0:
-        lists.after[last[whole]] = first[node]
+        lists.next_arc[last[whole]] = first[node]
         last[whole] = last[node]

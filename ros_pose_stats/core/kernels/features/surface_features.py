@@ -12,10 +12,10 @@ from ...tolerances import SYMMETRY
 from ..array_types import Array, Fixed2, FixedIndex2, Index
 from ..body.coplanar import planar_regions
 from ..compilation import entry_kernel, inlined, kernel
-from ..mesh.connections import neighbours
+from ..mesh.connections import triangle_neighbours
 from ..mesh.measures import area_vectors, centroid_of
 from ..sorting import falling_order
-from ..vectors import Vec3, divided, dot, plus, point_at, read_row, scaled, write_row
+from ..vectors import Vec3, add, divide, dot, point_at, read_row, scale, write_row
 
 # columns of the regions (G, 7) and of the sums that they are made of
 CENTROID = 0  # 0, 1, 2; in a sum times the area
@@ -24,7 +24,7 @@ SIZE = 6  # square root of the area; in a sum the area
 AREA = 6
 REGION = 7
 
-SMALLEST = SYMMETRY * SYMMETRY
+SMALLEST_AREA = SYMMETRY * SYMMETRY
 """Area below which a region is none: of corners on one line rounding makes the normal."""
 
 
@@ -36,13 +36,15 @@ def regions_and_corners(
 
     Centroid, normal times size and size (square root of the area); none below `SMALLEST`.
     """
-    region = planar_regions(points, triangles, neighbours(triangles), tolerance)
-    sums = _sums(points, triangles, region)
-    return _largest_first(sums), _corners(triangles, region, sums, points.shape[0])
+    region = planar_regions(
+        points, triangles, triangle_neighbours(triangles), tolerance
+    )
+    sums = _sum_regions(points, triangles, region)
+    return _order_regions(sums), _find_corners(triangles, region, sums, points.shape[0])
 
 
 @kernel
-def _sums(points: Array, triangles: Index, region: Index) -> Array:
+def _sum_regions(points: Array, triangles: Index, region: Index) -> Array:
     """Area-weighted centroid, area vector and area (G, 7) of the regions."""
     count = 0
     for t in range(region.shape[0]):
@@ -51,21 +53,19 @@ def _sums(points: Array, triangles: Index, region: Index) -> Array:
     sums = np.zeros((count, REGION))
     for t in range(region.shape[0]):
         g = region[t]
-        moment = scaled(centroid_of(points, triangles, t), areas[t])
-        write_row(sums, g, CENTROID, plus(read_row(sums, g, CENTROID), moment))
-        write_row(
-            sums, g, NORMAL, plus(read_row(sums, g, NORMAL), point_at(vectors, t))
-        )
+        moment = scale(centroid_of(points, triangles, t), areas[t])
+        write_row(sums, g, CENTROID, add(read_row(sums, g, CENTROID), moment))
+        write_row(sums, g, NORMAL, add(read_row(sums, g, NORMAL), point_at(vectors, t)))
         sums[g, AREA] += areas[t]
     return sums
 
 
 @kernel
-def _largest_first(sums: Array) -> Array:
+def _order_regions(sums: Array) -> Array:
     order = falling_order(sums[:, AREA].copy())
     count = 0
     for g in order:
-        if sums[g, AREA] < SMALLEST:
+        if sums[g, AREA] < SMALLEST_AREA:
             break
         count += 1
     regions = np.empty((count, REGION))
@@ -73,22 +73,22 @@ def _largest_first(sums: Array) -> Array:
         g = order[i]
         size = math.sqrt(sums[g, AREA])
         write_row(
-            regions, i, CENTROID, divided(read_row(sums, g, CENTROID), sums[g, AREA])
+            regions, i, CENTROID, divide(read_row(sums, g, CENTROID), sums[g, AREA])
         )
-        write_row(regions, i, NORMAL, divided(read_row(sums, g, NORMAL), size))
+        write_row(regions, i, NORMAL, divide(read_row(sums, g, NORMAL), size))
         regions[i, SIZE] = size
     return regions
 
 
 @kernel
-def _corners(triangles: Index, region: Index, sums: Array, points: int) -> Index:
+def _find_corners(triangles: Index, region: Index, sums: Array, points: int) -> Index:
     """Vertices that touch at least three regions of `SMALLEST` area or more."""
     touched = np.full((points, 2), -1, np.int64)
     corner = np.zeros(points, np.bool_)
     count = 0
     for t in range(triangles.shape[0]):
         g = region[t]
-        if sums[g, AREA] < SMALLEST:
+        if sums[g, AREA] < SMALLEST_AREA:
             continue
         for i in range(3):
             v = triangles[t, i]
@@ -116,7 +116,7 @@ def _meets_third(touched: Index, v: int, g: int) -> bool:
 
 
 # How many products of components are the same monomial, in the order of `_monomials`.
-_TIMES = np.array(
+_MULTIPLICITY = np.array(
     [
         1,
         1,
@@ -176,7 +176,7 @@ def moments_along(regions: Fixed2, directions: Fixed2) -> Array:
     flows = np.zeros((3, 20))
     terms = np.empty(35)
     for g in range(regions.shape[0]):
-        _monomials(read_row(regions, g, CENTROID), terms)
+        _write_monomials(read_row(regions, g, CENTROID), terms)
         size = regions[g, SIZE]
         area = size * size
         for m in range(35):
@@ -188,19 +188,19 @@ def moments_along(regions: Fixed2, directions: Fixed2) -> Array:
     moments = np.zeros((directions.shape[0], 7))
     for s in range(directions.shape[0]):
         direction = point_at(directions, s)
-        _monomials(direction, terms)
+        _write_monomials(direction, terms)
         for k in range(4):
             for m in range(_DEGREE[k], _DEGREE[k + 1]):
                 flow = dot(direction, Vec3(flows[0, m], flows[1, m], flows[2, m]))
-                moments[s, FLOWS + k] += _TIMES[m] * terms[m] * flow
+                moments[s, FLOWS + k] += _MULTIPLICITY[m] * terms[m] * flow
         for k in range(2, 5):
             for m in range(_DEGREE[k], _DEGREE[k + 1]):
-                moments[s, HEIGHTS + k - 2] += _TIMES[m] * terms[m] * areas[m]
+                moments[s, HEIGHTS + k - 2] += _MULTIPLICITY[m] * terms[m] * areas[m]
     return moments
 
 
 @inlined
-def _monomials(a: Vec3, terms: Array) -> None:
+def _write_monomials(a: Vec3, terms: Array) -> None:
     """Set `terms` (35,) to the monomials of degree 0 to 4; each from one of lower degree."""
     terms[0] = 1.0
     for degree in range(1, 5):

@@ -15,14 +15,14 @@ from ..array_types import Array, Fixed1, Fixed2, FixedIndex2, Index
 from ..body.convex_body import BodyArrays
 from ..body.descent import (
     basins,
-    descend,
-    end_of,
-    faces_beyond,
+    descend_faces,
     is_lower,
-    without_barrier,
+    neighbour_faces,
+    sink_unbarred_faces,
+    stable_face_below,
 )
 from ..compilation import entry_kernel, inlined, kernel
-from ..vectors import Vec3, cross, divided, dot, length, minus, plus, point_at, scaled
+from ..vectors import Vec3, add, cross, divide, dot, length, point_at, scale, subtract
 from .merge_tree import MergeTree, merge_tree
 
 
@@ -40,13 +40,13 @@ class EquilibriumArrays(NamedTuple):
 @entry_kernel
 def find_equilibria(points: Fixed2, body: BodyArrays) -> EquilibriumArrays:
     """Find the equilibria of a convex body of radius 1 (sections 2.C, 4.B and 4.D)."""
-    beyond = faces_beyond(body)
-    parent = descend(body, beyond)
-    while without_barrier(body, beyond, parent):
+    beyond = neighbour_faces(body)
+    parent = descend_faces(body, beyond)
+    while sink_unbarred_faces(body, beyond, parent):
         pass
     stable, basin = basins(parent)
-    target, share = toppling(points, body, beyond, parent)
-    toppled = settle(body.angle / body.angle.sum(), target, share)
+    target, share = toppling_graph(points, body, beyond, parent)
+    toppled = settle_probabilities(body.angle / body.angle.sum(), target, share)
     return EquilibriumArrays(
         stable, basin, target, share, toppled, merge_tree(body, stable, basin)
     )
@@ -55,11 +55,11 @@ def find_equilibria(points: Fixed2, body: BodyArrays) -> EquilibriumArrays:
 @entry_kernel
 def settle_on_stable(initial: Fixed1, target: FixedIndex2, share: Fixed2) -> Array:
     """`settle` for callers outside the kernels."""
-    return settle(initial, target, share)
+    return settle_probabilities(initial, target, share)
 
 
 @kernel
-def toppling(
+def toppling_graph(
     points: Array, body: BodyArrays, beyond: Index, parent: Index
 ) -> tuple[Index, Array]:
     """Targets and shares of the toppling graph of the quasi-static estimator (section 4.B).
@@ -74,9 +74,9 @@ def toppling(
     for f in range(faces):
         if parent[f] == f:
             continue
-        _pierced(points, body, beyond, f, target)
+        _write_pierced_sides(points, body, beyond, f, target)
         if target[f, 0] < 0:
-            target[f, 0] = end_of(parent, f)
+            target[f, 0] = stable_face_below(parent, f)
         if target[f, 1] < 0:
             share[f, 0] = 1.0
         else:
@@ -85,7 +85,7 @@ def toppling(
 
 
 @inlined
-def _pierced(
+def _write_pierced_sides(
     points: Array, body: BodyArrays, beyond: Index, f: int, target: Index
 ) -> None:
     """Find the side that the segment from centroid to foot leaves through."""
@@ -116,12 +116,12 @@ def _pierced(
     target[f, 0] = beyond[exit_side]
     after = exit_side + 1 if exit_side + 1 < end else begin
     before = exit_side - 1 if exit_side > begin else end - 1
-    to_foot = minus(scaled(normal, distance[f]), centroid)
-    at_end = minus(point_at(points, corner[after]), centroid)
-    at_start = minus(point_at(points, corner[exit_side]), centroid)
-    if _off_line(at_end, to_foot, normal) < SAME_EDGE:
+    to_foot = subtract(scale(normal, distance[f]), centroid)
+    at_end = subtract(point_at(points, corner[after]), centroid)
+    at_start = subtract(point_at(points, corner[exit_side]), centroid)
+    if _line_distance(at_end, to_foot, normal) < SAME_EDGE:
         beside = after
-    elif _off_line(at_start, to_foot, normal) < SAME_EDGE:
+    elif _line_distance(at_start, to_foot, normal) < SAME_EDGE:
         beside = before
     else:
         return
@@ -131,7 +131,7 @@ def _pierced(
 
 
 @inlined
-def _off_line(place: Vec3, line: Vec3, normal: Vec3) -> float:
+def _line_distance(place: Vec3, line: Vec3, normal: Vec3) -> float:
     """Distance of a place in a plane from the line through the origin there."""
     return abs(dot(normal, cross(line, place))) / length(line)
 
@@ -145,23 +145,23 @@ def polygon_centroid(
     total = 0.0
     moment = Vec3(0.0, 0.0, 0.0)
     for k in range(begin + 1, end - 1):
-        a = minus(point_at(points, corner[k]), p)
-        b = minus(point_at(points, corner[k + 1]), p)
+        a = subtract(point_at(points, corner[k]), p)
+        b = subtract(point_at(points, corner[k + 1]), p)
         weight = dot(normal, cross(a, b))
         total += weight
-        moment = plus(moment, scaled(plus(a, b), weight))
-    return plus(p, divided(moment, 3.0 * total))
+        moment = add(moment, scale(add(a, b), weight))
+    return add(p, divide(moment, 3.0 * total))
 
 
 @inlined
 def _inset_of(place: Vec3, normal: Vec3, v: Vec3, w: Vec3) -> float:
     """Distance of a place on a face from its side from v to w, inside positive."""
-    side = minus(w, v)
-    return dot(minus(place, v), cross(normal, side)) / length(side)
+    side = subtract(w, v)
+    return dot(subtract(place, v), cross(normal, side)) / length(side)
 
 
 @kernel
-def settle(initial: Array, target: Index, share: Array) -> Array:
+def settle_probabilities(initial: Array, target: Index, share: Array) -> Array:
     """Carry initial probabilities (F,) of all faces down the toppling graph."""
     faces = initial.shape[0]
     mass = initial.copy()

@@ -30,7 +30,7 @@ from ..array_types import (
 from ..body.convex_body import BodyArrays
 from ..body.descent import side_level
 from ..compilation import entry_kernel, inlined, kernel
-from ..mesh.connections import root
+from ..mesh.connections import find_representative
 from ..sorting import stable_order
 
 
@@ -61,7 +61,7 @@ def faces_of(tree: MergeTree, node: int) -> tuple[int, int]:
 def merge_tree(body: BodyArrays, stable: Index, basin: Index) -> MergeTree:
     """Join basins bottom-up; the result does not depend on how ties are ordered."""
     leaves = stable.shape[0]
-    sides, levels = borders(body, basin)
+    sides, levels = basin_borders(body, basin)
     child = np.full((max(leaves - 1, 0), 2), -1, np.int64)
     level = np.zeros(max(leaves - 1, 0))
     where = np.full(max(leaves - 1, 0), -1, np.int64)
@@ -75,11 +75,13 @@ def merge_tree(body: BodyArrays, stable: Index, basin: Index) -> MergeTree:
         if joins == leaves - 1:
             break
         if place == tie:
-            tie = _shallow_first(body, basin, sides, levels, link, bottom, order, place)
+            tie = _put_shallow_first(
+                body, basin, sides, levels, link, bottom, order, place
+            )
         i = order[place]
         k = sides[i]
-        a = root(link, basin[body.face[k]])
-        b = root(link, basin[body.face[body.twin[k]]])
+        a = find_representative(link, basin[body.face[k]])
+        b = find_representative(link, basin[body.face[body.twin[k]]])
         if a == b:
             continue
         child[joins, 0] = node[a]
@@ -91,7 +93,7 @@ def merge_tree(body: BodyArrays, stable: Index, basin: Index) -> MergeTree:
         bottom[a] = min(bottom[a], bottom[b])
         node[a] = leaves + joins
         joins += 1
-    leaf_order, leaf_range = _lay_out(child, leaves)
+    leaf_order, leaf_range = _order_leaves(child, leaves)
     face_order, face_range = _gather_faces(basin, leaf_order)
     return MergeTree(
         child, level, where, leaf_order, leaf_range, face_order, face_range
@@ -99,7 +101,7 @@ def merge_tree(body: BodyArrays, stable: Index, basin: Index) -> MergeTree:
 
 
 @kernel
-def _shallow_first(
+def _put_shallow_first(
     body: BodyArrays,
     basin: Index,
     sides: Index,
@@ -123,15 +125,15 @@ def _shallow_first(
         for j in range(begin, end):
             k = sides[order[j]]
             depth[j - begin] = -min(
-                bottom[root(link, basin[body.face[k]])],
-                bottom[root(link, basin[body.face[body.twin[k]]])],
+                bottom[find_representative(link, basin[body.face[k]])],
+                bottom[find_representative(link, basin[body.face[body.twin[k]]])],
             )
         order[begin:end] = order[begin:end][stable_order(depth)]
     return end
 
 
 @kernel
-def borders(body: BodyArrays, basin: Index) -> tuple[Index, Array]:
+def basin_borders(body: BodyArrays, basin: Index) -> tuple[Index, Array]:
     """Polygon sides between two basins, each edge once, and their levels."""
     face = body.face
     twin = body.twin
@@ -151,7 +153,7 @@ def borders(body: BodyArrays, basin: Index) -> tuple[Index, Array]:
 
 
 @kernel
-def _lay_out(child: Index, leaves: int) -> tuple[Index, Index]:
+def _order_leaves(child: Index, leaves: int) -> tuple[Index, Index]:
     size = np.ones(2 * leaves - 1, np.int64)
     for j in range(leaves - 1):
         size[leaves + j] = size[child[j, 0]] + size[child[j, 1]]
@@ -207,14 +209,14 @@ def gather_poses(
     same between neighbours on one such surface.
     """
     faces = height.shape[0]
-    sides, levels = borders(body, basin)
+    sides, levels = basin_borders(body, basin)
     order = stable_order(levels)
     component = np.arange(faces)
     region = np.arange(faces)
     tie = 0
     for i in range(order.shape[0]):
         if i == tie:
-            tie = _lower_across_first(
+            tie = _put_lower_first(
                 body, basin, rank, component, sides, levels, order, i
             )
         k = sides[order[i]]
@@ -222,20 +224,20 @@ def gather_poses(
         s = basin[body.face[k]]
         t = basin[body.face[body.twin[k]]]
         if run[s] >= 0 and run[s] == run[t]:
-            a = root(region, s)
-            b = root(region, t)
+            a = find_representative(region, s)
+            b = find_representative(region, t)
             shallower = height[b if rank[a] < rank[b] else a]
             if level - shallower < of_run * shallower:
-                _join(region, rank, s, t)
-        a = root(component, s)
-        b = root(component, t)
+                _join_regions(region, rank, s, t)
+        a = find_representative(component, s)
+        b = find_representative(component, t)
         if a == b:
             continue
         elder, younger = (a, b) if rank[a] < rank[b] else (b, a)
         component[younger] = elder
         if level - height[younger] < tolerance * height[younger]:
-            _join(region, rank, s, t)
-    eldest = np.array([root(region, s) for s in range(faces)])
+            _join_regions(region, rank, s, t)
+    eldest = np.array([find_representative(region, s) for s in range(faces)])
     way_out = np.full(faces, math.inf)
     for i in range(sides.shape[0]):
         a = eldest[basin[body.face[sides[i]]]]
@@ -247,9 +249,9 @@ def gather_poses(
 
 
 @kernel
-def _join(region: Index, rank: Index, s: int, t: int) -> None:
-    a = root(region, s)
-    b = root(region, t)
+def _join_regions(region: Index, rank: Index, s: int, t: int) -> None:
+    a = find_representative(region, s)
+    b = find_representative(region, t)
     if rank[a] < rank[b]:
         region[b] = a
     else:
@@ -257,7 +259,7 @@ def _join(region: Index, rank: Index, s: int, t: int) -> None:
 
 
 @kernel
-def _lower_across_first(
+def _put_lower_first(
     body: BodyArrays,
     basin: Index,
     rank: Index,
@@ -280,7 +282,12 @@ def _lower_across_first(
             k = sides[order[j]]
             s = basin[body.face[k]]
             t = basin[body.face[body.twin[k]]]
-            elder = s if rank[root(component, s)] < rank[root(component, t)] else t
+            elder = (
+                s
+                if rank[find_representative(component, s)]
+                < rank[find_representative(component, t)]
+                else t
+            )
             across[j - begin] = rank[elder]
         order[begin:end] = order[begin:end][stable_order(across)]
     return end

@@ -42,18 +42,18 @@ from ..vectors import cross, dot, dot_from, point_at
 class RightTriangles(NamedTuple):
     """The right triangles of a body, two a polygon side (2 k at its start, 2 k + 1 at its end)."""
 
-    whole: Array  # (2N,) signed area tau
+    area: Array  # (2N,) signed area tau
     turn: Array  # (2N,) signed angle t
-    near: Array  # (2N,) d
-    foot: Array  # (2N,) q
-    far: Array  # (2N,) v
+    distance: Array  # (2N,) d
+    reach: Array  # (2N,) q
+    radius: Array  # (2N,) v
     leg: Array  # (2N,) |s| for r, |a| for R: the leg that the circle may cross
-    done: Array  # (2N,) level from which on the triangle counts a fixed area
-    after: Array  # (2N,) that area
-    enters: Array  # (F,) level at which a face enters the reachable set
-    fills: Array  # (F,) level from which on all its triangles are done
-    full: Array  # (F,) their sum then
-    partial: Flags  # (F,) whether a wanted level lies between; else not measured
+    final_level: Array  # (2N,) level from which on the triangle counts a fixed area
+    final_area: Array  # (2N,) that area
+    entry_level: Array  # (F,) level at which a face enters the reachable set
+    full_level: Array  # (F,) level from which on all its triangles are done
+    full_area: Array  # (F,) their sum then
+    is_cut: Flags  # (F,) whether a wanted level lies between; else not measured
 
 
 @kernel
@@ -78,15 +78,15 @@ def measure_triangles(body: BodyArrays, levels: Array, of_R: bool) -> RightTrian
         np.empty(faces, np.bool_),
     )
     if of_R:
-        _limits_R(body, levels[-1], triangles)
+        _write_limits_R(body, levels[-1], triangles)
     else:
-        _limits_r(body, triangles)
+        _write_limits_r(body, triangles)
     for f in range(faces):
-        cut = _first_above(levels, triangles.enters[f])
-        triangles.partial[f] = (
-            cut < levels.shape[0] and levels[cut] < triangles.fills[f]
+        cut = _first_above(levels, triangles.entry_level[f])
+        triangles.is_cut[f] = (
+            cut < levels.shape[0] and levels[cut] < triangles.full_level[f]
         )
-        if triangles.partial[f]:
+        if triangles.is_cut[f]:
             for k in range(body.face_start[f], body.face_start[f + 1]):
                 _measure_side(body, k, body.distance[f], of_R, triangles)
     return triangles
@@ -115,12 +115,12 @@ def _measure_side(
     s = body.inset[k]
     v = body.radius[body.corner[k]]
     w = body.radius[body.corner[body.twin[k]]]
-    _measure(triangles, 2 * k, d, q, v, s, body.start[k], of_R)
-    _measure(triangles, 2 * k + 1, d, q, w, s, body.stop[k], of_R)
+    _measure_triangle(triangles, 2 * k, d, q, v, s, body.start[k], of_R)
+    _measure_triangle(triangles, 2 * k + 1, d, q, w, s, body.stop[k], of_R)
 
 
 @kernel
-def _measure(
+def _measure_triangle(
     triangles: RightTriangles,
     i: int,
     d: float,
@@ -130,22 +130,22 @@ def _measure(
     a: float,
     of_R: bool,
 ) -> None:
-    triangles.near[i] = d
-    triangles.foot[i] = q
-    triangles.far[i] = v
-    triangles.whole[i] = 2.0 * math.atan(s * a / ((d + q) * (q + v)))
+    triangles.distance[i] = d
+    triangles.reach[i] = q
+    triangles.radius[i] = v
+    triangles.area[i] = 2.0 * math.atan(s * a / ((d + q) * (q + v)))
     if of_R:
         triangles.leg[i] = abs(a)
         turn = math.atan2(abs(s) * v, abs(a) * d)
     else:
         triangles.leg[i] = abs(s)
         turn = math.atan2(abs(a), abs(s))
-        triangles.done[i], triangles.after[i] = v, triangles.whole[i]
+        triangles.final_level[i], triangles.final_area[i] = v, triangles.area[i]
     triangles.turn[i] = turn if s * a > 0.0 else -turn
 
 
 @kernel
-def _limits_r(body: BodyArrays, triangles: RightTriangles) -> None:
+def _write_limits_r(body: BodyArrays, triangles: RightTriangles) -> None:
     for f in range(body.distance.shape[0]):
         nearest = math.inf
         farthest = 0.0
@@ -158,16 +158,18 @@ def _limits_r(body: BodyArrays, triangles: RightTriangles) -> None:
                 nearest,
                 body.reach[k] if body.start[k] > 0.0 and body.stop[k] > 0.0 else v,
             )
-        triangles.fills[f] = farthest
-        triangles.enters[f] = body.distance[f] if inside else nearest
-        triangles.full[f] = body.angle[f]
+        triangles.full_level[f] = farthest
+        triangles.entry_level[f] = body.distance[f] if inside else nearest
+        triangles.full_area[f] = body.angle[f]
 
 
 @kernel
-def _limits_R(body: BodyArrays, highest: float, triangles: RightTriangles) -> None:
+def _write_limits_R(
+    body: BodyArrays, highest: float, triangles: RightTriangles
+) -> None:
     """Close the cell of each corner, and put its area where it is counted."""
     seen = np.zeros(body.radius.shape[0], np.bool_)
-    triangles.enters[:] = body.distance
+    triangles.entry_level[:] = body.distance
     for k in range(body.corner.shape[0]):
         if seen[body.corner[k]]:
             continue
@@ -176,14 +178,14 @@ def _limits_R(body: BodyArrays, highest: float, triangles: RightTriangles) -> No
         _close_cell(body, k, top, triangles)
         if top <= highest:
             area = _cell_area(body, k)
-            triangles.after[2 * lowest] = area
-            triangles.full[body.face[lowest]] += area
+            triangles.final_area[2 * lowest] = area
+            triangles.full_area[body.face[lowest]] += area
 
 
 @inlined
 def _next_around(body: BodyArrays, side: int) -> int:
     """Next side that starts at the corner where a side starts."""
-    return int(body.follow[body.twin[side]])
+    return int(body.next_side[body.twin[side]])
 
 
 @inlined
@@ -218,9 +220,9 @@ def _close_cell(
         f = body.face[side]
         before = side - 1 if side > body.face_start[f] else body.face_start[f + 1] - 1
         for i in (2 * side, 2 * before + 1):
-            triangles.done[i] = top
-            triangles.after[i] = 0.0
-        triangles.fills[f] = max(triangles.fills[f], top)
+            triangles.final_level[i] = top
+            triangles.final_area[i] = 0.0
+        triangles.full_level[f] = max(triangles.full_level[f], top)
         side = _next_around(body, side)
         if side == k:
             break

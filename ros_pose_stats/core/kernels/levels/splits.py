@@ -28,9 +28,9 @@ def faces_below(
 ) -> float:
     """Centroid solid angle of {r < level} on faces, or of {R < level} next to their normals."""
     face_start = body.face_start
-    enters = triangles.enters
-    fills = triangles.fills
-    full = triangles.full
+    enters = triangles.entry_level
+    fills = triangles.full_level
+    full = triangles.full_area
     total = 0.0
     for j in range(begin, end):
         f = faces[j]
@@ -51,23 +51,25 @@ def _add_side(
     """Add the shares of both triangles of a polygon side, stage by stage."""
     turn = triangles.turn
     leg = triangles.leg
-    foot = triangles.foot
+    foot = triangles.reach
     bends = 0.0
     for i in range(2 * k, 2 * k + 2):
         sense = math.copysign(1.0, turn[i])
-        if level >= triangles.done[i]:
-            total += triangles.after[i]
+        if level >= triangles.final_level[i]:
+            total += triangles.final_area[i]
         elif of_R:
-            v = triangles.far[i]
-            total += triangles.whole[i] - turn[i] * ((v - level) / v)
+            v = triangles.radius[i]
+            total += triangles.area[i] - turn[i] * ((v - level) / v)
             if level < foot[i]:
                 total -= sense * bend_R(leg[i], v, foot[i], level)
         else:
-            total += turn[i] * ((level - triangles.near[i]) / level)
+            total += turn[i] * ((level - triangles.distance[i]) / level)
             bends += sense
     # Both triangles of a side bend alike for r, each in its own sense.
     if bends != 0.0 and level > foot[2 * k]:
-        total += bends * bend_r(leg[2 * k], triangles.near[2 * k], foot[2 * k], level)
+        total += bends * bend_r(
+            leg[2 * k], triangles.distance[2 * k], foot[2 * k], level
+        )
     return total
 
 

@@ -11,12 +11,12 @@ from ..compilation import entry_kernel, inlined, kernel
 from ..sorting import rising_order
 
 # columns of the sorted entries (3T, 2)
-HIGHER = 0  # higher vertex
+HIGHER_VERTEX = 0  # higher vertex
 EDGE = (
     1  # twice the number of the directed edge, plus 1 where it runs from the lower one
 )
 
-FEW = 48
+INSERTION_LIMIT = 48
 """Edges at one vertex up to which sorting them one by one is quicker than counting digits."""
 
 
@@ -34,7 +34,7 @@ def grouped_edges(triangles: FixedIndex2) -> tuple[Index, Flags, Index, Index]:
         for k in range(begin, stop[v]):
             edge[k] = entries[k, EDGE] // 2
             forward[k] = entries[k, EDGE] & 1 == 1
-            if k == begin or entries[k, HIGHER] != entries[k - 1, HIGHER]:
+            if k == begin or entries[k, HIGHER_VERTEX] != entries[k - 1, HIGHER_VERTEX]:
                 start[found] = k
                 uses[found] = 0
                 found += 1
@@ -71,43 +71,43 @@ def _sorted_edges(triangles: Index) -> tuple[Index, Index]:
             b = triangles[t, i + 1 if i < 2 else 0]
             here = place[min(a, b)]
             place[min(a, b)] = here + 1
-            entries[here, HIGHER] = max(a, b)
+            entries[here, HIGHER_VERTEX] = max(a, b)
             entries[here, EDGE] = 2 * (3 * t + i) + (1 if a < b else 0)
     begin = 0
     for v in range(vertices):
-        if place[v] - begin > FEW:
-            _sort_many(entries, begin, place[v])
+        if place[v] - begin > INSERTION_LIMIT:
+            _sort_by_digits(entries, begin, place[v])
         else:
-            _sort_few(entries, begin, place[v])
+            _sort_by_insertion(entries, begin, place[v])
         begin = place[v]
     return entries, place[:vertices]
 
 
 @kernel
-def _sort_many(entries: Index, begin: int, end: int) -> None:
+def _sort_by_digits(entries: Index, begin: int, end: int) -> None:
     """Sort a range of entries by their first number; equal ones stay as they were."""
     some = entries[begin:end].copy()
     place = begin
-    for i in rising_order(some[:, HIGHER].copy()):
-        entries[place, HIGHER] = some[i, HIGHER]
+    for i in rising_order(some[:, HIGHER_VERTEX].copy()):
+        entries[place, HIGHER_VERTEX] = some[i, HIGHER_VERTEX]
         entries[place, EDGE] = some[i, EDGE]
         place += 1
 
 
 @inlined
-def _sort_few(entries: Index, begin: int, end: int) -> None:
+def _sort_by_insertion(entries: Index, begin: int, end: int) -> None:
     """Sort a short range of entries by their first number; equal ones stay as they were."""
     for k in range(begin + 1, end):
-        key = entries[k, HIGHER]
+        key = entries[k, HIGHER_VERTEX]
         item = entries[k, EDGE]
         j = k - 1
-        while j >= begin and entries[j, HIGHER] > key:
-            entries[j + 1, HIGHER], entries[j + 1, EDGE] = (
-                entries[j, HIGHER],
+        while j >= begin and entries[j, HIGHER_VERTEX] > key:
+            entries[j + 1, HIGHER_VERTEX], entries[j + 1, EDGE] = (
+                entries[j, HIGHER_VERTEX],
                 entries[j, EDGE],
             )
             j -= 1
-        entries[j + 1, HIGHER] = key
+        entries[j + 1, HIGHER_VERTEX] = key
         entries[j + 1, EDGE] = item
 
 
@@ -130,7 +130,7 @@ def linked_triangles(
 
 
 @kernel
-def neighbours(triangles: Index) -> Index:
+def triangle_neighbours(triangles: Index) -> Index:
     """Triangle (T, 3) across the side opposite to each vertex; -1 where not exactly two meet."""
     entries, stop = _sorted_edges(triangles)
     across = np.full(triangles.shape, -1, np.int64)
@@ -138,7 +138,10 @@ def neighbours(triangles: Index) -> Index:
     for v in range(stop.shape[0]):
         while begin < stop[v]:
             end = begin + 1
-            while end < stop[v] and entries[end, HIGHER] == entries[begin, HIGHER]:
+            while (
+                end < stop[v]
+                and entries[end, HIGHER_VERTEX] == entries[begin, HIGHER_VERTEX]
+            ):
                 end += 1
             if end - begin == 2:
                 h = entries[begin, EDGE] // 2
@@ -150,7 +153,7 @@ def neighbours(triangles: Index) -> Index:
 
 
 @inlined
-def root(link: Index, a: int) -> int:
+def find_representative(link: Index, a: int) -> int:
     """Representative of the set of `a`; `link` is shortened on the way."""
     while link[a] != a:
         link[a] = link[link[a]]
@@ -159,10 +162,10 @@ def root(link: Index, a: int) -> int:
 
 
 @inlined
-def join(link: Index, a: int, b: int) -> None:
+def join_sets(link: Index, a: int, b: int) -> None:
     """Unite the sets of `a` and `b`; the lowest member represents each set."""
-    a = root(link, a)
-    b = root(link, b)
+    a = find_representative(link, a)
+    b = find_representative(link, b)
     if a < b:
         link[b] = a
     else:
@@ -174,11 +177,11 @@ def component_labels(count: int, pairs: FixedIndex2) -> Index:
     """Component label (count,) of each node: 0, 1, ... by the components' lowest nodes."""
     link = np.arange(count)
     for k in range(pairs.shape[0]):
-        join(link, pairs[k, 0], pairs[k, 1])
+        join_sets(link, pairs[k, 0], pairs[k, 1])
     labels = np.empty(count, np.int64)
     found = 0
     for i in range(count):
-        lowest = root(link, i)
+        lowest = find_representative(link, i)
         if lowest == i:
             labels[i] = found
             found += 1

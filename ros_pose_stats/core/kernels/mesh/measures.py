@@ -4,9 +4,25 @@ import math
 
 import numpy as np
 
-from .. import vectors as vec
 from ..array_types import Array, Fixed1, Fixed2, FixedIndex2, Index
 from ..compilation import entry_kernel, inlined, kernel
+from ..vectors import (
+    Vec3,
+    add,
+    area_vector,
+    cross,
+    divide,
+    dot,
+    length,
+    point_at,
+    products,
+    read_vector,
+    scale,
+    subtract,
+    triangle_at,
+    write_row,
+    write_vector,
+)
 
 # the moments (10,) of a solid: integrals of
 VOLUME = 0  # 1
@@ -23,17 +39,17 @@ def area_vectors(points: Array, triangles: Index) -> tuple[Array, Array]:
     vectors = np.empty((count, 3))
     areas = np.empty(count)
     for t in range(count):
-        area = vec.area_vector(*vec.triangle_at(points, triangles, t))
-        vec.write_row(vectors, t, 0, area)
-        areas[t] = vec.length(area)
+        area = area_vector(*triangle_at(points, triangles, t))
+        write_row(vectors, t, 0, area)
+        areas[t] = length(area)
     return vectors, areas
 
 
 @inlined
-def centroid_of(points: Array, triangles: Index, t: int) -> vec.Vec3:
+def centroid_of(points: Array, triangles: Index, t: int) -> Vec3:
     """Centroid of a triangle."""
-    a, b, c = vec.triangle_at(points, triangles, t)
-    return vec.divided(vec.plus(vec.plus(a, b), c), 3.0)
+    a, b, c = triangle_at(points, triangles, t)
+    return divide(add(add(a, b), c), 3.0)
 
 
 @entry_kernel
@@ -41,7 +57,7 @@ def tetrahedra(points: Fixed2, triangles: FixedIndex2) -> Array:
     """Six times the signed volumes (T,) of tetrahedra from the origin to triangles (T, 3)."""
     volumes = np.empty(triangles.shape[0])
     for t in range(triangles.shape[0]):
-        volumes[t] = _six_volumes(*vec.triangle_at(points, triangles, t))
+        volumes[t] = _six_volumes(*triangle_at(points, triangles, t))
     return volumes
 
 
@@ -56,7 +72,7 @@ def solid_moments(points: Fixed2, triangles: FixedIndex2) -> Array:
     lost = np.zeros(MOMENTS)
     term = np.empty(MOMENTS)
     for t in range(triangles.shape[0]):
-        _set_moments(*vec.triangle_at(points, triangles, t), term)
+        _write_moments(*triangle_at(points, triangles, t), term)
         for k in range(MOMENTS):
             grown = total[k] + term[k]
             if abs(total[k]) >= abs(term[k]):
@@ -68,23 +84,23 @@ def solid_moments(points: Fixed2, triangles: FixedIndex2) -> Array:
 
 
 @inlined
-def _six_volumes(a: vec.Vec3, b: vec.Vec3, c: vec.Vec3) -> float:
-    return vec.dot(a, vec.cross(b, c))
+def _six_volumes(a: Vec3, b: Vec3, c: Vec3) -> float:
+    return dot(a, cross(b, c))
 
 
 @inlined
-def _set_moments(a: vec.Vec3, b: vec.Vec3, c: vec.Vec3, term: Array) -> None:
+def _write_moments(a: Vec3, b: Vec3, c: Vec3, term: Array) -> None:
     """Moments of the tetrahedron of three corners and the origin."""
     volume = _six_volumes(a, b, c) / 6.0
-    total = vec.plus(vec.plus(a, b), c)
-    squares = vec.plus(
-        vec.plus(vec.plus(vec.times(a, a), vec.times(b, b)), vec.times(c, c)),
-        vec.times(total, total),
+    total = add(add(a, b), c)
+    squares = add(
+        add(add(products(a, a), products(b, b)), products(c, c)),
+        products(total, total),
     )
     second = 0.05 * volume
     term[VOLUME] = volume
-    vec.write_vector(term, FIRST, vec.scaled(total, 0.25 * volume))
-    vec.write_vector(term, SQUARES, vec.scaled(squares, second))
+    write_vector(term, FIRST, scale(total, 0.25 * volume))
+    write_vector(term, SQUARES, scale(squares, second))
     term[MIXED] = second * (a.x * a.y + b.x * b.y + c.x * c.y + total.x * total.y)
     term[MIXED + 1] = second * (a.x * a.z + b.x * b.z + c.x * c.z + total.x * total.z)
     term[MIXED + 2] = second * (a.y * a.z + b.y * b.z + c.y * c.z + total.y * total.z)
@@ -117,10 +133,8 @@ def thinness(points: Fixed2, low: Fixed1, high: Fixed1) -> float:
         if high[c] - low[c] > high[axis] - low[axis]:
             axis = c
     size = high[axis] - low[axis]
-    lowest = vec.read_vector(low, 0)
-    middle = vec.plus(
-        lowest, vec.scaled(vec.minus(vec.read_vector(high, 0), lowest), 0.5)
-    )
+    lowest = read_vector(low, 0)
+    middle = add(lowest, scale(subtract(read_vector(high, 0), lowest), 0.5))
     first = 0
     last = 0
     for i in range(points.shape[0]):
@@ -128,33 +142,33 @@ def thinness(points: Fixed2, low: Fixed1, high: Fixed1) -> float:
             first = i
         if points[i, axis] > points[last, axis]:
             last = i
-    begin = _placed(points, first, middle, size)
-    line = vec.minus(_placed(points, last, middle, size), begin)
-    longest = vec.length(line)
-    line = vec.divided(line, longest)
-    farthest = vec.Vec3(0.0, 0.0, 0.0)
+    begin = _normalised_point(points, first, middle, size)
+    line = subtract(_normalised_point(points, last, middle, size), begin)
+    longest = length(line)
+    line = divide(line, longest)
+    farthest = Vec3(0.0, 0.0, 0.0)
     widest = 0.0
     for i in range(points.shape[0]):
-        there = vec.minus(_placed(points, i, middle, size), begin)
-        there = vec.minus(there, vec.scaled(line, vec.dot(there, line)))
-        aside = vec.dot(there, there)
+        there = subtract(_normalised_point(points, i, middle, size), begin)
+        there = subtract(there, scale(line, dot(there, line)))
+        aside = dot(there, there)
         if aside > widest:
             farthest = there
             widest = aside
     width = math.sqrt(widest)
     if width == 0.0:
         return 0.0
-    normal = vec.divided(vec.cross(line, farthest), width)
+    normal = divide(cross(line, farthest), width)
     least = math.inf
     most = -math.inf
     for i in range(points.shape[0]):
-        off = vec.dot(_placed(points, i, middle, size), normal)
+        off = dot(_normalised_point(points, i, middle, size), normal)
         least = min(least, off)
         most = max(most, off)
     return min(width, most - least) / longest
 
 
 @inlined
-def _placed(points: Array, i: int, middle: vec.Vec3, size: float) -> vec.Vec3:
+def _normalised_point(points: Array, i: int, middle: Vec3, size: float) -> Vec3:
     """A point about the middle of all, in units of their size."""
-    return vec.divided(vec.minus(vec.point_at(points, i), middle), size)
+    return divide(subtract(point_at(points, i), middle), size)

@@ -29,14 +29,14 @@ from ..compilation import entry_kernel, inlined, kernel
 from ..vectors import (
     Vec3,
     dot,
-    minus,
     point_at,
     read_row,
     read_vector,
-    turned,
+    subtract,
+    transform,
     write_vector,
 )
-from .connections import join, root
+from .connections import find_representative, join_sets
 
 WIDTH = 16.0
 """Side of a cube in units of the distance asked for."""
@@ -78,7 +78,7 @@ def cube_at(point: Vec3, offset: float, low: Vec3, width: float) -> Cube:
 
 
 @inlined
-def insert(head: Slots, chain: Slots, i: int, cube: Cube) -> None:
+def insert_point(head: Slots, chain: Slots, i: int, cube: Cube) -> None:
     """Put point `i` into a cube."""
     slot = slot_of(cube, head.shape[0])
     chain[i] = head[slot]
@@ -100,24 +100,24 @@ def first_of_coincident(
         point = point_at(points, i)
         home = cube_at(point, 0.0, corner, width)
         # A point that repeats another has its neighbours, and need not stand beside it.
-        if _meet(points, head, chain, first, i, home, tolerance):
+        if _join_coincident(points, head, chain, first, i, home, tolerance):
             continue
         nearest = cube_at(point, -tolerance, corner, width)
         farthest = cube_at(point, tolerance, corner, width)
         if nearest.x < farthest.x or nearest.y < farthest.y or nearest.z < farthest.z:
-            _meet_around(
+            _join_in_cubes(
                 points, head, chain, first, i, home, nearest, farthest, tolerance
             )
-        insert(head, chain, i, home)
+        insert_point(head, chain, i, home)
     found = False
     for i in range(count):
-        first[i] = root(first, i)
+        first[i] = find_representative(first, i)
         found = found or first[i] != i
     return found, first
 
 
 @inlined
-def _meet_around(
+def _join_in_cubes(
     points: Array,
     head: Slots,
     chain: Slots,
@@ -133,11 +133,13 @@ def _meet_around(
         for y in range(nearest.y, farthest.y + 1):
             for z in range(nearest.z, farthest.z + 1):
                 if x != home.x or y != home.y or z != home.z:
-                    _meet(points, head, chain, first, i, Cube(x, y, z), tolerance)
+                    _join_coincident(
+                        points, head, chain, first, i, Cube(x, y, z), tolerance
+                    )
 
 
 @inlined
-def _meet(
+def _join_coincident(
     points: Array,
     head: Slots,
     chain: Slots,
@@ -149,9 +151,9 @@ def _meet(
     """Join point `i` to those of a cube that it coincides with; tell whether it repeats one."""
     j = head[slot_of(cube, head.shape[0])]
     while j >= 0:
-        apart = minus(point_at(points, j), point_at(points, i))
+        apart = subtract(point_at(points, j), point_at(points, i))
         if dot(apart, apart) <= tolerance * tolerance:
-            join(first, i, j)
+            join_sets(first, i, j)
             if apart.x == 0.0 and apart.y == 0.0 and apart.z == 0.0:
                 return True
         j = chain[j]
@@ -165,7 +167,7 @@ class FeatureGrid(NamedTuple):
     head: Slots1  # as in the docstring above
     chain: Slots1  # (N,)
     reach: float  # largest distance of like features
-    taken: Index1  # (N,) scratch: the last trial in which a feature was matched
+    last_match: Index1  # (N,) scratch: the last trial in which a feature was matched
     trials: Index1  # (1,) number of trials so far
 
 
@@ -178,7 +180,7 @@ def feature_grid(rows: Fixed2, reach: float) -> FeatureGrid:
     width = WIDTH * reach
     # From the last, so that chains run from the first.
     for i in range(count - 1, -1, -1):
-        insert(
+        insert_point(
             head, chain, i, cube_at(point_at(rows, i), 0.0, Vec3(0.0, 0.0, 0.0), width)
         )
     return FeatureGrid(
@@ -192,32 +194,34 @@ def first_unmatched(grid: FeatureGrid, rotation: Fixed2, chosen: FixedIndex1) ->
     rows = grid.rows
     head = grid.head
     chain = grid.chain
-    taken = grid.taken
+    last_match = grid.last_match
     grid.trials[0] += 1
     trial = grid.trials[0]
     image = np.empty(rows.shape[1])
     for m in range(chosen.shape[0] if chosen.shape[0] > 0 else rows.shape[0]):
         i = chosen[m] if chosen.shape[0] > 0 else m
-        _turn(rows, i, rotation, image)
-        partner = _nearest(rows, head, chain, image, grid.reach)
-        if partner < 0 or taken[partner] == trial:
+        _write_image(rows, i, rotation, image)
+        partner = _nearest_feature(rows, head, chain, image, grid.reach)
+        if partner < 0 or last_match[partner] == trial:
             return i
-        taken[partner] = trial
+        last_match[partner] = trial
     return -1
 
 
 @inlined
-def _turn(rows: Array, i: int, rotation: Array, image: Array) -> None:
+def _write_image(rows: Array, i: int, rotation: Array, image: Array) -> None:
     """Image of a feature: its place and its vector are turned, the rest stays."""
     vectors = 3 * (rows.shape[1] // 3)
     for first in range(0, vectors, 3):
-        write_vector(image, first, turned(rotation, read_row(rows, i, first)))
+        write_vector(image, first, transform(rotation, read_row(rows, i, first)))
     for k in range(vectors, rows.shape[1]):
         image[k] = rows[i, k]
 
 
 @inlined
-def _nearest(rows: Array, head: Slots, chain: Slots, image: Array, reach: float) -> int:
+def _nearest_feature(
+    rows: Array, head: Slots, chain: Slots, image: Array, reach: float
+) -> int:
     """Feature closest to a row, -1 when none is closer than `reach`."""
     place = read_vector(image, 0)
     origin = Vec3(0.0, 0.0, 0.0)
