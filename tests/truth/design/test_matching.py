@@ -23,12 +23,12 @@ def clamp(*factors):
 def matched(first, second):
     """Of two surfaces or parts: how, and pairs of indices, none where there is no partner."""
     parts = [
-        one if hasattr(one, "digest") else part_from_mesh(*one)
-        for one in (first, second)
+        surface if hasattr(surface, "digest") else part_from_mesh(*surface)
+        for surface in (first, second)
     ]
-    (beside,) = compare(parts, drops=1, seed=1).variants
-    pairs = [(pose.poses.first, pose.poses.second) for pose in beside.poses]
-    return beside.correspondence, sorted(pairs)
+    (variant,) = compare(parts, drops=1, seed=1).variants
+    pairs = [(pose.poses.first, pose.poses.second) for pose in variant.poses]
+    return variant.correspondence, sorted(pairs)
 
 
 def alone(pairs):
@@ -47,12 +47,12 @@ def same_numbers(pairs):
 
 class TestInOneFrame:
     def test_poses_are_followed_whatever_their_numbers(self):
-        other = clamp(1.08, 1.0, 1.0)
-        _, pairs = matched(clamp(), other)
+        longer = clamp(1.08, 1.0, 1.0)
+        _, pairs = matched(clamp(), longer)
         first = downs_of(clamp())
-        second = downs_of(other)
-        for (one,), (partner,) in pairs:
-            assert first[one] @ second[partner] > math.cos(math.radians(10.0))
+        second = downs_of(longer)
+        for (pose,), (partner,) in pairs:
+            assert first[pose] @ second[partner] > math.cos(math.radians(10.0))
         assert not same_numbers(pairs)  # two have changed places
 
     def test_symmetry_counts_as_far_as_both_have_it(self):
@@ -66,8 +66,8 @@ class TestInOneFrame:
     def test_a_face_that_is_new_has_no_partner(self):
         vertices, _ = shapes.box(1.0, 1.0, 1.0)
         high = vertices.max(axis=0)
-        kept = vertices[(vertices < high - 1e-9).any(axis=1)]
-        bevelled = shapes.hull_mesh(np.concatenate([kept, high - 0.6 * np.eye(3)]))
+        corners = vertices[(vertices < high - 1e-9).any(axis=1)]
+        bevelled = shapes.hull_mesh(np.concatenate([corners, high - 0.6 * np.eye(3)]))
         _, pairs = matched(shapes.box(1.0, 1.0, 1.0), bevelled)
         ((first, (bevel,)),) = alone(pairs)
         assert first == ()
@@ -80,8 +80,8 @@ class TestInOneFrame:
         """The outer shapes are equal; turned upside down the bodies would be, too."""
         box = part_from_mesh(*shapes.box(0.02, 0.03, 0.01))
         up, down = (shift_center(box, (0.0, 0.0, z)) for z in (0.002, -0.002))
-        how, pairs = matched(up, down)
-        assert how.turn is None
+        frame, pairs = matched(up, down)
+        assert frame.turn is None
         lying = [
             next(
                 pose.index for pose in resting_poses(part).poses if pose.down[2] < -0.9
@@ -100,22 +100,24 @@ class TestTurnedInTheFile:
     def test_the_turn_of_the_same_body(self, seed):
         surface = random_polyhedron(9, seed)
         turn = rotation(seed)
-        how, pairs = matched(surface, moved(surface, turn, (1.0, 2.0, 3.0)))
-        assert how.turn == pytest.approx(turn, abs=1e-6) and how.same_body
+        frame, pairs = matched(surface, moved(surface, turn, (1.0, 2.0, 3.0)))
+        assert frame.turn == pytest.approx(turn, abs=1e-6) and frame.same_body
         assert same_numbers(pairs) and not alone(pairs)
 
     def test_axes_that_changed_places(self):
         """Every pose has one of the same direction down, but not of the same footprint."""
-        how, pairs = matched(shapes.box(0.01, 0.02, 0.03), shapes.box(0.02, 0.01, 0.03))
-        assert how.turn is not None
+        frame, pairs = matched(
+            shapes.box(0.01, 0.02, 0.03), shapes.box(0.02, 0.01, 0.03)
+        )
+        assert frame.turn is not None
         assert pairs == [((0, 1), (0, 1)), ((2, 3), (2, 3)), ((4, 5), (4, 5))]
 
     def test_turned_and_changed(self):
         turn = rotation(1)
         longer = clamp(1.02, 1.0, 1.0)
-        how, pairs = matched(clamp(), moved(longer, turn))
-        assert not how.same_body
-        away = math.acos(min(1.0, 0.5 * (np.trace(how.turn @ turn.T) - 1.0)))
+        frame, pairs = matched(clamp(), moved(longer, turn))
+        assert not frame.same_body
+        away = math.acos(min(1.0, 0.5 * (np.trace(frame.turn @ turn.T) - 1.0)))
         assert away < math.radians(3.0)
         assert pairs == matched(clamp(), longer)[1]
 
@@ -123,11 +125,11 @@ class TestTurnedInTheFile:
         """No turn lays it on the first one, and none of its sides is one of the first."""
         stone = random_polyhedron(9, 5)
         vertices, triangles = moved(stone, rotation(1))
-        how, pairs = matched(stone, (-vertices, triangles[:, ::-1]))
-        assert how.turn is None and not how.by_orientation
+        frame, pairs = matched(stone, (-vertices, triangles[:, ::-1]))
+        assert frame.turn is None and not frame.by_orientation
         assert same_numbers(pairs) and not alone(pairs)
 
 
 def test_two_parts_that_have_nothing_in_common():
-    how, pairs = matched(clamp(), moved(random_polyhedron(8, 2), scale=100.0))
-    assert not how.by_orientation and pairs == alone(pairs)
+    frame, pairs = matched(clamp(), moved(random_polyhedron(8, 2), scale=100.0))
+    assert not frame.by_orientation and pairs == alone(pairs)

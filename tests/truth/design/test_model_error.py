@@ -20,16 +20,16 @@ from ros_pose_stats import (
 )
 
 
-def differences(found):
+def differences(comparison):
     """Variant and poses -> difference, its standard error squared, and what a plate adds."""
     return {
-        (beside.second, pose.poses.first): (
+        (variant.second, pose.poses.first): (
             pose.share.difference.value,
             pose.share.difference.standard_error**2,
             pose.share.plate_error,
         )
-        for beside in found.variants
-        for pose in beside.poses
+        for variant in comparison.variants
+        for pose in variant.poses
         if pose.poses.is_pair
     }
 
@@ -61,20 +61,27 @@ def test_rolled_dice():
         real * (1.0 - real) / np.array([die.rolls for die in DICE])
         + model * (1.0 - model) / drops
     )
-    one, other = np.triu_indices(len(DICE), 1)
-    near = np.array(
-        [DICE[j].ratio / DICE[i].ratio < 1.35 for i, j in zip(one, other, strict=True)]
+    first, second = np.triu_indices(len(DICE), 1)
+    similar = np.array(
+        [
+            DICE[j].ratio / DICE[i].ratio < 1.35
+            for i, j in zip(first, second, strict=True)
+        ]
     )
-    one = one[near]
-    other = other[near]
-    apart = model[other] - model[one]
-    error = np.mean((real[other] - real[one] - apart) ** 2 - noise[one] - noise[other])
-    measured = math.sqrt(max(error, 0.0) / np.mean(apart**2))
-    print(f"{len(one)} pairs of dice: the difference errs by {measured:.2f} of itself")
+    first = first[similar]
+    second = second[similar]
+    difference = model[second] - model[first]
+    error = np.mean(
+        (real[second] - real[first] - difference) ** 2 - noise[first] - noise[second]
+    )
+    measured = math.sqrt(max(error, 0.0) / np.mean(difference**2))
+    print(
+        f"{len(first)} pairs of dice: the difference errs by {measured:.2f} of itself"
+    )
     bars = compare([square_prism(1.0), square_prism(1.2)], seed=1)
-    value, _, added = max(differences(bars).values(), key=lambda known: abs(known[0]))
-    told = added / abs(value)
-    assert 0.5 * told < measured < 1.5 * told
+    value, _, added = max(differences(bars).values(), key=lambda rate: abs(rate[0]))
+    stated_error = added / abs(value)
+    assert 0.5 * stated_error < measured < 1.5 * stated_error
 
 
 def random_variants(random, number):
@@ -131,7 +138,7 @@ def test_simulated_plates():
         plate = math.sqrt(
             max(float(np.mean(np.diff(shares, axis=0) ** 2 - noise)), 0.0)
         )
-        told, seen = (
+        stated, counted = (
             differences(
                 compare(
                     variants,
@@ -143,20 +150,21 @@ def test_simulated_plates():
             )
             for k, scene in enumerate((model, real))
         )
-        for which, (value, variance, added) in told.items():
-            other, other_variance, _ = seen[which]
+        for pair, (value, variance, added) in stated.items():
+            counted_value, other_variance, _ = counted[pair]
             beyond.append(
-                (other - value) / math.sqrt(variance + other_variance + added**2)
+                (counted_value - value)
+                / math.sqrt(variance + other_variance + added**2)
             )
             sizes.append(abs(value))
     groups = np.digitize(sizes, [0.01, 0.03])
-    found = [
+    ratios = [
         math.sqrt(np.mean(np.array(beyond)[groups == group] ** 2)) for group in range(3)
     ]
     print(
         f"{len(sizes)} differences, below 1, 3 points and above, err by",
-        *np.round(found, 2),
+        *np.round(ratios, 2),
         "of what is told",
     )
     # Differences of one part go together: about a hundred are independent, 30 of the largest.
-    assert all(0.6 < one < 1.0 + 3.0 / math.sqrt(60.0) for one in found)
+    assert all(0.6 < ratio < 1.0 + 3.0 / math.sqrt(60.0) for ratio in ratios)

@@ -27,9 +27,10 @@ def facing(part, *direction):
     ]
 
 
-def by_kind(found):
+def by_kind(analysis):
     return {
-        (effect.feature.kind, effect.feature.axis): effect for effect in found.effects
+        (effect.feature.kind, effect.feature.axis): effect
+        for effect in analysis.effects
     }
 
 
@@ -66,12 +67,14 @@ class TestCube:
 def test_moving_the_centre_of_mass_up_and_down_mirror_each_other():
     slopes = []
     for sign in (1.0, -1.0):
-        wanted = [
+        wanted_poses = [
             pose.index
             for pose in resting_poses(CUBE).poses
             if sign * pose.down[2] > 0.99
         ]
-        slopes.append(by_kind(sensitivity(CUBE, wanted, checks=0))["centre", 2].slope)
+        slopes.append(
+            by_kind(sensitivity(CUBE, wanted_poses, checks=0))["centre", 2].slope
+        )
     # The cube rests more often on the side that is nearer to its centre of mass.
     assert slopes[0] > 0.0 > slopes[1]
     assert slopes[0] == pytest.approx(-slopes[1], rel=1e-6)
@@ -81,8 +84,8 @@ def test_drops_agree_with_the_slopes_that_they_check():
     box = part_from_mesh(
         *shapes.box(20e-3, 22e-3, 24e-3), center_of_mass=(0.0, 0.0, 3e-3)
     )
-    found = sensitivity(box, facing(box, 1.0, 0.0, 0.0), drops=2000, seed=3)
-    checked = [effect for effect in found.effects if effect.check is not None]
+    analysis = sensitivity(box, facing(box, 1.0, 0.0, 0.0), drops=2000, seed=3)
+    checked = [effect for effect in analysis.effects if effect.check is not None]
     best = max(checked, key=lambda effect: effect.change)
     # 3.5 standard errors of drops and estimate together, for one fixed seed.
     assert best.check.value == pytest.approx(
@@ -96,28 +99,29 @@ def test_drops_agree_with_the_slopes_that_they_check():
 def test_the_first_line_is_as_sure_as_it_says(gain, right):
     """Of steps that gain alike, checked 600 times: without a gain one is said to gain in 5 %, of 3
     points the interval holds in 90 %."""
-    found = sensitivity(CLAMP, [0], checks=0)
+    analysis = sensitivity(CLAMP, [0], checks=0)
     random = np.random.default_rng(1)
-    kept = []
+    hits = []
     for _ in range(600):
         ends = [
             random.choice(3, 2000, p=(0.86 - gain, 0.07, 0.07 + gain))
-            for _ in found.effects
+            for _ in analysis.effects
         ]
         line = replace(
-            found,
+            analysis,
             effects=tuple(
-                replace(one, check=paired_difference(end == 1, end == 2))
-                for one, end in zip(found.effects, ends, strict=True)
+                replace(effect, check=paired_difference(end == 1, end == 2))
+                for effect, end in zip(analysis.effects, ends, strict=True)
             ),
         ).describe_gain()
-        told = re.search(r"by drops \((\S+) to (\S+)\)", line)
-        kept.append(
+        interval = re.search(r"by drops \((\S+) to (\S+)\)", line)
+        hits.append(
             line.startswith("no gain is sure: ")
             if gain == 0.0
-            else told is not None and float(told[1]) <= 100.0 * gain <= float(told[2])
+            else interval is not None
+            and float(interval[1]) <= 100.0 * gain <= float(interval[2])
         )
-    assert right - 0.03 <= np.mean(kept) <= right + 0.04
+    assert right - 0.03 <= np.mean(hits) <= right + 0.04
 
 
 @pytest.fixture(scope="module")

@@ -35,29 +35,29 @@ def near_cube(dice):
 def test_a_die_with_a_short_axis_is_shown_to_differ(near_cube):
     """One of 16 mm with one axis 3 % shorter: its two faces came up 6 % more often on plexiglass,
     and 5 to 8 % more often in drops of other code."""
-    (beside,) = near_cube.variants
-    assert (beside.in_model, beside.on_plate) == (SHOWN, SHOWN)
-    known = next(
-        pose.share for pose in beside.poses if len(pose.poses.first) == 2
+    (variant,) = near_cube.variants
+    assert (variant.in_model, variant.on_plate) == (SHOWN, SHOWN)
+    published = next(
+        pose.share for pose in variant.poses if len(pose.poses.first) == 2
     ).difference
     # Four standard errors for one fixed seed.
-    error = 4.0 * known.standard_error
-    assert 0.05 / 3.0 - error <= known.value <= 0.08 / 3.0 + error
-    assert known.low <= known.value <= known.high
+    error = 4.0 * published.standard_error
+    assert 0.05 / 3.0 - error <= published.value <= 0.08 / 3.0 + error
+    assert published.low <= published.value <= published.high
 
 
 def test_a_bad_plate_hides_what_the_model_shows(dice):
-    (beside,) = compare(dice[::2], drops=3000, seed=1, plate_error=0.5).variants
-    assert (beside.in_model, beside.on_plate) == (SHOWN, NONE_SHOWN)
+    (variant,) = compare(dice[::2], drops=3000, seed=1, plate_error=0.5).variants
+    assert (variant.in_model, variant.on_plate) == (SHOWN, NONE_SHOWN)
 
 
 def test_the_feeder_gets_what_the_shares_say(near_cube):
     feeder = near_cube.variants[0].feeder
-    for found, share, passes, wanted in zip(
+    for rates, share, passes, wanted_share in zip(
         near_cube.found, feeder.share[:2], feeder.passes, feeder.poses, strict=True
     ):
-        count = sum(pose.count for pose in found.poses if pose.index in wanted)
-        settled = found.drops - found.unsettled
+        count = sum(pose.count for pose in rates.poses if pose.index in wanted_share)
+        settled = rates.drops - rates.unsettled
         assert share.value == pytest.approx(count / settled)
         assert passes.value == pytest.approx(settled / count)
 
@@ -65,11 +65,11 @@ def test_the_feeder_gets_what_the_shares_say(near_cube):
 def test_a_centre_of_mass_nearer_to_the_wanted_face_feeds_better():
     box = part_from_mesh(*shapes.box(0.02, 0.03, 0.012))
     below = next(pose.index for pose in resting_poses(box).poses if pose.down[2] < -0.9)
-    (beside,) = compare(
+    (variant,) = compare(
         [box, shift_center(box, (0.0, 0.0, -0.003))], wanted=[below], seed=3
     ).variants
-    assert beside.feeder.share.on_plate == SHOWN
-    assert beside.feeder.share.difference.low > 0.1
+    assert variant.feeder.share.on_plate == SHOWN
+    assert variant.feeder.share.difference.low > 0.1
 
 
 @pytest.mark.long
@@ -82,22 +82,22 @@ def test_two_exports_are_seldom_called_different():
             if seed % 2
             else shapes.box(*np.random.default_rng(seed).uniform(0.6, 1.0, 3))
         )
-        other = exported(surface, seed)
+        second_export = exported(surface, seed)
         if seed % 3 == 0:
-            other = moved(other, rotation(seed))
-        found = compare(
-            [part_from_mesh(*surface), part_from_mesh(*other)],
+            second_export = moved(second_export, rotation(seed))
+        comparison = compare(
+            [part_from_mesh(*surface), part_from_mesh(*second_export)],
             drops=2500,
             seed=seed,
             workers=1,
             restitution=0.4 + 0.1 * (seed % 5),
         )
-        wrong += found.variants[0].in_model == SHOWN
+        wrong += comparison.variants[0].in_model == SHOWN
     assert wrong <= 8
 
 
 def test_round_parts_are_not_told_apart_by_their_facets():
     prisms = [part_from_mesh(*shapes.prism(sides, 0.01, 0.02)) for sides in (60, 96)]
-    (beside,) = compare(prisms, drops=2500, seed=1).variants
-    assert beside.on_plate == NONE_SHOWN
-    assert all(pose.share.file_error > 0.0 for pose in beside.poses)
+    (variant,) = compare(prisms, drops=2500, seed=1).variants
+    assert variant.on_plate == NONE_SHOWN
+    assert all(pose.share.file_error > 0.0 for pose in variant.poses)

@@ -91,8 +91,8 @@ class Corners:
 def impacts_of(trajectory):
     """Each single impact with the event before it."""
     return [
-        (before, event)
-        for before, event in pairwise(trajectory.events)
+        (previous_event, event)
+        for previous_event, event in pairwise(trajectory.events)
         if event.kind == "impact"
     ]
 

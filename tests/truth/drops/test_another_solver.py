@@ -76,20 +76,20 @@ def scaled(part):
     return points / radius, part.inertia / (part.mass * radius**2), radius
 
 
-def whole_events(found):
+def whole_events(trajectory):
     """First and last row of every event between release and end.
 
     An arrival goes with its impacts and the stop; lift-offs go with others at the same time.
     """
-    unit = np.sqrt(found.radius / GRAVITY)
+    unit = np.sqrt(trajectory.radius / GRAVITY)
     whole = []
-    for event in found.events:
-        before = whole[-1][-1] if whole else event
-        together = (
-            event.kind == before.kind == "lift-off"
-            and event.time - before.time < SAME_TIME * unit
+    for event in trajectory.events:
+        last_event = whole[-1][-1] if whole else event
+        simultaneous = (
+            event.kind == last_event.kind == "lift-off"
+            and event.time - last_event.time < SAME_TIME * unit
         )
-        if event.kind in ("impact", "stop") or together:
+        if event.kind in ("impact", "stop") or simultaneous:
             whole[-1].append(event)
         else:
             whole.append([event])
@@ -117,7 +117,7 @@ def test_first_events(case):
     points, inertia, radius = scaled(bodies()[name])
     start = direction(seed)
     unit = np.sqrt(radius / GRAVITY)
-    found = record_drop(
+    trajectory = record_drop(
         bodies()[name],
         start=start,
         restitution=restitution,
@@ -126,7 +126,7 @@ def test_first_events(case):
     )
     begin = released(Body(points, inertia), start, height)[2:11].reshape(3, 3)
     expected = reference_drop(points, inertia, start, restitution, height, EVENTS)
-    events = whole_events(found)[:EVENTS]
+    events = whole_events(trajectory)[:EVENTS]
     assert len(events) == len(expected) > 0
     kinds = {"arrival": "impact", "lift-off": "release"}
     assert [kinds[first.kind] for first, _ in events] == [
@@ -136,13 +136,13 @@ def test_first_events(case):
     theirs = np.array([numbers(event, 1.0, 1.0) for event in expected])
     np.testing.assert_allclose(ours, theirs, rtol=0, atol=AGREED)
 
-    turned = Rotation.from_quat(found.orientations).as_matrix()
+    turned = Rotation.from_quat(trajectory.orientations).as_matrix()
     yaw = begin @ turned[0].T
     assert yaw[2] == pytest.approx((0.0, 0.0, 1.0), abs=1e-12)
     for (_, last), event in zip(events, expected, strict=True):
-        here = np.flatnonzero(found.times == last.time)[-1]
+        sample = np.flatnonzero(trajectory.times == last.time)[-1]
         np.testing.assert_allclose(
-            yaw @ turned[here], event.rotation, rtol=0, atol=AGREED
+            yaw @ turned[sample], event.rotation, rtol=0, atol=AGREED
         )
 
 
@@ -164,12 +164,12 @@ def test_whole_drops(name, restitution):
     poses = resting_poses(part, 0.0, 0).poses
     rested = 0
     for drop in range(3):
-        found = record_drop(
+        trajectory = record_drop(
             part, drop, restitution, 3, 3.0 * radius, interval=1e6, **EXACT
         )
-        events = reference_drop(points, inertia, found.down, restitution, 3.0, 60)
+        events = reference_drop(points, inertia, trajectory.down, restitution, 3.0, 60)
         if len(events) < 60:
             gap = [np.linalg.norm(pose.down + events[-1].up) for pose in poses]
-            assert found.pose == np.argmin(gap) and min(gap) < 1e-6
+            assert trajectory.pose == np.argmin(gap) and min(gap) < 1e-6
             rested += 1
     assert rested >= 2

@@ -20,7 +20,7 @@ BIPYRAMID = part_from_mesh(
 
 def recorded(part, down, height, restitution=0.5, **options):
     """Released at rest; the height in radii."""
-    found = record_drop(
+    trajectory = record_drop(
         part,
         start=down,
         restitution=restitution,
@@ -29,17 +29,17 @@ def recorded(part, down, height, restitution=0.5, **options):
         drop_height=height * record_drop(part).radius,
         **options,
     )
-    return with_corners(part, found)
+    return with_corners(part, trajectory)
 
 
 @pytest.mark.parametrize("restitution", [0.05, 0.3])
 def test_vertical_bounces_of_a_ball(restitution):
     """Times and speeds down to where the endless series of bounces is cut off, for 1e-9."""
-    found, corners = recorded(BIPYRAMID, (0.0, 0.0, 1.0), 3.0, restitution)
+    trajectory, corners = recorded(BIPYRAMID, (0.0, 0.0, 1.0), 3.0, restitution)
     speeds = [2.0]
     while (speeds[-1] * restitution) ** 2 > 2e-9:
         speeds.append(speeds[-1] * restitution)
-    arrivals = [event for event in found.events if event.kind == "arrival"][
+    arrivals = [event for event in trajectory.events if event.kind == "arrival"][
         : len(speeds)
     ]
     assert [corners.velocity(event) for event in arrivals] == pytest.approx(
@@ -51,11 +51,11 @@ def test_vertical_bounces_of_a_ball(restitution):
     )
 
 
-def first_landing(found):
+def first_landing(trajectory):
     """What came before the first corner to arrive, and that."""
     return next(
-        (before, event)
-        for before, event in pairwise(found.events)
+        (previous_event, event)
+        for previous_event, event in pairwise(trajectory.events)
         if event.kind == "arrival" and event.time > 0.0
     )
 
@@ -79,10 +79,10 @@ def tipping_time(length, inertia, first, last):
 
 @pytest.mark.parametrize("start", [0.1, 0.5])
 def test_tipping_on_a_corner(start):
-    found, corners = recorded(BIPYRAMID, (np.sin(start), 0.0, np.cos(start)), 1e-3)
-    before, arrival = first_landing(found)
+    trajectory, corners = recorded(BIPYRAMID, (np.sin(start), 0.0, np.cos(start)), 1e-3)
+    previous_event, arrival = first_landing(trajectory)
     end = np.arctan2(1.0, 0.6)
-    assert before.mode == "vertex"
+    assert previous_event.mode == "vertex"
     assert corners.time(arrival) == pytest.approx(
         tipping_time(1.0, 0.25, start, end), abs=1e-10
     )
@@ -91,14 +91,16 @@ def test_tipping_on_a_corner(start):
 
 def test_tipping_on_an_edge():
     part = part_from_mesh(*shapes.box(0.8, 3.0, 2.0))
-    found, corners = recorded(part, (np.sin(0.3), 0.0, np.cos(0.3)), 1e-3, to_rest=True)
-    before, arrival = first_landing(found)
-    corner = np.array((0.4, 1.5, 1.0)) / found.radius
+    trajectory, corners = recorded(
+        part, (np.sin(0.3), 0.0, np.cos(0.3)), 1e-3, to_rest=True
+    )
+    previous_event, arrival = first_landing(trajectory)
+    corner = np.array((0.4, 1.5, 1.0)) / trajectory.radius
     end = np.arctan2(corner[0], corner[2])
     expected = tipping_time(
         np.hypot(corner[0], corner[2]), corners.moment[1, 1], end - 0.3, end
     )
-    assert before.mode == "edge"
+    assert previous_event.mode == "edge"
     assert corners.time(arrival) == pytest.approx(expected, abs=1e-10)
     assert arrival.height == pytest.approx(1.0, abs=1e-10)
 
@@ -107,16 +109,16 @@ def test_tipping_on_an_edge():
 def test_energy_lost_in_impacts(restitution):
     """(1 - ρ²)/2 m_eff u² at each single one, with u = -(velocity after) / ρ."""
     part = part_from_mesh(*random_polyhedron(10, 5))
-    seen = 0
+    impacts = 0
     for trajectory, corners in recordings(part, restitution, 5, **EXACT):
-        for before, event in impacts_of(trajectory):
-            lost = corners.energy(before) - corners.energy(event)
+        for previous_event, event in impacts_of(trajectory):
+            lost = corners.energy(previous_event) - corners.energy(event)
             assert lost == pytest.approx(
                 corners.lost_at_impact(event, restitution), abs=1e-10
             )
-            approach = corners.velocities(before)[event.vertex]
+            approach = corners.velocities(previous_event)[event.vertex]
             assert corners.velocities(event)[event.vertex] == pytest.approx(
                 -restitution * approach, abs=1e-12
             )
-            seen += lost > 1e-3
-    assert seen > 20
+            impacts += lost > 1e-3
+    assert impacts > 20

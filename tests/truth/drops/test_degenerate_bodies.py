@@ -37,13 +37,13 @@ def test_coplanar_faces_come_to_rest(name):
     poses = resting_poses(part, 0.0, 0).poses
     for restitution in (0.0, 0.2, 0.5):
         for drop in range(2):
-            found = record_drop(
+            trajectory = record_drop(
                 part, drop, restitution, 1, to_rest=True, interval=1e6, **EXACT
             )
-            last = found.events[-1]
-            assert found.at_rest and last.mode == "face"
-            assert last.height == pytest.approx(poses[found.pose].height, rel=1e-6)
-            assert -last.up == pytest.approx(poses[found.pose].down, abs=1e-6)
+            last = trajectory.events[-1]
+            assert trajectory.at_rest and last.mode == "face"
+            assert last.height == pytest.approx(poses[trajectory.pose].height, rel=1e-6)
+            assert -last.up == pytest.approx(poses[trajectory.pose].down, abs=1e-6)
 
 
 @pytest.mark.parametrize("split", [subdivided, lambda s: starred(s, 3)])
@@ -51,8 +51,8 @@ def test_coplanar_faces_come_to_rest(name):
 def test_the_triangulation_does_not_matter(split, surface):
     """Coplanar triangles that are not merged leave unstable pieces of a face."""
     whole, cut = (
-        simulate(part_from_mesh(*each), 3000, 0.3, seed)
-        for seed, each in enumerate((surface, split(surface)))
+        simulate(part_from_mesh(*triangulation), 3000, 0.3, seed)
+        for seed, triangulation in enumerate((surface, split(surface)))
     )
     assert alike(whole, cut) > SURE
 
@@ -78,9 +78,9 @@ def test_short_edges(length):
         part_from_mesh(*s) for s in (shapes.box(1.0, 1.3, 0.8), cut_corner(length))
     )
     for restitution in (0.0, 0.5):
-        found = simulate(cut, 3000, restitution, 2)
-        assert found.unsettled == 0
-        assert alike(simulate(box, 3000, restitution, 1), found) > SURE
+        statistics = simulate(cut, 3000, restitution, 2)
+        assert statistics.unsettled == 0
+        assert alike(simulate(box, 3000, restitution, 1), statistics) > SURE
 
 
 def test_both_ends_of_a_short_edge_let_go_together():
@@ -103,15 +103,19 @@ def test_sliding_on_a_short_edge(length):
     assert (
         simulate(part, restitution=0.0, starts=[start], drop_height=0.01).unsettled == 0
     )
-    found, corners = with_corners(
+    trajectory, corners = with_corners(
         part,
         record_drop(part, start=start, restitution=0.0, drop_height=0.01, interval=1e6),
     )
-    assert "edge" in {event.mode for event in found.events}
-    for before, event in pairwise(found.events):
-        if before.mode == "edge" and event.kind in ("arrival", "lift-off", "end"):
+    assert "edge" in {event.mode for event in trajectory.events}
+    for previous_event, event in pairwise(trajectory.events):
+        if previous_event.mode == "edge" and event.kind in (
+            "arrival",
+            "lift-off",
+            "end",
+        ):
             assert corners.energy(event) == pytest.approx(
-                corners.energy(before), abs=1e-9
+                corners.energy(previous_event), abs=1e-9
             )
 
 
@@ -122,29 +126,29 @@ def test_centre_of_mass_just_inside_a_face(inset):
         *shapes.box(2.0, 2.0, 2.0), center_of_mass=(0.1, 0.2, inset - 1.0)
     )
     for restitution in (0.0, 0.5, 0.8):
-        found = simulate(part, 400, restitution, 3)
-        assert found.unsettled == 0
-        assert found.poses[0].height == pytest.approx(inset, rel=1e-3)
-        assert found.poses[0].probability > 0.8
+        statistics = simulate(part, 400, restitution, 3)
+        assert statistics.unsettled == 0
+        assert statistics.poses[0].height == pytest.approx(inset, rel=1e-3)
+        assert statistics.poses[0].probability > 0.8
 
 
 @pytest.mark.parametrize(("restitution", "drops"), [(0.2, 60), (0.5, 60), (0.8, 20)])
 def test_a_needle(restitution, drops):
     """1 x 0.001 x 0.002: its ends are never stood on, its sides go by their width."""
     part = part_from_mesh(*shapes.box(1.0, 0.001, 0.002))
-    found = simulate(part, drops, restitution, 4, cluster_tolerance=0.0)
-    assert (found.unsettled, counts(found)[4:]) == (0, [0, 0])
-    assert sum(counts(found)[:2]) > 0.5 * drops
+    statistics = simulate(part, drops, restitution, 4, cluster_tolerance=0.0)
+    assert (statistics.unsettled, counts(statistics)[4:]) == (0, [0, 0])
+    assert sum(counts(statistics)[:2]) > 0.5 * drops
 
 
 @pytest.mark.parametrize("name", ["random 0", "cube", "leaning prism"])
 def test_spin_about_the_vertical_does_not_keep_a_body_awake(name):
     """Nothing brakes it on a frictionless plate: rest cannot wait for the total spin."""
-    for found, corners in recordings(
+    for trajectory, corners in recordings(
         convex_parts()[name], 0.4, 10, seed=6, to_rest=True
     ):
-        assert found.at_rest
-        for event in found.events:
+        assert trajectory.at_rest
+        for event in trajectory.events:
             assert abs(event.up @ corners.moment @ corners.spin(event)) < 1e-12
 
 
@@ -163,10 +167,14 @@ def tumbler():
 def test_a_single_stable_pose():
     part = tumbler()
     for restitution in (0.0, 0.5, 0.9):
-        found = simulate(part, 200, restitution, 1)
-        (pose,) = found.poses
-        assert (pose.count, pose.probability, found.unsettled) == (200, 1.0, 0)
-        assert (pose.probability_low, pose.probability_high, found.expected_error) == (
+        statistics = simulate(part, 200, restitution, 1)
+        (pose,) = statistics.poses
+        assert (pose.count, pose.probability, statistics.unsettled) == (200, 1.0, 0)
+        assert (
+            pose.probability_low,
+            pose.probability_high,
+            statistics.expected_error,
+        ) == (
             1,
             1,
             0,
@@ -178,10 +186,12 @@ def test_a_single_stable_pose():
 def test_units_and_masses_that_are_powers_of_two_change_nothing(power):
     """No product of lengths over- or underflows, and none is compared with a length of its own."""
     surface = random_polyhedron(9, 3)
-    here, there = (
+    plain, scaled = (
         outcomes(part_from_mesh(*moved(surface, scale=scale), mass=scale), 500, 0.5, 1)
         for scale in (1.0, 2.0**power)
     )
-    np.testing.assert_array_equal(here.pose, there.pose)
-    np.testing.assert_array_equal(here.energy_left, there.energy_left)
-    assert there.seconds == pytest.approx(here.seconds * 2.0 ** (power / 2), rel=1e-12)
+    np.testing.assert_array_equal(plain.pose, scaled.pose)
+    np.testing.assert_array_equal(plain.energy_left, scaled.energy_left)
+    assert scaled.seconds == pytest.approx(
+        plain.seconds * 2.0 ** (power / 2), rel=1e-12
+    )

@@ -24,11 +24,11 @@ def test_flat_on_a_facet(restitution):
         turn = rotation(seed)
         part = part_from_mesh(*moved(CUBE, turn, (0.3, -0.2, 0.1)))
         axes = np.vstack((turn.T, -turn.T))
-        found = outcomes(part, restitution=restitution, starts=axes, drop_height=1.001)
+        poses = outcomes(part, restitution=restitution, starts=axes, drop_height=1.001)
         downs = {pose.index: pose.down for pose in resting_poses(part).poses}
         wrong += sum(
             k < 0 or not downs[k] @ axis > 0.999999
-            for k, axis in zip(found.pose.tolist(), axes, strict=True)
+            for k, axis in zip(poses.pose.tolist(), axes, strict=True)
         )
     assert wrong == 0
 
@@ -54,13 +54,13 @@ def test_a_corner_just_hit_or_let_go_has_left(restitution):
     for trajectory, corners in recordings(
         light(random_polyhedron(8, 1), 0.3), restitution, 40
     ):
-        left = {}
+        clearances = {}
         for event in trajectory.events:
             if event.kind in ("impact", "lift-off"):
-                left[event.vertex] = event.time
+                clearances[event.vertex] = event.time
                 let_go += event.kind == "lift-off"
             if event.kind == "arrival":
-                assert event.time > left.get(event.vertex, -1.0)
+                assert event.time > clearances.get(event.vertex, -1.0)
             assert corners.heights(event).min() > -TOUCHING
         assert trajectory.pose >= 0
     assert let_go > 0 or restitution > 0.0
@@ -96,13 +96,18 @@ def test_exact_unstable_equilibria_end_unsettled(start):
     part = part_from_mesh(*CUBE)
     starts = np.tile(start, (3, 1)) * np.array((1.0, -1.0, 2.0))[:, None]
     for height in (0.1, 1.5, 12.0):
-        found = simulate(part, restitution=0.5, starts=starts, drop_height=height)
-        assert (found.drops, sum(counts(found)) + found.unsettled) == (3, 3)
-        warned = any(text.startswith("UNSETTLED") for text in found.warnings)
-        assert warned == (found.unsettled > 0)
-        known = [pose.probability for pose in found.poses]
+        statistics = simulate(part, restitution=0.5, starts=starts, drop_height=height)
+        assert (statistics.drops, sum(counts(statistics)) + statistics.unsettled) == (
+            3,
+            3,
+        )
+        warned = any(text.startswith("UNSETTLED") for text in statistics.warnings)
+        assert warned == (statistics.unsettled > 0)
+        probabilities = [pose.probability for pose in statistics.poses]
         assert (
-            np.isnan(known).all() if found.unsettled == 3 else np.isfinite(known).all()
+            np.isnan(probabilities).all()
+            if statistics.unsettled == 3
+            else np.isfinite(probabilities).all()
         )
     outcome = outcomes(part, restitution=0.5, starts=starts)
     assert np.isfinite(outcome.energy_left).all() and np.isfinite(outcome.seconds).all()
@@ -118,11 +123,11 @@ def with_twin(surface, gap):
     vertices = surface[0] - surface[0].mean(axis=0)
     corner = vertices[np.argmax(np.linalg.norm(vertices, axis=1))]
     across = np.cross(corner, (0.3, -0.5, 0.8))
-    more = shapes.hull_mesh(
+    twin_mesh = shapes.hull_mesh(
         np.vstack((vertices, corner + gap * across / np.linalg.norm(across)))
     )
-    assert len(more[0]) == len(vertices) + 1
-    return (vertices, surface[1]), more
+    assert len(twin_mesh[0]) == len(vertices) + 1
+    return (vertices, surface[1]), twin_mesh
 
 
 @pytest.mark.parametrize(
@@ -131,18 +136,18 @@ def with_twin(surface, gap):
 def test_features_smaller_than_what_counts_as_slow(gap, restitution, drops):
     """Two corners that close are slow together; stopping both took 5 % of the energy."""
     part, twin = (part_from_mesh(*s) for s in with_twin(random_polyhedron(10, 0), gap))
-    sizes = [len(resting_poses(each, 0.0, 0).body.points) for each in (part, twin)]
+    sizes = [len(resting_poses(body, 0.0, 0).body.points) for body in (part, twin)]
     assert sizes[1] == sizes[0] + 1
     first, second = (
-        simulate(each, drops, restitution, seed)
-        for seed, each in enumerate((part, twin))
+        simulate(body, drops, restitution, seed)
+        for seed, body in enumerate((part, twin))
     )
     assert alike(first, second) > SURE
     for trajectory, corners in recordings(twin, restitution, 40, to_rest=True):
-        for before, event in pairwise(trajectory.events):
+        for previous_event, event in pairwise(trajectory.events):
             if event.kind == "stop":
                 assert corners.energy(event) > (1.0 - 3e-4) * corners.energy(
-                    before
+                    previous_event
                 )  # of three
 
 
@@ -154,15 +159,15 @@ def test_long_sequences_of_simultaneous_impacts(restitution):
         part = light(random_polyhedron(8, 0), factor)
         for trajectory, corners in recordings(part, restitution, 30):
             length = 0
-            for before, event in pairwise(trajectory.events):
+            for previous_event, event in pairwise(trajectory.events):
                 length = length + 1 if event.kind == "impact" else 0
                 longest = max(longest, length)
                 if (
-                    before.kind == "impact"
+                    previous_event.kind == "impact"
                     and event.kind != "stop"
-                    and event.time > before.time
+                    and event.time > previous_event.time
                 ):
-                    near = corners.heights(before) < 1e-10
-                    assert corners.velocities(before)[near].min() > -1e-9
+                    touching = corners.heights(previous_event) < 1e-10
+                    assert corners.velocities(previous_event)[touching].min() > -1e-9
             assert trajectory.pose >= 0
     assert longest > 41

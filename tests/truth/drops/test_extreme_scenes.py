@@ -23,25 +23,25 @@ def radius(part):
     ("restitution", "drops"), [(0.0, 2000), (0.95, 100), (0.99, 30)]
 )
 def test_dull_and_lively_plates(part, restitution, drops):
-    found = simulate(part, drops, restitution, 1)
-    assert (sum(counts(found)), found.unsettled) == (drops, 0)
+    statistics = simulate(part, drops, restitution, 1)
+    assert (sum(counts(statistics)), statistics.unsettled) == (drops, 0)
 
 
 def test_a_restitution_that_ends_no_drop_is_reported(part):
-    found = simulate(part, 2, 1.0 - 1e-9, 1)
-    assert (found.drops, found.unsettled) == (2, 2)
-    assert np.isnan([pose.probability for pose in found.poses]).all()
-    assert np.isnan(found.expected_error)
-    assert "UNSETTLED: 2 of 2" in "\n".join(found.warnings)
+    statistics = simulate(part, 2, 1.0 - 1e-9, 1)
+    assert (statistics.drops, statistics.unsettled) == (2, 2)
+    assert np.isnan([pose.probability for pose in statistics.poses]).all()
+    assert np.isnan(statistics.expected_error)
+    assert "UNSETTLED: 2 of 2" in "\n".join(statistics.warnings)
 
 
 @pytest.mark.parametrize("radii", [1e-9, 1.0, 1.0 + 1e-12, 2.0, 1e4])
 def test_drop_heights(part, radius, radii):
     for restitution in (0.0, 0.6):
-        found = simulate(part, 100, restitution, 1, drop_height=radii * radius)
-        assert (sum(counts(found)), found.unsettled) == (100, 0)
-        assert found.drop_height == radii * radius
-        assert ("RELEASED_TOUCHING" in codes(found)) == (radii < 1.0)
+        statistics = simulate(part, 100, restitution, 1, drop_height=radii * radius)
+        assert (sum(counts(statistics)), statistics.unsettled) == (100, 0)
+        assert statistics.drop_height == radii * radius
+        assert ("RELEASED_TOUCHING" in codes(statistics)) == (radii < 1.0)
 
 
 def test_too_low_to_fit_is_at_rest_on_the_plate(part, radius):
@@ -62,11 +62,12 @@ def test_too_low_to_fit_is_at_rest_on_the_plate(part, radius):
 def test_centre_of_mass_far_off_the_centroid(center):
     cube = part_from_mesh(*shapes.box(2.0, 2.0, 2.0), center_of_mass=center)
     for restitution in (0.0, 0.5, 0.8):
-        found = simulate(cube, 300, restitution, 1)
-        assert found.unsettled == 0
-        lowest = min(pose.height for pose in found.poses)
+        statistics = simulate(cube, 300, restitution, 1)
+        assert statistics.unsettled == 0
+        lowest = min(pose.height for pose in statistics.poses)
         assert (
-            sum(pose.count for pose in found.poses if pose.height < lowest + 0.02) > 150
+            sum(pose.count for pose in statistics.poses if pose.height < lowest + 0.02)
+            > 150
         )
 
 
@@ -84,10 +85,10 @@ def test_uneven_inertia_and_nearly_none(moments):
     """Corners off the axis of a rod take as many impacts as the ratio of masses: too many."""
     body = part_from_mesh(*random_polyhedron(9, 3), mass=1.0, inertia=np.diag(moments))
     for restitution in (0.0, 0.5):
-        found = simulate(body, 20, restitution, 1)
-        assert sum(counts(found)) + found.unsettled == 20
-        assert ("UNSETTLED" in codes(found)) == (found.unsettled > 0)
-        assert found.unsettled == 0 or min(moments) < 1e-3
+        statistics = simulate(body, 20, restitution, 1)
+        assert sum(counts(statistics)) + statistics.unsettled == 20
+        assert ("UNSETTLED" in codes(statistics)) == (statistics.unsettled > 0)
+        assert statistics.unsettled == 0 or min(moments) < 1e-3
 
 
 def test_a_rod_of_no_width_to_speak_of():
@@ -98,13 +99,13 @@ def test_a_rod_of_no_width_to_speak_of():
         inertia=np.diag((1e-9, 1.0, 1.0)) * 1000.0**2 / 12.0,
     )
     for restitution in (0.0, 0.5):
-        found = simulate(rod, 100, restitution, 1, cluster_tolerance=0.0)
-        assert found.unsettled == 0 and sum(counts(found)[:4]) == 100
+        statistics = simulate(rod, 100, restitution, 1, cluster_tolerance=0.0)
+        assert statistics.unsettled == 0 and sum(counts(statistics)[:4]) == 100
 
 
 def test_no_drop_goes_on_for_ever(part, radius):
     """From such a height the energy falls by a little each time, for hours."""
-    found = simulate(
+    statistics = simulate(
         part, restitution=0.99, starts=[(0.3, 0.2, 0.1)], drop_height=1e160 * radius
     )
-    assert (found.drops, found.unsettled) == (1, 1)
+    assert (statistics.drops, statistics.unsettled) == (1, 1)

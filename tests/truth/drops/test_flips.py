@@ -101,18 +101,18 @@ def test_whole_flips_against_another_solver(restitution, kick):
     seed = 1
     rested = 0
     kicks = Kicks(part, kick, seed, len(simulate_flips(part, 0.0, 1, **EXACT).poses))
-    found = simulate_flips(part, kick * kicks.radius, 1, restitution, seed, **EXACT)
-    downs = np.array([pose.down for pose in found.poses])
-    for pose, at in enumerate(kicks.at()):
+    flips = simulate_flips(part, kick * kicks.radius, 1, restitution, seed, **EXACT)
+    downs = np.array([pose.down for pose in flips.poses])
+    for pose, point in enumerate(kicks.at()):
         events = reference_flip(
-            kicks.points, kicks.inertia, downs[pose], at, kick, restitution, 60
+            kicks.points, kicks.inertia, downs[pose], point, kick, restitution, 60
         )
         gap = np.linalg.norm(downs + events[-1].up, axis=1)
         if len(events) < 60 and gap.min() < 1e-6:
-            assert found.counts[pose, gap.argmin()] == 1
+            assert flips.counts[pose, gap.argmin()] == 1
             rested += 1
     assert rested >= len(downs) // 2
-    assert np.trace(found.counts) < len(downs)  # some did flip
+    assert np.trace(flips.counts) < len(downs)  # some did flip
 
 
 def like(*rows):
@@ -124,37 +124,39 @@ def like(*rows):
 @pytest.mark.parametrize("share", [0.0, 0.999])
 def test_less_than_the_way_out_is_no_flip(box, share):
     lowest = min(pose.barrier for pose in simulate_flips(box, 0.0, 1, seed=1).poses)
-    found = simulate_flips(box, share * lowest, 200, seed=2)
-    np.testing.assert_array_equal(found.transition, np.eye(6))
-    assert found.flips == 1200 and not found.unsettled.any()
+    flips = simulate_flips(box, share * lowest, 200, seed=2)
+    np.testing.assert_array_equal(flips.transition, np.eye(6))
+    assert flips.flips == 1200 and not flips.unsettled.any()
 
 
 def test_high_kicks_are_drops(box):
     """Each row, and all together, against the counts of drops from as high."""
-    found = simulate_flips(box, 60.0, 500, seed=3)
+    flips = simulate_flips(box, 60.0, 500, seed=3)
     drops = simulate(box, 6000, seed=4, drop_height=60.0)
     fresh = [pose.count for pose in sorted(drops.poses, key=lambda pose: pose.index)]
-    for row in (found.counts.sum(axis=0), *found.counts):
+    for row in (flips.counts.sum(axis=0), *flips.counts):
         assert like(row, fresh) > SURE
 
 
 def test_workers_and_stops_change_nothing(box):
-    one, two = (
+    first, two = (
         simulate_flips(box, 1.0, 300, seed=7, workers=workers) for workers in (1, 2)
     )
-    np.testing.assert_array_equal(one.counts, two.counts)
-    seen = []
-    assert [pose.index for pose in one.poses] == list(range(6)) and one.flips == 1800
+    np.testing.assert_array_equal(first.counts, two.counts)
+    reports = []
+    assert [pose.index for pose in first.poses] == list(
+        range(6)
+    ) and first.flips == 1800
     cut = simulate_flips(
         box,
         1.0,
         100_000,
         seed=7,
         workers=1,
-        on_progress=lambda done, total: seen.append((done, total)),
-        should_stop=lambda: bool(seen),
+        on_progress=lambda drops_done, total: reports.append((drops_done, total)),
+        should_stop=lambda: bool(reports),
     )
-    assert 0 < cut.flips == seen[-1][0] < seen[-1][1] == 600_000
+    assert 0 < cut.flips == reports[-1][0] < reports[-1][1] == 600_000
     longer = simulate_flips(box, 1.0, -(-cut.flips // 6), seed=7)
     assert (longer.counts - cut.counts).sum() == longer.flips - cut.flips
     assert (longer.counts >= cut.counts).all()

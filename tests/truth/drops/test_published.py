@@ -32,7 +32,7 @@ DICE = {
 
 
 def share_on_ends(part, drops, restitution, radii, **options):
-    found = simulate(
+    statistics = simulate(
         part,
         drops,
         restitution,
@@ -40,15 +40,17 @@ def share_on_ends(part, drops, restitution, radii, **options):
         **options,
         drop_height=radii * resting_poses(part).body.radius,
     )
-    assert found.unsettled == 0
-    return sum(pose.count for pose in found.poses if abs(pose.down[2]) > 0.9) / drops
+    assert statistics.unsettled == 0
+    return (
+        sum(pose.count for pose in statistics.poses if abs(pose.down[2]) > 0.9) / drops
+    )
 
 
 @pytest.mark.parametrize(
-    ("restitution", "radii", "other"), [(0.05, 20.0, 0.057), (0.5, 2.0, 0.032)]
+    ("restitution", "radii", "misfit"), [(0.05, 20.0, 0.057), (0.5, 2.0, 0.032)]
 )
 def test_as_far_from_the_dice_as_another_implementation_of_the_model(
-    restitution, radii, other
+    restitution, radii, misfit
 ):
     """Which made 2 000 drops a die.
 
@@ -66,7 +68,7 @@ def test_as_far_from_the_dice_as_another_implementation_of_the_model(
         - share
         for ratio, share in DICE.items()
     ]
-    assert np.sqrt(np.mean(np.square(errors))) == pytest.approx(other, abs=0.012)
+    assert np.sqrt(np.mean(np.square(errors))) == pytest.approx(misfit, abs=0.012)
 
 
 @pytest.mark.parametrize(

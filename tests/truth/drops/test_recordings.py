@@ -66,72 +66,92 @@ def trajectories(name):
     ]
 
 
-def phases(found):
+def phases(trajectory):
     """Slices of the samples between two events that change velocities."""
-    jumps = {event.time for event in found.events if event.kind in ("impact", "stop")}
-    here = np.isin(found.times, list(jumps)) & (
-        np.diff(found.times, prepend=-1.0) == 0.0
+    jumps = {
+        event.time for event in trajectory.events if event.kind in ("impact", "stop")
+    }
+    in_phase = np.isin(trajectory.times, list(jumps)) & (
+        np.diff(trajectory.times, prepend=-1.0) == 0.0
     )
-    ends = [0, *np.flatnonzero(here).tolist(), len(found.times)]
+    ends = [0, *np.flatnonzero(in_phase).tolist(), len(trajectory.times)]
     return [slice(a, b) for a, b in pairwise(ends)]
 
 
 @EVERY_BODY
 def test_energy_falls_at_impacts_and_stays_between_them(name):
-    for found in trajectories(name):
+    for trajectory in trajectories(name):
         exact = (
-            1e-10 * found.energies[0]
+            1e-10 * trajectory.energies[0]
         )  # what the series of a hundred steps leave out
-        assert np.diff(found.energies).max() <= exact
-        for phase in phases(found):
-            if found.times[phase][-1] > found.times[phase][0]:
-                assert np.ptp(found.energies[phase]) <= exact
+        assert np.diff(trajectory.energies).max() <= exact
+        for phase in phases(trajectory):
+            if trajectory.times[phase][-1] > trajectory.times[phase][0]:
+                assert np.ptp(trajectory.energies[phase]) <= exact
 
 
 @EVERY_BODY
 def test_up_stays_a_unit_vector_and_no_spin_about_it_comes_up(name):
     part = bodies()[name]
-    for found in trajectories(name):
-        assert np.abs(np.linalg.norm(found.up, axis=1) - 1.0).max() < 1e-10
-        momentum = found.angular_velocities @ part.inertia
-        size = part.mass * found.radius**2 * np.sqrt(GRAVITY / found.radius)
-        assert np.abs((found.up * momentum).sum(axis=1)).max() < 1e-9 * size
+    for trajectory in trajectories(name):
+        assert np.abs(np.linalg.norm(trajectory.up, axis=1) - 1.0).max() < 1e-10
+        momentum = trajectory.angular_velocities @ part.inertia
+        size = part.mass * trajectory.radius**2 * np.sqrt(GRAVITY / trajectory.radius)
+        assert np.abs((trajectory.up * momentum).sum(axis=1)).max() < 1e-9 * size
 
 
 @EVERY_BODY
 def test_orientations_turn_up_up(name):
     """Rounding adds up with the angle turned, some 1e4 for the needle."""
-    for found in trajectories(name):
-        turned = Rotation.from_quat(found.orientations).as_matrix()
-        angle = np.linalg.norm(found.angular_velocities, axis=1).max() * found.times[-1]
-        assert np.abs(turned[:, 2] - found.up).max() < 1e-14 * (100.0 + 3.0 * angle)
-        assert np.abs(np.linalg.norm(found.orientations, axis=1) - 1.0).max() < 1e-12
-        np.testing.assert_allclose(turned[0] @ found.down, (0.0, 0.0, -1.0), atol=1e-12)
+    for trajectory in trajectories(name):
+        turned = Rotation.from_quat(trajectory.orientations).as_matrix()
+        angle = (
+            np.linalg.norm(trajectory.angular_velocities, axis=1).max()
+            * trajectory.times[-1]
+        )
+        assert np.abs(turned[:, 2] - trajectory.up).max() < 1e-14 * (
+            100.0 + 3.0 * angle
+        )
+        assert (
+            np.abs(np.linalg.norm(trajectory.orientations, axis=1) - 1.0).max() < 1e-12
+        )
+        np.testing.assert_allclose(
+            turned[0] @ trajectory.down, (0.0, 0.0, -1.0), atol=1e-12
+        )
 
 
 @EVERY_BODY
 def test_nothing_reaches_into_the_plate(name):
     corners = bodies()[name].vertices - bodies()[name].center_of_mass
-    for found in trajectories(name):
+    for trajectory in trajectories(name):
         lowest = [
             (height + corners @ up).min()
-            for height, up in zip(found.heights, found.up, strict=True)
+            for height, up in zip(trajectory.heights, trajectory.up, strict=True)
         ]
-        assert min(lowest) > -DEEPEST * found.radius
+        assert min(lowest) > -DEEPEST * trajectory.radius
 
 
 @EVERY_BODY
 def test_samples_are_in_order_and_hold_every_event(name):
-    for found in trajectories(name):
-        assert (np.diff(found.times) >= 0.0).all()
-        assert found.times[0] == 0.0 and found.events[0].kind == "release"
+    for trajectory in trajectories(name):
+        assert (np.diff(trajectory.times) >= 0.0).all()
+        assert trajectory.times[0] == 0.0 and trajectory.events[0].kind == "release"
         assert (
-            found.times[-1] == found.events[-1].time and found.events[-1].kind == "end"
+            trajectory.times[-1] == trajectory.events[-1].time
+            and trajectory.events[-1].kind == "end"
         )
-        samples = set(zip(found.times.tolist(), found.heights.tolist(), strict=True))
-        assert samples.issuperset((event.time, event.height) for event in found.events)
-        assert np.diff(found.times).max() <= 0.051 * np.sqrt(found.radius / GRAVITY)
-        assert [event.kind for event in found.events].count("impact") == found.impacts
+        samples = set(
+            zip(trajectory.times.tolist(), trajectory.heights.tolist(), strict=True)
+        )
+        assert samples.issuperset(
+            (event.time, event.height) for event in trajectory.events
+        )
+        assert np.diff(trajectory.times).max() <= 0.051 * np.sqrt(
+            trajectory.radius / GRAVITY
+        )
+        assert [event.kind for event in trajectory.events].count(
+            "impact"
+        ) == trajectory.impacts
 
 
 def test_times_do_not_run_past_an_event():
@@ -146,9 +166,9 @@ def test_a_recorded_drop_is_that_of_the_run(name):
     part = bodies()[name]
     run = outcomes(part, 12, 0.4, 11)
     for k in range(12):
-        found = record_drop(part, k, 0.4, seed=11)
-        assert (found.pose, found.impacts) == (run.pose[k], run.impacts[k])
-        assert found.events[-1].time == pytest.approx(run.seconds[k], rel=1e-15)
+        trajectory = record_drop(part, k, 0.4, seed=11)
+        assert (trajectory.pose, trajectory.impacts) == (run.pose[k], run.impacts[k])
+        assert trajectory.events[-1].time == pytest.approx(run.seconds[k], rel=1e-15)
 
 
 @pytest.mark.parametrize("name", ["random", "tetrahedron", "shifted", "clamp hull"])
@@ -165,12 +185,12 @@ def test_a_drop_goes_on_to_rest_in_the_pose_that_was_certain_before(name, restit
             )
             for to_rest in (False, True)
         )
-        before = [
+        certain = [
             (e.time, e.kind, e.vertex, e.mode, e.height) for e in early.events[:-1]
         ]
-        assert before == [
+        assert certain == [
             (e.time, e.kind, e.vertex, e.mode, e.height)
-            for e in late.events[: len(before)]
+            for e in late.events[: len(certain)]
         ]
         assert early.pose == late.pose and late.at_rest and not early.at_rest
         early_ends += len(early.events) < len(late.events)

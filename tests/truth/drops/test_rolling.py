@@ -14,15 +14,15 @@ def part_of(solid):
     return part_from_mesh(*surface(solid))
 
 
-def cylinder(height, radius, above=0.0, beside=0.0):
+def cylinder(height, radius, above=0.0, offset=0.0):
     return Manifold.cylinder(height, radius, circular_segments=96).translate(
-        (beside, 0.0, above)
+        (offset, 0.0, above)
     )
 
 
 RING = part_of(cylinder(0.6, 1.0) - cylinder(1.0, 0.6, above=-0.1))
 # A disc with a large hole beside its axis: upright it swings about its heaviest side.
-COVER = part_of(cylinder(0.2, 1.0) - cylinder(1.0, 0.4, above=-0.5, beside=0.45))
+COVER = part_of(cylinder(0.2, 1.0) - cylinder(1.0, 0.4, above=-0.5, offset=0.45))
 TUBE = cylinder(0.3, 0.4, above=1.0) - cylinder(0.3, 0.38, above=1.0)
 # A shaft that half a tube goes on from: the long sides of that lie along the axis.
 SHAFT = part_of(cylinder(1.0, 0.4) + TUBE.trim_by_plane((1.0, 0.0, 0.0), 0.0))
@@ -35,10 +35,10 @@ def test_drops_that_roll_are_counted():
     starts = np.stack(
         (np.cos(angle), np.sin(angle), random.uniform(-0.02, 0.02, 40)), axis=1
     )
-    found = simulate(COVER, starts=starts, drop_height=1e-6)
-    assert found.unsettled == 0
-    assert not any("UNSETTLED" in text for text in found.warnings)
-    assert counts(found)[2] > 10
+    statistics = simulate(COVER, starts=starts, drop_height=1e-6)
+    assert statistics.unsettled == 0
+    assert not any("UNSETTLED" in text for text in statistics.warnings)
+    assert counts(statistics)[2] > 10
 
 
 def compare_facet_by_facet(part, drops, restitution, sides):
@@ -83,7 +83,7 @@ def test_edges_along_the_axis_tip_nothing_over():
 
 def test_a_leaning_part_does_not_roll_upright():
     """A boss beside the axis: the rim's pose goes on over the boss, where the part still falls."""
-    cam = part_of(cylinder(0.43, 1.0) + cylinder(0.85, 0.45, above=0.42, beside=0.45))
+    cam = part_of(cylinder(0.43, 1.0) + cylinder(0.85, 0.45, above=0.42, offset=0.45))
     number, _ = compare_facet_by_facet(cam, 100, 0.1, 96)
     assert number[1] > number[2]
 
@@ -92,5 +92,5 @@ def test_a_changed_part_may_have_lost_a_round_surface():
     """The cone that a headed pin leans on moved in until nothing of the head's rim is left."""
     pin = part_of(cylinder(0.04, 1.0) + cylinder(1.2, 0.5))
     for pose in resting_poses(pin).poses:
-        found = sensitivity(pin, [pose.index], drops=20, checks=50, seed=1)
-        assert found.drops == 20
+        analysis = sensitivity(pin, [pose.index], drops=20, checks=50, seed=1)
+        assert analysis.drops == 20

@@ -49,9 +49,11 @@ def test_the_stream_stays_what_it_was():
 @pytest.mark.parametrize("seed", [0, 2**64 - 1])
 def test_equal_areas_are_equally_full(seed):
     """16 x 32 cells of the sphere, 30 000 drops: within the central 99.9 % of chi-square."""
-    found = starts(seed, 30_000)
-    np.testing.assert_allclose(np.linalg.norm(found, axis=1), 1.0, rtol=0, atol=1e-15)
-    x, y, z = found.T
+    directions = starts(seed, 30_000)
+    np.testing.assert_allclose(
+        np.linalg.norm(directions, axis=1), 1.0, rtol=0, atol=1e-15
+    )
+    x, y, z = directions.T
     rows = np.minimum((8.0 * (z + 1.0)).astype(int), 15)
     columns = np.minimum((16.0 * (np.arctan2(y, x) / np.pi + 1.0)).astype(int), 31)
     expected = 30_000 / 512
@@ -60,14 +62,14 @@ def test_equal_areas_are_equally_full(seed):
     ).sum()
     assert chi2.ppf(0.0005, 511) < statistic < chi2.isf(0.0005, 511)
     # Products of successive drops: mean 0, variance 1/3; five standard errors.
-    product = (found[:-1] * found[1:]).sum(axis=1)
+    product = (directions[:-1] * directions[1:]).sum(axis=1)
     assert abs(product.mean()) < 5.0 * np.sqrt(1.0 / 3.0 / len(product))
 
 
 def test_other_seeds_and_numbers_are_other_drops():
     """None recurs elsewhere either: the closest of 640² random pairs are far apart."""
-    for other in (0, 2**32 + 1, 2**64 - 1):
-        assert np.abs(starts(1, 640) @ starts(other, 640).T).max() < 1.0 - 1e-9
+    for seed in (0, 2**32 + 1, 2**64 - 1):
+        assert np.abs(starts(1, 640) @ starts(seed, 640).T).max() < 1.0 - 1e-9
     downs = [
         record_drop(TETRAHEDRON, drop, seed=3).down for drop in (0, 1, 2**40, 2**50)
     ]
@@ -88,13 +90,19 @@ def test_a_drop_depends_on_its_own_start_alone(name, height):
     first = simulate(part, 1, seed=1)
     downs = np.array([pose.down for pose in first.poses])
     mixed = np.concatenate([np.repeat(downs, 3, axis=0), starts(1, 20), downs])
-    together = outcomes(part, starts=mixed, drop_height=height * first.radius)
+    mixed_poses = outcomes(part, starts=mixed, drop_height=height * first.radius)
     for i, down in enumerate(mixed):
-        alone = outcomes(part, starts=down[None], drop_height=height * first.radius)
-        assert [together.pose[i], together.impacts[i], together.energy_left[i]] == [
-            alone.pose[0],
-            alone.impacts[0],
-            alone.energy_left[0],
+        single_poses = outcomes(
+            part, starts=down[None], drop_height=height * first.radius
+        )
+        assert [
+            mixed_poses.pose[i],
+            mixed_poses.impacts[i],
+            mixed_poses.energy_left[i],
+        ] == [
+            single_poses.pose[0],
+            single_poses.impacts[0],
+            single_poses.energy_left[0],
         ]
 
 
@@ -102,8 +110,8 @@ def test_equal_starts_end_alike_whatever_the_workers():
     part = part_from_mesh(*random_polyhedron(9, 3))
     expected = record_drop(part, start=[0.0, 0.0, -1.0]).pose
     for workers in (1, 2):
-        found = simulate(part, starts=[[0.0, 0.0, -1.0]] * 300, workers=workers)
-        assert {pose.index: pose.count for pose in found.poses if pose.count} == {
+        statistics = simulate(part, starts=[[0.0, 0.0, -1.0]] * 300, workers=workers)
+        assert {pose.index: pose.count for pose in statistics.poses if pose.count} == {
             expected: 300
         }
 
@@ -148,19 +156,21 @@ def test_mirror_images_are_alike():
     """Poses of the mirrored part are not of the same group, yet have the same shares."""
     surface = random_polyhedron(9, 2)
     mirrored = surface[0] * (-1.0, 1.0, 1.0), surface[1][:, ::-1]
-    one, other = (
+    first, second = (
         simulate(part_from_mesh(*s), 10_000, 0.3, seed)
         for seed, s in enumerate((surface, mirrored))
     )
-    assert alike(one, other, turn=np.diag((-1.0, 1.0, 1.0))) > SURE
+    assert alike(first, second, turn=np.diag((-1.0, 1.0, 1.0))) > SURE
 
 
 def test_a_turned_copy_has_the_same_shares():
     surface = random_polyhedron(9, 1)
     turn = rotation(1)
     copy = moved(shuffled(surface, 1), turn, (3.0, -1.0, 2.0), scale=0.01)
-    one, other = (simulate(part_from_mesh(*s), 10_000, 0.3, 5) for s in (surface, copy))
-    assert alike(one, other, turn) > SURE
+    first, second = (
+        simulate(part_from_mesh(*s), 10_000, 0.3, 5) for s in (surface, copy)
+    )
+    assert alike(first, second, turn) > SURE
 
 
 def test_a_turned_copy_from_turned_starts_has_the_same_drops():
@@ -168,12 +178,12 @@ def test_a_turned_copy_from_turned_starts_has_the_same_drops():
     surface = random_polyhedron(9, 3)
     turn = rotation(3)
     starts = np.random.default_rng(1).standard_normal((2000, 3))
-    one = simulate(part_from_mesh(*surface), restitution=0.0, starts=starts)
-    other = simulate(
+    plain = simulate(part_from_mesh(*surface), restitution=0.0, starts=starts)
+    turned = simulate(
         part_from_mesh(*moved(surface, turn)), restitution=0.0, starts=starts @ turn.T
     )
-    partners = matched(one.poses, other.poses, turn)
+    partners = matched(plain.poses, turned.poses, turn)
     assert (
-        sum(abs(a.count - b.count) for a, b in zip(one.poses, partners, strict=True))
+        sum(abs(a.count - b.count) for a, b in zip(plain.poses, partners, strict=True))
         <= 40
     )

@@ -30,17 +30,17 @@ def compared():
         answers = {name: estimate(part, name, **scene) for name in METHODS}
         answers["hybrid"] = hybrid(part, 100, seed=500 + number, **scene)
         answers["simulation"] = simulate(part, 100, seed=500 + number, **scene)
-        for name, found in answers.items():
-            away = by_index(found) - true
+        for name, statistics in answers.items():
+            away = by_index(statistics) - true
             low, high = (
-                by_index(found, f"probability_{side}") for side in ("low", "high")
+                by_index(statistics, f"probability_{side}") for side in ("low", "high")
             )
             rows.setdefault(name, []).append(
                 (
                     np.mean(away**2 - noise**2),
-                    found.expected_error**2,
+                    statistics.expected_error**2,
                     np.mean((low - 0.7 * noise <= true) & (true <= high + 0.7 * noise)),
-                    np.abs(away).max() <= found.largest_error + 0.7 * noise.max(),
+                    np.abs(away).max() <= statistics.largest_error + 0.7 * noise.max(),
                 )
             )
     return {name: np.array(values, dtype=float) for name, values in rows.items()}
@@ -68,8 +68,8 @@ def test_the_expected_error_is_about_the_true_one(compared, method):
 @pytest.mark.parametrize("method", ["split", "meae", "hybrid", "simulation"])
 def test_intervals_hold_nine_in_ten(compared, method):
     """Those of a part go together: 48 parts are some 70 independent ones, of 4 points each."""
-    held, largest = compared[method][:, 2:].mean(axis=0)
-    assert held == pytest.approx(0.9, abs=0.09)
+    coverage, largest = compared[method][:, 2:].mean(axis=0)
+    assert coverage == pytest.approx(0.9, abs=0.09)
     assert largest > 0.9 - 4.0 * math.sqrt(0.09 / PARTS)
 
 
@@ -126,30 +126,32 @@ def egg():
 def test_parts_rest_where_they_rock_to(make):
     part = make()
     scene = {"restitution": 0.3}
-    told, found = (
-        by_index(each)
-        for each in (
+    estimated, dropped = (
+        by_index(answer)
+        for answer in (
             estimate(part, "split", **scene),
             simulate(part, 300, seed=1, **scene),
         )
     )
-    assert told == pytest.approx(found, abs=0.06)
+    assert estimated == pytest.approx(dropped, abs=0.06)
 
 
 @pytest.mark.parametrize("make", [lopsided, half_cylinder])
 def test_the_bound_of_parts_that_roll_and_rock_holds_what_drops_show(make):
     part = make()
     scene = {"restitution": 0.5 if make is lopsided else 0.2}
-    told = estimate(part, "split", **scene)
-    away = np.abs(by_index(told) - by_index(simulate(part, 200, seed=1, **scene))).max()
-    assert 0.15 < away < told.largest_error
+    estimated = estimate(part, "split", **scene)
+    away = np.abs(
+        by_index(estimated) - by_index(simulate(part, 200, seed=1, **scene))
+    ).max()
+    assert 0.15 < away < estimated.largest_error
 
 
 def test_a_disc_thinner_than_the_facets_of_its_rim_does_not_roll():
     """Its rim leads to a flat, and by symmetry both are as likely."""
     part = lopsided(0.5e-3)
-    told = estimate(part, "split")
-    found = simulate(part, 300, seed=1)
-    away = np.abs(by_index(told) - by_index(found)).max()
-    assert away < told.largest_error + 3.0 * math.sqrt(0.25 / 300)
-    assert told.expected_error < 0.01
+    estimated = estimate(part, "split")
+    statistics = simulate(part, 300, seed=1)
+    away = np.abs(by_index(estimated) - by_index(statistics)).max()
+    assert away < estimated.largest_error + 3.0 * math.sqrt(0.25 / 300)
+    assert estimated.expected_error < 0.01

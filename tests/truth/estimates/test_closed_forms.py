@@ -37,9 +37,9 @@ class TestEqualFaces:
     @pytest.mark.parametrize("name", REGULAR_SOLIDS)
     def test_regular_solids_rest_on_each_face_alike(self, name):
         answers = estimate_all(turned(REGULAR_SOLIDS[name]))
-        assert tuple(found.method for found in answers) == METHODS
-        for found in answers:
-            probability = values(found.poses, "probability")
+        assert tuple(statistics.method for statistics in answers) == METHODS
+        for statistics in answers:
+            probability = values(statistics.poses, "probability")
             assert (
                 len(probability)
                 == {
@@ -53,16 +53,16 @@ class TestEqualFaces:
             assert probability == pytest.approx(
                 1.0 / len(probability), rel=0, abs=1e-12
             )
-            assert found.expected_error == pytest.approx(0.0, abs=1e-7)
+            assert statistics.expected_error == pytest.approx(0.0, abs=1e-7)
 
     @pytest.mark.parametrize(("sides", "length"), [(3, 1.2), (4, 2.7), (12, 3.0)])
     def test_prisms_rest_on_each_side_and_on_each_end_alike(self, sides, length):
         axis = rotation(1)[:, 2]
-        for found in estimate_all(
+        for statistics in estimate_all(
             turned(shapes.prism(sides, 1.0, length)), cluster_tolerance=0.0
         ):
-            end = np.abs(downs(found.poses) @ axis) > 0.5
-            probability = values(found.poses, "probability")
+            end = np.abs(downs(statistics.poses) @ axis) > 0.5
+            probability = values(statistics.poses, "probability")
             assert (end.sum(), (~end).sum()) == (2, sides)
             assert np.ptp(probability[end]) < 1e-12
             assert np.ptp(probability[~end]) < 1e-12
@@ -95,24 +95,26 @@ class TestBox:
         ],
     )
     def test_weights(self, size, method, weight):
-        found = estimate(part_from_mesh(*shapes.box(*size)), method)
+        statistics = estimate(part_from_mesh(*shapes.box(*size)), method)
         for axis, share in zip(np.eye(3), self.expected(size, weight), strict=True):
             for direction in (axis, -axis):
-                assert by_axis(found, direction) == pytest.approx(share, rel=1e-13)
+                assert by_axis(statistics, direction) == pytest.approx(share, rel=1e-13)
 
     def test_nqse_is_eq_6_of_csae(self, size):
         e = self.expected(size, rectangle_angle)
         bend = -0.874 + 8.03 * e - 16.3 * e**2 + 7.70 * e**3
         f = e + e * (1.0 - e) * bend
-        found = estimate(part_from_mesh(*shapes.box(*size)), "nqse")
+        statistics = estimate(part_from_mesh(*shapes.box(*size)), "nqse")
         for axis, share in zip(np.eye(3), f / (2.0 * f.sum()), strict=True):
-            assert by_axis(found, axis) == pytest.approx(share, rel=1e-12)
+            assert by_axis(statistics, axis) == pytest.approx(share, rel=1e-12)
 
     def test_combined_is_eq_9(self, size):
         part = part_from_mesh(*shapes.box(*size))
         parts = [estimate(part, name) for name in ("meae", "nqse", "combined")]
         for axis in np.vstack((np.eye(3), -np.eye(3))):
-            meae, nqse, combined = (by_axis(found, axis)[0] for found in parts)
+            meae, nqse, combined = (
+                by_axis(statistics, axis)[0] for statistics in parts
+            )
             assert combined == pytest.approx(0.75 * meae + 0.25 * nqse, rel=1e-13)
 
 
@@ -125,13 +127,13 @@ class TestSquarePrismByEnergy:
     """
 
     @staticmethod
-    def cap_of_R(own, first, second, level):
+    def cap_of_R(side, first, second, level):
         """Solid angle of {R < level} around one face, where it does not flow over."""
 
         def ring(azimuth):
             k = first * np.cos(azimuth) + second * np.sin(azimuth)
-            top = np.hypot(own, k)
-            rim = np.arctan2(k, own) - np.arccos(min(level / top, 1.0))
+            top = np.hypot(side, k)
+            rim = np.arctan2(k, side) - np.arccos(min(level / top, 1.0))
             return 1.0 - np.cos(rim)
 
         return 4.0 * quad(ring, 0.0, np.pi / 2.0, epsabs=1e-13, epsrel=1e-13)[0]
@@ -192,8 +194,8 @@ class TestSquarePrismByEnergy:
     @pytest.mark.parametrize("method", ["eae", "meae"])
     def test_ends(self, method):
         for ratio in (0.2, 0.9, 1.0, 1.1, 2.0, 5.0):
-            found = estimate(part_from_mesh(*shapes.box(1.0, 1.0, ratio)), method)
-            assert by_axis(found, np.array((0.0, 0.0, 1.0))) == pytest.approx(
+            statistics = estimate(part_from_mesh(*shapes.box(1.0, 1.0, ratio)), method)
+            assert by_axis(statistics, np.array((0.0, 0.0, 1.0))) == pytest.approx(
                 self.end(method, 0.5, ratio / 2.0), abs=1e-10
             )
 
@@ -204,7 +206,7 @@ class TestPerturbed:
     def test_a_box(self):
         sides = (1.0, 1.1, 1.2)
         others = [
-            [sides[other] for other in range(3) if other != axis] for axis in range(3)
+            [sides[side] for side in range(3) if side != axis] for axis in range(3)
         ]
         areas = np.array([a * b for a, b in others])
         start = np.array(
@@ -216,19 +218,19 @@ class TestPerturbed:
         arc = [
             2.0 * np.arctan(sides[axis] / np.hypot(*others[axis])) for axis in range(3)
         ]
-        found = estimate(part_from_mesh(*shapes.box(*sides)), "pqse")
+        statistics = estimate(part_from_mesh(*shapes.box(*sides)), "pqse")
         for axis in range(3):
             gain = sum(
                 2.0
                 * 0.4
-                * arc[3 - axis - other]
+                * arc[3 - axis - side]
                 / (4.0 * np.pi)
-                * (areas[axis] - areas[other])
+                * (areas[axis] - areas[side])
                 / areas.mean()
-                for other in range(3)
-                if other != axis
+                for side in range(3)
+                if side != axis
             )
-            assert by_axis(found, np.eye(3)[axis]) == pytest.approx(
+            assert by_axis(statistics, np.eye(3)[axis]) == pytest.approx(
                 start[axis] + gain, rel=1e-12
             )
 
@@ -237,13 +239,13 @@ class TestPerturbed:
         """A cylinder: the strip along each rim is 0.4 times the difference of base and side."""
         bases = {}
         for sides in (64, 256):
-            found = estimate(
+            statistics = estimate(
                 part_from_mesh(*shapes.cylinder(sides, 0.5, height)),
                 "pqse",
                 round_sides=0,
             )
             bases[sides] = sum(
-                pose.probability for pose in found.poses if abs(pose.down[2]) > 0.5
+                pose.probability for pose in statistics.poses if abs(pose.down[2]) > 0.5
             )
         base = np.pi / 4.0
         side = np.pi * height

@@ -34,11 +34,11 @@ def test_tree_levels_areas_and_probabilities(name, function, method):
     resolved = shape.clearance() > 2.0 * SPACING
     expected = flood(shape, function)
     fine = int(resolved and expected.smallest_component > MANY_CELLS)
-    found = estimate(part, method, cluster_tolerance=0.0)
-    gap, leaf = cKDTree(expected.stable).query(downs(found.poses))
-    assert len(found.poses) == len(expected.stable) == len(set(leaf.tolist()))
+    statistics = estimate(part, method, cluster_tolerance=0.0)
+    gap, leaf = cKDTree(expected.stable).query(downs(statistics.poses))
+    assert len(statistics.poses) == len(expected.stable) == len(set(leaf.tolist()))
     assert gap.max() < 1e-6
-    assert values(found.poses, "probability") == pytest.approx(
+    assert values(statistics.poses, "probability") == pytest.approx(
         expected.probability[leaf], abs=PROBABILITY[fine]
     )
     assert resolved or "clamp" in name
@@ -46,7 +46,7 @@ def test_tree_levels_areas_and_probabilities(name, function, method):
         return
 
     leaf_of = dict(
-        zip(values(found.poses, "index").tolist(), leaf.tolist(), strict=True)
+        zip(values(statistics.poses, "index").tolist(), leaf.tolist(), strict=True)
     )
     nodes = [
         node
@@ -56,7 +56,7 @@ def test_tree_levels_areas_and_probabilities(name, function, method):
     assert len(nodes) == len(expected.splits)
     levels = np.array([split.level for split in expected.splits])
     assert np.sort([node.level for node in nodes])[::-1] == pytest.approx(
-        levels, abs=LEVEL[fine] * found.radius
+        levels, abs=LEVEL[fine] * statistics.radius
     )
     ours = {
         frozenset(leaf_of[k] for k in piece.poses): angle
@@ -68,7 +68,7 @@ def test_tree_levels_areas_and_probabilities(name, function, method):
         for split in expected.splits
         for piece, area in zip(split.parts, split.areas, strict=True)
     }
-    if np.diff(levels).max(initial=-1.0) < -2.0 * LEVEL[fine] * found.radius:
+    if np.diff(levels).max(initial=-1.0) < -2.0 * LEVEL[fine] * statistics.radius:
         assert ours.keys() == theirs.keys()  # else ties are split in any order
     for component in ours.keys() & theirs.keys():
         assert ours[component] == pytest.approx(theirs[component], abs=AREA[fine])

@@ -27,9 +27,11 @@ def leaning(overhang):
 
 def share(part, method, direction, within=1e-9, tolerance=0.0):
     """Probability of the poses whose `down` is a direction; 0 if there is none."""
-    found = estimate(part, method, cluster_tolerance=tolerance)
+    statistics = estimate(part, method, cluster_tolerance=tolerance)
     return sum(
-        pose.probability for pose in found.poses if pose.down @ direction > 1.0 - within
+        pose.probability
+        for pose in statistics.poses
+        if pose.down @ direction > 1.0 - within
     )
 
 
@@ -48,15 +50,15 @@ def test_energy_estimates_vanish_as_the_face_becomes_marginal(method):
 
 @pytest.mark.parametrize("method", ["eae", "meae"])
 def test_the_other_poses_pass_the_edge_without_a_step(method):
-    before, after = (
+    inside, outside = (
         estimate(leaning(overhang), method, cluster_tolerance=0.0).poses
         for overhang in (-1e-7, 1e-7)
     )
-    assert len(before) == len(after) + 1
-    near = downs(after) @ downs(before).T
-    assert near.max(axis=1).min() > 1.0 - 1e-9
-    assert values(after, "probability") == pytest.approx(
-        values(before, "probability")[near.argmax(axis=1)], abs=1e-6
+    assert len(inside) == len(outside) + 1
+    cosines = downs(outside) @ downs(inside).T
+    assert cosines.max(axis=1).min() > 1.0 - 1e-9
+    assert values(outside, "probability") == pytest.approx(
+        values(inside, "probability")[cosines.argmax(axis=1)], abs=1e-6
     )
 
 
@@ -69,11 +71,13 @@ def test_the_others_jump(method):
 @pytest.mark.parametrize("overhang", [-1e-9, -1e-12, 0.0, 1e-12, 1e-9])
 def test_the_edge_itself_is_answered_soberly(overhang):
     for tolerance in (0.0, 0.005):
-        for found in estimate_all(leaning(overhang), cluster_tolerance=tolerance):
-            probability = values(found.poses, "probability")
+        for statistics in estimate_all(leaning(overhang), cluster_tolerance=tolerance):
+            probability = values(statistics.poses, "probability")
             assert probability.min() >= 0.0
             assert probability.sum() == pytest.approx(1.0, abs=1e-12)
-            assert all(pose.margin > 0.0 and pose.barrier > 0.0 for pose in found.poses)
+            assert all(
+                pose.margin > 0.0 and pose.barrier > 0.0 for pose in statistics.poses
+            )
 
 
 @pytest.mark.parametrize("depth", [1e-1, 1e-8, 1e-11])
@@ -81,11 +85,13 @@ def test_a_centre_of_mass_close_to_a_face_inside(depth):
     part = part_from_mesh(
         *shapes.box(1.0, 1.0, 1.0), center_of_mass=(0.1, -0.2, -0.5 + depth)
     )
-    for found in estimate_all(part):
-        best = found.poses[0]
+    for statistics in estimate_all(part):
+        best = statistics.poses[0]
         assert best.down == pytest.approx(BASE)
         assert best.height == pytest.approx(depth, rel=1e-4)
-        assert values(found.poses, "probability").sum() == pytest.approx(1.0, abs=1e-12)
+        assert values(statistics.poses, "probability").sum() == pytest.approx(
+            1.0, abs=1e-12
+        )
 
 
 @pytest.mark.parametrize(
@@ -100,22 +106,24 @@ def test_a_centre_of_mass_close_to_a_face_inside(depth):
     ids=["needle", "plate", "bar", "cylinder", "many faces"],
 )
 def test_slivers_and_many_faces(surface):
-    for found in estimate_all(part_from_mesh(*surface), cluster_tolerance=0.0):
-        probability = values(found.poses, "probability")
+    for statistics in estimate_all(part_from_mesh(*surface), cluster_tolerance=0.0):
+        probability = values(statistics.poses, "probability")
         assert np.all(np.isfinite(probability)) and probability.min() >= 0.0
         assert probability.sum() == pytest.approx(1.0, abs=1e-12)
         if len(surface[0]) == 8:
-            lowest = min(pose.height for pose in found.poses)
+            lowest = min(pose.height for pose in statistics.poses)
             assert len(probability) == 6
-            assert found.poses[0].height == pytest.approx(lowest, rel=1e-9)
+            assert statistics.poses[0].height == pytest.approx(lowest, rel=1e-9)
 
 
 class TestTheEstimatorThatKnowsTheScene:
     part = part_from_mesh(*random_polyhedron(8, 3))
 
     def shares(self, **scene):
-        found = estimate(self.part, "split", cluster_tolerance=0.0, **scene)
-        return values(sorted(found.poses, key=lambda pose: pose.index), "probability")
+        statistics = estimate(self.part, "split", cluster_tolerance=0.0, **scene)
+        return values(
+            sorted(statistics.poses, key=lambda pose: pose.index), "probability"
+        )
 
     def test_restitution_height_and_inertia_matter(self):
         radius = estimate(self.part).radius
@@ -137,11 +145,11 @@ class TestTheEstimatorThatKnowsTheScene:
         radius = estimate(self.part).radius
         for restitution in np.linspace(0.0, 0.94, 8):
             for height in radius * np.geomspace(1.0, 90.0, 6):
-                here = self.shares(restitution=restitution, drop_height=height)
-                there = self.shares(
+                first = self.shares(restitution=restitution, drop_height=height)
+                second = self.shares(
                     restitution=restitution + step, drop_height=height * (1.0 + step)
                 )
-                assert np.abs(there - here).max() < 5.0 * step
+                assert np.abs(second - first).max() < 5.0 * step
 
     def test_a_face_that_breaks_in_two(self):
         """The roof of a house, its ridge off the middle, flattens until it is one face."""
@@ -158,10 +166,10 @@ class TestTheEstimatorThatKnowsTheScene:
             assert walls(rise, 0.0) == pytest.approx(walls(0.0, 0.0), abs=3e-3)
 
     def test_whichever_of_two_saddles_is_the_higher_one_by_a_hair(self):
-        one, other = (
+        first, second = (
             part_from_mesh(*shapes.box(1.0, 1.0 + step, 1.5)) for step in (-1e-7, 1e-7)
         )
         for direction in np.vstack((np.eye(3), -np.eye(3))):
-            assert share(one, "split", direction) == pytest.approx(
-                share(other, "split", direction), abs=1e-4
+            assert share(first, "split", direction) == pytest.approx(
+                share(second, "split", direction), abs=1e-4
             )

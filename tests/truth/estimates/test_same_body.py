@@ -17,37 +17,41 @@ polyhedra = st.builds(random_polyhedron, st.integers(4, 25), seeds)
 tolerances = st.sampled_from([0.0, 0.005])
 
 
-def assert_same_answers(one, other, turn=None, scale=1.0, tolerance=0.0, within=1e-9):
+def assert_same_answers(
+    first, second, turn=None, scale=1.0, tolerance=0.0, within=1e-9
+):
     """All methods and the geometry of the poses agree, part by part.
 
     Lengths are compared relative to the radius. A split into two components of 1e-9 sr
     each, which one random body in some ten thousand has, would need a wider tolerance: their
     areas are differences of larger ones, good to 1e-16 sr.
     """
-    for here, there in zip(
-        estimate_all(one, cluster_tolerance=tolerance),
-        estimate_all(other, cluster_tolerance=tolerance),
+    for pose, partner in zip(
+        estimate_all(first, cluster_tolerance=tolerance),
+        estimate_all(second, cluster_tolerance=tolerance),
         strict=True,
     ):
-        assert here.method == there.method
-        assert there.radius == pytest.approx(here.radius * scale, rel=within)
-        partners = matched(here.poses, there.poses, turn)
+        assert pose.method == partner.method
+        assert partner.radius == pytest.approx(pose.radius * scale, rel=within)
+        partners = matched(pose.poses, partner.poses, turn)
         for name in ("probability", "margin", "spread"):
             assert values(partners, name) == pytest.approx(
-                values(here.poses, name), abs=within
+                values(pose.poses, name), abs=within
             )
         for name in ("height", "top", "barrier"):
             assert values(partners, name) == pytest.approx(
-                values(here.poses, name) * scale, rel=within, abs=within * there.radius
+                values(pose.poses, name) * scale,
+                rel=within,
+                abs=within * partner.radius,
             )
-        gap = np.diff(np.sort(values(here.poses, "height"))).min(initial=np.inf)
-        if gap > 2.0 * SAME_HEIGHT * here.radius:  # else a tie, which `down` breaks
+        gap = np.diff(np.sort(values(pose.poses, "height"))).min(initial=np.inf)
+        if gap > 2.0 * SAME_HEIGHT * pose.radius:  # else a tie, which `down` breaks
             assert (
                 values(partners, "index").tolist()
-                == values(here.poses, "index").tolist()
+                == values(pose.poses, "index").tolist()
             )
         assert (
-            values(partners, "group").tolist() == values(here.poses, "group").tolist()
+            values(partners, "group").tolist() == values(pose.poses, "group").tolist()
         )
 
 
@@ -65,8 +69,8 @@ def turned(surface, seed):
 
 def far_from_its_origin(surface, seed):
     """Coordinates up to 1000 sizes off are rounded to 1e-13 of the size before anything else."""
-    way = rotation(seed)[0] * 10.0 ** (seed % 4) * size(surface)
-    return part_from_mesh(*moved(surface, offset=way)), {}
+    shift = rotation(seed)[0] * 10.0 ** (seed % 4) * size(surface)
+    return part_from_mesh(*moved(surface, offset=shift)), {}
 
 
 def shuffled_and_wound_inward(surface, seed):
@@ -101,7 +105,7 @@ def everything_at_once(surface, seed):
 
 
 @pytest.mark.parametrize(
-    "way",
+    "change",
     [
         in_other_units,
         turned,
@@ -111,32 +115,32 @@ def everything_at_once(surface, seed):
         with_a_pocket_inside,
         everything_at_once,
     ],
-    ids=lambda way: way.__name__,
+    ids=lambda change: change.__name__,
 )
 @settings(max_examples=20)
 @given(polyhedra, seeds, tolerances)
-def test_the_same_body_has_the_same_answers(way, surface, seed, tolerance):
-    other, expected = way(surface, seed)
+def test_the_same_body_has_the_same_answers(change, surface, seed, tolerance):
+    changed, expected = change(surface, seed)
     assert_same_answers(
-        part_from_mesh(*surface), other, tolerance=tolerance, **expected
+        part_from_mesh(*surface), changed, tolerance=tolerance, **expected
     )
 
 
 @given(polyhedra, tolerances)
 def test_every_answer_is_a_distribution_over_the_same_sound_poses(surface, tolerance):
     first, *others = estimate_all(part_from_mesh(*surface), cluster_tolerance=tolerance)
-    known = {pose.index: pose for pose in first.poses}
-    assert sorted(known) == list(range(len(known)))
-    for found in (first, *others):
-        probability = values(found.poses, "probability")
+    first_poses = {pose.index: pose for pose in first.poses}
+    assert sorted(first_poses) == list(range(len(first_poses)))
+    for statistics in (first, *others):
+        probability = values(statistics.poses, "probability")
         assert probability.min() >= 0.0
         assert probability.sum() == pytest.approx(1.0, abs=1e-12)
         assert np.all(np.diff(probability) <= 1e-9)
-        assert sorted(pose.index for pose in found.poses) == sorted(known)
-        for pose in found.poses:
-            assert pose.down.tolist() == known[pose.index].down.tolist()
-            assert pose.members == known[pose.index].members
-    heights = [known[index].height for index in sorted(known)]
+        assert sorted(pose.index for pose in statistics.poses) == sorted(first_poses)
+        for pose in statistics.poses:
+            assert pose.down.tolist() == first_poses[pose.index].down.tolist()
+            assert pose.members == first_poses[pose.index].members
+    heights = [first_poses[index].height for index in sorted(first_poses)]
     assert np.diff(heights).min(initial=0.0) > -SAME_HEIGHT * first.radius
     for pose in first.poses:
         assert np.linalg.norm(pose.down) == pytest.approx(1.0, abs=1e-14)

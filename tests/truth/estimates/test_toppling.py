@@ -13,13 +13,13 @@ from tests.truth.reference.toppling import Polyhedron, solid_angle
 
 def compare(part, expected, method="qse"):
     """Probabilities against those of (direction, share) pairs, which are all there are."""
-    found = estimate(part, method, cluster_tolerance=0.0)
+    statistics = estimate(part, method, cluster_tolerance=0.0)
     directions = np.array([direction for direction, _ in expected], dtype=float)
     directions /= np.linalg.norm(directions, axis=1)[:, None]
-    nearest = (downs(found.poses) @ directions.T).argmax(axis=1)
+    nearest = (downs(statistics.poses) @ directions.T).argmax(axis=1)
     assert sorted(nearest) == list(range(len(expected)))
-    assert np.abs(downs(found.poses) - directions[nearest]).max() < 1e-9
-    assert values(found.poses, "probability") == pytest.approx(
+    assert np.abs(downs(statistics.poses) - directions[nearest]).max() < 1e-9
+    assert values(statistics.poses, "probability") == pytest.approx(
         [expected[k][1] for k in nearest], rel=1e-12
     )
 
@@ -75,18 +75,20 @@ def test_a_pyramid_that_would_topple_over_a_corner_shares_between_both_sides():
         )
     )
     center = np.array((1.5, 1.5, 1.75))
-    found = estimate(
+    statistics = estimate(
         part_from_mesh(*shapes.hull_mesh(corners), center_of_mass=center),
         "qse",
         cluster_tolerance=0.0,
     )
     p = corners - center
     half = fraction(p[1], p[2], p[4]) + fraction(p[0], p[1], p[2], p[3]) / 2.0
-    assert not (downs(found.poses)[:, 2] < -0.999).any()
+    assert not (downs(statistics.poses)[:, 2] < -0.999).any()
     for direction in ((5.0, 0.0, -3.5), (0.0, 5.0, -3.5)):
-        near = downs(found.poses) @ direction / np.linalg.norm(direction)
-        assert near.max() > 1.0 - 1e-12
-        assert found.poses[near.argmax()].probability == pytest.approx(half, rel=1e-12)
+        cosines = downs(statistics.poses) @ direction / np.linalg.norm(direction)
+        assert cosines.max() > 1.0 - 1e-12
+        assert statistics.poses[cosines.argmax()].probability == pytest.approx(
+            half, rel=1e-12
+        )
 
 
 @pytest.mark.parametrize("seed", range(0, 40, 5))
@@ -114,10 +116,10 @@ def test_against_an_independent_toppling(seed):
         "adre": angle / [reference.distance(face) for face in stable],
     }
     for method, weight in weights.items():
-        found = estimate(part, method, cluster_tolerance=0.0)
-        match = (downs(found.poses) @ reference.normals[stable].T).argmax(axis=1)
+        statistics = estimate(part, method, cluster_tolerance=0.0)
+        match = (downs(statistics.poses) @ reference.normals[stable].T).argmax(axis=1)
         assert sorted(match) == list(range(len(stable)))
-        assert values(found.poses, "probability") == pytest.approx(
+        assert values(statistics.poses, "probability") == pytest.approx(
             np.array(weight)[match] / np.sum(weight), abs=1e-11
         )
 
@@ -137,7 +139,7 @@ def test_against_trimesh_where_every_face_is_stable(surface, method):
 
     It merges faces by rounded normals and measures them by arc cosines: good to some 1e-6.
     """
-    found = estimate(part_from_mesh(*surface), method, cluster_tolerance=0.0)
+    statistics = estimate(part_from_mesh(*surface), method, cluster_tolerance=0.0)
     transforms, probability = trimesh.poses.compute_stable_poses(
         trimesh.Trimesh(*surface, process=False),
         sigma=0.0,
@@ -145,8 +147,8 @@ def test_against_trimesh_where_every_face_is_stable(surface, method):
         threshold=0.0,
         seed=0,
     )
-    near = downs(found.poses) @ -transforms[:, 2, :3].T
-    assert near.max(axis=1).min() > 1.0 - 1e-6
-    together = np.zeros(len(found.poses))
-    np.add.at(together, near.argmax(axis=0), probability)
-    assert values(found.poses, "probability") == pytest.approx(together, abs=1e-6)
+    cosines = downs(statistics.poses) @ -transforms[:, 2, :3].T
+    assert cosines.max(axis=1).min() > 1.0 - 1e-6
+    sums = np.zeros(len(statistics.poses))
+    np.add.at(sums, cosines.argmax(axis=0), probability)
+    assert values(statistics.poses, "probability") == pytest.approx(sums, abs=1e-6)

@@ -57,14 +57,16 @@ class Slid(NamedTuple):
     step: float
     series: np.ndarray
 
-    def forces(self, at):
+    def forces(self, fraction):
         """Sum of the forces, and the second times the edge's length, at a share of the step."""
-        power = at ** np.arange(len(self.series))
+        power = fraction ** np.arange(len(self.series))
         return power @ self.series[:, [FORCE, TORQUE]] / self.step**2
 
-    def rates(self, at):
+    def rates(self, fraction):
         """Rates (2, 3) of up and spin."""
-        power = np.arange(1, len(self.series)) * at ** np.arange(len(self.series) - 1)
+        power = np.arange(1, len(self.series)) * fraction ** np.arange(
+            len(self.series) - 1
+        )
         slopes = power @ self.series[1:] / self.step
         return np.array((slopes[PS : PS + 3], slopes[WS : WS + 3] / self.step))
 

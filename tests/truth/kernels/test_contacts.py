@@ -36,15 +36,15 @@ on_a_vertex_and_an_edge = pytest.mark.parametrize("vertices", [1, 2])
 def sliding(moment, vertices, seed):
     """State (8,) that keeps its contact; this is a vertex, an edge's direction, its length."""
     random = np.random.default_rng(seed)
-    up, other = np.linalg.qr(random.standard_normal((3, 3)))[0][:2]
-    aside = random.uniform(-0.5, 0.5, 2) @ (other, np.cross(up, other))
-    r = aside - random.uniform(0.3, 1.0) * up
-    along = other if vertices == 2 else np.zeros(3)
+    up, across = np.linalg.qr(random.standard_normal((3, 3)))[0][:2]
+    sideways = random.uniform(-0.5, 0.5, 2) @ (across, np.cross(up, across))
+    r = sideways - random.uniform(0.3, 1.0) * up
+    along = across if vertices == 2 else np.zeros(3)
     length = LENGTHS[seed % 3] if vertices == 2 else 1.0
-    kept = [moment * up]  # directions in which the spin has no part
+    unspun = [moment * up]  # directions in which the spin has no part
     if vertices == 2:
-        kept.append(np.cross(along, up))
-    basis = np.linalg.svd(np.array(kept))[2][len(kept) :]
+        unspun.append(np.cross(along, up))
+    basis = np.linalg.svd(np.array(unspun))[2][len(unspun) :]
     spin = random.uniform(0.2, 3.0) * random.standard_normal(len(basis)) @ basis
     state = np.zeros(8)
     state[P : P + 3] = up
@@ -70,11 +70,11 @@ def slide_on(state, moment, contact, vertices, time):
 
 def whole_step(state, moment, contact, vertices):
     """A step so short that its series need not be shortened."""
-    wanted = 0.4
+    duration = 0.4
     slid = None
-    while slid is None or slid.step < wanted:
-        wanted *= 0.5
-        slid = slide(state, moment, contact, vertices, wanted)
+    while slid is None or slid.step < duration:
+        duration *= 0.5
+        slid = slide(state, moment, contact, vertices, duration)
     return slid
 
 
@@ -126,8 +126,10 @@ def test_forces_and_rates_at_both_ends_of_a_step_are_those_of_a_direct_solution(
     for seed in range(15):
         state, contact = sliding(moment, vertices, seed)
         slid = whole_step(state, moment, contact, vertices)
-        for at, here in ((0.0, state), (1.0, slid.state)):
-            forces, rates = contact_forces(here, moment, points_of(contact, vertices))
+        for fraction, moment_state in ((0.0, state), (1.0, slid.state)):
+            forces, rates = contact_forces(
+                moment_state, moment, points_of(contact, vertices)
+            )
             # The last terms of the series count more in its derivatives: 16² of its truncation.
             size = (
                 1e-10
@@ -135,8 +137,10 @@ def test_forces_and_rates_at_both_ends_of_a_step_are_those_of_a_direct_solution(
                 / moment.min()
             )
             second = forces[-1] if vertices == 2 else 0.0
-            assert slid.forces(at) == pytest.approx([forces.sum(), second], abs=size)
-            assert slid.rates(at) == pytest.approx(rates, abs=size)
+            assert slid.forces(fraction) == pytest.approx(
+                [forces.sum(), second], abs=size
+            )
+            assert slid.rates(fraction) == pytest.approx(rates, abs=size)
 
 
 def falling(moment, seed):
@@ -161,16 +165,16 @@ def test_an_impact_takes_its_share_of_the_energy_of_the_approach(name, restituti
     for seed in range(50):
         state, r = falling(moment, seed)
         speed = vertex_velocity(state, Vec3(*r))
-        before = energy_of(state, moment)
+        energy = energy_of(state, moment)
         arm = np.cross(r, state[P : P + 3])
         assert speed == pytest.approx(state[V] + state[W:] @ arm, abs=1e-14)
         strike_vertex(state, moment, Vec3(*r), speed, restitution)
         lost = (1.0 - restitution**2) / 2.0 * speed**2 / (1.0 + arm @ (arm / moment))
-        assert before - energy_of(state, moment) == pytest.approx(
-            lost, abs=CONSERVED * max(1.0, before)
+        assert energy - energy_of(state, moment) == pytest.approx(
+            lost, abs=CONSERVED * max(1.0, energy)
         )
-        after = vertex_velocity(state, Vec3(*r))
-        assert after == pytest.approx(-restitution * speed, abs=CONSERVED)
+        velocity = vertex_velocity(state, Vec3(*r))
+        assert velocity == pytest.approx(-restitution * speed, abs=CONSERVED)
         assert off_invariants(state, moment) < CONSERVED
 
 

@@ -45,11 +45,11 @@ def by_scipy(state, moment, time):
     ).y[:, -1]
 
 
-def assert_same_turn(got, expected, error=EXACT):
+def assert_same_turn(turn, expected, error=EXACT):
     """Up and spin of two states, or (6,) of them."""
     speed = np.linalg.norm(expected[-3:])
-    np.testing.assert_allclose(got[-6:-3], expected[-6:-3], rtol=0, atol=error)
-    np.testing.assert_allclose(got[-3:], expected[-3:], rtol=0, atol=error * speed)
+    np.testing.assert_allclose(turn[-6:-3], expected[-6:-3], rtol=0, atol=error)
+    np.testing.assert_allclose(turn[-3:], expected[-3:], rtol=0, atol=error * speed)
 
 
 @pytest.mark.parametrize(
@@ -105,12 +105,12 @@ def assert_right_or_refused(state, moment, time):
 
 @EVERY_SHAPE
 def test_in_one_go_it_is_right_or_refused(moment):
-    made = [
+    turns = [
         assert_right_or_refused(state, moment, 0.1 + 0.2 * k)
         for k, state in enumerate(turning_states(moment, 30, seed=7))
     ]
     # What is refused costs steps: only the third of the states that is near an axis may be.
-    assert sum(made) >= 20 or moment[0] == moment[2]
+    assert sum(turns) >= 20 or moment[0] == moment[2]
 
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
@@ -122,22 +122,24 @@ def test_in_one_go_near_a_permanent_rotation(axis, tilt):
             (0.0, np.cos(k + 0.5), np.sin(k + 0.5)), axis
         )
         state = turning(moment, momentum * (-1.0) ** k, 4.0, seed=k)
-        made = assert_right_or_refused(state, moment, 3.0)
-        assert made or axis == 1 or tilt < 0.01
-        assert not made or tilt > 0.0
+        turn = assert_right_or_refused(state, moment, 3.0)
+        assert turn or axis == 1 or tilt < 0.01
+        assert not turn or tilt > 0.0
 
 
-@pytest.mark.parametrize("off", [0.0, 1e-15, 1e-9, 1e-5, 1e-3, 0.05, 0.2])
-def test_in_one_go_near_the_separatrix(off):
+@pytest.mark.parametrize("offset", [0.0, 1e-15, 1e-9, 1e-5, 1e-3, 0.05, 0.2])
+def test_in_one_go_near_the_separatrix(offset):
     """On it L² = 2 E I2, that is (w3 / w1)² = I1 (I2 - I1) / I3 (I3 - I2)."""
     a, b, c = moment = np.array(GENERIC)
     steep = np.sqrt(a * (b - a) / (c * (c - b)))
-    for k, side in enumerate((1.0 + off, 1.0 - off, -1.0 - off, -1.0 + off)):
+    for k, side in enumerate(
+        (1.0 + offset, 1.0 - offset, -1.0 - offset, -1.0 + offset)
+    ):
         spin = np.array((1.0, 0.3 * (k + 1), side * steep))
-        made = assert_right_or_refused(
+        turn = assert_right_or_refused(
             turning(moment, moment * spin, 5.0, seed=k), moment, 4.0
         )
-        assert made or off < 0.05
+        assert turn or offset < 0.05
 
 
 @pytest.mark.parametrize("spin", [(0.0, 0.5, 1.0), (0.0, 0.5, -1.0), (-1.0, 0.5, 0.0)])

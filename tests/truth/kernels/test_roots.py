@@ -120,16 +120,16 @@ def test_any_coefficients(c, shrink, start):
     assert_first_zero(c, zero_of(c))
 
 
-@pytest.mark.parametrize("at", [0.03, 0.5, 0.97])
+@pytest.mark.parametrize("time", [0.03, 0.5, 0.97])
 @pytest.mark.parametrize("depth", [1e-2, 1e-6, 1e-10, 1e-13])
-def test_grazing(at, depth):
+def test_grazing(time, depth):
     """A dip to just above zero is none, and one to just below it ends on its way down."""
     rest = np.array((2.0, 0.3, -0.4, 0.1))
-    square = np.array((at * at, -2.0 * at, 1.0))
+    square = np.array((time * time, -2.0 * time, 1.0))
     above = np.convolve(square + np.array((depth, 0.0, 0.0)), rest)
     below = np.convolve(square - np.array((depth, 0.0, 0.0)), rest)
     width = math.sqrt(depth)
     assert zero_of(above) == math.inf
-    if at > 1.01 * width:
+    if time > 1.01 * width:
         # The slope there is 2 width: a rounding of 1e-15 moves the zero by 1e-15 / width.
-        assert zero_of(below) == pytest.approx(at - width, abs=1e-14 / width)
+        assert zero_of(below) == pytest.approx(time - width, abs=1e-14 / width)

@@ -30,7 +30,7 @@ def units_off(values, function, *arguments, least=0.0):
     Values below `least` count as that.
     """
     right = np.array(
-        [function(*one) for one in zip(*map(np.ndarray.tolist, arguments), strict=True)]
+        [function(*row) for row in zip(*map(np.ndarray.tolist, arguments), strict=True)]
     )
     spacing = np.spacing(np.maximum(np.abs(right), least))
     return float(np.max(np.abs(np.asarray(values) - right) / spacing))

@@ -73,9 +73,9 @@ def test_of_a_mesh_with_one_triangle_in_twenty_missing_the_centre_is_right_or_hu
 ):
     vertices, triangles = BODIES[name]
     random = np.random.default_rng(seed)
-    kept = random.permutation(triangles[random.random(len(triangles)) > 0.05])
-    part = part_of(vertices, kept)
-    if len(kept) == len(triangles):
+    remaining = random.permutation(triangles[random.random(len(triangles)) > 0.05])
+    part = part_of(vertices, remaining)
+    if len(remaining) == len(triangles):
         assert codes(part) == []
     elif codes(part) == ["HOLES_CLOSED"]:
         assert off(part, WHOLE[name]) < STATED
@@ -133,7 +133,7 @@ class TestTheHullStandsIn:
             vertices[triangles[:, 1]] - vertices[triangles[:, 0]],
             vertices[triangles[:, 2]] - vertices[triangles[:, 0]],
         )
-        beside = next(
+        neighbour = next(
             k
             for k in range(1, 12)
             if len(set(triangles[k]) & set(triangles[0])) == 2
@@ -141,7 +141,7 @@ class TestTheHullStandsIn:
         )
         # The two ways to close it differ by a tetrahedron, a sixth of the cube.
         assert "1 hole, whose caps may be wrong by" in why_hull(
-            vertices, np.delete(triangles, [0, beside], axis=0)
+            vertices, np.delete(triangles, [0, neighbour], axis=0)
         )
 
     def test_for_a_sheet_and_for_loose_triangles(self):
@@ -184,12 +184,12 @@ class TestTheHullStandsIn:
         low = np.arange(24)
         high = np.arange(24, 48)
         following = np.roll(low, -1)
-        over = np.roll(high, -1)
-        following[-1], over[-1] = over[-1], following[-1]
+        shifted = np.roll(high, -1)
+        following[-1], shifted[-1] = shifted[-1], following[-1]
         triangles = np.concatenate(
             (
-                np.stack((low, following, over), axis=1),
-                np.stack((low, over, high), axis=1),
+                np.stack((low, following, shifted), axis=1),
+                np.stack((low, shifted, high), axis=1),
             )
         )
         assert "is one-sided" in why_hull(strip, triangles)

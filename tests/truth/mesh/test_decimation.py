@@ -33,17 +33,17 @@ def pierced(triangles, x, y):
     return np.sort(heights[inside] / sum(parts)[inside])
 
 
-def assert_near(true, shown, distance):
+def assert_near(true, visible, distance):
     """No point of one surface is farther from the other."""
-    one, two = (
-        trimesh.sample.sample_surface(mesh_of(some), 200_000, seed=1)[0]
-        for some in (true, shown)
+    first, two = (
+        trimesh.sample.sample_surface(mesh_of(triangles), 200_000, seed=1)[0]
+        for triangles in (true, visible)
     )
-    apart = (
+    distances = (
         0.006 * np.ptp(true.reshape(-1, 3), axis=0).max()
     )  # of the points themselves
-    assert cKDTree(one).query(two[:20_000])[0].max() < distance + apart
-    assert cKDTree(two).query(one[:20_000])[0].max() < distance + apart
+    assert cKDTree(first).query(two[:20_000])[0].max() < distance + distances
+    assert cKDTree(two).query(first[:20_000])[0].max() < distance + distances
 
 
 @pytest.mark.parametrize(("most", "share"), [(FINEST, 0.002), (1000, 0.02)])
@@ -51,26 +51,26 @@ def assert_near(true, shown, distance):
 def test_they_stay_near_the_surface_and_leave_out_nothing(name, most, share):
     part = PARTS[name]
     true = part.surface_vertices[part.surface_triangles]
-    shown = visible_triangles(part, most)
-    assert len(shown) <= most < len(true)
-    mesh = mesh_of(shown)
+    visible = visible_triangles(part, most)
+    assert len(visible) <= most < len(true)
+    mesh = mesh_of(visible)
     assert mesh.is_watertight
     assert mesh.volume == pytest.approx(mesh_of(true).volume, rel=2.5 * share)
-    assert_near(true, shown, share * np.ptp(part.vertices, axis=0).max())
+    assert_near(true, visible, share * np.ptp(part.vertices, axis=0).max())
 
 
 @pytest.mark.parametrize("most", [FINEST, 4000, 1000])
 def test_a_line_passes_through_every_gap_and_the_bore_and_meets_every_tooth(most):
-    shown = visible_triangles(PARTS["gear"], most)
+    visible = visible_triangles(PARTS["gear"], most)
     middle = 0.5 * (fine_parts.TIP + fine_parts.ROOT)
     for k in range(fine_parts.TEETH):
-        for turn, met in ((0.25, [0.0, fine_parts.FACE]), (0.75, [])):
+        for turn, hits in ((0.25, [0.0, fine_parts.FACE]), (0.75, [])):
             angle = 2.0 * np.pi * (k + turn) / fine_parts.TEETH
-            heights = pierced(shown, middle * np.cos(angle), middle * np.sin(angle))
-            assert heights == pytest.approx(met, abs=2e-5)
+            heights = pierced(visible, middle * np.cos(angle), middle * np.sin(angle))
+            assert heights == pytest.approx(hits, abs=2e-5)
     for angle in np.arange(0.1, 6.0, 0.7):
         reach = 0.6 * fine_parts.BORE
-        assert len(pierced(shown, reach * np.cos(angle), reach * np.sin(angle))) == 0
+        assert len(pierced(visible, reach * np.cos(angle), reach * np.sin(angle))) == 0
 
 
 def test_a_part_of_few_triangles_is_drawn_as_it_is_and_others_the_same_each_time_in_any_unit():
@@ -79,25 +79,27 @@ def test_a_part_of_few_triangles_is_drawn_as_it_is_and_others_the_same_each_time
         visible_triangles(part, 100) == part.surface_vertices[part.surface_triangles]
     ).all()
     vertices, triangles = SURFACES["gear"]
-    shown = visible_triangles(PARTS["gear"], 2000)
+    visible = visible_triangles(PARTS["gear"], 2000)
     for scale in (1.0, 2.0**-40, 2.0**40):
-        again = part_from_mesh(scale * vertices, triangles)
-        assert (visible_triangles(again, 2000) == scale * shown).all()
+        scaled = part_from_mesh(scale * vertices, triangles)
+        assert (visible_triangles(scaled, 2000) == scale * visible).all()
 
 
 def test_an_open_mesh_is_drawn_as_received_from_both_sides():
     vertices, triangles = SURFACES["gear"]
     part = part_from_mesh(vertices, triangles[1000:])
     assert [line for line in part.warnings if line.startswith("OPEN_MESH:")]
-    shown = visible_triangles(part, 4000)
-    assert 2000 < len(shown) <= 4000
-    half = len(shown) // 2
-    assert (shown[:half] == shown[half:, ::-1]).all()
+    visible = visible_triangles(part, 4000)
+    assert 2000 < len(visible) <= 4000
+    half = len(visible) // 2
+    assert (visible[:half] == visible[half:, ::-1]).all()
     share = 0.02 * 1000 / 2000  # of flat facets, inversely as their number
     assert_near(
-        vertices[triangles[1000:]], shown[:half], share * np.ptp(vertices, axis=0).max()
+        vertices[triangles[1000:]],
+        visible[:half],
+        share * np.ptp(vertices, axis=0).max(),
     )
-    assert len(pierced(shown, 0.5 * fine_parts.BORE, 0.0)) == 0
+    assert len(pierced(visible, 0.5 * fine_parts.BORE, 0.0)) == 0
 
 
 @given(
@@ -119,7 +121,7 @@ def test_any_mesh_is_drawn_by_few_triangles_between_its_own_vertices(
             (random.integers(vertices, size=(triangles, 3)), [(0, 1, 2), (1, 2, 3)])
         ),
     )
-    shown = visible_triangles(part, most)
-    assert len(shown) <= most
-    known = {tuple(place) for place in places.tolist()}
-    assert {tuple(place) for place in shown.reshape(-1, 3).tolist()} <= known
+    visible = visible_triangles(part, most)
+    assert len(visible) <= most
+    corners = {tuple(corner) for corner in places.tolist()}
+    assert {tuple(corner) for corner in visible.reshape(-1, 3).tolist()} <= corners

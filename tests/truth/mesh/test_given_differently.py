@@ -33,8 +33,8 @@ def with_repeats(surface):
     a = 0
     b = len(vertices) // 2
     c = len(vertices) - 1
-    more = [triangles[3:5], [[a, b, c], [c, b, a], [a, a, b], [b, b, b]]]
-    return vertices, np.concatenate((triangles, *more))
+    repeats = [triangles[3:5], [[a, b, c], [c, b, a], [a, a, b], [b, b, b]]]
+    return vertices, np.concatenate((triangles, *repeats))
 
 
 def double_sided(surface):
@@ -60,25 +60,27 @@ WAYS = {
 }
 
 
-@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("change", WAYS)
 @pytest.mark.parametrize("name", BODIES)
-def test_the_same_surface_and_mass_properties(name, way):
-    whole, other = (
+def test_the_same_surface_and_mass_properties(name, change):
+    whole, changed = (
         part_from_mesh(*surface, unit="mm")
-        for surface in (BODIES[name], WAYS[way](BODIES[name]))
+        for surface in (BODIES[name], WAYS[change](BODIES[name]))
     )
-    assert other.warnings == whole.warnings
-    assert len(other.surface_vertices) == len(whole.surface_vertices)
-    assert len(other.surface_triangles) == len(whole.surface_triangles)
+    assert changed.warnings == whole.warnings
+    assert len(changed.surface_vertices) == len(whole.surface_vertices)
+    assert len(changed.surface_triangles) == len(whole.surface_triangles)
     assert (
         trimesh.Trimesh(
-            other.surface_vertices, other.surface_triangles, process=False
+            changed.surface_vertices, changed.surface_triangles, process=False
         ).volume
         > 0.0
     )
     size = np.ptp(whole.vertices)
-    assert other.center_of_mass == pytest.approx(whole.center_of_mass, abs=1e-12 * size)
-    assert other.inertia == pytest.approx(whole.inertia, abs=1e-12 * size**2)
+    assert changed.center_of_mass == pytest.approx(
+        whole.center_of_mass, abs=1e-12 * size
+    )
+    assert changed.inertia == pytest.approx(whole.inertia, abs=1e-12 * size**2)
 
 
 @given(st.integers(0, 2**32 - 1), st.sampled_from([1e-9, 1.0, 1e9]))
@@ -87,12 +89,12 @@ def test_vertices_merge_within_the_tolerance_and_not_beyond(seed, scale):
     vertices, triangles = soup(shapes.box(1.0, 0.7, 0.4))
     step = random.normal(size=vertices.shape)
     step /= np.linalg.norm(step, axis=1)[:, None]
-    near = part_from_mesh(vertices + 0.45 * WELDED * step, triangles, unit=scale)
-    assert len(near.surface_vertices) == 8
-    assert "OPEN_MESH" not in str(near.warnings)
+    merged = part_from_mesh(vertices + 0.45 * WELDED * step, triangles, unit=scale)
+    assert len(merged.surface_vertices) == 8
+    assert "OPEN_MESH" not in str(merged.warnings)
     vertices[0] += 3.0 * WELDED * step[0]  # only this one is left of its corner
-    far = part_from_mesh(vertices, triangles, unit=scale)
-    assert len(far.surface_vertices) == 9 or "OPEN_MESH" in str(far.warnings)
+    separate = part_from_mesh(vertices, triangles, unit=scale)
+    assert len(separate.surface_vertices) == 9 or "OPEN_MESH" in str(separate.warnings)
 
 
 def test_one_more_corner_or_a_corner_cut_off_by_a_hair_changes_an_answer_by_a_hair():

@@ -26,9 +26,9 @@ EXACT = {
 
 def rounded(surface, sizes_away, seed):
     """Turned (but for seed 0), moved off the origin, and rounded."""
-    way = rotation(seed)[0] * sizes_away * size(surface)
+    shift = rotation(seed)[0] * sizes_away * size(surface)
     return part_from_mesh(
-        *in_float32(moved(surface, rotation(seed + 7) if seed else None, way))
+        *in_float32(moved(surface, rotation(seed + 7) if seed else None, shift))
     )
 
 
@@ -36,13 +36,14 @@ def rounded(surface, sizes_away, seed):
 @pytest.mark.parametrize(("sizes_away", "seed"), [(0.0, 0), (1.0, 1), (10.0, 2)])
 def test_every_method_gives_the_same_poses(name, sizes_away, seed):
     rough = estimate_all(rounded(BODIES[name], sizes_away, seed))
-    for one, other in zip(EXACT[name], rough, strict=True):
-        assert len(other.poses) == len(one.poses)
-        assert np.sort(values(other.poses, "probability")) == pytest.approx(
-            np.sort(values(one.poses, "probability")),
-            abs=1e-3 if one.method == "split" else 3e-4,
+    for exact_statistics, rough_statistics in zip(EXACT[name], rough, strict=True):
+        assert len(rough_statistics.poses) == len(exact_statistics.poses)
+        assert np.sort(values(rough_statistics.poses, "probability")) == pytest.approx(
+            np.sort(values(exact_statistics.poses, "probability")),
+            abs=1e-3 if exact_statistics.method == "split" else 3e-4,
         )
         for field in ("height", "top", "barrier"):
-            assert np.sort(values(other.poses, field)) == pytest.approx(
-                np.sort(values(one.poses, field)), abs=1e-5 * one.radius
+            assert np.sort(values(rough_statistics.poses, field)) == pytest.approx(
+                np.sort(values(exact_statistics.poses, field)),
+                abs=1e-5 * exact_statistics.radius,
             )

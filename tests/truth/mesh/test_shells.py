@@ -12,9 +12,9 @@ WATER = 1000.0
 TURN = trimesh.transformations.rotation_matrix(0.3, (1, 2, 3))
 
 
-def box(extents, at=(0, 0, 0), inward=False):
+def box(extents, center=(0, 0, 0), inward=False):
     mesh = trimesh.creation.box(extents)
-    mesh.apply_translation(at)
+    mesh.apply_translation(center)
     if inward:
         mesh.invert()
     return mesh
@@ -55,12 +55,12 @@ def test_of_two_shells_the_inner_one_is_a_void_unless_both_face_outward(
 ):
     outer = box((4, 4, 4), inward=outer_inward)
     inner = box((2, 2, 2), (0.5, 0, 0), inner_inward)
-    both = trimesh.util.concatenate([outer, inner])
+    pair = trimesh.util.concatenate([outer, inner])
     random = np.random.default_rng(turned)
-    some = random.permutation(12)[:turned]
-    both.faces[some] = both.faces[some][:, ::-1]
-    both.faces = random.permutation(both.faces)
-    part = part_of(both)
+    flipped = random.permutation(12)[:turned]
+    pair.faces[flipped] = pair.faces[flipped][:, ::-1]
+    pair.faces = random.permutation(pair.faces)
+    part = part_of(pair)
     is_body = not outer_inward and not inner_inward
     weight = 8 if is_body else -8
     assert codes(part) == ["BODIES_OVERLAP"] * is_body
@@ -94,7 +94,7 @@ def test_an_inward_box_that_touches_the_wall_from_inside_is_a_void():
 def test_hundreds_of_shells_in_a_body_are_voids():
     grid = [(x, y, z) for x in range(7) for y in range(7) for z in range(7)]
     volume, overlap = volume_and_overlap(
-        *(box((0.5, 0.5, 0.5), at, inward=True) for at in grid),
+        *(box((0.5, 0.5, 0.5), center, inward=True) for center in grid),
         box((20, 20, 20), (3, 3, 3)),
     )
     assert volume == pytest.approx(8000 - len(grid) / 8)
@@ -127,7 +127,7 @@ def test_boxes_that_share_an_edge_are_two_bodies(inward):
 
 
 def test_the_wall_between_two_bodies_goes_if_both_have_it():
-    left = box((1, 1, 1))
+    first = box((1, 1, 1))
     right = box((1, 1, 1), (1, 0, 0))
     right.vertices = right.vertices * (-1, 1, 1) + (
         2,
@@ -135,11 +135,11 @@ def test_the_wall_between_two_bodies_goes_if_both_have_it():
         0,
     )  # so that the diagonals are alike
     right.invert()
-    part = part_of(left, right)
+    part = part_of(first, right)
     assert len(part.surface_triangles) == 20
     assert codes(part) == []
     assert part.center_of_mass == pytest.approx([0.005, 0, 0], abs=1e-15)
-    volume, overlap = volume_and_overlap(left, box((1, 1, 1), (1, 0, 0)))
+    volume, overlap = volume_and_overlap(first, box((1, 1, 1), (1, 0, 0)))
     assert (volume, overlap) == (pytest.approx(2.0), False)
 
 
@@ -168,11 +168,11 @@ class TestOverlap:
         self, turn, distance, overlap
     ):
         ball = trimesh.creation.icosphere(4)
-        other = trimesh.creation.icosphere(4)
-        other.apply_translation((distance, 0, 0))
-        for one in (ball, other):
-            one.apply_transform(turn)
-        assert volume_and_overlap(ball, other)[1] == overlap
+        second = trimesh.creation.icosphere(4)
+        second.apply_translation((distance, 0, 0))
+        for mesh in (ball, second):
+            mesh.apply_transform(turn)
+        assert volume_and_overlap(ball, second)[1] == overlap
 
     @pytest.mark.parametrize(("depth", "share"), [(6e-3, "0.12"), (2e-3, "0.04")])
     def test_a_share_too_small_to_move_the_centre_of_mass_is_a_note(
@@ -192,12 +192,12 @@ class TestOverlap:
 
     def test_a_peg_flush_in_its_hole_does_not(self, turn):
         ring = trimesh.creation.annulus(1.0, 2.0, 1.0, sections=24)
-        for aside, overlap in ((0.0, False), (0.05, True)):
+        for shift, overlap in ((0.0, False), (0.05, True)):
             peg = trimesh.creation.cylinder(1.0, 3.0, sections=24)
-            peg.apply_translation((aside, 0.0, 0.0))
+            peg.apply_translation((shift, 0.0, 0.0))
             pair = [ring.copy(), peg]
-            for one in pair:
-                one.apply_transform(turn)
+            for mesh in pair:
+                mesh.apply_transform(turn)
             assert volume_and_overlap(*pair)[1] == overlap
 
 
@@ -206,9 +206,9 @@ def test_thousands_of_needles_that_lie_across_each_other():
     count = 3000
     chance = np.random.default_rng(0)
     ends = chance.uniform(-0.5, 0.5, (2, count, 3))
-    aside = 4e-6 * chance.normal(size=(2, count, 3))
+    offsets = 4e-6 * chance.normal(size=(2, count, 3))
     corners = np.stack(
-        [ends[0], ends[1], ends[0] + aside[0], ends[1] + aside[1]], axis=1
+        [ends[0], ends[1], ends[0] + offsets[0], ends[1] + offsets[1]], axis=1
     )
     rows = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)])
     needles = trimesh.Trimesh(

@@ -44,8 +44,8 @@ class TestBodies:
 
     def test_in_float32_a_size_off_the_origin(self, surface, expected):
         for seed in range(3):
-            way = rotation(seed + 20)[0] * size(surface)
-            assert sizes(in_float32(moved(surface, rotation(seed), way))) == expected
+            shift = rotation(seed + 20)[0] * size(surface)
+            assert sizes(in_float32(moved(surface, rotation(seed), shift))) == expected
 
     def test_members_of_a_group_have_one_probability_and_one_shape(
         self, surface, expected
@@ -68,8 +68,8 @@ class TestBodies:
 def test_groups_are_numbered_by_their_first_pose_and_pair_opposite_faces_of_a_box():
     poses = resting_poses(part_from_mesh(*shapes.box(1.0, 2.0, 3.0)), 0.0).poses
     assert values(poses, "group").tolist() == [0, 0, 1, 1, 2, 2]
-    for one, other in zip(poses[::2], poses[1::2], strict=True):
-        assert one.down == pytest.approx(-other.down, abs=1e-15)
+    for pose, side in zip(poses[::2], poses[1::2], strict=True):
+        assert pose.down == pytest.approx(-side.down, abs=1e-15)
 
 
 @pytest.mark.parametrize("order", [2, 3, 5])
@@ -128,10 +128,10 @@ def with_flap(surface):
     """Four triangles without area along an edge, as they are left where edges were stitched."""
     vertices, triangles = surface
     a, b, _ = triangles[0]
-    on = vertices[a] + np.array([[0.3], [0.6]]) * (vertices[b] - vertices[a])
+    hinge = vertices[a] + np.array([[0.3], [0.6]]) * (vertices[b] - vertices[a])
     m = len(vertices)
     n = len(vertices) + 1
-    return np.vstack((vertices, on)), np.vstack(
+    return np.vstack((vertices, hinge)), np.vstack(
         (triangles, [(a, b, m), (b, a, n), (a, m, n), (m, b, n)])
     )
 
@@ -148,12 +148,12 @@ def test_neither_triangles_without_area_nor_thinness_hides_a_symmetry(box):
 def drilled(edges, holes):
     """A box with blind holes: axis, place, radius, depth, side (-1, 1) and a turn about z."""
     solid = Manifold.cube(edges, True)
-    for axis, place, radius, depth, side, degrees in holes:
+    for axis, middle, radius, depth, side, degrees in holes:
         turn = {"x": (0.0, 90.0, 0.0), "y": (90.0, 0.0, 0.0), "z": (0.0, 0.0, 0.0)}[
             axis
         ]
         k = "xyz".index(axis)
-        position = np.insert(np.array(place), k, 0.5 * side * edges[k])
+        position = np.insert(np.array(middle), k, 0.5 * side * edges[k])
         hole = Manifold.cylinder(2.0 * depth, radius, radius, 24, True)
         solid -= hole.rotate(turn).translate(position).rotate((0.0, 0.0, degrees))
     return fine_parts.surface(solid)

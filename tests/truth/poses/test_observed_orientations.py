@@ -51,7 +51,9 @@ def observed(name, rng, noise=NOISE, symmetric=True):
     """Poses (n,) drawn at random, and orientations (n, 4) as a camera with errors tells them."""
     poses = resting_poses(part_of(name)).poses
     pose = rng.integers(len(poses), size=MANY)
-    true = Rotation.from_quat(np.array([one.orientation for one in poses])[pose])
+    true = Rotation.from_quat(
+        np.array([resting_pose.orientation for resting_pose in poses])[pose]
+    )
     if symmetric and name in SYMMETRIES:
         chosen = rng.integers(len(SYMMETRIES[name]), size=MANY)
         true = true * SYMMETRIES[name][chosen]
@@ -64,11 +66,11 @@ def observed(name, rng, noise=NOISE, symmetric=True):
 
 @pytest.mark.parametrize("name", SURFACES)
 def test_none_is_counted_wrong_at_five_degrees_of_noise(name):
-    pose, seen = observed(name, np.random.default_rng(22))
-    found = classify_orientations(part_of(name), seen)
-    group = np.array([one.group for one in resting_poses(part_of(name)).poses])
-    counted = found >= 0
-    assert (group[found[counted]] == group[pose[counted]]).all()
+    pose, measured = observed(name, np.random.default_rng(22))
+    classification = classify_orientations(part_of(name), measured)
+    group = np.array([pose_.group for pose_ in resting_poses(part_of(name)).poses])
+    counted = classification >= 0
+    assert (group[classification[counted]] == group[pose[counted]]).all()
     expected = WITHIN * (
         name != "crowded"
     )  # some of its poses are too close at this noise
@@ -77,9 +79,9 @@ def test_none_is_counted_wrong_at_five_degrees_of_noise(name):
 
 @pytest.mark.parametrize("name", ["clamp", "cube", "brick", "gear"])
 def test_the_very_pose_is_named_where_the_camera_chooses_no_equal_orientation(name):
-    pose, seen = observed(name, np.random.default_rng(23), symmetric=False)
-    found = classify_orientations(part_of(name), seen)
-    assert (found[found >= 0] == pose[found >= 0]).all()
+    pose, measured = observed(name, np.random.default_rng(23), symmetric=False)
+    classification = classify_orientations(part_of(name), measured)
+    assert (classification[classification >= 0] == pose[classification >= 0]).all()
 
 
 @pytest.mark.parametrize("name", ["cube", "nut"])
@@ -87,26 +89,30 @@ def test_an_equal_orientation_counts_for_the_pose_that_it_names(name):
     part = part_of(name)
     group = SYMMETRIES[name]
     for pose in resting_poses(part).poses:
-        found = classify_orientations(
+        classification = classify_orientations(
             part, (Rotation.from_quat(pose.orientation) * group).as_quat()
         )
         alike = {
-            one.index for one in resting_poses(part).poses if one.group == pose.group
+            member.index
+            for member in resting_poses(part).poses
+            if member.group == pose.group
         }
-        assert set(found.tolist()) == alike
-        assert (np.bincount(found)[sorted(alike)] == len(group) / len(alike)).all()
+        assert set(classification.tolist()) == alike
+        assert (
+            np.bincount(classification)[sorted(alike)] == len(group) / len(alike)
+        ).all()
 
 
 @pytest.mark.parametrize("name", ["gear", "cylinder"])
 def test_a_part_that_rolls_is_known_at_any_angle_of_its_roll(name):
     part = part_of(name)
-    about = Rotation.from_rotvec(
+    roll = Rotation.from_rotvec(
         np.outer(np.linspace(0.0, 2.0 * np.pi, 777), (0.0, 0.0, 1.0))
     )
     assert any(pose.rolls for pose in resting_poses(part).poses)
     for pose in resting_poses(part).poses:
-        seen = (Rotation.from_quat(pose.orientation) * about).as_quat()
-        assert set(classify_orientations(part, seen).tolist()) == {pose.index}
+        measured = (Rotation.from_quat(pose.orientation) * roll).as_quat()
+        assert set(classify_orientations(part, measured).tolist()) == {pose.index}
 
 
 def test_what_leans_too_far_is_no_pose():
@@ -114,14 +120,14 @@ def test_what_leans_too_far_is_no_pose():
     pose = resting_poses(part).poses[0]
     tilts = np.radians([0.0, 14.9, 15.1, 40.0])
     leaning = Rotation.from_rotvec(np.outer(tilts, (1.0, 0.0, 0.0)))
-    seen = (leaning * Rotation.from_quat(pose.orientation)).as_quat()
-    assert classify_orientations(part, seen).tolist() == [
+    measured = (leaning * Rotation.from_quat(pose.orientation)).as_quat()
+    assert classify_orientations(part, measured).tolist() == [
         pose.index,
         pose.index,
         -1,
         -1,
     ]
-    wider = classify_orientations(part, seen, math.radians(16.0))
+    wider = classify_orientations(part, measured, math.radians(16.0))
     assert wider.tolist() == [pose.index, pose.index, pose.index, -1]
 
 
@@ -129,12 +135,12 @@ def test_poses_that_are_close_are_told_apart_by_a_good_camera_alone():
     """The densest part: at five degrees half is left out, at half a degree nothing."""
     name = "crowded"
     rng = np.random.default_rng(5)
-    pose, seen = observed(name, rng, math.radians(0.5))
-    found = classify_orientations(part_of(name), seen, math.radians(1.5))
-    counted = found >= 0
-    assert (found[counted] == pose[counted]).all()
+    pose, measured = observed(name, rng, math.radians(0.5))
+    classification = classify_orientations(part_of(name), measured, math.radians(1.5))
+    counted = classification >= 0
+    assert (classification[counted] == pose[counted]).all()
     assert counted.mean() > WITHIN - 4.0 * math.sqrt(WITHIN * (1.0 - WITHIN) / MANY)
-    assert (classify_orientations(part_of(name), seen) < 0).mean() > 0.3
+    assert (classify_orientations(part_of(name), measured) < 0).mean() > 0.3
 
 
 def test_a_die_on_its_edge_counts_for_the_nearer_face_if_that_is_asked_for():
@@ -142,9 +148,9 @@ def test_a_die_on_its_edge_counts_for_the_nearer_face_if_that_is_asked_for():
     part = part_of("cube")
     lowest = resting_poses(part).poses[0]
     edge = Rotation.from_rotvec((math.radians(44.0), 0.0, 0.0))
-    (seen,) = (edge * Rotation.from_quat(lowest.orientation)).as_quat()[None]
-    assert classify_orientations(part, [seen]).tolist() == [-1]
-    assert classify_orientations(part, [seen], math.radians(90.0)).tolist() == [0]
+    (measured,) = (edge * Rotation.from_quat(lowest.orientation)).as_quat()[None]
+    assert classify_orientations(part, [measured]).tolist() == [-1]
+    assert classify_orientations(part, [measured], math.radians(90.0)).tolist() == [0]
 
 
 def test_unknown_orientations_are_in_no_pose():
@@ -166,7 +172,7 @@ def test_unknown_orientations_are_in_no_pose():
 
 
 @pytest.mark.parametrize(
-    ("orientations", "said"),
+    ("orientations", "words"),
     [
         ([(0.0, 0.0, 0.0, 1.0), (0.0, 0.0, 0.0, 2.0)], "length 2 in row 1"),
         ([(1e300, 0.0, 0.0, 1e300)], "row 0"),
@@ -176,8 +182,8 @@ def test_unknown_orientations_are_in_no_pose():
         ([(1.0, 2.0), (3.0,)], "x y z w"),
     ],
 )
-def test_what_is_no_unit_quaternion_or_angle_is_refused(orientations, said):
-    with pytest.raises(PoseStatsError, match=said):
+def test_what_is_no_unit_quaternion_or_angle_is_refused(orientations, words):
+    with pytest.raises(PoseStatsError, match=words):
         classify_orientations(part_of("brick"), orientations)
     for angle in (0.0, -0.1, 15.0, math.nan, "wide", (0.1, 0.2)):
         with pytest.raises(PoseStatsError, match="radians"):

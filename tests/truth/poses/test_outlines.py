@@ -28,20 +28,20 @@ def holds(polygons, points):
     """Whether points (n, 2) are in a polygon and in none of its holes; as matplotlib sees it."""
     inside = np.zeros(len(points), dtype=bool)
     for boundary, *holes in polygons:
-        here = Path(boundary).contains_points(points)
+        within = Path(boundary).contains_points(points)
         for hole in holes:
-            here &= ~Path(hole).contains_points(points)
-        inside |= here
+            within &= ~Path(hole).contains_points(points)
+        inside |= within
     return inside
 
 
 def crossings(part, pose, points):
     """Where vertical lines through points (n, 2) meet the surface: which line, and heights."""
-    place = (
+    position = (
         Rotation.from_quat(pose.orientation).apply(part.surface_vertices)
         + pose.position
     )
-    a, b, c = place[part.surface_triangles].transpose(1, 0, 2)[:, None]
+    a, b, c = position[part.surface_triangles].transpose(1, 0, 2)[:, None]
     p = points[:, None]
 
     def turn(u, v):
@@ -80,9 +80,9 @@ def test_silhouette_and_sections_are_where_a_line_from_above_meets_the_part(
     pose = resting_poses(part).poses[index]
     points = np.random.default_rng(index).uniform(-0.04, 0.04, (3000, 2))
     line, height = crossings(part, pose, points)
-    met = np.bincount(line, minlength=len(points)) > 0
-    assert 100 < met.sum() < 2900
-    assert (holds(outline_at(part, pose), points) == met).all()
+    hit = np.bincount(line, minlength=len(points)) > 0
+    assert 100 < hit.sum() < 2900
+    assert (holds(outline_at(part, pose), points) == hit).all()
     for share in (0.11, 0.37, 0.81):
         level = share * pose.top
         above = np.bincount(line[height > level], minlength=len(points))
@@ -124,7 +124,9 @@ def block(request):
     turned = (vertices @ request.param.T).astype(np.float32)
     part = part_from_mesh(turned, triangles, unit="mm")
     down = request.param @ (0.0, 0.0, -1.0)
-    pose = min(resting_poses(part).poses, key=lambda one: math.dist(one.down, down))
+    pose = min(
+        resting_poses(part).poses, key=lambda candidate: math.dist(candidate.down, down)
+    )
     return part, pose
 
 
@@ -141,11 +143,11 @@ def test_rounding_leaves_no_spurs(block):
     for polygon in (*outline_at(*block), *outline_at(*block, 5.0 * MM)):
         for ring in polygon:
             back = np.roll(ring, 1, axis=0) - ring
-            on = np.roll(ring, -1, axis=0) - ring
-            along = (back * on).sum(axis=1)
-            across = np.abs(back[:, 0] * on[:, 1] - back[:, 1] * on[:, 0])
+            edges = np.roll(ring, -1, axis=0) - ring
+            along = (back * edges).sum(axis=1)
+            across = np.abs(back[:, 0] * edges[:, 1] - back[:, 1] * edges[:, 0])
             assert not ((along > 0.0) & (across < 1e-4 * along)).any()
-            assert np.hypot(*on.T).min() > 1e-7
+            assert np.hypot(*edges.T).min() > 1e-7
 
 
 def test_the_foot_is_what_touches_the_plate(block):
@@ -170,9 +172,11 @@ def test_at_a_step_it_is_the_section_just_above(block):
 
 
 def test_bodies_that_reach_into_each_other_are_one():
-    one = shapes.box(0.02, 0.02, 0.01)
-    other = one[0] + (0.01, 0.01, 0.0), one[1] + len(one[0])
-    part = part_from_mesh(np.vstack([one[0], other[0]]), np.vstack([one[1], other[1]]))
+    first = shapes.box(0.02, 0.02, 0.01)
+    second = first[0] + (0.01, 0.01, 0.0), first[1] + len(first[0])
+    part = part_from_mesh(
+        np.vstack([first[0], second[0]]), np.vstack([first[1], second[1]])
+    )
     pose = resting_poses(part).poses[0]
     ((boundary,),) = outline_at(part, pose, 0.005)
     assert area_of(boundary) == pytest.approx(7e-4, rel=1e-6)
@@ -184,9 +188,9 @@ def test_what_is_no_height_part_or_pose_is_refused():
     for height in (math.nan, math.inf, "high", (0.1, 0.2)):
         with pytest.raises(PoseStatsError, match="metres"):
             outline_at(part, pose, height)
-    for given in ((part, 0), (pose, part), (part, None)):
+    for arguments in ((part, 0), (pose, part), (part, None)):
         with pytest.raises(PoseStatsError, match="a Part and one of its poses"):
-            outline_at(*given)
+            outline_at(*arguments)
 
 
 def test_for_an_open_surface_its_hull_stands_in():

@@ -124,13 +124,15 @@ def test_the_lowest_member_stands_for_the_pose(name):
     for tolerance in TOLERANCES:
         for pose in resting_poses(part, tolerance, round_sides=0).poses:
             members = [single[i] for i in pose.members]
-            (own,) = (
+            (statistics,) = (
                 member for member in members if np.array_equal(member.down, pose.down)
             )
-            assert own.height <= min(member.height for member in members) * (1.0 + 2e-6)
-            assert (pose.height, pose.top) == (own.height, own.top)
+            assert statistics.height <= min(member.height for member in members) * (
+                1.0 + 2e-6
+            )
+            assert (pose.height, pose.top) == (statistics.height, statistics.top)
             for field in ("orientation", "position", "support_polygon", "outline"):
-                assert np.array_equal(getattr(pose, field), getattr(own, field))
+                assert np.array_equal(getattr(pose, field), getattr(statistics, field))
 
 
 @every_body

@@ -70,18 +70,18 @@ class TestEveryPose:
         part, poses, radius = poses_and_radius(name, tolerance)
         rounding = 1e-13 * (radius + np.linalg.norm(part.center_of_mass))
         for pose in poses:
-            place = in_plate_frame(pose, part.surface_vertices)
+            points = in_plate_frame(pose, part.surface_vertices)
             assert in_plate_frame(pose, part.center_of_mass) == pytest.approx(
                 (0.0, 0.0, pose.height), abs=rounding
             )
-            assert place[:, 2].min() == pytest.approx(0.0, abs=3e-6 * radius)
-            assert place[:, 2].max() == pytest.approx(pose.top, abs=rounding)
+            assert points[:, 2].min() == pytest.approx(0.0, abs=3e-6 * radius)
+            assert points[:, 2].max() == pytest.approx(pose.top, abs=rounding)
 
     def test_support_polygon_is_what_touches_the_plate(self, name, tolerance):
         part, poses, radius = poses_and_radius(name, tolerance)
         for pose in poses:
-            place = in_plate_frame(pose, part.surface_vertices)
-            touching = ConvexHull(place[place[:, 2] < 3e-6 * radius, :2])
+            points = in_plate_frame(pose, part.surface_vertices)
+            touching = ConvexHull(points[points[:, 2] < 3e-6 * radius, :2])
             assert signed_area(pose.support_polygon) == pytest.approx(
                 touching.volume, rel=1e-5
             )
@@ -137,8 +137,8 @@ def test_rounding_does_not_renumber_ties(seed):
     exact = resting_poses(part_from_mesh(vertices, triangles), 0.0, round_sides=0).poses
     noise = np.random.default_rng(seed).uniform(-1e-8, 1e-8, vertices.shape)
     rough = resting_poses(part_from_mesh(vertices + noise, triangles), 0.0, 0).poses
-    for one, other in zip(exact, rough, strict=True):
-        assert one.down == pytest.approx(other.down, abs=1e-6)
+    for exact_pose, rough_pose in zip(exact, rough, strict=True):
+        assert exact_pose.down == pytest.approx(rough_pose.down, abs=1e-6)
     ties = [tuple(np.rint(1e4 * pose.down).tolist()) for pose in exact]
     assert ties == sorted(
         ties

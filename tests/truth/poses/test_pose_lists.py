@@ -71,8 +71,8 @@ def signs():
 
 def box_without_edges(size, chamfer):
     """All twelve edges of a box off at 45 degrees."""
-    off = chamfer * np.vstack((1.0 - np.eye(3), np.full((1, 3), 0.5)))
-    octant = 0.5 * np.array(size) - off
+    inset = chamfer * np.vstack((1.0 - np.eye(3), np.full((1, 3), 0.5)))
+    octant = 0.5 * np.array(size) - inset
     return shapes.hull_mesh((signs()[:, None] * octant).reshape(-1, 3))
 
 
@@ -109,13 +109,13 @@ def half_disc(sides):
 
 
 def ball(subdivisions, axes=(1.0, 1.0, 1.0)):
-    made = trimesh.creation.icosphere(subdivisions=subdivisions)
-    return made.vertices * axes, made.faces
+    sphere = trimesh.creation.icosphere(subdivisions=subdivisions)
+    return sphere.vertices * axes, sphere.faces
 
 
 def torus():
-    made = trimesh.creation.torus(1.0, 0.25, major_sections=48, minor_sections=32)
-    return made.vertices, made.faces
+    ring = trimesh.creation.torus(1.0, 0.25, major_sections=48, minor_sections=32)
+    return ring.vertices, ring.faces
 
 
 def truncated_octahedron():

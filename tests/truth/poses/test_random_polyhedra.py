@@ -56,17 +56,17 @@ def drawn(random, shift, moment):
     return len(hull.vertices), stable, np.linalg.norm(moved)
 
 
-def assert_same_mean(one, other):
+def assert_same_mean(first, second):
     """Within four standard errors."""
-    error = np.sqrt(np.var(one) / len(one) + np.var(other) / len(other))
-    assert abs(np.mean(one) - np.mean(other)) <= 4.0 * error + 1e-12
+    error = np.sqrt(np.var(first) / len(first) + np.var(second) / len(second))
+    assert abs(np.mean(first) - np.mean(second)) <= 4.0 * error + 1e-12
 
 
 @every_recipe
 def test_vertices_stable_faces_shift_and_redraws_are_distributed_alike(shift, moment):
     random = np.random.default_rng(20)
     tries = [drawn(random, shift, moment) for _ in range(3 * SAMPLE)]
-    kept = np.array([one for one in tries if one is not None])
+    figures = np.array([figure for figure in tries if figure is not None])
     bodies = [random_polyhedron(11, number, shift, moment) for number in range(SAMPLE)]
     ours = np.array(
         [
@@ -79,12 +79,12 @@ def test_vertices_stable_faces_shift_and_redraws_are_distributed_alike(shift, mo
         ]
     )
     for column in range(3):
-        assert_same_mean(ours[:, column], kept[:, column])
-        assert_same_mean(ours[:, column] ** 2, kept[:, column] ** 2)
+        assert_same_mean(ours[:, column], figures[:, column])
+        assert_same_mean(ours[:, column] ** 2, figures[:, column] ** 2)
     # One body out of a try or not, in both samples.
     assert_same_mean(
         np.concatenate([[0] * body.redraws + [1] for body in bodies]),
-        np.array([one is not None for one in tries], dtype=float),
+        np.array([figure is not None for figure in tries], dtype=float),
     )
 
 
@@ -117,9 +117,9 @@ def test_a_body_has_radius_1_its_central_inertia_and_a_shift_within_its_box(
 
 def test_a_body_depends_on_its_seed_and_number_alone():
     whole = [random_polyhedron(3, number, 1.0) for number in range(4)]
-    again = random_polyhedron(3, 2, 1.0)
-    assert np.array_equal(again.vertices, whole[2].vertices)
-    assert np.array_equal(again.center_of_mass, whole[2].center_of_mass)
+    repeated = random_polyhedron(3, 2, 1.0)
+    assert np.array_equal(repeated.vertices, whole[2].vertices)
+    assert np.array_equal(repeated.center_of_mass, whole[2].center_of_mass)
     first = {
         tuple(random_polyhedron(seed, number).vertices[0].tolist())
         for seed in (0, 1, 2**64 - 1)

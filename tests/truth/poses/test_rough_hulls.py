@@ -52,21 +52,21 @@ def test_twin_corners_change_no_pose(seed, gap):
     twins = points + gap * random.normal(size=points.shape)
     plain, doubled = (
         estimate(
-            part_from_mesh(*shapes.hull_mesh(some)), "meae", cluster_tolerance=1e-4
+            part_from_mesh(*shapes.hull_mesh(corners)), "meae", cluster_tolerance=1e-4
         )
-        for some in (points, np.vstack([points, twins]))
+        for corners in (points, np.vstack([points, twins]))
     )
     likely = [
         pose for pose in plain.poses if pose.margin > 1e-3 and pose.probability > 1e-3
     ]
     assert likely
     for pose in likely:
-        near = sum(
-            other.probability
-            for other in doubled.poses
-            if other.down @ pose.down > 1.0 - 1e-6
+        matches = sum(
+            twin_pose.probability
+            for twin_pose in doubled.poses
+            if twin_pose.down @ pose.down > 1.0 - 1e-6
         )
-        assert near == pytest.approx(pose.probability, abs=200.0 * gap)
+        assert matches == pytest.approx(pose.probability, abs=200.0 * gap)
 
 
 @pytest.mark.parametrize("roughness", [1e-7, 1e-6, 1e-5, 1e-4])
@@ -78,9 +78,9 @@ def test_a_rough_box_keeps_its_poses(roughness):
     ).poses
     assert len(rough) == 6
     for pose in smooth:
-        same = max(rough, key=lambda other: other.down @ pose.down)
-        assert same.height == pytest.approx(pose.height, abs=10.0 * roughness)
-        assert same.probability == pytest.approx(
+        nearest = max(rough, key=lambda candidate: candidate.down @ pose.down)
+        assert nearest.height == pytest.approx(pose.height, abs=10.0 * roughness)
+        assert nearest.probability == pytest.approx(
             pose.probability, abs=100.0 * roughness
         )
 

@@ -34,8 +34,8 @@ def poses_of(surface, tolerance=0.0, sides=SIDES):
 
 def answer(surface):
     """Poses in the order of their index, with probabilities."""
-    found = estimate(part_from_mesh(*surface), "meae")
-    return sorted(found.poses, key=lambda pose: pose.index)
+    statistics = estimate(part_from_mesh(*surface), "meae")
+    return sorted(statistics.poses, key=lambda pose: pose.index)
 
 
 def is_rounded(surface):
@@ -180,9 +180,11 @@ def test_flats_between_fine_fillets_are_those_of_the_file(turn):
     part = part_from_mesh(*moved(exports.filleted_box(128), turn))
     plain, thin = (resting_poses(part, 0.0025, sides) for sides in (0, SIDES))
     assert [pose.group for pose in thin.poses] == [pose.group for pose in plain.poses]
-    for one, other in zip(plain.poses, thin.poses, strict=True):
-        assert other.support_polygon == pytest.approx(one.support_polygon, abs=1e-9)
-        assert other.height == pytest.approx(one.height, abs=1e-9)
+    for plain_pose, thin_pose in zip(plain.poses, thin.poses, strict=True):
+        assert thin_pose.support_polygon == pytest.approx(
+            plain_pose.support_polygon, abs=1e-9
+        )
+        assert thin_pose.height == pytest.approx(plain_pose.height, abs=1e-9)
 
 
 class TestRoughFiles:
@@ -206,10 +208,10 @@ class TestRoughFiles:
         assert len(poses_of(printed(moved(exports.gear(60), rotation(5))))) == 122
 
     @pytest.mark.parametrize("sides", [24, 64, 512])
-    @pytest.mark.parametrize("more", [-0.5, 0.5])
-    def test_half_a_step_at_the_seam(self, sides, more):
+    @pytest.mark.parametrize("extra", [-0.5, 0.5])
+    def test_half_a_step_at_the_seam(self, sides, extra):
         profile = [(0.0, 0.0), (0.5, 0.0), (0.5, 0.7), (0.0, 0.7)]
-        angles = 2.0 * np.pi * np.arange(sides) / (sides + more)
+        angles = 2.0 * np.pi * np.arange(sides) / (sides + extra)
         assert len(poses_of(in_float32(exports.turned(profile, angles)))) == SIDES + 2
 
     @pytest.mark.parametrize("last", [(0.5 + 1e-4, -1e-5), (0.5 - 1e-7, -5e-5)])

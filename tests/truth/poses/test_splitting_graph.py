@@ -51,7 +51,7 @@ class TestTree:
         assert root.poses == tuple(range(len(poses)))
         assert {node.poses for node in leaves} == {(pose.index,) for pose in poses}
         assert len({id(node) for node in nodes}) == len(nodes) == 2 * len(leaves) - 1
-        place = {id(node): k for k, node in enumerate(nodes)}
+        position = {id(node): k for k, node in enumerate(nodes)}
         for node in nodes:
             if not node.parts:
                 assert node.level is node.saddle is None
@@ -59,7 +59,7 @@ class TestTree:
                 continue
             first, second = node.parts
             assert sorted({*first.poses, *second.poses}) == list(node.poses)
-            assert min(place[id(first)], place[id(second)]) > place[id(node)]
+            assert min(position[id(first)], position[id(second)]) > position[id(node)]
 
     def test_levels_fall_to_the_poses_and_are_their_ways_out(
         self, name, tolerance, function
@@ -124,8 +124,8 @@ def test_r_and_R_share_their_splits(name):
     of_r, of_R = (
         splitting_graph(resting_poses(PARTS[name], 0.0, 0), f) for f in ("r", "R")
     )
-    for one, other in zip(of_r.walk(), of_R.walk(), strict=True):
-        assert (one.poses, one.level) == (other.poses, other.level)
+    for node_of_r, node_of_R in zip(of_r.walk(), of_R.walk(), strict=True):
+        assert (node_of_r.poses, node_of_r.level) == (node_of_R.poses, node_of_R.level)
     assert str(splitting_graph(resting_poses(PARTS[name], 0.0, 0))) == str(of_r)
 
 

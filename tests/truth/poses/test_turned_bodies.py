@@ -66,20 +66,20 @@ class Answer:
         return {frozenset(keys) for keys in groups.values()}
 
     def probabilities(self, method):
-        found = estimate(
+        statistics = estimate(
             self.part, method, cluster_tolerance=self.tolerance, round_sides=0
         )
-        return {self.key(pose): pose.probability for pose in found.poses}
+        return {self.key(pose): pose.probability for pose in statistics.poses}
 
 
 def numbering(faces, turn):
     """Numbers the faces of a turned body as those that they were."""
 
     def number(turned):
-        gap, place = cKDTree(faces @ turn.T).query(turned)
+        gap, nearest = cKDTree(faces @ turn.T).query(turned)
         assert gap.max() < 1e-11
-        assert np.array_equal(np.sort(place), np.arange(len(faces)))
-        return place
+        assert np.array_equal(np.sort(nearest), np.arange(len(faces)))
+        return nearest
 
     return number
 
@@ -93,23 +93,23 @@ def test_poses_groups_and_probabilities(name, tolerance):
     expected = {method: plain.probabilities(method) for method in METHODS}
     for seed in range(turns):
         turn = rotation(seed)
-        other = Answer(moved(surface, turn), tolerance, numbering(plain.faces, turn))
-        assert other.poses.keys() == plain.poses.keys()
-        assert other.groups() == plain.groups()
+        turned = Answer(moved(surface, turn), tolerance, numbering(plain.faces, turn))
+        assert turned.poses.keys() == plain.poses.keys()
+        assert turned.groups() == plain.groups()
         for key, pose in plain.poses.items():
-            same = other.poses[key]
+            partner = turned.poses[key]
             for field in EXACT:
-                assert getattr(same, field) == getattr(pose, field)
+                assert getattr(partner, field) == getattr(pose, field)
             for field in LENGTHS:
-                assert getattr(same, field) == pytest.approx(
+                assert getattr(partner, field) == pytest.approx(
                     getattr(pose, field), abs=1e-11 * size
                 )
-            assert same.margin == pytest.approx(pose.margin, abs=1e-11)
+            assert partner.margin == pytest.approx(pose.margin, abs=1e-11)
             # The angle of opposite faces is the root of what rounding leaves of the chord.
-            assert same.spread == pytest.approx(pose.spread, abs=1e-7)
+            assert partner.spread == pytest.approx(pose.spread, abs=1e-7)
         for method in METHODS:
             bound = OF_EITHER.get((name, method), 1e-9)
-            assert other.probabilities(method) == pytest.approx(
+            assert turned.probabilities(method) == pytest.approx(
                 expected[method], abs=bound
             )
 
@@ -122,15 +122,15 @@ def test_a_face_with_a_hole_that_the_file_lacks_is_closed_in_every_frame():
         for r, z in ((0.5, 0.0), (1.0, 0.0), (1.0, 0.5), (0.5, 0.5))
         for a in angles
     ]
-    here = np.arange(24)
-    there = (np.arange(24) + 1) % 24
+    corner = np.arange(24)
+    next_corner = (np.arange(24) + 1) % 24
     triangles = np.vstack(
         [
             np.column_stack(corners)
             for k, j in ((0, 24), (24, 48), (72, 0))
             for corners in (
-                (k + here, k + there, j + there),
-                (k + here, j + there, j + here),
+                (k + corner, k + next_corner, j + next_corner),
+                (k + corner, j + next_corner, j + corner),
             )
         ]
     )

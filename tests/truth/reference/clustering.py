@@ -18,14 +18,14 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull, cKDTree
 
 
-def ranks(values, tie, apart):
+def ranks(values, tie, gap):
     """Number (N,) of each value by rising size; equal ones share it."""
     order = np.argsort(values, kind="stable")
     gaps = np.diff(np.asarray(values)[order])
-    doubtful = gaps[(gaps > tie) & (gaps < apart)]
+    doubtful = gaps[(gaps > tie) & (gaps < gap)]
     assert not len(doubtful), (
         f"values {doubtful.min():g} apart are neither equal (up to {tie:g}) nor different "
-        f"(from {apart:g} on): give another body, or tolerances that fit its rounding"
+        f"(from {gap:g} on): give another body, or tolerances that fit its rounding"
     )
     numbers = np.empty(len(order), dtype=int)
     numbers[order] = np.concatenate(([0], np.cumsum(gaps > tie)))
@@ -43,7 +43,7 @@ class StableFaces:
     ways: dict  # face -> list of (rank of the level, level, face on the other side)
 
 
-def stable_faces(vertices, center_of_mass, downs, tie=1e-10, apart=1e-8, flat=1e-9):
+def stable_faces(vertices, center_of_mass, downs, tie=1e-10, distinct=1e-8, flat=1e-9):
     """Stable faces of a convex hull, numbered as `downs` (S, 3), their normals, are.
 
     One too many or too few is an error. Triangles as close as `flat` to one plane are one face.
@@ -52,7 +52,7 @@ def stable_faces(vertices, center_of_mass, downs, tie=1e-10, apart=1e-8, flat=1e
     points /= np.sqrt((points * points).sum(axis=1)).max()
     normals, distances, areas, edges = _faces(points, flat)
     inset, levels = _sides(points, normals, distances, edges)
-    levels_rank = ranks(levels, tie, apart)
+    levels_rank = ranks(levels, tie, distinct)
     lowest = np.full(len(normals), np.inf)
     np.minimum.at(lowest, edges[:, 2], np.where(inset[:, 0] > 0.0, np.inf, levels))
     np.minimum.at(lowest, edges[:, 3], np.where(inset[:, 1] > 0.0, np.inf, levels))
@@ -66,20 +66,24 @@ def stable_faces(vertices, center_of_mass, downs, tie=1e-10, apart=1e-8, flat=1e
     number_of[stable] = number
     beyond = _descents(edges, levels_rank, inset, distances, number_of)
     ways = defaultdict(list)
-    for (_, _, one, other), rank, level in zip(
+    for (_, _, feature, neighbour), rank, level in zip(
         edges.tolist(), levels_rank.tolist(), levels.tolist(), strict=True
     ):
-        here = beyond[one]
-        there = beyond[other]
-        if here != there:
-            ways[here].append((rank, level, there))
-            ways[there].append((rank, level, here))
+        foot = beyond[feature]
+        neighbour_foot = beyond[neighbour]
+        if foot != neighbour_foot:
+            ways[foot].append((rank, level, neighbour_foot))
+            ways[neighbour_foot].append((rank, level, foot))
     heights = np.empty(len(stable))
     sizes = np.empty(len(stable))
     heights[number] = distances[stable]
     sizes[number] = areas[stable]
     order = np.lexsort(
-        (np.arange(len(stable)), -ranks(sizes, tie, apart), ranks(heights, tie, apart))
+        (
+            np.arange(len(stable)),
+            -ranks(sizes, tie, distinct),
+            ranks(heights, tie, distinct),
+        )
     )
     return StableFaces(heights, np.argsort(order), ways)
 
@@ -93,17 +97,17 @@ def _faces(points, flat):
     inward = (across * hull.equations[:, :3]).sum(axis=1) < 0.0
     triangles[inward, 1:] = triangles[inward, :0:-1]
     across[inward] *= -1.0
-    here = np.repeat(np.arange(len(triangles)), 3)
-    there = hull.neighbors.ravel()
+    owner_face = np.repeat(np.arange(len(triangles)), 3)
+    neighbour = hull.neighbors.ravel()
     planes = hull.equations
-    off = np.abs(
-        np.einsum("nkx,nx->nk", points[triangles[there]], planes[here, :3])
-        + planes[here, 3:]
+    distance = np.abs(
+        np.einsum("nkx,nx->nk", points[triangles[neighbour]], planes[owner_face, :3])
+        + planes[owner_face, 3:]
     ).max(axis=1)
-    joined = off < flat
+    joined = distance < flat
     _, face = connected_components(
         coo_array(
-            (np.ones(joined.sum()), (here[joined], there[joined])),
+            (np.ones(joined.sum()), (owner_face[joined], neighbour[joined])),
             shape=2 * (len(triangles),),
         )
     )
@@ -120,9 +124,9 @@ def _faces(points, flat):
         for a, b in ((p, q), (q, r), (r, p))
     }
     edges = [
-        (a, b, left, owner[b, a])
-        for (a, b), left in owner.items()
-        if a < b and left != owner[b, a]
+        (a, b, face_beside, owner[b, a])
+        for (a, b), face_beside in owner.items()
+        if a < b and face_beside != owner[b, a]
     ]
     return normals, distances, areas, np.array(edges)
 
@@ -135,8 +139,8 @@ def _sides(points, normals, distances, edges):
     inset = np.empty((len(edges), 2))
     for side, sign in ((0, 1.0), (1, -1.0)):
         face = edges[:, 2 + side]
-        into = np.cross(normals[face], sign * along) / length[:, None]
-        inset[:, side] = ((distances[face, None] * normals[face] - first) * into).sum(
+        inward = np.cross(normals[face], sign * along) / length[:, None]
+        inset[:, side] = ((distances[face, None] * normals[face] - first) * inward).sum(
             axis=1
         )
     share = np.clip(-(first * along).sum(axis=1) / length**2, 0.0, 1.0)
@@ -148,10 +152,13 @@ def _sides(points, normals, distances, edges):
 def _descents(edges, rank, inset, distances, number_of):
     """Stable face that the way down from each face leads to: over its lowest edge, and so on."""
     down = {}
-    for (_, _, one, other), level, (here, there) in zip(
+    for (_, _, first, neighbour), level, (foot, neighbour_foot) in zip(
         edges.tolist(), rank.tolist(), inset.tolist(), strict=True
     ):
-        for face, beyond, depth in ((one, other, here), (other, one, there)):
+        for face, beyond, depth in (
+            (first, neighbour, foot),
+            (neighbour, first, neighbour_foot),
+        ):
             if number_of[face] < 0 and depth <= 0.0:
                 down.setdefault(face, []).append((level, depth, beyond))
     ends = []
@@ -177,18 +184,20 @@ def persistent_poses(faces, tolerance):
             onward[face] = across
     poses = defaultdict(set)
     for face in range(len(faces.heights)):
-        way = [face]
-        while way[-1] in onward:
-            way.append(onward[way[-1]])
-            assert len(way) <= len(faces.heights), f"faces are poured in a ring: {way}"
-        poses[way[-1]].add(face)
+        path = [face]
+        while path[-1] in onward:
+            path.append(onward[path[-1]])
+            assert len(path) <= len(faces.heights), (
+                f"faces are poured in a ring: {path}"
+            )
+        poses[path[-1]].add(face)
     return {
         frozenset(members): min(
             (
                 level
                 for face in members
-                for _, level, other in faces.ways[face]
-                if other not in members
+                for _, level, neighbour in faces.ways[face]
+                if neighbour not in members
             ),
             default=np.inf,
         )
@@ -203,17 +212,17 @@ def _end(faces, start):
     level = -np.inf
     waiting = [(-1, -np.inf, start)]
     while waiting:
-        rank, here, face = heapq.heappop(waiting)
+        rank, height, face = heapq.heappop(waiting)
         if face in flooded:
             continue
         if rank > highest:
             highest = rank
-            level = here
+            level = height
         if faces.order[face] < faces.order[start]:
             return level, _across(faces, start, highest)
         flooded.add(face)
-        for way in faces.ways[face]:
-            heapq.heappush(waiting, way)
+        for passage in faces.ways[face]:
+            heapq.heappush(waiting, passage)
     return np.inf, None
 
 
@@ -225,10 +234,10 @@ def _across(faces, start, rank):
     region = _below(faces, start, rank)
     while True:
         beyond = {
-            other
+            neighbour
             for face in region
-            for here, _, other in faces.ways[face]
-            if here == rank and other not in region
+            for height, _, neighbour in faces.ways[face]
+            if height == rank and neighbour not in region
         }
         younger = {face: _below(faces, face, rank) for face in beyond}
         elder = [
@@ -246,8 +255,8 @@ def _below(faces, start, rank):
     reached = {start}
     waiting = [start]
     while waiting:
-        for here, _, other in faces.ways[waiting.pop()]:
-            if here < rank and other not in reached:
-                reached.add(other)
-                waiting.append(other)
+        for height, _, neighbour in faces.ways[waiting.pop()]:
+            if height < rank and neighbour not in reached:
+                reached.add(neighbour)
+                waiting.append(neighbour)
     return reached

@@ -77,20 +77,20 @@ class Body:
         """Angular acceleration without contact, (3,)."""
         return self.inverse @ (skew(self.inertia @ w) @ w)
 
-    def free_fall(self, state, which=slice(None)):
+    def free_fall(self, state, vertices=slice(None)):
         """Vertical accelerations without contact of the vertices `which` (k,), (k,)."""
         up = state[UP]
         w = state[W]
         centripetal = w * (up @ w) - up * (w @ w)
         return (
-            self.across[which] @ up @ self.free_turn(w)
-            + self.points[which] @ centripetal
+            self.across[vertices] @ up @ self.free_turn(w)
+            + self.points[vertices] @ centripetal
             - 1.0
         )
 
-    def response(self, state, which):
+    def response(self, state, vertices):
         """What unit vertical forces at `which` (k,) do to their accelerations, (k, k)."""
-        arms = self.across[which] @ state[UP]
+        arms = self.across[vertices] @ state[UP]
         return 1.0 + arms @ self.inverse @ arms.T
 
     def forces(self, state, contacts):
@@ -99,10 +99,10 @@ class Body:
             self.response(state, contacts), -self.free_fall(state, contacts)
         )
 
-    def push(self, state, which, impulses):
+    def push(self, state, vertices, impulses):
         """Apply vertical impulses (k,) at the vertices `which` (k,), in place."""
         state[V] += np.sum(impulses)
-        state[W] += self.inverse @ (self.arms(state)[which].T @ impulses)
+        state[W] += self.inverse @ (self.arms(state)[vertices].T @ impulses)
 
     def rates(self, contacts, _, state):
         """Time derivative of the state while it slides on `contacts` (k,)."""
@@ -125,23 +125,27 @@ class Body:
             watched[contacts] = self.forces(state, contacts)
         return watched
 
-    def halt(self, state, which):
+    def halt(self, state, vertices):
         """Impulses, of either sign, that take all velocity from `which` (k,), in place."""
-        needed = -self.velocities(state)[which]
-        self.push(state, which, np.linalg.lstsq(self.response(state, which), needed)[0])
+        needed = -self.velocities(state)[vertices]
+        self.push(
+            state, vertices, np.linalg.lstsq(self.response(state, vertices), needed)[0]
+        )
 
     def kinetic(self, state):
         """Kinetic energy."""
         return 0.5 * (state[V] ** 2 + state[W] @ self.inertia @ state[W])
 
-    def supports(self, state, still):
+    def supports(self, state, resting):
         """Those of the touching, still vertices that press on; None when a face rests."""
         free = self.free_fall(state)
-        for contacts in (list(c) for k in range(3) for c in combinations(still, k)):
+        for contacts in (list(c) for k in range(3) for c in combinations(resting, k)):
             forces = self.forces(state, contacts) if contacts else np.zeros(0)
             arms = self.arms(state)
-            after = free + (1.0 + arms @ self.inverse @ arms[contacts].T) @ forces
-            if (forces > 0.0).all() and (after[still] > -1e-9).all():
+            accelerations = (
+                free + (1.0 + arms @ self.inverse @ arms[contacts].T) @ forces
+            )
+            if (forces > 0.0).all() and (accelerations[resting] > -1e-9).all():
                 return contacts
         return None
 
@@ -152,16 +156,16 @@ def first_below_zero(watch, times, values):
     `values` are those at the times. A dip between two samples counts: the minimum is looked for
     wherever three of them leave room for one below zero.
     """
-    found = []
+    roots = []
     for j, line in enumerate(values.T):
         for i in np.flatnonzero((line[:-1] >= 0.0) & (line[1:] < 0.0))[:1]:
             start = times[i + 1] if line[i] == 0.0 else times[i]
-            found.append((_root(watch, j, start, times[i + 1]), j))
-        left = line[:-2]
+            roots.append((_root(watch, j, start, times[i + 1]), j))
+        quotient = line[:-2]
         middle = line[1:-1]
         right = line[2:]
-        dip = (middle >= 0.0) & (middle <= np.minimum(left, right))
-        for i in np.flatnonzero(dip & (middle < left + right - 2.0 * middle)):
+        dip = (middle >= 0.0) & (middle <= np.minimum(quotient, right))
+        for i in np.flatnonzero(dip & (middle < quotient + right - 2.0 * middle)):
             low = minimize_scalar(
                 lambda t, j=j: watch(t)[j],
                 method="bounded",
@@ -169,8 +173,8 @@ def first_below_zero(watch, times, values):
                 options={"xatol": 1e-12},
             ).x
             if watch(low)[j] < 0.0 <= line[i]:
-                found.append((_root(watch, j, times[i] or times[i + 1], low), j))
-    return min(found, default=None)
+                roots.append((_root(watch, j, times[i] or times[i + 1], low), j))
+    return min(roots, default=None)
 
 
 def _root(watch, j, start, end):
@@ -263,40 +267,42 @@ def strike(body, state, contacts, vertex, restitution):
         (state[GAPS] < TIED) & (body.velocities(state) < 0.0)
     ).tolist()
     first = min(set(tied) - set(contacts) | {vertex})
-    near = np.flatnonzero(state[GAPS] < NEAR)
+    touching = np.flatnonzero(state[GAPS] < NEAR)
     speeds = body.velocities(state)
     slow = SLOW * (1.0 - restitution)
-    still = []
+    resting = []
     most = max(COST, SHARE * body.kinetic(state))
     for j in (
-        sorted(near, key=speeds.__getitem__) if (speeds[near] > -slow).all() else ()
+        sorted(touching, key=speeds.__getitem__)
+        if (speeds[touching] > -slow).all()
+        else ()
     ):
         halted = state.copy()
-        body.halt(halted, [*still, j])
+        body.halt(halted, [*resting, j])
         if speeds[j] < slow and body.kinetic(state) - body.kinetic(halted) <= most:
             state[:] = halted
-            still.append(j)
-    state[GAPS][still] = 0.0
-    near = np.flatnonzero(state[GAPS] < TOUCHING)
-    while (speeds := body.velocities(state)[near]).min() < -STILL:
-        hit = near[[np.argmin(speeds)]]
+            resting.append(j)
+    state[GAPS][resting] = 0.0
+    touching = np.flatnonzero(state[GAPS] < TOUCHING)
+    while (speeds := body.velocities(state)[touching]).min() < -STILL:
+        hit = touching[[np.argmin(speeds)]]
         impulse = -(1.0 + restitution) * speeds.min() / body.response(state, hit)[0]
         body.push(state, hit, impulse)
-    still = near[np.abs(speeds) < 10.0 * STILL]
-    body.halt(state, still)
-    state[GAPS][still] = 0.0
+    resting = touching[np.abs(speeds) < 10.0 * STILL]
+    body.halt(state, resting)
+    state[GAPS][resting] = 0.0
     state[GAPS][state[GAPS] < TOUCHING] = 0.0
-    return first, still.tolist()
+    return first, resting.tolist()
 
 
 def released(body, down, height):
     """State at rest with `down` (3,), body axes, pointing down; on the plate if too low."""
     up = -np.asarray(down, dtype=float) / np.linalg.norm(down)
-    aside = np.linalg.svd(up[None])[2][1]
+    axis = np.linalg.svd(up[None])[2][1]
     height = max(height, np.max(-body.points @ up))
     gaps = height + body.points @ up
     gaps[gaps < TOUCHING] = 0.0
-    rows = (aside, np.cross(up, aside), up)
+    rows = (axis, np.cross(up, axis), up)
     return np.concatenate(((height, 0.0), *rows, np.zeros(3), gaps))
 
 
@@ -312,7 +318,7 @@ def reference_drop(points, inertia, down, restitution, height, events=5):
     return follow(body, state, contacts, restitution, events)
 
 
-def reference_flip(points, inertia, down, at, kick, restitution, events=5):
+def reference_flip(points, inertia, down, point, kick, restitution, events=5):
     """First events of a resting body after the plate hits it, and the impacts that go with that.
 
     `at` (3,) is the place, in body axes, `kick` the energy over the weight.
@@ -320,14 +326,14 @@ def reference_flip(points, inertia, down, at, kick, restitution, events=5):
     body = Body(points, inertia)
     state = released(body, down, 0.0)
     contacts = []
-    arm = np.cross(at, state[UP])
+    arm = np.cross(point, state[UP])
     impulse = np.sqrt(2.0 * kick / (1.0 + arm @ body.inverse @ arm))
     state[V] = impulse
     state[W] = impulse * body.inverse @ arm
-    near = np.flatnonzero(state[GAPS] == 0.0)
-    if body.velocities(state)[near].min() < 0.0:
+    touching = np.flatnonzero(state[GAPS] == 0.0)
+    if body.velocities(state)[touching].min() < 0.0:
         contacts = body.supports(
-            state, strike(body, state, [], near[0], restitution)[1]
+            state, strike(body, state, [], touching[0], restitution)[1]
         )
     return follow(body, state, contacts, restitution, events)
 
@@ -335,18 +341,18 @@ def reference_flip(points, inertia, down, at, kick, restitution, events=5):
 def follow(body, state, contacts, restitution, events):
     """Events that follow a state on given contacts; see `reference_drop`."""
     time = 0.0
-    found = []
+    history = []
     while (
-        len(found) < events
+        len(history) < events
         and contacts is not None
         and not at_rest(body, state, contacts)
     ):
         duration, state, vertex = next_event(body, state, contacts)
         time += duration
         kind, ending = ("release", let_go) if vertex in contacts else ("impact", strike)
-        first, still = ending(body, state, contacts, vertex, restitution)
-        contacts = body.supports(state, still)
-        found.append(
+        first, resting = ending(body, state, contacts, vertex, restitution)
+        contacts = body.supports(state, resting)
+        history.append(
             ReferenceEvent(
                 time,
                 kind,
@@ -358,7 +364,7 @@ def follow(body, state, contacts, restitution, events):
                 state[W].copy(),
             )
         )
-    return found
+    return history
 
 
 def at_rest(body, state, contacts):

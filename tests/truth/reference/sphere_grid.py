@@ -88,9 +88,9 @@ class Shape:
         angle = np.inf
         for normal in self.stable():
             foot = normal * self.r(normal)
-            aside = np.linalg.norm(np.cross(rows, normal), axis=1)
-            others = aside > 1e-9 * np.linalg.norm(rows, axis=1)
-            gap = (1.0 - rows[others] @ foot) / aside[others]
+            distance = np.linalg.norm(np.cross(rows, normal), axis=1)
+            others = distance > 1e-9 * np.linalg.norm(rows, axis=1)
+            gap = (1.0 - rows[others] @ foot) / distance[others]
             angle = min(angle, np.arctan2(gap.min(), self.r(normal)))
         return float(angle)
 
@@ -116,11 +116,11 @@ def creased_grid(rows):
     crossed = ruler[edges[:, 0]] != ruler[edges[:, 1]]
     p, q = points[edges].transpose(1, 0, 2)
     gap = rows[ruler[edges[:, 0]]] - rows[ruler[edges[:, 1]]]
-    before = (gap * p).sum(axis=1)
-    after = (gap * q).sum(axis=1)
-    share = np.where(crossed, before / np.where(crossed, before - after, 1.0), 0.5)[
-        :, None
-    ]
+    gap_at_p = (gap * p).sum(axis=1)
+    gap_at_q = (gap * q).sum(axis=1)
+    share = np.where(
+        crossed, gap_at_p / np.where(crossed, gap_at_p - gap_at_q, 1.0), 0.5
+    )[:, None]
     new = (1.0 - share) * p + share * q
     number = len(points) + np.cumsum(crossed) - 1
     grid = np.vstack(
@@ -173,12 +173,16 @@ def flood(shape, function):
         root[triangles[np.arange(len(triangles)), height[triangles].argmin(axis=1)]]
     ]
     splits = []
-    for level, one, other in reversed(merges):
+    for level, first, second in reversed(merges):
         area = np.bincount(
             owner, _area_below(points, height, triangles, level), len(stable)
         )
         splits.append(
-            Split(level, (one, other), (area[list(one)].sum(), area[list(other)].sum()))
+            Split(
+                level,
+                (first, second),
+                (area[list(first)].sum(), area[list(second)].sum()),
+            )
         )
     return Flood(stable, tuple(splits), _probabilities(len(stable), splits))
 
@@ -190,16 +194,16 @@ def _catchments(height, triangles):
     order = np.argsort(height, kind="stable")
     rank = np.argsort(order)
     lowest = rank.copy()
-    for here, there in (edges.T, edges.T[::-1]):
-        np.minimum.at(lowest, here, rank[there])
+    for start, end in (edges.T, edges.T[::-1]):
+        np.minimum.at(lowest, start, rank[end])
     root = order[lowest]
     while not np.array_equal(root, root[root]):
         root = root[root]
     ends = np.sort(root[edges], axis=1)
     level = height[edges].max(axis=1)
-    apart = ends[:, 0] != ends[:, 1]
-    ends = ends[apart]
-    level = level[apart]
+    crossing = ends[:, 0] != ends[:, 1]
+    ends = ends[crossing]
+    level = level[crossing]
     first = np.lexsort((level, ends[:, 1], ends[:, 0]))
     ends = ends[first]
     level = level[first]
@@ -214,7 +218,7 @@ def _catchments(height, triangles):
 def _joined(minima, passes, leaf_of):
     """Union-find over the minima: leaf that each belongs to, and the merges of leaves."""
     link = {m: m for m in minima}
-    held = {m: {m} for m in minima}
+    members = {m: {m} for m in minima}
     leaves = {
         m: frozenset([leaf_of[m]]) if m in leaf_of else frozenset() for m in minima
     }
@@ -227,18 +231,18 @@ def _joined(minima, passes, leaf_of):
         return m
 
     for level, a, b in passes:
-        one = find(a)
-        other = find(b)
-        if one == other:
+        first = find(a)
+        second = find(b)
+        if first == second:
             continue
-        if leaves[one] and leaves[other]:
-            merges.append((level, leaves[one], leaves[other]))
-        for whole, empty, touch in ((one, other, a), (other, one, b)):
+        if leaves[first] and leaves[second]:
+            merges.append((level, leaves[first], leaves[second]))
+        for whole, empty, touch in ((first, second, a), (second, first, b)):
             if leaves[whole] and not leaves[empty]:
-                leaf.update(dict.fromkeys(held[empty], leaf[touch]))
-        link[other] = one
-        held[one] |= held.pop(other)
-        leaves[one] |= leaves[other]
+                leaf.update(dict.fromkeys(members[empty], leaf[touch]))
+        link[second] = first
+        members[first] |= members.pop(second)
+        leaves[first] |= leaves[second]
     return leaf, merges
 
 
@@ -260,7 +264,7 @@ def _probabilities(count, splits):
     """Down the tree from the top (Eq. 8)."""
     reach = {frozenset(range(count)): 1.0}
     for split in splits:
-        both = reach[split.parts[0] | split.parts[1]]
+        joined = reach[split.parts[0] | split.parts[1]]
         for part, area in zip(split.parts, split.areas, strict=True):
-            reach[part] = both * area / sum(split.areas)
+            reach[part] = joined * area / sum(split.areas)
     return np.array([reach[frozenset([k])] for k in range(count)])

@@ -13,8 +13,8 @@ from scipy.spatial import ConvexHull, cKDTree
 
 def distinct(rows, within=1e-7):
     """Indices of rows that no earlier one is as close to: a hull repeats a plane by triangles."""
-    near = cKDTree(rows).query_ball_point(rows, within)
-    return [place for place, others in enumerate(near) if min(others) == place]
+    neighbours = cKDTree(rows).query_ball_point(rows, within)
+    return [row for row, others in enumerate(neighbours) if min(others) == row]
 
 
 def solid_angle(a, b, c):
@@ -35,14 +35,14 @@ class Polyhedron:
         self.corners = []
         for plane in hull.equations[distinct(hull.equations)]:
             normal = plane[:3]
-            on = np.flatnonzero(
+            corners_on = np.flatnonzero(
                 np.abs(points @ normal + plane[3]) < 1e-9 * np.abs(points).max()
             )
-            spokes = points[on] - points[on].mean(axis=0)
+            spokes = points[corners_on] - points[corners_on].mean(axis=0)
             across = np.cross(normal, spokes[0])
             angle = np.arctan2(spokes @ across, spokes @ spokes[0])
             self.normals.append(normal)
-            self.corners.append(on[np.argsort(angle)].tolist())
+            self.corners.append(corners_on[np.argsort(angle)].tolist())
         self.points = points
         self.normals = np.array(self.normals)
 
@@ -67,7 +67,7 @@ class Polyhedron:
             for b, c in pairwise(rest)
         ]
         area = sum(size for size, _ in parts)
-        return area, sum(size * place for size, place in parts) / area
+        return area, sum(size * centroid for size, centroid in parts) / area
 
     def insets(self, face, point):
         """Distance of a point of the face's plane from each edge, positive inside."""
@@ -81,9 +81,9 @@ class Polyhedron:
         loop = self.corners[face]
         ends = {loop[edge], loop[(edge + 1) % len(loop)]}
         return next(
-            other
-            for other, corners in enumerate(self.corners)
-            if other != face and ends <= set(corners)
+            candidate
+            for candidate, corners in enumerate(self.corners)
+            if candidate != face and ends <= set(corners)
         )
 
     def topples_to(self, face):

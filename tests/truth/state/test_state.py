@@ -30,8 +30,8 @@ def opened(file):
     """Opens states, and closes them."""
     states = []
 
-    def open_state(where=file, **options):
-        states.append(State(where, **options))
+    def open_state(path=file, **options):
+        states.append(State(path, **options))
         return states[-1]
 
     yield open_state
@@ -87,31 +87,31 @@ def test_what_a_kill_or_a_power_cut_leaves_is_what_had_come_up_to_a_moment(
     committed = 0
     for changes, waits in steps:
         number = state.put(*(fact(name, value) for name, value in changes))
-        then = dict(moments[-1])
+        contents = dict(moments[-1])
         for name, value in changes:
-            then[name] = value
+            contents[name] = value
         moments.append(
-            {name: value for name, value in then.items() if value is not None}
+            {name: value for name, value in contents.items() if value is not None}
         )
         if waits:
             assert state.commit(number)
             committed = len(moments) - 1
     with state.in_use:  # between two transactions
-        left = image(state.file, tmp_path / "image", cut)
-    found = State(left)
-    assert facts(found) in (moments if cut else moments[committed:])
-    assert found.set_aside == ""
-    found.close()
+        image_file = image(state.file, tmp_path / "image", cut)
+    remnant = State(image_file)
+    assert facts(remnant) in (moments if cut else moments[committed:])
+    assert remnant.set_aside == ""
+    remnant.close()
     assert state.close()
-    again = State(state.file)
-    assert facts(again) == moments[-1]
-    again.close()
+    reopened = State(state.file)
+    assert facts(reopened) == moments[-1]
+    reopened.close()
 
 
 def test_many_that_wait_share_transactions(opened):
     state = opened()
     begun = threading.Barrier(16)
-    before = state.writes
+    writes = state.writes
 
     def work(number):
         begun.wait()
@@ -121,16 +121,16 @@ def test_many_that_wait_share_transactions(opened):
     with ThreadPoolExecutor(16) as pool:
         list(pool.map(work, range(16)))
     assert {state.get("facts", f"{number}")[1] for number in range(16)} == {"4"}
-    assert state.writes - before < 80
+    assert state.writes - writes < 80
 
 
 def damaged(content, random_):
     """A file with a bit that is another one, or without its end."""
     if random_.random() < 0.3:
         return content[: random_.randrange(len(content))]
-    place = random_.randrange(len(content))
+    offset = random_.randrange(len(content))
     changed = bytearray(content)
-    changed[place] ^= 1 << random_.randrange(8)
+    changed[offset] ^= 1 << random_.randrange(8)
     return bytes(changed)
 
 
@@ -141,36 +141,37 @@ def test_a_damaged_file_is_set_aside_or_says_what_was_written(file, opened):
     state.close()
     good = file.read_bytes()
     random_ = random.Random(1)
-    aside = 0
+    set_aside = 0
     for _ in range(200):
         shutil.rmtree(file.parent)
         file.parent.mkdir()
         file.write_bytes(damaged(good, random_))
         try:
-            found = State(file)
+            reopened = State(file)
         except RequestError:  # of a version that does not exist
             continue
-        if found.set_aside:
-            aside += 1
+        if reopened.set_aside:
+            set_aside += 1
             assert (
-                found.rows("parts") == [] and (file.parent / found.set_aside).is_file()
+                reopened.rows("parts") == []
+                and (file.parent / reopened.set_aside).is_file()
             )
         else:
-            assert found.rows("parts") == [part().row]
-            assert found.mesh("clamp") == b"mesh" * 1000
-            assert facts(found) == dict.fromkeys(NAMES, "x" * 500)
-        assert found.commit(found.put(fact("a", "new")))
-        found.close()
-    assert aside > 40
+            assert reopened.rows("parts") == [part().row]
+            assert reopened.mesh("clamp") == b"mesh" * 1000
+            assert facts(reopened) == dict.fromkeys(NAMES, "x" * 500)
+        assert reopened.commit(reopened.put(fact("a", "new")))
+        reopened.close()
+    assert set_aside > 40
 
 
 def test_no_file_at_all_is_set_aside(file, opened):
     file.parent.mkdir()
     file.write_text("notes of mine")
-    said = []
-    state = opened(say=said.append)
+    lines = []
+    state = opened(say=lines.append)
     assert (file.parent / state.set_aside).read_text() == "notes of mine"
-    assert state.set_aside in said[0] and state.commit(state.put(part()))
+    assert state.set_aside in lines[0] and state.commit(state.put(part()))
 
 
 def test_a_living_owner_is_named_and_a_dead_one_is_not_waited_for(file, opened):
@@ -183,15 +184,15 @@ def test_a_living_owner_is_named_and_a_dead_one_is_not_waited_for(file, opened):
 
 
 def test_an_older_file_gets_the_tables_that_are_new(file, opened):
-    before = opened()
-    before.put(fact("a", "1"))
-    before.close()
+    old_state = opened()
+    old_state.put(fact("a", "1"))
+    old_state.close()
     with sqlite3.connect(file) as link:
         link.executescript("DROP TABLE flips; PRAGMA user_version=1;")
-    after = opened()
-    assert facts(after) == {"a": "1"} and not after.set_aside
-    assert after.commit(after.put(Change("flips", "clamp", ("clamp", 7, "{}"))))
-    assert after.rows("flips") == [("clamp", 7, "{}")]
+    new_state = opened()
+    assert facts(new_state) == {"a": "1"} and not new_state.set_aside
+    assert new_state.commit(new_state.put(Change("flips", "clamp", ("clamp", 7, "{}"))))
+    assert new_state.rows("flips") == [("clamp", 7, "{}")]
 
 
 def test_newer_and_foreign_files_are_left_alone(file, opened):
@@ -200,13 +201,13 @@ def test_newer_and_foreign_files_are_left_alone(file, opened):
         link.execute("PRAGMA user_version=7")
     with pytest.raises(RequestError, match="version 7, of a newer"):
         State(file)
-    other = file.with_name("other.sqlite3")
-    with sqlite3.connect(other) as link:
+    foreign_file = file.with_name("other.sqlite3")
+    with sqlite3.connect(foreign_file) as link:
         link.execute("CREATE TABLE songs (name TEXT)")
-    before = other.read_bytes()
+    content = foreign_file.read_bytes()
     with pytest.raises(RequestError, match="another program"):
-        State(other)
-    assert other.read_bytes() == before
+        State(foreign_file)
+    assert foreign_file.read_bytes() == content
 
 
 def test_messages_of_other_definitions_are_written_anew(file, opened):
@@ -234,33 +235,33 @@ def test_messages_of_other_definitions_are_written_anew(file, opened):
 
 
 def test_a_file_that_is_deleted_under_the_node_is_made_anew(file, opened):
-    said = []
-    state = opened(say=said.append)
+    lines = []
+    state = opened(say=lines.append)
     assert state.commit(state.put(part(), fact("a", "before")))
     shutil.rmtree(file.parent)
     assert state.commit(state.put(fact("b", "after")))
-    assert "is made anew" in said[0]
+    assert "is made anew" in lines[0]
     state.close()
-    again = opened()
-    assert facts(again) == {"a": "before", "b": "after"} and again.rows("parts") == [
-        part().row
-    ]
+    reopened = opened()
+    assert facts(reopened) == {"a": "before", "b": "after"} and reopened.rows(
+        "parts"
+    ) == [part().row]
 
 
 def test_a_place_that_cannot_be_written_is_said_and_tried_again(file, opened):
     file.parent.write_text("in the way")
-    said = []
-    state = opened(say=said.append)
+    lines = []
+    state = opened(say=lines.append)
     assert not state.commit(state.put(part())) and str(file) in state.problem
     assert state.put_mesh("clamp", LARGE) and state.mesh("clamp") == LARGE
     assert state.get("parts", "clamp") == part().row
     file.parent.unlink()
     assert state.commit() and state.problem == ""
-    assert said[0].startswith("NOT_RECORDED: cannot write the state file")
-    assert "is written again" in said[-1]
+    assert lines[0].startswith("NOT_RECORDED: cannot write the state file")
+    assert "is written again" in lines[-1]
     state.close()
-    again = opened()
-    assert again.rows("parts") == [part().row] and again.mesh("clamp") == LARGE
+    reopened = opened()
+    assert reopened.rows("parts") == [part().row] and reopened.mesh("clamp") == LARGE
 
 
 def test_large_meshes_lie_beside_the_file_as_long_as_a_part_has_them(file, opened):
@@ -298,8 +299,8 @@ def test_an_index_that_leads_nowhere_is_damage(file, opened):
     )
     link.close()
     data = bytearray(file.read_bytes())
-    place = data.index(b"name 07", (page - 1) * size, page * size)
-    data[place + 5] ^= 1
+    offset = data.index(b"name 07", (page - 1) * size, page * size)
+    data[offset + 5] ^= 1
     file.write_bytes(data)
     assert opened().set_aside
 
@@ -310,14 +311,14 @@ def test_a_mesh_and_its_part_come_together(file, opened, tmp_path):
     for number in range(3):
         name = f"clamp {number}"
         assert state.commit(state.put_mesh(name, name.encode(), part(name)))
-    seen = set()
+    meshes = set()
     for cut in range(0, 40_000, 1500):
-        left = opened(image(file, tmp_path / "left", cut))
-        names = [row[0] for row in left.rows("parts")]
-        assert [row[0] for row in left.rows("meshes")] == names
-        seen.add(len(names))
-        left.close()
-    assert seen == {0, 1, 2, 3}
+        image_state = opened(image(file, tmp_path / "left", cut))
+        names = [row[0] for row in image_state.rows("parts")]
+        assert [row[0] for row in image_state.rows("meshes")] == names
+        meshes.add(len(names))
+        image_state.close()
+    assert meshes == {0, 1, 2, 3}
 
 
 def test_two_writers_of_a_file_of_plates_lose_none(tmp_path):

@@ -36,22 +36,22 @@ def test_a_row_is_the_mean_of_a_dirichlet(kicks):
     """(s t + c) / (s + n), with t the model's row out of n + 1/2 flips, the half spread evenly."""
     counts = drawn(kicks[1].transition, 40, 1)
     poses = len(kicks[1].poses)
-    found = learn_flips(kicks[1:2], counts, "slow")
+    learnt = learn_flips(kicks[1:2], counts, "slow")
     row = (kicks[1].counts + 0.5 / poses) / 2000.5
-    flips = found.counts.sum(axis=1)[0]
+    flips = learnt.counts.sum(axis=1)[0]
     assert 43.0 <= flips <= 340.0
     expected = ((flips - 40.0) * row + counts) / flips
-    np.testing.assert_allclose(found.transition, expected, rtol=1e-12)
-    np.testing.assert_allclose(found.counts, flips * found.transition, rtol=1e-12)
-    error = np.sqrt(found.transition * (1.0 - found.transition) / (flips + 1.0))
-    np.testing.assert_allclose(found.standard_error, error, rtol=1e-9)
-    assert (found.feeder_speed, found.observed) == ("slow", 40 * poses)
+    np.testing.assert_allclose(learnt.transition, expected, rtol=1e-12)
+    np.testing.assert_allclose(learnt.counts, flips * learnt.transition, rtol=1e-12)
+    error = np.sqrt(learnt.transition * (1.0 - learnt.transition) / (flips + 1.0))
+    np.testing.assert_allclose(learnt.standard_error, error, rtol=1e-9)
+    assert (learnt.feeder_speed, learnt.observed) == ("slow", 40 * poses)
 
 
 def test_the_kick_is_the_one_that_was_counted(kicks):
     for kick in kicks:
-        found = learn_flips(kicks, drawn(kick.transition, 100, 2))
-        assert found.kick_height == kick.kick_height
+        flips = learn_flips(kicks, drawn(kick.transition, 100, 2))
+        assert flips.kick_height == kick.kick_height
 
 
 def test_it_is_nearer_than_model_and_counts_where_the_cell_is_off(kicks):
@@ -66,11 +66,11 @@ def test_it_is_nearer_than_model_and_counts_where_the_cell_is_off(kicks):
             [random.dirichlet(40.0 * row + 1e-9) for row in kicks[1].transition]
         )
         counts = drawn(truth, 40, random.integers(2**31))
-        found = learn_flips(kicks, counts).transition
+        flips = learn_flips(kicks, counts).transition
         errors.append(
             [
-                np.mean((each - truth) ** 2)
-                for each in (found, kicks[1].transition, counts / 40.0)
+                np.mean((matrix - truth) ** 2)
+                for matrix in (flips, kicks[1].transition, counts / 40.0)
             ]
         )
     learned, model, counted = np.mean(errors, axis=0)
@@ -82,38 +82,40 @@ def test_poses_that_look_alike_share_their_counts():
     flips = simulate_flips(
         part_from_mesh(*shapes.box(1.0, 2.0, 3.0)), 0.9, 2000, seed=3
     )
-    one, both = np.zeros((2, 6, 6), np.int64)
-    one[0, [0, 2]] = 400, 200
-    both[[0, 0, 1, 1], [0, 2, 1, 3]] = 250, 50, 150, 150
-    first, second = (learn_flips([flips], counts) for counts in (one, both))
+    first_counts, both_counts = np.zeros((2, 6, 6), np.int64)
+    first_counts[0, [0, 2]] = 400, 200
+    both_counts[[0, 0, 1, 1], [0, 2, 1, 3]] = 250, 50, 150, 150
+    first, second = (
+        learn_flips([flips], counts) for counts in (first_counts, both_counts)
+    )
     np.testing.assert_allclose(first.transition, second.transition, rtol=1e-9)
-    between = first.transition.reshape(3, 2, 3, 2).sum(axis=3)
-    np.testing.assert_allclose(between[:, 0], between[:, 1], rtol=1e-9)
+    between_groups = first.transition.reshape(3, 2, 3, 2).sum(axis=3)
+    np.testing.assert_allclose(between_groups[:, 0], between_groups[:, 1], rtol=1e-9)
     # Poses of a group share its error, as they share what is known of it.
-    share = between[0, 0, 1]
-    known = 2.0 * first.counts[0].sum()
+    share = between_groups[0, 0, 1]
+    group_count = 2.0 * first.counts[0].sum()
     assert first.standard_error[0, 2:4].sum() == pytest.approx(
-        math.sqrt(share * (1.0 - share) / (known + 1.0)), rel=1e-6
+        math.sqrt(share * (1.0 - share) / (group_count + 1.0)), rel=1e-6
     )
     # 600 flips of both poses together, and at most 300 of the model out of each.
-    assert between[0, 0, 1] == pytest.approx(1.0 / 3.0, abs=0.15)
+    assert between_groups[0, 0, 1] == pytest.approx(1.0 / 3.0, abs=0.15)
     assert 2.0 * first.counts[:2].sum(axis=1) == pytest.approx(first.counts[:2].sum())
 
 
 def test_flips_of_two_parts_are_not_one_feeders(kicks):
-    other = part_from_mesh(*random_polyhedron(8, 22))
-    flips = simulate_flips(other, 0.1, 20, seed=3)
+    other_part = part_from_mesh(*random_polyhedron(8, 22))
+    flips = simulate_flips(other_part, 0.1, 20, seed=3)
     cell = FeederCell(60.0, (0.3, 0.2))
     for call in (
         lambda: learn_flips([*kicks, flips], np.zeros((1, 1), int)),
-        lambda: plan_feeding(estimate(other, "split"), [0], cell, kicks),
+        lambda: plan_feeding(estimate(other_part, "split"), [0], cell, kicks),
     ):
         with pytest.raises(PoseStatsError, match="results of one part"):
             call()
 
 
 @pytest.mark.parametrize(
-    ("wanted", "cell"),
+    ("wanted_poses", "cell"),
     [
         ([True, False], {}),
         ([1.0], {}),
@@ -126,8 +128,8 @@ def test_flips_of_two_parts_are_not_one_feeders(kicks):
         ([0], {"clearance": None}),
     ],
 )
-def test_what_is_no_feeder_is_refused(kicks, wanted, cell):
+def test_what_is_no_feeder_is_refused(kicks, wanted_poses, cell):
     dropped = estimate(part_from_mesh(*random_polyhedron(8, 21)), "split")
     feeder = FeederCell(**{"rate": 60.0, "plate": (0.3, 0.2), **cell})
     with pytest.raises(PoseStatsError):
-        plan_feeding(dropped, wanted, feeder, kicks)
+        plan_feeding(dropped, wanted_poses, feeder, kicks)

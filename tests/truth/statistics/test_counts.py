@@ -31,26 +31,38 @@ class TestGoodnessOfFit:
     def test_as_scipy(self, seed):
         rng = np.random.default_rng(seed)
         counts = rng.multinomial(900, rng.dirichlet(np.full(6, 8.0)))
-        told = rng.dirichlet(np.full(6, 200.0))
-        found = goodness_of_fit(counts, told)
-        known = stats.chisquare(counts, 900 * told)
-        assert found.statistic == pytest.approx(known.statistic, rel=1e-12)
-        assert found.p_value == pytest.approx(known.pvalue, rel=1e-9)
-        assert (found.degrees_of_freedom, found.bins, found.pooled) == (5, 6, 0)
+        expected = rng.dirichlet(np.full(6, 200.0))
+        chi_square = goodness_of_fit(counts, expected)
+        reference = stats.chisquare(counts, 900 * expected)
+        assert chi_square.statistic == pytest.approx(reference.statistic, rel=1e-12)
+        assert chi_square.p_value == pytest.approx(reference.pvalue, rel=1e-9)
+        assert (chi_square.degrees_of_freedom, chi_square.bins, chi_square.pooled) == (
+            5,
+            6,
+            0,
+        )
 
     def test_rare_bins_are_pooled_by_hand(self):
         # Expected 94, 3, 2, 1: the last three make one bin of 6; likewise one that is expected 0.
-        found = goodness_of_fit([90, 4, 4, 2], [0.94, 0.03, 0.02, 0.01])
-        assert found.statistic == pytest.approx(16 / 94 + 16 / 6)
-        assert (found.degrees_of_freedom, found.bins, found.pooled) == (1, 2, 3)
-        found = goodness_of_fit([58, 40, 2], [0.6, 0.4, 0.0])
-        assert found.statistic == pytest.approx(4 / 60 + 4 / 40)
+        chi_square = goodness_of_fit([90, 4, 4, 2], [0.94, 0.03, 0.02, 0.01])
+        assert chi_square.statistic == pytest.approx(16 / 94 + 16 / 6)
+        assert (chi_square.degrees_of_freedom, chi_square.bins, chi_square.pooled) == (
+            1,
+            2,
+            3,
+        )
+        chi_square = goodness_of_fit([58, 40, 2], [0.6, 0.4, 0.0])
+        assert chi_square.statistic == pytest.approx(4 / 60 + 4 / 40)
 
     @pytest.mark.parametrize("counts", [[0, 0], [3, 2], [1000, 3]])
     def test_too_few(self, counts):
-        found = goodness_of_fit(counts, [1.0, 0.0] if counts[0] == 1000 else [0.5, 0.5])
+        chi_square = goodness_of_fit(
+            counts, [1.0, 0.0] if counts[0] == 1000 else [0.5, 0.5]
+        )
         assert (
-            found.too_few and math.isnan(found.statistic) and math.isnan(found.p_value)
+            chi_square.too_few
+            and math.isnan(chi_square.statistic)
+            and math.isnan(chi_square.p_value)
         )
 
     def test_p_is_uniform_where_the_prediction_holds_and_small_where_it_does_not(self):
@@ -81,12 +93,15 @@ class TestGoodnessOfFit:
         size = np.bincount(unit)
         worth = 150.0
         whole = rng.dirichlet(np.full(size.size, 9.0))
-        told = (whole / size)[unit]
+        expected = (whole / size)[unit]
         errors = (np.sqrt(whole * (1.0 - whole) / (worth + 1.0)) / size)[unit]
         true = (rng.dirichlet(worth * whole, 2000) / size)[:, unit]
         counts = rng.multinomial(100_000, true)
         p = np.array(
-            [goodness_of_fit(one, told, errors, unit).p_value for one in counts]
+            [
+                goodness_of_fit(sample, expected, errors, unit).p_value
+                for sample in counts
+            ]
         )
         assert np.mean(p < 0.5) == pytest.approx(0.5, abs=0.045)
         assert np.mean(p < 0.05) == pytest.approx(0.05, abs=0.02)
@@ -97,11 +112,11 @@ def test_two_samples_as_scipy_whichever_is_first(seed):
     rng = np.random.default_rng(seed)
     p = rng.dirichlet(np.full(6, 8.0))
     rows = rng.multinomial(500, p), rng.multinomial(9000, rng.dirichlet(300 * p))
-    known = stats.chi2_contingency(rows, correction=False)
-    for found in (homogeneity(*rows), homogeneity(*rows[::-1])):
-        assert found.statistic == pytest.approx(known.statistic, rel=1e-10)
-        assert found.p_value == pytest.approx(known.pvalue, rel=1e-7)
-        assert found.degrees_of_freedom == known.dof
+    reference = stats.chi2_contingency(rows, correction=False)
+    for chi_square in (homogeneity(*rows), homogeneity(*rows[::-1])):
+        assert chi_square.statistic == pytest.approx(reference.statistic, rel=1e-10)
+        assert chi_square.p_value == pytest.approx(reference.pvalue, rel=1e-7)
+        assert chi_square.degrees_of_freedom == reference.dof
     # 100 of 1100: a column of 44 is expected 4 times in the small sample.
     assert homogeneity([56, 38, 6], [560, 402, 38]).pooled == 2
 
@@ -110,11 +125,16 @@ class TestPairs:
     """Outcomes of trials in which both, the first or the second happens so often."""
 
     @staticmethod
-    def pairs(seed, trials, both, first_only, second_only):
+    def pairs(seed, trials, both_hit, first_only, second_only):
         kind = np.random.default_rng(seed).choice(
             4,
             size=trials,
-            p=(both, first_only, second_only, 1.0 - both - first_only - second_only),
+            p=(
+                both_hit,
+                first_only,
+                second_only,
+                1.0 - both_hit - first_only - second_only,
+            ),
         )
         return (kind == 0) | (kind == 1), (kind == 0) | (kind == 2)
 
@@ -127,13 +147,13 @@ class TestPairs:
 
     def test_what_both_have_in_common_cancels(self):
         first, second = self.pairs(2, 4000, 0.5, 0.005, 0.005)
-        found = paired_difference(first, second)
+        difference = paired_difference(first, second)
         single = second.astype(float) - first.astype(float)
-        assert found.value == pytest.approx(single.mean(), abs=1e-15)
-        assert found.standard_error == pytest.approx(
+        assert difference.value == pytest.approx(single.mean(), abs=1e-15)
+        assert difference.standard_error == pytest.approx(
             single.std() / math.sqrt(4000), rel=1e-12
         )
-        assert found.standard_error < 0.2 * math.sqrt(2.0 * 0.25 / 4000)
+        assert difference.standard_error < 0.2 * math.sqrt(2.0 * 0.25 / 4000)
 
     @pytest.mark.parametrize(
         ("trials", "kinds"), [(60, (0.2, 0.1, 0.15)), (400, (0.3, 0.01, 0.02))]
@@ -142,11 +162,13 @@ class TestPairs:
         """But for four standard errors; of few discordant pairs they are a little wide."""
         truth = kinds[2] - kinds[1]
         runs = 1000
-        found = [
+        differences = [
             paired_difference(*self.pairs(seed, trials, *kinds)) for seed in range(runs)
         ]
-        held = np.mean([one.low <= truth <= one.high for one in found])
-        assert 0.9 - 4.0 * math.sqrt(0.09 / runs) <= held <= 0.98
+        coverage = np.mean(
+            [difference.low <= truth <= difference.high for difference in differences]
+        )
+        assert 0.9 - 4.0 * math.sqrt(0.09 / runs) <= coverage <= 0.98
 
     def test_many_tests_together(self):
         """Holm's steps: 4 x 0.005, 3 x 0.01, 2 x 0.03, then no smaller than the one before."""

@@ -48,12 +48,12 @@ def test_on_a_wide_plate_the_closed_form():
         + np.pi * clearance**2
         + 4.0 * side * grown / (2.0 * np.pi)
     )
-    found = (
+    rates = (
         parts
         * plate_fill([square], np.ones(1), (plate, plate), clearance).free(parts)[:, 0]
     )
     np.testing.assert_allclose(
-        found, parts * (1.0 - area / plate**2) ** (parts - 1), rtol=5e-3
+        rates, parts * (1.0 - area / plate**2) ** (parts - 1), rtol=5e-3
     )
 
 
@@ -68,8 +68,10 @@ def test_thrown_discs_at_the_edges(dropped):
     first = random.random((40_000, 1, 2)) * plate
     others = random.random((40_000, parts - 1, 2))
     free = np.linalg.norm(others * plate - first, axis=2).min(axis=1) > 2.0 * radius
-    told = plate_fill([disc], np.ones(1), ROOM, 0.0).free(np.array([parts]))[0, 0]
-    assert told == pytest.approx(free.mean(), abs=3.0 * free.std() / 200.0 + 0.002)
+    free_share = plate_fill([disc], np.ones(1), ROOM, 0.0).free(np.array([parts]))[0, 0]
+    assert free_share == pytest.approx(
+        free.mean(), abs=3.0 * free.std() / 200.0 + 0.002
+    )
 
 
 def test_what_bays_let_in_is_what_thrown_outlines_show():
@@ -83,22 +85,25 @@ def test_what_bays_let_in_is_what_thrown_outlines_show():
     part = part_from_mesh(solid.vert_properties, solid.tri_verts.astype(int))
     poses = list(estimate(part).by_index.values())
     lies = max(poses, key=lambda pose: pose.probability)
-    told = blocking_with_bays(
+    blocking = blocking_with_bays(
         part, poses, np.eye(len(poses))[lies.index], np.array([lies.index]), clearance
     )[lies.index]
     grown = letter.offset(clearance, JoinType.Round)
     random = np.random.default_rng(3)
-    met = []
-    for place, turn in zip(
+    hits = []
+    for position, turn in zip(
         random.uniform(-7, 7, (4000, 2)), random.uniform(0, 360, 4000), strict=True
     ):
-        other = letter.rotate(turn).translate(tuple(place))
+        neighbour = letter.rotate(turn).translate(tuple(position))
         if not (
-            letter.hull().offset(clearance, JoinType.Round) ^ other.hull()
+            letter.hull().offset(clearance, JoinType.Round) ^ neighbour.hull()
         ).is_empty():
-            met.append(not (grown ^ other).is_empty())
-    error = np.std(met) / len(met) ** 0.5
-    assert told == pytest.approx(np.mean(met), abs=3.0 * error + 0.01) and told < 0.95
+            hits.append(not (grown ^ neighbour).is_empty())
+    error = np.std(hits) / len(hits) ** 0.5
+    assert (
+        blocking == pytest.approx(np.mean(hits), abs=3.0 * error + 0.01)
+        and blocking < 0.95
+    )
 
 
 def test_what_is_convex_lets_nothing_in_however_thin():
@@ -121,12 +126,12 @@ def simulated_rate(plan, shares, moves, free, cycles, seed):
         pose = random.choice(len(shares), parts, p=shares)
         fresh = parts
         for kick in range(plan.kicks + 1):
-            taken = np.isin(pose, WANTED) & (random.random(parts) < free[pose])
-            picked += taken.sum()
+            in_reach = np.isin(pose, WANTED) & (random.random(parts) < free[pose])
+            picked += in_reach.sum()
             seconds += (
                 CELL.drop_time
                 + CELL.camera_time
-                + CELL.pick_time * taken.sum()
+                + CELL.pick_time * in_reach.sum()
                 + 60.0 / CELL.rate * fresh
                 + CELL.cycle_time * (kick > 0)
             )
@@ -135,8 +140,8 @@ def simulated_rate(plan, shares, moves, free, cycles, seed):
                 .sum(axis=1)
                 .clip(0, len(shares) - 1)
             )
-            pose[taken] = random.choice(len(shares), taken.sum(), p=shares)
-            fresh = taken.sum()
+            pose[in_reach] = random.choice(len(shares), in_reach.sum(), p=shares)
+            fresh = in_reach.sum()
     return 60.0 * picked / seconds
 
 
@@ -148,9 +153,9 @@ def test_the_rate_is_that_of_parts_followed_one_by_one(dropped, flips):
     for option in plan.options:
         moves = next(
             (
-                found.transition
-                for found in flips
-                if found.kick_height == option.kick_height
+                statistics.transition
+                for statistics in flips
+                if statistics.kick_height == option.kick_height
             ),
             np.eye(len(shares)),
         )
@@ -161,7 +166,7 @@ def test_the_rate_is_that_of_parts_followed_one_by_one(dropped, flips):
         assert option.per_minute.value == pytest.approx(rate, rel=0.05)
         assert option.per_minute.low < option.per_minute.value < option.per_minute.high
     assert plan.best.per_minute.value == max(
-        one.per_minute.value for one in plan.options
+        choice.per_minute.value for choice in plan.options
     )
 
 
@@ -186,7 +191,9 @@ def test_no_other_policy_takes_less_time(dropped, flips):
         cost = free * CELL.pick_time + (1.0 - free) * np.where(flipped, kick, drop)
         return np.linalg.solve(np.eye(6) - rows, cost)
 
-    policies = [np.array(one) for one in itertools.product([False, True], repeat=6)]
+    policies = [
+        np.array(choice) for choice in itertools.product([False, True], repeat=6)
+    ]
     least = np.min([seconds(policy) for policy in policies], axis=0)
     chosen = np.isin(np.arange(6), plate.worth_flipping(parts, moves))
     np.testing.assert_allclose(seconds(chosen), least, rtol=1e-9)
@@ -198,31 +205,31 @@ def test_nothing_is_uncertain_of_poses_that_symmetry_makes_one_and_something_of_
         feeding_plan.pose_groups.pose_groups(simulate(cube, 9))[0].probability_low
         == 1.0
     )
-    told = feeding_plan.plan_feeding(estimate(cube), [0], CELL).best.per_minute
-    assert told.low == told.value == told.high
-    wanted = np.array([1.0, 0.0])  # of 16 drops all: 16.25 of 16.5
-    variance = feeding_plan.mean_variance(wanted, wanted, 16.0)
+    rate = feeding_plan.plan_feeding(estimate(cube), [0], CELL).best.per_minute
+    assert rate.low == rate.value == rate.high
+    wanted_shares = np.array([1.0, 0.0])  # of 16 drops all: 16.25 of 16.5
+    variance = feeding_plan.mean_variance(wanted_shares, wanted_shares, 16.0)
     assert variance == pytest.approx(0.25 * 16.25 / 16.5**2 / 16.0)
 
 
 def test_the_interval_is_that_of_redrawn_shares(dropped, flips):
     """Shares and rows drawn again as often as their errors say: the scatter of the rate."""
-    alone = replace(dropped, plate_error=0.03)
+    lone = replace(dropped, plate_error=0.03)
     kick = flips[2]
     moves = kick.transition
     settled = kick.counts.sum(axis=1)
-    shares = feeding_plan.pose_groups.pose_shares(alone)
+    shares = feeding_plan.pose_groups.pose_shares(lone)
 
     def plate(probability):
         return feeding_plan.Plate(
             CELL,
             PICKED,
             shares._replace(probability=probability),
-            alone.by_index.values(),
+            lone.by_index.values(),
             0.03,
         )
 
-    told = plate(shares.probability).plan(kick, 4)
+    planned = plate(shares.probability).plan(kick, 4)
     random = np.random.default_rng(8)
     drops = plate(shares.probability).drops_as_unsure
     rates = []
@@ -237,24 +244,26 @@ def test_the_interval_is_that_of_redrawn_shares(dropped, flips):
                 for row, count in zip(moves, settled, strict=True)
             ]
         )
-        again = units[shares.unit] / np.bincount(shares.unit)[shares.unit]
+        redrawn = units[shares.unit] / np.bincount(shares.unit)[shares.unit]
         rates.append(
-            plate(again).plan(replace(kick, transition=rows), 4).per_minute.value
+            plate(redrawn).plan(replace(kick, transition=rows), 4).per_minute.value
         )
     width = np.diff(np.quantile(rates, [0.05, 0.95]))[0]
     # The quantiles of 200 draws are known to some 10 %, and the first order errs by as much.
-    assert told.per_minute.high - told.per_minute.low == pytest.approx(width, rel=0.3)
+    assert planned.per_minute.high - planned.per_minute.low == pytest.approx(
+        width, rel=0.3
+    )
 
 
 def test_landings_that_were_seen_tell_nothing_of_flips(dropped, flips):
     """A kick is as unsure as before, but for what landings are on its plate."""
-    model, seen = (
+    model, counted = (
         feeding_plan.plan_feeding(
             replace(dropped, observed=parts), WANTED, CELL, flips[2:]
         ).best.per_minute
         for parts in (0, 10**6)
     )
-    assert 0.7 < (seen.high - seen.low) / (model.high - model.low) <= 1.0
+    assert 0.7 < (counted.high - counted.low) / (model.high - model.low) <= 1.0
 
 
 def test_no_more_is_picked_than_is_dropped():
@@ -262,5 +271,5 @@ def test_no_more_is_picked_than_is_dropped():
     cell = feeding_plan.FeederCell(
         20.0, ROOM, pick_time=0.0, camera_time=0.0, drop_time=0.0
     )
-    told = feeding_plan.plan_feeding(coin, [0, 1], cell).best.per_minute
-    assert told.low < 19.0 < told.value < told.high <= 20.0 + 1e-9
+    rate = feeding_plan.plan_feeding(coin, [0, 1], cell).best.per_minute
+    assert rate.low < 19.0 < rate.value < rate.high <= 20.0 + 1e-9

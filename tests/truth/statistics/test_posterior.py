@@ -52,28 +52,28 @@ class TestLaws:
         self, case, random
     ):
         estimate, group, counts, error = case
-        found = PosePrior(estimate, group, error, 0.5).updated(counts)
-        low, high = found.interval()
-        assert found.probability.sum() == pytest.approx(1.0, abs=1e-12)
-        assert found.probability.min() > 0.0
+        posterior = PosePrior(estimate, group, error, 0.5).updated(counts)
+        low, high = posterior.interval()
+        assert posterior.probability.sum() == pytest.approx(1.0, abs=1e-12)
+        assert posterior.probability.min() > 0.0
         assert (
             (low >= 0.0).all() and (low <= high).all() and (high <= 1.0 + 1e-12).all()
         )
-        for one in np.unique(group):
-            for values in (found.probability, found.standard_error, low, high):
-                assert np.ptp(values[group == one]) <= 1e-12
-        rms = math.sqrt(np.mean(found.standard_error**2))
-        assert found.expected_error == pytest.approx(rms, abs=1e-9)
+        for group_ in np.unique(group):
+            for values in (posterior.probability, posterior.standard_error, low, high):
+                assert np.ptp(values[group == group_]) <= 1e-12
+        rms = math.sqrt(np.mean(posterior.standard_error**2))
+        assert posterior.expected_error == pytest.approx(rms, abs=1e-9)
         order = list(range(len(group)))
         random.shuffle(order)
-        other = PosePrior(estimate[order], group[order], error, 0.5).updated(
+        reordered = PosePrior(estimate[order], group[order], error, 0.5).updated(
             counts[order]
         )
         np.testing.assert_allclose(
-            other.probability, found.probability[order], rtol=1e-9
+            reordered.probability, posterior.probability[order], rtol=1e-9
         )
-        assert other.error_quantile() == pytest.approx(
-            found.error_quantile(), rel=1e-6, abs=1e-12
+        assert reordered.error_quantile() == pytest.approx(
+            posterior.error_quantile(), rel=1e-6, abs=1e-12
         )
 
 
@@ -94,13 +94,17 @@ class TestLimits:
 
     def test_symmetry_leaves_nothing_to_learn(self):
         for estimate, counts in ((np.full(6, 1 / 6), [9, 0, 0, 0, 0, 0]), ([1.0], [3])):
-            found = PosePrior(estimate, np.zeros(len(counts), int), 0.0, 0.5).updated(
-                counts
-            )
-            np.testing.assert_allclose(found.probability, estimate)
-            np.testing.assert_allclose(found.interval(), [estimate, estimate])
+            posterior = PosePrior(
+                estimate, np.zeros(len(counts), int), 0.0, 0.5
+            ).updated(counts)
+            np.testing.assert_allclose(posterior.probability, estimate)
+            np.testing.assert_allclose(posterior.interval(), [estimate, estimate])
             assert (
-                max(found.expected_error, found.error_quantile(), found.largest_error())
+                max(
+                    posterior.expected_error,
+                    posterior.error_quantile(),
+                    posterior.largest_error(),
+                )
                 < 1e-9
             )
 
@@ -118,10 +122,14 @@ class TestLimits:
         prior = ConnorMosimann.around(
             mean, np.full((2, 1, 4), 20.0), np.array((0.3, 0.7))
         )
-        found = prior.updated(counts)[0]
-        same = dirichlet(20.0 * mean + counts)
-        np.testing.assert_allclose(found.moments()[0][0], same.mean(), rtol=1e-12)
-        np.testing.assert_allclose(found.moments()[1][0], same.var(), rtol=1e-9)
+        posterior = prior.updated(counts)[0]
+        reference = dirichlet(20.0 * mean + counts)
+        np.testing.assert_allclose(
+            posterior.moments()[0][0], reference.mean(), rtol=1e-12
+        )
+        np.testing.assert_allclose(
+            posterior.moments()[1][0], reference.var(), rtol=1e-9
+        )
 
 
 @given(
@@ -129,13 +137,16 @@ class TestLimits:
 )
 def test_the_shortest_interval_of_a_beta_distribution(a, b, level):
     """Against scipy's: it holds its share, and none between other quantiles is shorter."""
-    own = beta(a, b)
+    shortest = beta(a, b)
     (low,), (high,) = shortest_interval(
-        np.ones((1, 1)), np.array([[own.mean()]]), np.array([[own.var()]]), level
+        np.ones((1, 1)),
+        np.array([[shortest.mean()]]),
+        np.array([[shortest.var()]]),
+        level,
     )
-    assert own.cdf(high) - own.cdf(low) == pytest.approx(level, abs=1e-4)
+    assert shortest.cdf(high) - shortest.cdf(low) == pytest.approx(level, abs=1e-4)
     below = np.linspace(0.0, 1.0 - level, 20)
-    widths = own.ppf(np.minimum(below + level, 1.0)) - own.ppf(below)
+    widths = shortest.ppf(np.minimum(below + level, 1.0)) - shortest.ppf(below)
     assert widths.min() >= (high - low) * (
         1.0 - 1e-2
     )  # of a grid, half a percent each end
@@ -147,10 +158,10 @@ def test_the_bound_of_all_errors_of_counted_shares(probability, level):
     """Shares of whole drops are coarse; 40 000 runs are known to a quarter of a point."""
     p = np.array(probability)
     drops = 3000
-    found = largest_error(np.sqrt(p * (1.0 - p) / drops), level)
-    drawn = np.random.default_rng(1).multinomial(drops, p, size=40_000)
-    kept = np.abs(drawn / drops - p).max(axis=1) <= found
-    assert kept.mean() == pytest.approx(level, abs=0.06 if level == 0.5 else 0.035)
+    bound = largest_error(np.sqrt(p * (1.0 - p) / drops), level)
+    samples = np.random.default_rng(1).multinomial(drops, p, size=40_000)
+    within = np.abs(samples / drops - p).max(axis=1) <= bound
+    assert within.mean() == pytest.approx(level, abs=0.06 if level == 0.5 else 0.035)
     assert largest_error([0.03], level) == pytest.approx(
         0.03 * norm.ppf(0.5 + level / 2.0), rel=6e-3
     )
@@ -162,10 +173,10 @@ def drawn_parts(number, seed=4):
     for _ in range(number):
         poses = int(random.integers(2, 15))
         estimate = random.dirichlet(np.full(poses, 0.5))
-        told = math.exp(random.uniform(-5.8, -2.8))
-        worth = float(np.mean(estimate * (1.0 - estimate))) / told**2 - 1.0
+        stated_error = math.exp(random.uniform(-5.8, -2.8))
+        worth = float(np.mean(estimate * (1.0 - estimate))) / stated_error**2 - 1.0
         yield (
-            PosePrior(estimate, np.arange(poses), told, 0.5),
+            PosePrior(estimate, np.arange(poses), stated_error, 0.5),
             random.dirichlet(max(worth, 1.0) * estimate + 1e-9),
             random,
         )
@@ -179,28 +190,28 @@ def test_intervals_hold_and_false_alarms_are_rare(drops):
     errors more are 2.6.
     """
     alarms = 0
-    held = []
+    hits = []
     for prior, true, random in drawn_parts(250):
         counts = random.multinomial(drops, true)
         alarms += bool(prior.contradicted(counts).any())
         low, high = prior.updated(counts).interval()
-        held.append(np.mean((low <= true) & (true <= high)))
+        hits.append(np.mean((low <= true) & (true <= high)))
     assert alarms <= 2
-    assert np.mean(held) == pytest.approx(0.9, abs=4.0 * math.sqrt(0.09 / 250) + 0.02)
+    assert np.mean(hits) == pytest.approx(0.9, abs=4.0 * math.sqrt(0.09 / 250) + 0.02)
 
 
 def test_only_an_estimate_off_by_far_more_than_it_says_is_refuted():
     """Off by twenty points in the first pose and by ten in two others; a drop refutes nothing."""
     estimate = (0.4, 0.3, 0.15, 0.1, 0.05)
-    off = (0.2, -0.1, -0.1, 0.0, 0.0)
-    counts = (1000 * np.add(estimate, off)).round()
+    offsets = (0.2, -0.1, -0.1, 0.0, 0.0)
+    counts = (1000 * np.add(estimate, offsets)).round()
     wrong = [
-        PosePrior(estimate, range(5), told, 0.5).contradicted(counts).tolist()
-        for told in (0.01, 0.15, math.nan)
+        PosePrior(estimate, range(5), stated_error, 0.5).contradicted(counts).tolist()
+        for stated_error in (0.01, 0.15, math.nan)
     ]
     assert wrong == [[True, True, True, False, False], [False] * 5, [False] * 5]
-    for one in ((0, 0, 0, 0, 0), (0, 0, 0, 0, 1)):
-        assert not PosePrior(estimate, range(5), 0.02, 0.5).contradicted(one).any()
+    for counts_ in ((0, 0, 0, 0, 0), (0, 0, 0, 0, 1)):
+        assert not PosePrior(estimate, range(5), 0.02, 0.5).contradicted(counts_).any()
     assert (
         PosePrior((0.4, 0.4, 0.2), (0, 0, 1), 0.005, 0.5)
         .contradicted((100, 100, 800))
@@ -229,24 +240,25 @@ def test_an_estimate_far_off_costs_next_to_nothing():
 def test_what_a_plate_errs_by_is_learnt_from_other_parts():
     """Counts as the estimate has them say little error, turned round they say much; none, none."""
     model = estimated(part_from_mesh(*shapes.box(0.02, 0.03, 0.012)), "split")
-    told = [
+    stated = [
         round(1000 * p)
-        for _, p in sorted((it.index, it.probability) for it in model.poses)
+        for _, p in sorted((pose.index, pose.probability) for pose in model.poses)
     ]
-    like = plate_evidence(model, told)
-    unlike = plate_evidence(model, told[::-1])
+    like = plate_evidence(model, stated)
+    unlike = plate_evidence(model, stated[::-1])
     assert learnt_plate_error([]) == pytest.approx(0.05)
     assert (
         learnt_plate_error([like] * 5) < 0.02 < 0.1 < learnt_plate_error([unlike] * 5)
     )
-    other = [
-        count / sum(told) for count in told[::-1]
+    evidence = [
+        count / sum(stated) for count in stated[::-1]
     ]  # what a plate says without these counts
-    found = observe_counts(model, [1, 0, 0, 0, 0, 0], other)
-    assert [found.poses[0].index, found.poses[0].probability] == pytest.approx(
-        [4, 0.38], abs=0.01
-    )
-    foreign = observe_counts(model, [1, 0, 0, 0, 0, 0], other[:5])  # of other poses
+    statistics = observe_counts(model, [1, 0, 0, 0, 0, 0], evidence)
+    assert [
+        statistics.poses[0].index,
+        statistics.poses[0].probability,
+    ] == pytest.approx([4, 0.38], abs=0.01)
+    foreign = observe_counts(model, [1, 0, 0, 0, 0, 0], evidence[:5])  # of other poses
     assert (
         foreign.expected_error
         == observe_counts(model, [1, 0, 0, 0, 0, 0]).expected_error

@@ -19,8 +19,8 @@ LONG = 30_000
 
 def long_run(part, restitution):
     """Probabilities by index."""
-    found = simulate(part, LONG, restitution, 1)
-    return by_index(found, "count") / LONG
+    statistics = simulate(part, LONG, restitution, 1)
+    return by_index(statistics, "count") / LONG
 
 
 @pytest.fixture(scope="module")
@@ -63,10 +63,10 @@ def test_intervals_cover_as_they_promise(hundreds, truth):
 def test_errors_and_the_bound_of_every_pose(hundreds, truth):
     """A mean square over 200 runs of some five free shares is known to 5 %."""
     away = np.array([by_index(run, "probability") for run in hundreds]) - truth
-    told = np.mean([run.expected_error**2 for run in hundreds])
-    assert np.mean(away**2) / told == pytest.approx(1.0, abs=0.2)
-    kept = np.abs(away).max(axis=1) <= [run.largest_error for run in hundreds]
-    assert kept.mean() == pytest.approx(0.9, abs=4.0 * math.sqrt(0.09 / 200))
+    stated_error = np.mean([run.expected_error**2 for run in hundreds])
+    assert np.mean(away**2) / stated_error == pytest.approx(1.0, abs=0.2)
+    within = np.abs(away).max(axis=1) <= [run.largest_error for run in hundreds]
+    assert within.mean() == pytest.approx(0.9, abs=4.0 * math.sqrt(0.09 / 200))
 
 
 @pytest.mark.parametrize(
@@ -84,13 +84,13 @@ def test_a_target_is_kept_in_nine_of_ten_runs(surface, true, target):
     """Though the counts choose when to stop; three standard errors of 150 runs are 0.07."""
     solid = part_from_mesh(*surface)
     runs = 150
-    kept = []
+    hits = []
     true = long_run(solid, 0.0) if true is None else true
     for seed in range(runs):
-        found = simulate(solid, 10**6, 0.0, seed, target_error=target, workers=1)
-        away = by_index(found, "probability") - true
-        kept.append(math.sqrt(np.mean(away**2)) <= target)
-    assert np.mean(kept) >= 0.9 - 3.0 * math.sqrt(0.09 / runs)
+        statistics = simulate(solid, 10**6, 0.0, seed, target_error=target, workers=1)
+        away = by_index(statistics, "probability") - true
+        hits.append(math.sqrt(np.mean(away**2)) <= target)
+    assert np.mean(hits) >= 0.9 - 3.0 * math.sqrt(0.09 / runs)
 
 
 def test_stopping_at_a_target_hardly_biases(part, truth):
@@ -100,12 +100,12 @@ def test_stopping_at_a_target_hardly_biases(part, truth):
     even; few looks, far apart, keep that small.
     """
     runs = 150
-    found = [
+    estimates_of_runs = [
         simulate(part, 225, 0.3, 5000 + seed, target_error=0.0429, workers=1)
         for seed in range(runs)
     ]
-    assert 0.1 < np.mean([run.drops < 225 for run in found]) < 0.9
-    shares = np.array([by_index(run, "probability") for run in found])
+    assert 0.1 < np.mean([run.drops < 225 for run in estimates_of_runs]) < 0.9
+    shares = np.array([by_index(run, "probability") for run in estimates_of_runs])
     error = shares.std(axis=0, ddof=1) / math.sqrt(runs) + np.sqrt(truth / LONG)
     assert (np.abs(shares.mean(axis=0) - truth) < 4.5 * error + 0.002).all()
 
@@ -117,7 +117,7 @@ def test_auto_keeps_a_target_whatever_it_answers_by():
     Three standard errors of 40 parts are 0.14.
     """
     targets = (0.05, 0.02)
-    kept = []
+    hits = []
     for number in range(40):
         part = part_from_mesh(*random_polyhedron(5 + number % 9, 7000 + number))
         scene = {"restitution": (0.2, 0.5, 0.8)[number % 3], "cluster_tolerance": 0.0}
@@ -128,5 +128,5 @@ def test_auto_keeps_a_target_whatever_it_answers_by():
             - true
             for target in targets
         ]
-        kept.append(np.mean(np.square(away) - noise, axis=1) <= np.square(targets))
-    assert np.mean(kept, axis=0).min() >= 0.9 - 3.0 * math.sqrt(0.09 / 40)
+        hits.append(np.mean(np.square(away) - noise, axis=1) <= np.square(targets))
+    assert np.mean(hits, axis=0).min() >= 0.9 - 3.0 * math.sqrt(0.09 / 40)
