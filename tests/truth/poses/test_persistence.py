@@ -14,7 +14,7 @@ from ros_pose_stats.core.shapes import demo_parts
 from tests.matching import downs, values
 from tests.truth.reference.clustering import persistent_poses, stable_faces
 
-STORED = {"tie": 3e-7, "apart": 7e-7, "flat": 2e-6}
+STORED = {"tie": 3e-7, "distinct": 7e-7, "flat": 2e-6}
 """Of bodies whose coordinates are float32: off by 6e-8 of the size, planes by some 3e-7."""
 
 BODIES = {

@@ -135,6 +135,8 @@ def test_random_machined_and_turned_parts_are_solids_with_few_poses(number):
     part = part_from_mesh(vertices, triangles, unit="mm")
     assert part.center_of_mass * 1e3 == pytest.approx(body.center_mass, abs=1e-3)
     assert 2 <= len(resting_poses(part).poses) <= 24
-    repeated, different = (catalogue_parts.random_part(seed, number)[0] for seed in (3, 4))
+    repeated, different = (
+        catalogue_parts.random_part(seed, number)[0] for seed in (3, 4)
+    )
     assert np.array_equal(repeated, vertices)
     assert different.shape != vertices.shape or not np.array_equal(different, vertices)

@@ -5,7 +5,7 @@ highest saddle on the way is where the face ends. If that is no share of its hei
 is poured into the pose across that saddle. There is neither a tree nor a union-find.
 
 Rounding orders nothing here: values closer than `tie` are equal, all others must be farther apart
-than `apart`, and levels and heights are compared by their ranks.
+than `distinct`, and levels and heights are compared by their ranks.
 """
 
 import heapq
