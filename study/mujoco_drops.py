@@ -146,7 +146,7 @@ class Plate:
         self.nearness = body.arrays.normal @ self.axes / body.arrays.distance[:, None]
         stable = found.rank[found.arrays.basin]
         self.pose = groups.pose[stable]
-        self.decided = groups.way_out[self.pose]
+        self.decided = groups.exit_level[self.pose]
         numbers = (
             " ".join(map(repr, values.ravel().tolist()))
             for values in (self.points, self.moment)

@@ -22,7 +22,7 @@ from ros_pose_stats import (
 from ros_pose_stats.core.kernels.levels.equilibria import find_equilibria
 from ros_pose_stats.core.kernels.levels.splits import split_probabilities
 from ros_pose_stats.core.records.scene import DEFAULT_CLUSTER_TOLERANCE
-from ros_pose_stats.core.resting.convex_body import convex_body
+from ros_pose_stats.core.resting.convex_body import body_of
 
 TOLERANCES = (0.0, DEFAULT_CLUSTER_TOLERANCE)
 HULLS_FROM = 2000
@@ -157,7 +157,7 @@ def _paper_row(body: Body, pace: Pace) -> Row:
 
     def with_body() -> Part:
         part = part_from_mesh(body.vertices, body.triangles)
-        convex_body(part, 0)
+        body_of(part, 0)
         return part
 
     def without_splits() -> Part:

@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from ros_pose_stats.core.mesh.arrays import in_standard_order
+from ros_pose_stats.core.mesh.arrays import sort_triangles
 from ros_pose_stats.core.records import Array
 from ros_pose_stats.core.shapes.profiles import Surface as Surface, prism as prism
 
@@ -112,7 +112,7 @@ def hull_mesh(points: Array) -> Surface:
     a, b, c = (vertices[triangles[:, k]] for k in range(3))
     inward = (np.cross(b - a, c - a) * hull.equations[:, :3]).sum(axis=1) < 0.0
     triangles[inward] = triangles[inward][:, ::-1]
-    return vertices, in_standard_order(triangles)
+    return vertices, sort_triangles(triangles)
 
 
 def sphere_points(n: int, seed: int) -> Array:

@@ -89,7 +89,7 @@ def read_part(
     """The part of a file, with all checks of the node, and its message."""
     part_requests.check_name(part_id)
     mesh = files.read_mesh(file, unit)
-    properties = mass_properties.check_given(center_of_mass, mass, None, density)
+    properties = mass_properties.check_properties(center_of_mass, mass, None, density)
     part = parts.part_of_file(mesh, properties, part_id)
     given = (
         (part.mass, part.center_of_mass)

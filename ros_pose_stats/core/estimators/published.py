@@ -77,7 +77,9 @@ def pqse(resting: poses.RestingPoses) -> Array:
     """
     found = resting.equilibria
     surface = np.arange(resting.body.faces)
-    surface[found.faces] = found.faces[resting.clusters.lowest[resting.clusters.pose]]
+    surface[found.faces] = found.faces[
+        resting.clusters.lowest_face[resting.clusters.pose]
+    ]
     start = _redistribute(found.body, np.unique(surface, return_inverse=True)[1])
     settled = settle_on_stable(start, found.arrays.target, found.arrays.share)
     return normalized(resting.gather(settled[found.faces]))

@@ -6,7 +6,7 @@ component has a weight, the sum of two terms. One is the area of {r < E}, the ot
 of the faces that hold what lands on them, each times the exponential of a small neural network of
 the component's features (`kernels.split_features`), the body and the scene. The networks were
 fitted to drop simulations of many kinds of bodies (`fitted`). In the end odds fall with how far
-curves that a part rocks on lie across a pose (`resting.turns.curves`).
+curves that a part rocks on lie across a pose (`resting.turns.measure_curves`).
 """
 
 from collections.abc import Sequence

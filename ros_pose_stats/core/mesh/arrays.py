@@ -19,7 +19,7 @@ _SMALLEST_EXTENT = 1e-50
 _LARGEST_EXTENT = 1e50
 
 
-def unmasked(values: Any) -> NDArray[Any]:
+def unmask(values: Any) -> NDArray[Any]:
     """Convert to an array; masked entries are missing, so they become NaN."""
     array = np.asarray(values)
     if array.dtype.kind in _NOT_REAL:
@@ -27,8 +27,8 @@ def unmasked(values: Any) -> NDArray[Any]:
     if array.dtype == object and any(map(np.iscomplexobj, array.flat)):
         raise TypeError("a complex number is no real number")
     if isinstance(values, np.ma.MaskedArray) and np.any(values.mask):
-        incomplete: Any = values.astype(np.float64)
-        return np.asarray(incomplete.filled(np.nan))
+        numbers: Any = values.astype(np.float64)
+        return np.asarray(numbers.filled(np.nan))
     return array
 
 
@@ -37,7 +37,7 @@ def real_array(values: Any) -> Array:
     with np.errstate(
         over="ignore", invalid="ignore"
     ):  # a signalling NaN becomes a quiet one
-        return unmasked(values).astype(np.float64, copy=False)
+        return unmask(values).astype(np.float64, copy=False)
 
 
 def real_number(value: Any) -> float:
@@ -55,44 +55,46 @@ def number_or_nan(value: Any) -> float:
         return np.nan
 
 
-def checked_mesh(
+def check_mesh(
     vertices: ArrayLike, triangles: ArrayLike, unit: float
 ) -> tuple[Array, NDArray[np.uint32]]:
     """Copy a mesh into arrays of its own: vertices (V, 3) in metres, triangles (T, 3) uint32."""
     with np.errstate(over="ignore", invalid="ignore"):  # refused below
-        places = np.ascontiguousarray(_numbers(vertices, "vertices") * unit)
-    if places.ndim != 2 or places.shape[1] != 3:
+        metres = np.ascontiguousarray(_numbers(vertices, "vertices") * unit)
+    if metres.ndim != 2 or metres.shape[1] != 3:
         raise MeshError(
             "vertices of shape (V, 3)",
-            f"shape {places.shape}",
+            f"shape {metres.shape}",
             "give one x y z row a vertex",
         )
-    if not np.isfinite(places).all():
-        row = int(np.flatnonzero(~np.isfinite(places).all(axis=1))[0])
+    if not np.isfinite(metres).all():
+        row = int(np.flatnonzero(~np.isfinite(metres).all(axis=1))[0])
         raise MeshError(
             "finite vertices",
-            f"{places[row].tolist()} at vertex {row}",
+            f"{metres[row].tolist()} at vertex {row}",
             "export the mesh again",
         )
-    corners = _indices(triangles, len(places))
+    corners = _indices(triangles, len(metres))
     with np.errstate(over="ignore"):
-        extent = max(float(np.ptp(along)) for along in used_points(places, corners).T)
+        extent = max(
+            float(np.ptp(coordinates)) for coordinates in used_points(metres, corners).T
+        )
     if extent != 0.0 and not _SMALLEST_EXTENT < extent < _LARGEST_EXTENT:
         raise MeshError(
             f"an extent from {_SMALLEST_EXTENT:g} to {_LARGEST_EXTENT:g} m",
             f"{extent:g} m",
             "check the unit",
         )
-    return places, corners
+    return metres, corners
 
 
-def _numbers(values: ArrayLike, what: str) -> Array:
+def _numbers(values: ArrayLike, noun: str) -> Array:
     """Make a float64 array of whatever was given."""
     try:
         return real_array(values)
     except NOT_NUMBERS as error:
         raise MeshError(
-            f"{what} as rows of three numbers",
+            f"{noun} as rows of three numbers",
             f"{type(values).__name__} ({error})",
             "give a list of rows or an array",
         ) from error
@@ -101,7 +103,7 @@ def _numbers(values: ArrayLike, what: str) -> Array:
 def _indices(triangles: ArrayLike, vertex_count: int) -> NDArray[np.uint32]:
     """Triangles (T, 3) as uint32, each number below `vertex_count`."""
     try:
-        given = unmasked(triangles)
+        numbers = unmask(triangles)
     except ValueError as error:
         raise MeshError(
             "triangles of shape (T, 3)", f"{error}", "split polygons into triangles"
@@ -112,49 +114,49 @@ def _indices(triangles: ArrayLike, vertex_count: int) -> NDArray[np.uint32]:
             f"{error}",
             "give a list of rows or an array of integers",
         ) from error
-    if given.size == 0:
+    if numbers.size == 0:
         raise MeshError(
             "at least four triangles", "none", "a point cloud is not a part"
         )
-    if given.ndim != 2 or given.shape[1] != 3:
+    if numbers.ndim != 2 or numbers.shape[1] != 3:
         raise MeshError(
             "triangles of shape (T, 3)",
-            f"shape {given.shape}",
+            f"shape {numbers.shape}",
             "split polygons into triangles",
         )
-    if given.dtype.kind not in "iu":
-        given = _numbers(given, "triangles")
-        whole = np.isfinite(given) & (np.floor(given) == given)
-        if not whole.all():
-            row, column = (int(k[0]) for k in np.nonzero(~whole))
+    if numbers.dtype.kind not in "iu":
+        numbers = _numbers(numbers, "triangles")
+        is_whole = np.isfinite(numbers) & (np.floor(numbers) == numbers)
+        if not is_whole.all():
+            row, column = (int(k[0]) for k in np.nonzero(~is_whole))
             raise MeshError(
                 "whole vertex numbers",
-                f"{given[row, column]} in triangle {row}",
+                f"{numbers[row, column]} in triangle {row}",
                 "give integers",
             )
-    if given.min() < 0 or given.max() >= vertex_count:
-        outside = (given < 0) | (given >= vertex_count)
-        row, column = (int(k[0]) for k in np.nonzero(outside))
+    if numbers.min() < 0 or numbers.max() >= vertex_count:
+        is_outside = (numbers < 0) | (numbers >= vertex_count)
+        row, column = (int(k[0]) for k in np.nonzero(is_outside))
         raise MeshError(
             f"vertex numbers from 0 to {vertex_count - 1}",
-            f"{int(given[row, column])} in triangle {row}",
+            f"{int(numbers[row, column])} in triangle {row}",
             "count vertices from 0",
         )
-    return np.ascontiguousarray(given.astype(np.uint32))
+    return np.ascontiguousarray(numbers.astype(np.uint32))
 
 
 def used_points(points: Array, triangles: NDArray[np.uint32]) -> Array:
     """Points (V, 3) that are corners of triangles; the very array given when all are."""
-    used = np.zeros(len(points), dtype=bool)
-    used[triangles.ravel()] = True
-    return points if used.all() else points[used]
+    is_used = np.zeros(len(points), dtype=bool)
+    is_used[triangles.ravel()] = True
+    return points if is_used.all() else points[is_used]
 
 
-def in_standard_order(triangles: Index) -> Index:
+def sort_triangles(triangles: Index) -> Index:
     """Triangles in the order of their corners, so that that of a modeller leaves no trace."""
-    first = triangles.argmin(axis=1)[:, None]
-    turned = np.take_along_axis(triangles, (first + np.arange(3)) % 3, axis=1)
-    return np.asarray(turned[np.lexsort(turned.T[::-1])], dtype=np.int64)
+    lowest_corner = triangles.argmin(axis=1)[:, None]
+    rows = np.take_along_axis(triangles, (lowest_corner + np.arange(3)) % 3, axis=1)
+    return np.asarray(rows[np.lexsort(rows.T[::-1])], dtype=np.int64)
 
 
 def coordinate_rounding(vertices: ArrayLike, triangles: NDArray[np.uint32]) -> float:
@@ -163,9 +165,9 @@ def coordinate_rounding(vertices: ArrayLike, triangles: NDArray[np.uint32]) -> f
     Those that are all float32 numbers come from a file that stores no more (STL, mostly).
     """
     points = used_points(real_array(vertices), triangles)
-    largest = float(np.abs(points).max())
-    if largest < float(np.finfo(np.float32).max) and np.array_equal(
+    magnitude = float(np.abs(points).max())
+    if magnitude < float(np.finfo(np.float32).max) and np.array_equal(
         points, points.astype(np.float32)
     ):
-        return largest * 2.0**-24
-    return largest * 2.0**-53
+        return magnitude * 2.0**-24
+    return magnitude * 2.0**-53

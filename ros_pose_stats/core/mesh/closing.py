@@ -51,15 +51,15 @@ class Closing(NamedTuple):
 
 def close_holes(vertices: Array, triangles: Index) -> Closing:
     """Close the holes of a mesh whose vertices are welded."""
-    wound = winding.wound_alike(vertices, triangles)
-    if wound is None:
+    surface = winding.wind_alike(vertices, triangles)
+    if surface is None:
         return Closing(None, "is one-sided like a Möbius strip")
-    edges = open_edges(wound)
+    edges = find_open_edges(surface)
     if edges is None:
         return Closing(None, "has edges that several triangles share in no order")
     if len(edges.begin) == 0:
         return Closing(None, "encloses no solid")
-    if len(edges.begin) > _MOST_OPEN_EDGES * len(wound):
+    if len(edges.begin) > _MOST_OPEN_EDGES * len(surface):
         return Closing(None, "is made of loose triangles")
     rims = join_loops(edges)
     loops = [edges.begin[rim] for rim in rims]
@@ -67,59 +67,63 @@ def close_holes(vertices: Array, triangles: Index) -> Closing:
     low, high = measures.bounds(vertices)
     size = float((high - low).max())
     points = (vertices - (low + 0.5 * (high - low))) / size
-    if _wall_lost(points, edges, rims):
+    if _has_lost_wall(points, edges, rims):
         return Closing(None, f"has {holes}, of which two may be the ends of one bore")
-    caps = [_cap(points, together) for together in _coplanar(points, loops)]
-    closed = np.concatenate([wound, *caps])
-    if _area(points, closed[len(wound) :]) > LARGEST_SHARE * _area(points, wound):
+    caps = [_cap(points, plane_loops) for plane_loops in _group_coplanar(points, loops)]
+    closed_surface = np.concatenate([surface, *caps])
+    if _area(points, closed_surface[len(surface) :]) > LARGEST_SHARE * _area(
+        points, surface
+    ):
         return Closing(
             None, f"is a sheet, with {holes}, rather than the surface of a solid"
         )
-    cap = np.repeat(np.arange(len(caps) + 1), [len(wound), *map(len, caps)])
-    if overlap.reach_into_each_other(points, closed, cap):
+    cap_of_triangle = np.repeat(
+        np.arange(len(caps) + 1), [len(surface), *map(len, caps)]
+    )
+    if overlap.reach_into_each_other(points, closed_surface, cap_of_triangle):
         return Closing(None, f"has {holes}, whose caps would cross the surface")
-    shells = winding.closed_shells(vertices, closed)
+    shells = winding.find_shells(vertices, closed_surface)
     if shells is None:
         return Closing(None, f"has {holes}, which touch in more than one way")
     volume = sum(_hull_volume(points[loop]) for loop in loops)
     return Closing(shells, "", len(loops), volume * size * size * size)
 
 
-def _wall_lost(points: Array, edges: "OpenEdges", rims: Sequence[Index]) -> bool:
+def _has_lost_wall(points: Array, edges: "OpenEdges", rims: Sequence[Index]) -> bool:
     """Whether two rims, each within a flat face, have one shape: ends of a lost bore."""
     shapes: list[tuple[Array, Array, Array]] = []
     for rim in rims:
         if len(rim) < _FEWEST_AROUND:
             continue
         corners = points[edges.begin[rim]]
-        beside = points[edges.beside[rim]]
+        neighbours = points[edges.neighbour[rim]]
         normal = _normal(corners)
         center = corners.sum(axis=0) / len(rim)
         if (
             np.abs(
-                ((np.concatenate((corners, beside)) - center) * normal).sum(axis=1)
+                ((np.concatenate((corners, neighbours)) - center) * normal).sum(axis=1)
             ).max()
             > tolerances.COPLANAR
         ):
             continue
-        away = np.sort(vectors.lengths(corners - center))
-        away /= away[-1]
-        for other, its_center, its_normal in shapes:
-            apart = (
-                abs(float(((center - its_center) * its_normal).sum()))
+        distances = np.sort(vectors.lengths(corners - center))
+        distances /= distances[-1]
+        for rim_distances, rim_center, rim_normal in shapes:
+            is_apart = (
+                abs(float(((center - rim_center) * rim_normal).sum()))
                 > tolerances.COPLANAR
             )
             if (
-                apart
-                and len(other) == len(away)
-                and np.allclose(other, away, 0.0, 1e-3)
+                is_apart
+                and len(rim_distances) == len(distances)
+                and np.allclose(rim_distances, distances, 0.0, 1e-3)
             ):
                 return True
-        shapes.append((away, center, normal))
+        shapes.append((distances, center, normal))
     return False
 
 
-def _coplanar(points: Array, loops: Sequence[Index]) -> list[list[Index]]:
+def _group_coplanar(points: Array, loops: Sequence[Index]) -> list[list[Index]]:
     """Loops that lie in one plane together, each of the others alone."""
     planes: list[Array] = []
     groups: list[list[Index]] = []
@@ -129,16 +133,16 @@ def _coplanar(points: Array, loops: Sequence[Index]) -> list[list[Index]]:
         plane: Array = np.full(4, np.nan)  # of a loop alone: equal to none
         if normal.any() and float(np.ptp(heights)) < tolerances.COPLANAR:
             plane = np.append(normal, heights.mean())
-        same = [
+        matches = [
             k
-            for k, other in enumerate(planes)
+            for k, group_plane in enumerate(planes)
             if any(
-                (np.abs(plane - side * other) < SAME_PLANE).all()
-                for side in (1.0, -1.0)
+                (np.abs(plane - sign * group_plane) < SAME_PLANE).all()
+                for sign in (1.0, -1.0)
             )
         ]
-        if same:
-            groups[same[0]].append(loop)
+        if matches:
+            groups[matches[0]].append(loop)
         else:
             planes.append(plane)
             groups.append([loop])
@@ -151,26 +155,29 @@ def _cap(points: Array, loops: Sequence[Index]) -> Index:
         return loops[0][None]
     from manifold3d import triangulate  # only open meshes need it
 
-    across = _across(points, loops)
-    flat = [(points[loop][:, :, None] * across).sum(axis=1) for loop in loops]
-    return np.asarray(np.concatenate(loops)[triangulate(flat)], dtype=np.int64)
+    axes = _projection_axes(points, loops)
+    projections = [(points[loop][:, :, None] * axes).sum(axis=1) for loop in loops]
+    return np.asarray(np.concatenate(loops)[triangulate(projections)], dtype=np.int64)
 
 
-def _across(points: Array, loops: Sequence[Index]) -> Array:
+def _projection_axes(points: Array, loops: Sequence[Index]) -> Array:
     """Two axes (3, 2) of the plane onto which loops are projected, the largest one's own."""
     spokes = points[loops[0]] - points[loops[0][0]]
-    longest = spokes[vectors.lengths(spokes).argmax()]
+    longest_spoke = spokes[vectors.lengths(spokes).argmax()]
     normals = np.array([_area_vector(points[loop]) for loop in loops])
     normal = normals[vectors.lengths(normals).argmax()]
-    if float((normal * normal).sum()) > _SLIT * float((longest * longest).sum()) ** 2:
-        along = np.eye(3)[
+    if (
+        float((normal * normal).sum())
+        > _SLIT * float((longest_spoke * longest_spoke).sum()) ** 2
+    ):
+        direction = np.eye(3)[
             np.abs(normal).argmin()
         ]  # the coordinate axis farthest from it
     else:  # any plane that holds the slit will do
-        along = longest
-        normal = np.cross(longest, np.eye(3)[np.abs(longest).argmin()])
-    second = np.cross(normal, along)
-    axes = np.array([np.cross(second, normal), second])
+        direction = longest_spoke
+        normal = np.cross(longest_spoke, np.eye(3)[np.abs(longest_spoke).argmin()])
+    second_axis = np.cross(normal, direction)
+    axes = np.array([np.cross(second_axis, normal), second_axis])
     return np.asarray((axes / vectors.lengths(axes)[:, None]).T)
 
 
@@ -212,34 +219,43 @@ class OpenEdges(NamedTuple):
 
     begin: Index  # (E,); vertices
     end: Index
-    beside: Index  # (E,); the third vertex of the triangle that is there
+    neighbour: Index  # (E,); the third vertex of the triangle that is there
     # (E,); which fan of linked triangles around the vertex it borders on
     begin_fan: Index
     end_fan: Index
 
 
-def open_edges(triangles: Index) -> OpenEdges | None:
+def find_open_edges(triangles: Index) -> OpenEdges | None:
     """Edges that lack a triangle, of triangles (T, 3) wound alike; none where some lack more."""
     begin = triangles.ravel()
     end = triangles[:, [1, 2, 0]].ravel()
-    after = np.arange(len(begin)).reshape(-1, 3)[:, [1, 2, 0]].ravel()
-    order, forward, first, uses = winding.edges_of(triangles)
+    next_edge = np.arange(len(begin)).reshape(-1, 3)[:, [1, 2, 0]].ravel()
+    order, forward, group_start, uses = winding.group_edges(triangles)
     sense = np.where(forward, 1, -1)
-    surplus = np.add.reduceat(sense, first)
+    surplus = np.add.reduceat(sense, group_start)
     if (np.abs(surplus) > 1).any():
         return None
-    one = order[first[uses == 2]]
-    two = order[first[uses == 2] + 1]
+    first_of_pair = order[group_start[uses == 2]]
+    second_of_pair = order[group_start[uses == 2] + 1]
     links = np.concatenate(
-        (np.stack((one, after[two]), axis=1), np.stack((after[one], two), axis=1))
+        (
+            np.stack((first_of_pair, next_edge[second_of_pair]), axis=1),
+            np.stack((next_edge[first_of_pair], second_of_pair), axis=1),
+        )
     )
     fan = connections.component_labels(len(begin), links)
-    lacking = np.flatnonzero(surplus)
+    open_groups = np.flatnonzero(surplus)
     # Of three along an edge any one of the surplus direction stands for the edge.
-    place = np.flatnonzero(sense == np.repeat(surplus, uses))
-    owner = order[place[np.searchsorted(place, first[lacking])]]
+    candidates = np.flatnonzero(sense == np.repeat(surplus, uses))
+    representative = order[
+        candidates[np.searchsorted(candidates, group_start[open_groups])]
+    ]
     return OpenEdges(
-        end[owner], begin[owner], end[after[owner]], fan[after[owner]], fan[owner]
+        end[representative],
+        begin[representative],
+        end[next_edge[representative]],
+        fan[next_edge[representative]],
+        fan[representative],
     )
 
 
@@ -248,33 +264,38 @@ def join_loops(edges: OpenEdges) -> list[Index]:
 
     Where two holes touch, a loop goes on along its hole, not the fan of triangles it came by.
     """
-    leaving: dict[int, list[int]] = {}
+    edges_from: dict[int, list[int]] = {}
     for edge, vertex in enumerate(edges.begin.tolist()):
-        leaving.setdefault(vertex, []).append(edge)
+        edges_from.setdefault(vertex, []).append(edge)
     begin = edges.begin.tolist()
     end = edges.end.tolist()
     loops = []
     for start in begin:
         path: list[int] = []
-        at: dict[int, int] = {}
+        position: dict[int, int] = {}
         vertex = start
         fan = -1
-        while leaving[vertex]:
-            at[vertex] = len(path)
-            ways = leaving[vertex]
-            other = next(
-                (k for k, way in enumerate(ways) if edges.begin_fan[way] != fan), 0
+        while edges_from[vertex]:
+            position[vertex] = len(path)
+            exits = edges_from[vertex]
+            choice = next(
+                (
+                    k
+                    for k, exit_edge in enumerate(exits)
+                    if edges.begin_fan[exit_edge] != fan
+                ),
+                0,
             )
-            edge = ways.pop(other)
+            edge = exits.pop(choice)
             path.append(edge)
             vertex = end[edge]
             fan = int(edges.end_fan[edge])
-            if vertex in at:
-                loop = path[at[vertex] :]
-                del path[at[vertex] :]
+            if vertex in position:
+                loop = path[position[vertex] :]
+                del path[position[vertex] :]
                 loops.append(np.array(loop))
-                for one in loop:
-                    del at[begin[one]]
+                for loop_edge in loop:
+                    del position[begin[loop_edge]]
                 if path:
                     fan = int(edges.end_fan[path[-1]])
     return loops

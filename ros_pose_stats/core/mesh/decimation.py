@@ -11,14 +11,14 @@ TOLERANCES = 2.0 ** np.arange(-13.0, -0.75, 0.25)
 more of the shape: twice as large ones displace the thread of a screw by half as much again."""
 
 
-def visible_triangles(part: Part, most: int = FINEST) -> Array:
+def visible_triangles(part: Part, limit: int = FINEST) -> Array:
     """Triangles (t, 3, 3) to draw a part by, metres: at most `most`; of open meshes both sides."""
-    vertices, triangles = _drawn_surface(part)
+    vertices, triangles = _surface_to_draw(part)
     is_open = _is_open(part)
     if is_open:
-        most //= 2
-    if len(triangles) > most:
-        vertices, triangles = part.prepare(_fewer_triangles, most)
+        limit //= 2
+    if len(triangles) > limit:
+        vertices, triangles = part.prepare(_decimated_surface, limit)
     corners = vertices[triangles]
     return (
         np.concatenate([corners, corners[:, ::-1]]) if is_open else np.asarray(corners)
@@ -29,23 +29,23 @@ def _is_open(part: Part) -> bool:
     return any(warning.startswith("OPEN_MESH:") for warning in part.warnings)
 
 
-def _drawn_surface(part: Part) -> tuple[Array, Corners]:
+def _surface_to_draw(part: Part) -> tuple[Array, Corners]:
     if not _is_open(part):
         return part.surface_vertices, part.surface_triangles
     a, b, c = part.triangles.T
     return part.vertices, part.triangles[(a != b) & (b != c) & (c != a)]
 
 
-def _fewer_triangles(part: Part, most: int) -> tuple[Array, Corners]:
-    surface = _drawn_surface(part)
+def _decimated_surface(part: Part, limit: int) -> tuple[Array, Corners]:
+    surface = _surface_to_draw(part)
     if (
-        most < FINEST < len(surface[1])
+        limit < FINEST < len(surface[1])
     ):  # a large mesh is gone through once, for all sizes
-        surface = part.prepare(_fewer_triangles, FINEST)
-    return decimate(*surface, most)
+        surface = part.prepare(_decimated_surface, FINEST)
+    return decimate(*surface, limit)
 
 
-def decimate(vertices: Array, triangles: Corners, most: int) -> tuple[Array, Corners]:
+def decimate(vertices: Array, triangles: Corners, limit: int) -> tuple[Array, Corners]:
     """Collapse edges within growing tolerances, then keep the largest: `most` triangles."""
     from manifold3d import Manifold, Mesh64  # loaded for pictures alone
 
@@ -57,23 +57,25 @@ def decimate(vertices: Array, triangles: Corners, most: int) -> tuple[Array, Cor
     if len(cone) <= len(
         triangles
     ):  # more rims have only meshes of loose triangles and pairs
-        closed = np.concatenate([triangles, cone]).astype(np.uint64)
-        body = Manifold(Mesh64(np.concatenate([vertices, apex[None]]), closed))
+        closed_triangles = np.concatenate([triangles, cone]).astype(np.uint64)
+        body = Manifold(
+            Mesh64(np.concatenate([vertices, apex[None]]), closed_triangles)
+        )
         for tolerance in extent * TOLERANCES:
             body = body.simplify(tolerance)
             mesh = body.to_mesh64()
-            places = np.array(mesh.vert_properties)
-            left = np.array(mesh.tri_verts, dtype=np.int64)
-            left = left[(places[left] != apex).any(axis=2).all(axis=1)]
-            if len(left) == 0:
+            points = np.array(mesh.vert_properties)
+            remaining = np.array(mesh.tri_verts, dtype=np.int64)
+            remaining = remaining[(points[remaining] != apex).any(axis=2).all(axis=1)]
+            if len(remaining) == 0:
                 break
-            vertices = places
-            triangles = left
-            if len(triangles) <= most:
+            vertices = points
+            triangles = remaining
+            if len(triangles) <= limit:
                 return vertices, triangles
     a, b, c = vertices[triangles].transpose(1, 0, 2) / extent
     areas = (np.cross(b - a, c - a) ** 2).sum(axis=1)
-    return vertices, triangles[np.sort(np.argsort(-areas, kind="stable")[:most])]
+    return vertices, triangles[np.sort(np.argsort(-areas, kind="stable")[:limit])]
 
 
 def _cone(triangles: Corners, apex: int) -> Corners:
@@ -85,15 +87,15 @@ def _cone(triangles: Corners, apex: int) -> Corners:
     edges, edge = np.unique(
         ends.min(axis=1) * apex + ends.max(axis=1), return_inverse=True
     )
-    upward = np.bincount(edge, np.sign(ends[:, 1] - ends[:, 0])).astype(np.int64)
+    surplus = np.bincount(edge, np.sign(ends[:, 1] - ends[:, 0])).astype(np.int64)
     low = edges // apex
     high = edges % apex
     rims = np.stack(
         [
-            np.where(upward > 0, high, low),
-            np.where(upward > 0, low, high),
+            np.where(surplus > 0, high, low),
+            np.where(surplus > 0, low, high),
             np.full_like(low, apex),
         ],
         axis=1,
     )
-    return np.repeat(rims, abs(upward), axis=0)
+    return np.repeat(rims, abs(surplus), axis=0)

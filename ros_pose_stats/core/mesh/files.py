@@ -29,7 +29,7 @@ from . import units, vectors
 if TYPE_CHECKING:
     from trimesh import Scene
 
-Placed = tuple[Array, Index, Array]
+PlacedMesh = tuple[Array, Index, Array]
 """Vertices (V, 3) and triangles (T, 3) of an object, and the matrix (4, 4) that places it."""
 
 STEP_SUFFIXES = (".step", ".stp")
@@ -37,7 +37,7 @@ STEP_SUFFIXES = (".step", ".stp")
 _MOST_SECONDS = 120.0
 """A part of ten thousand faces takes some seconds; what takes longer is a whole machine."""
 
-_PROGRAM = Path(__file__).with_name("reading_process.py")
+_READER = Path(__file__).with_name("reading_process.py")
 
 _SI_PREFIXES = {
     b"$": 1.0,
@@ -119,9 +119,9 @@ def parse_mesh(
     unless_declared: bool = False,
 ) -> "FileMesh":
     """The same of what a file holds; `path`: for the format, and for messages."""
-    asked = units.asked_unit(unit)
+    requested = units.requested_unit(unit)
     suffix = path.suffix.lower()
-    data = _plain(path, suffix, content)
+    data = _clean_bytes(path, suffix, content)
     declared = None
     if suffix == ".stl" and _is_binary_stl(data):
         corners = np.frombuffer(data, _STL_TRIANGLE, offset=84)[
@@ -131,16 +131,18 @@ def parse_mesh(
         triangles: Index = np.arange(len(vertices)).reshape(-1, 3)
     elif suffix in STEP_SUFFIXES:
         declared = declared_step_unit(data)
-        metres, triangles = _joined(_parsed(path, ".glb", tessellate_step(path, data)))
+        metres, triangles = _join_meshes(
+            _parse_objects(path, ".glb", tessellate_step(path, data))
+        )
         # They came in float32, and it has to show: whoever asks for their rounding looks for it.
         vertices = (metres / declared).astype(np.float32).astype(np.float64)
     elif suffix == ".3mf":
-        unit_name, placed = unpack_3mf(path, data)
+        unit_name, objects = unpack_3mf(path, data)
         declared = _3MF_UNITS.get(unit_name.strip().lower().rstrip("s"))
-        vertices, triangles = _joined(placed)
+        vertices, triangles = _join_meshes(objects)
     else:
-        vertices, triangles = _joined(_parsed(path, suffix, data))
-    announced = _announced_faces(suffix, data)
+        vertices, triangles = _join_meshes(_parse_objects(path, suffix, data))
+    announced = _count_announced_faces(suffix, data)
     if len(triangles) < announced:
         raise MeshFileError(
             f"{announced} faces as {path} announces",
@@ -153,13 +155,13 @@ def parse_mesh(
             "none",
             "the file is empty, cut off, or holds only points or curves",
         )
-    length, source = units.unit_that_counts(
-        asked, declared, vertices, triangles, unless_declared
+    metres_a_unit, source = units.choose_unit(
+        requested, declared, vertices, triangles, unless_declared
     )
-    return FileMesh(vertices, triangles, length, source, declared)
+    return FileMesh(vertices, triangles, metres_a_unit, source, declared)
 
 
-def _plain(path: Path, suffix: str, data: bytes) -> bytes:
+def _clean_bytes(path: Path, suffix: str, data: bytes) -> bytes:
     """Remove what the parsers cannot read: bytes behind the end, and text that is not UTF-8."""
     if suffix == ".stl" and b"\0" in data:
         count = int.from_bytes(data[80:84], "little")
@@ -180,7 +182,7 @@ def _plain(path: Path, suffix: str, data: bytes) -> bytes:
     return data
 
 
-def _parsed(path: Path, suffix: str, data: bytes) -> list[Placed]:
+def _parse_objects(path: Path, suffix: str, data: bytes) -> list[PlacedMesh]:
     """Parse the file into its objects."""
     import trimesh  # takes as long to import as an estimate takes from start to end
 
@@ -192,9 +194,9 @@ def _parsed(path: Path, suffix: str, data: bytes) -> list[Placed]:
         options |= {"fix_texture": False}
     try:
         if suffix == ".obj" and _OBJ_BACKWARDS.search(data):
-            data = _numbered_forwards(data)
+            data = _number_forwards(data)
         return list(
-            _placed(
+            _placed_meshes(
                 trimesh.load_scene(io.BytesIO(data), file_type=suffix[1:], **options)
             )
         )
@@ -210,7 +212,7 @@ def _parsed(path: Path, suffix: str, data: bytes) -> list[Placed]:
         ) from error
 
 
-def _numbered_forwards(data: bytes) -> bytes:
+def _number_forwards(data: bytes) -> bytes:
     """An OBJ file whose faces number vertices from the first on, not back from their own line."""
     vertices = 0
     lines = []
@@ -219,15 +221,17 @@ def _numbered_forwards(data: bytes) -> bytes:
         vertices += word == b"v"
         if word == b"f":
             numbers = [int(corner.partition(b"/")[0]) for corner in corners]
-            numbers = [one if one > 0 else vertices + 1 + one for one in numbers]
+            numbers = [
+                number if number > 0 else vertices + 1 + number for number in numbers
+            ]
             if min(numbers, default=1) < 1:
                 raise ValueError("a face before its vertices")
-            line = b"f " + b" ".join(b"%d" % one for one in numbers)
+            line = b"f " + b" ".join(b"%d" % number for number in numbers)
         lines.append(line)
     return b"\n".join(lines)
 
 
-def _joined(objects: Iterable[Placed]) -> tuple[Array, Index]:
+def _join_meshes(objects: Iterable[PlacedMesh]) -> tuple[Array, Index]:
     """Join objects, each in its place, and rewind those that are mirrored."""
     vertices: list[Array] = [np.zeros((0, 3))]
     triangles: list[Index] = [np.zeros((0, 3), dtype=np.int64)]
@@ -246,7 +250,7 @@ def _joined(objects: Iterable[Placed]) -> tuple[Array, Index]:
     return np.concatenate(vertices), np.concatenate(triangles)
 
 
-def _placed(scene: "Scene") -> Iterator[Placed]:
+def _placed_meshes(scene: "Scene") -> Iterator[PlacedMesh]:
     """The meshes of a scene."""
     for node in scene.graph.nodes_geometry:
         mesh = scene.geometry[scene.graph[node][1]]
@@ -264,16 +268,16 @@ def _placed(scene: "Scene") -> Iterator[Placed]:
 def _placement(scene: "Scene", node: str) -> Array:
     """Matrix (4, 4) that puts a node in place; trimesh would leave its rounding to BLAS."""
     tree = scene.graph.transforms
-    placed = np.eye(4)
+    matrix = np.eye(4)
     while node != scene.graph.base_frame:
         parent = tree.parents[node]
         step = np.asarray(tree.edge_data[parent, node].get("matrix", np.eye(4)))
-        placed = (step[:, :, None] * placed).sum(axis=1)
+        matrix = (step[:, :, None] * matrix).sum(axis=1)
         node = parent
-    return placed
+    return matrix
 
 
-def _announced_faces(suffix: str, data: bytes) -> int:
+def _count_announced_faces(suffix: str, data: bytes) -> int:
     """Count the faces that the file says it has; polygons give more triangles than that."""
     if suffix == ".stl" and not _is_binary_stl(data):
         return len(re.findall(rb"\bfacet[ \t]+normal\b", data, re.IGNORECASE))
@@ -333,15 +337,15 @@ def stl_bytes(vertices: Array, triangles: Corners) -> bytes:
 
 def tessellate_step(path: Path, data: bytes) -> bytes:
     """GLB file in metres of a STEP file, every circle with 96 sides."""
-    found = importlib.util.find_spec("cascadio")
-    if found is None or found.origin is None:
+    package = importlib.util.find_spec("cascadio")
+    if package is None or package.origin is None:
         raise extras.missing_module("cascadio", f"needed for {path}")
-    return _read_apart(path, data, "STEP", str(Path(found.origin).parents[1]))
+    return _run_reader(path, data, "STEP", str(Path(package.origin).parents[1]))
 
 
-def unpack_3mf(path: Path, data: bytes) -> tuple[str, list[Placed]]:
+def unpack_3mf(path: Path, data: bytes) -> tuple[str, list[PlacedMesh]]:
     """Unit of a 3MF file, and its objects, each as often as it is built."""
-    line, _, arrays = _read_apart(path, data, "3MF", "").partition(b"\n")
+    line, _, arrays = _run_reader(path, data, "3MF", "").partition(b"\n")
     head = json.loads(line)
     if "unreadable" in head:
         raise MeshFileError(
@@ -350,8 +354,10 @@ def unpack_3mf(path: Path, data: bytes) -> tuple[str, list[Placed]]:
             "the file is damaged or of another format: export it again",
         )
     if "refused" in head:
-        expected, came, remedy = head["refused"]
-        raise MeshFileError(f"a 3MF file with {expected}", f"{path} ({came})", remedy)
+        expected, problem, remedy = head["refused"]
+        raise MeshFileError(
+            f"a 3MF file with {expected}", f"{path} ({problem})", remedy
+        )
     objects = []
     offset = 0
     for coordinates, corners in head["sizes"]:
@@ -370,11 +376,11 @@ def unpack_3mf(path: Path, data: bytes) -> tuple[str, list[Placed]]:
     ]
 
 
-def _read_apart(path: Path, data: bytes, kind: str, folder: str) -> bytes:
+def _run_reader(path: Path, data: bytes, kind: str, folder: str) -> bytes:
     # Neither the folder where this runs nor the user's Python settings can change what is loaded.
-    command = [sys.executable, "-I", "-S", str(_PROGRAM), str(os.getpid()), folder]
+    command = [sys.executable, "-I", "-S", str(_READER), str(os.getpid()), folder]
     try:
-        ran = subprocess.run(
+        process = subprocess.run(
             command, input=data, capture_output=True, timeout=_MOST_SECONDS, check=False
         )
     except subprocess.TimeoutExpired as error:
@@ -383,13 +389,13 @@ def _read_apart(path: Path, data: bytes, kind: str, folder: str) -> bytes:
             f"{path} of {len(data) / 1e6:.3g} MB, which takes longer",
             "export single parts, or export as STL",
         ) from error
-    if ran.returncode != 0 or not ran.stdout:
+    if process.returncode != 0 or not process.stdout:
         raise MeshFileError(
             f"a readable {kind} file",
             f"{path} of {len(data)} bytes",
             "the file is cut off, damaged or of another format: export it again",
         )
-    return ran.stdout
+    return process.stdout
 
 
 def declared_step_unit(data: bytes) -> float:
@@ -423,5 +429,5 @@ def _length_unit(data: bytes, number: bytes) -> float | None:
 
 def _entity(data: bytes, number: bytes) -> bytes:
     """What stands behind `#number =`."""
-    found = re.search(rb"#" + number + rb"\s*=([^;]*);", data)
-    return found[1] if found else b""
+    match = re.search(rb"#" + number + rb"\s*=([^;]*);", data)
+    return match[1] if match else b""

@@ -66,11 +66,11 @@ def hull_of(points: Array) -> Hull:
     try:
         qhull = _facets((points - shift) / scale)
     except (QhullError, ValueError) as error:
-        raise _flat(points) from error
+        raise _flat_points_error(points) from error
     return Hull(qhull, shift, scale)
 
 
-def _flat(points: Array) -> errors.MeshError:
+def _flat_points_error(points: Array) -> errors.MeshError:
     return errors.MeshError(
         "points that span a volume",
         f"{len(points)} points in a plane or line",
@@ -108,7 +108,7 @@ def hull_of_corners(points: Array) -> tuple[Index, Index]:
     try:
         qhull = ConvexHull(points + moves)
     except QhullError as error:
-        raise _flat(points) from error
+        raise _flat_points_error(points) from error
     return qhull.simplices.astype(np.int64), qhull.neighbors.astype(np.int64)
 
 
@@ -131,33 +131,36 @@ def is_crowded(points: Array) -> bool:
     if len(points) <= CROWD:
         return False
     # A random sample, since regular steps might pick all points from one ring of a mesh.
-    drawn = np.random.default_rng(0).integers(len(points), size=_SAMPLE)
+    sample = np.random.default_rng(0).integers(len(points), size=_SAMPLE)
     try:
-        hull = ConvexHull(points[drawn])
+        hull = ConvexHull(points[sample])
     except QhullError:
         return True  # almost all points lie in one plane
     # All triangles of a face have its plane.
     planes, triangles = np.unique(hull.equations, axis=0, return_counts=True)
-    often = np.argsort(-triangles, kind="stable")[:6]
-    suspect = often[
-        (triangles[often] + 2 > _FEW)
-        & ((triangles[often] + 2) * len(points) > CROWD * _SAMPLE)
+    largest_faces = np.argsort(-triangles, kind="stable")[:6]
+    suspects = largest_faces[
+        (triangles[largest_faces] + 2 > _FEW)
+        & ((triangles[largest_faces] + 2) * len(points) > CROWD * _SAMPLE)
     ]
-    return any(_corners_on(points, planes[k]) > CROWD for k in suspect.tolist())
+    return any(_count_corners_on(points, planes[k]) > CROWD for k in suspects.tolist())
 
 
-def _corners_on(points: Array, plane: Array) -> int:
+def _count_corners_on(points: Array, plane: Array) -> int:
     """Corners of the polygon around the points on a plane; 0 if other points lie beyond it."""
-    off = points @ plane[:3] + plane[3]
-    if off.max() > COUNTED:
+    heights = points @ plane[:3] + plane[3]
+    if heights.max() > COUNTED:
         return 0
-    there = points[off > -COUNTED]
-    across = np.delete(there, int(np.abs(plane[:3]).argmax()), axis=1)
-    drawn = np.random.default_rng(0).integers(len(across), size=_SAMPLE)
+    face_points = points[heights > -COUNTED]
+    projections = np.delete(face_points, int(np.abs(plane[:3]).argmax()), axis=1)
+    sample = np.random.default_rng(0).integers(len(projections), size=_SAMPLE)
     try:
         # Where points lie all over a polygon, few of them are corners, in a sample as in all.
-        if len(ConvexHull(across[drawn]).vertices) * len(across) < CROWD * _SAMPLE:
+        if (
+            len(ConvexHull(projections[sample]).vertices) * len(projections)
+            < CROWD * _SAMPLE
+        ):
             return 0
-        return len(ConvexHull(across).vertices)
+        return len(ConvexHull(projections).vertices)
     except QhullError:
         return 0  # on a line

@@ -46,7 +46,7 @@ def solid_of(vertices: Array, triangles: Index) -> Solid:
     volume, *moments = solid_moments((vertices - shift) / scale, triangles).tolist()
     if volume == 0.0:
         return Solid(0.0, np.full(3, math.nan), np.full((3, 3), math.nan))
-    x, y, z = (first / volume for first in moments[:3])
+    x, y, z = (moment / volume for moment in moments[:3])
     xx, yy, zz, xy, xz, yz = moments[3:]
     xx = xx - volume * x * x
     yy = yy - volume * y * y
@@ -72,7 +72,7 @@ class GivenProperties(NamedTuple):
     density: float | None = None  # kg/m³, in place of the mass
 
 
-def check_given(
+def check_properties(
     center_of_mass: ArrayLike | None,
     mass: float | None,
     inertia: ArrayLike | None,
@@ -83,9 +83,11 @@ def check_given(
         raise MassPropertiesError(
             "a mass or a density", "both", "leave one of them out"
         )
-    kilograms = None if mass is None else checked_mass(mass)
-    heavy = None if density is None else _given_density(density)
-    tensor = None if inertia is None else _given_inertia(inertia, kilograms or heavy)
+    kilograms = None if mass is None else check_mass(mass)
+    density_value = None if density is None else _check_density(density)
+    tensor = (
+        None if inertia is None else _check_inertia(inertia, kilograms or density_value)
+    )
     center = (
         None
         if center_of_mass is None
@@ -96,10 +98,10 @@ def check_given(
             "leave it out for uniform density",
         )
     )
-    return GivenProperties(kilograms, center, tensor, heavy)
+    return GivenProperties(kilograms, center, tensor, density_value)
 
 
-def _given_density(density: float) -> float:
+def _check_density(density: float) -> float:
     try:
         value = real_number(density)
     except NOT_NUMBERS as error:
@@ -115,7 +117,7 @@ def _given_density(density: float) -> float:
     return value
 
 
-def checked_mass(mass: float) -> float:
+def check_mass(mass: float) -> float:
     """A mass that can be computed with, as a float."""
     try:
         value = real_number(mass)
@@ -146,7 +148,7 @@ def check_offset(offset: ArrayLike) -> Array:
     )
 
 
-def _given_inertia(inertia: ArrayLike, mass: float | None) -> Array | None:
+def _check_inertia(inertia: ArrayLike, mass: float | None) -> Array | None:
     tensor = _numbers(
         inertia,
         (3, 3),
@@ -184,11 +186,11 @@ def _check_physical(tensor: Array) -> None:
     """Refuse a tensor that is not symmetric, not positive, or of no mass distribution."""
     size = np.abs(tensor).max()
     scaled = tensor / size
-    lopsided = np.abs(scaled - scaled.T).max()
-    if lopsided > TRIANGLE_INEQUALITY:
+    asymmetry = np.abs(scaled - scaled.T).max()
+    if asymmetry > TRIANGLE_INEQUALITY:
         raise MassPropertiesError(
             "a symmetric inertia tensor",
-            f"opposite entries that differ by {lopsided:.2g} of the largest",
+            f"opposite entries that differ by {asymmetry:.2g} of the largest",
             "products of inertia appear twice with the same sign",
         )
     moments, _ = principal_axes(0.5 * (scaled + scaled.T))

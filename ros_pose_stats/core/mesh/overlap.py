@@ -19,7 +19,7 @@ import numpy as np
 
 from ..records import Array, Index, Mask
 from ..tolerances import OVERLAP
-from .winding import crossings
+from .winding import find_crossings
 
 # Edge-triangle pairs tested at once: below this a division costs more than it saves.
 _AT_ONCE = 40_000
@@ -53,14 +53,14 @@ class _Elements(NamedTuple):
     corners: Index
     body: Index  # (N,)
 
-    def pick(self, chosen: Mask) -> "_Elements":
-        return self if chosen.all() else _Elements._make(each[chosen] for each in self)
+    def pick(self, mask: Mask) -> "_Elements":
+        return self if mask.all() else _Elements._make(column[mask] for column in self)
 
 
 class _Passages(NamedTuple):
     """Where edges pierce triangles, the way to their inner ends, and the bodies pierced."""
 
-    place: Array
+    point: Array
     to_inner_end: Array
     edge: Index
     body: Index
@@ -73,34 +73,34 @@ def reach_into_each_other(points: Array, triangles: Index, body: Index) -> bool:
         return False
     begin = triangles.ravel()
     end = triangles[:, [1, 2, 0]]
-    far = triangles[:, [2, 0, 1]]
-    once = begin < end.ravel()  # a closed surface runs along each edge both ways
-    corners = np.stack((begin, end.ravel(), far.ravel()), axis=1)[once]
-    waiting = [
+    opposite = triangles[:, [2, 0, 1]]
+    is_forward = begin < end.ravel()  # a closed surface runs along each edge both ways
+    corners = np.stack((begin, end.ravel(), opposite.ravel()), axis=1)[is_forward]
+    divisions = [
         (
-            _elements(points, corners, 2, np.repeat(body, 3)[once]),
-            _elements(points, triangles, 3, body),
+            _with_boxes(points, corners, 2, np.repeat(body, 3)[is_forward]),
+            _with_boxes(points, triangles, 3, body),
         )
     ]
     budget = min(max(_PAIRS_EACH * len(triangles), _FEWEST_PAIRS), _MOST_PAIRS)
     rims = _MOST_RIMS
-    while waiting and budget > 0:
+    while divisions and budget > 0:
         check_patience()
-        edges, faces = waiting.pop()
-        faces = faces.pick(_near_others(faces, edges))
-        edges = edges.pick(_near_others(edges, faces))
+        edges, faces = divisions.pop()
+        faces = faces.pick(_reach_others(faces, edges))
+        edges = edges.pick(_reach_others(edges, faces))
         pairs = len(edges.body) * len(faces.body)
         budget -= _DIVISION_COST * (len(edges.body) + len(faces.body))
-        halves = None if pairs <= _AT_ONCE else _halves(edges, faces)
+        halves = None if pairs <= _AT_ONCE else _divide(edges, faces)
         if halves is not None:
-            waiting += halves
+            divisions += halves
             continue
-        for tested, passages in _passages(points, edges, faces):
+        for tested, passages in _find_passages(points, edges, faces):
             check_patience()
             if not passages.in_rim.all():
                 return True
             for k in range(min(rims, len(passages.body))):
-                if _meets_inside(
+                if _leads_inside(
                     points, triangles[body == passages.body[k]], passages, k
                 ):
                     return True
@@ -111,54 +111,56 @@ def reach_into_each_other(points: Array, triangles: Index, body: Index) -> bool:
     return False
 
 
-def _elements(points: Array, corners: Index, count: int, body: Index) -> _Elements:
+def _with_boxes(points: Array, corners: Index, count: int, body: Index) -> _Elements:
     """Elements with boxes around the first `count` of their corners."""
     low = high = points[corners[:, 0]]
     for k in range(1, count):
-        place = points[corners[:, k]]
-        low = np.minimum(low, place)
-        high = np.maximum(high, place)
+        points_of_corner = points[corners[:, k]]
+        low = np.minimum(low, points_of_corner)
+        high = np.maximum(high, points_of_corner)
     return _Elements(low, high, corners, body)
 
 
-def _near_others(own: _Elements, others: _Elements) -> Mask:
+def _reach_others(elements: _Elements, others: _Elements) -> Mask:
     """Which elements of one list (N,) reach into the box around those of other bodies."""
-    near = np.ones(len(own.body), dtype=bool)
+    reaches = np.ones(len(elements.body), dtype=bool)
     if len(others.body) == 0:
-        return ~near
+        return ~reaches
     for axis in range(3):
         for reach, limit in (
-            (own.high[:, axis], others.low[:, axis]),
-            (-own.low[:, axis], -others.high[:, axis]),
+            (elements.high[:, axis], others.low[:, axis]),
+            (-elements.low[:, axis], -others.high[:, axis]),
         ):
             first = int(limit.argmin())
             holder = others.body[first]
-            rest = limit[others.body != holder].min(initial=np.inf)
-            near &= reach > np.where(own.body == holder, rest, limit[first])
-    return near
+            other_limit = limit[others.body != holder].min(initial=np.inf)
+            reaches &= reach > np.where(
+                elements.body == holder, other_limit, limit[first]
+            )
+    return reaches
 
 
-def _halves(
+def _divide(
     edges: _Elements, faces: _Elements
 ) -> list[tuple[_Elements, _Elements]] | None:
     """Divide both lists by the best of three planes; None if none is worthwhile."""
-    best = _WORTHWHILE * len(edges.body) * len(faces.body)
-    outcome = None
+    fewest_pairs = _WORTHWHILE * len(edges.body) * len(faces.body)
+    halves = None
     middle = np.median(0.5 * (faces.low + faces.high), axis=0)
     for axis in range(3):
         below = edges.low[:, axis] <= middle[axis], faces.low[:, axis] <= middle[axis]
         above = edges.high[:, axis] >= middle[axis], faces.high[:, axis] >= middle[axis]
-        left = np.count_nonzero(below[0]) * np.count_nonzero(below[1])
-        right = np.count_nonzero(above[0]) * np.count_nonzero(above[1])
-        if left + right < best:
-            best = left + right
-            outcome = (below, above)
-    if outcome is None:
+        pairs_below = np.count_nonzero(below[0]) * np.count_nonzero(below[1])
+        pairs_above = np.count_nonzero(above[0]) * np.count_nonzero(above[1])
+        if pairs_below + pairs_above < fewest_pairs:
+            fewest_pairs = pairs_below + pairs_above
+            halves = (below, above)
+    if halves is None:
         return None
-    return [(edges.pick(side[0]), faces.pick(side[1])) for side in outcome]
+    return [(edges.pick(side[0]), faces.pick(side[1])) for side in halves]
 
 
-def _passages(
+def _find_passages(
     points: Array, edges: _Elements, faces: _Elements
 ) -> Iterator[tuple[int, _Passages]]:
     """Yield all passages between two lists, with the number of pairs tested for them."""
@@ -170,19 +172,19 @@ def _passages(
         area / np.where(length > 0.0, length, 1.0)[:, None]
     )  # zeros where there is no area
     for start in range(0, len(edges.body), rows):
-        some = slice(start, start + rows)
-        meet = edges.body[some, None] != faces.body
+        batch = slice(start, start + rows)
+        boxes_meet = edges.body[batch, None] != faces.body
         for axis in range(3):
-            meet &= edges.low[some, None, axis] < faces.high[:, axis]
-            meet &= edges.high[some, None, axis] > faces.low[:, axis]
-        edge, face = np.nonzero(meet)
+            boxes_meet &= edges.low[batch, None, axis] < faces.high[:, axis]
+            boxes_meet &= edges.high[batch, None, axis] > faces.low[:, axis]
+        edge, face = np.nonzero(boxes_meet)
         yield (
-            meet.size,
-            _through(points, edges.corners, faces, normal, edge + start, face),
+            boxes_meet.size,
+            _test_pairs(points, edges.corners, faces, normal, edge + start, face),
         )
 
 
-def _through(
+def _test_pairs(
     points: Array,
     edges: Index,
     faces: _Elements,
@@ -199,63 +201,65 @@ def _through(
     depth = np.einsum(
         "kei,ki->ke", ends - points[faces.corners[face, 0]][:, None], normal
     )
-    deep = np.flatnonzero(
+    pierces_plane = np.flatnonzero(
         (np.minimum(depth[:, 0], depth[:, 1]) < -OVERLAP)
         & (np.maximum(depth[:, 0], depth[:, 1]) > OVERLAP)
     )
-    ends = ends[deep]
-    depth = depth[deep]
-    normal = normal[deep]
-    edge = edge[deep]
-    face = face[deep]
+    ends = ends[pierces_plane]
+    depth = depth[pierces_plane]
+    normal = normal[pierces_plane]
+    edge = edge[pierces_plane]
+    face = face[pierces_plane]
     share = (depth[:, 0] / (depth[:, 0] - depth[:, 1]))[:, None]
-    place = ends[:, 0] + share * (ends[:, 1] - ends[:, 0])
-    near = np.flatnonzero(
+    point = ends[:, 0] + share * (ends[:, 1] - ends[:, 0])
+    in_box = np.flatnonzero(
         (
-            (place > faces.low[face] - _BESIDE) & (place < faces.high[face] + _BESIDE)
+            (point > faces.low[face] - _BESIDE) & (point < faces.high[face] + _BESIDE)
         ).all(axis=1)
     )
-    ends = ends[near]
-    depth = depth[near]
-    normal = normal[near]
-    place = place[near]
-    edge = edge[near]
-    face = face[near]
+    ends = ends[in_box]
+    depth = depth[in_box]
+    normal = normal[in_box]
+    point = point[in_box]
+    edge = edge[in_box]
+    face = face[in_box]
     corner = points[faces.corners[face]]
     side = np.roll(corner, -1, axis=1) - corner
-    inward = np.cross(normal[:, None], side) / np.linalg.norm(
+    side_normal = np.cross(normal[:, None], side) / np.linalg.norm(
         side, axis=2, keepdims=True
     )
-    margin = np.einsum("kci,kci->kc", place[:, None] - corner, inward).min(axis=1)
-    inner = ends[np.arange(len(ends)), depth.argmin(axis=1)]
+    margin = np.einsum("kci,kci->kc", point[:, None] - corner, side_normal).min(axis=1)
+    inner_end = ends[np.arange(len(ends)), depth.argmin(axis=1)]
     passes = margin > -OVERLAP
     return _Passages(
-        place[passes],
-        (inner - place)[passes],
+        point[passes],
+        (inner_end - point)[passes],
         edges[edge[passes]],
         faces.body[face[passes]],
         margin[passes] <= OVERLAP,
     )
 
 
-def _meets_inside(points: Array, other: Index, passages: _Passages, k: int) -> bool:
+def _leads_inside(
+    points: Array, pierced_body: Index, passages: _Passages, k: int
+) -> bool:
     """Whether passage `k` leads to a point inside both bodies; `other` is the pierced one.
 
     From the edge it is a little way onto a triangle at it, and into the material.
     """
-    begin, end, far = points[passages.edge[k]]
-    along = (end - begin) / np.linalg.norm(end - begin)
-    across = (far - begin) - ((far - begin) @ along) * along
-    width = np.linalg.norm(across)
+    begin, end, opposite = points[passages.edge[k]]
+    direction = (end - begin) / np.linalg.norm(end - begin)
+    offset = (opposite - begin) - ((opposite - begin) @ direction) * direction
+    width = np.linalg.norm(offset)
     if width <= 8.0 * OVERLAP:
         return False  # a sliver: there is no way off its edge
-    across = across / width
+    offset = offset / width
     step = passages.to_inner_end[k]
     step = step * min(0.5, 20.0 * OVERLAP / float(np.linalg.norm(step)))
     # The far corner is to the left of a directed edge as seen from outside.
-    into = -np.cross(along, across)
-    x, y, z = passages.place[k] + step + OVERLAP * (4.0 * across + into)
-    _, height, sign = crossings(points, other, x, y)
+    inward = -np.cross(direction, offset)
+    x, y, z = passages.point[k] + step + OVERLAP * (4.0 * offset + inward)
+    _, height, sign = find_crossings(points, pierced_body, x, y)
     return bool(sign[height > z].sum() != 0)
 
 
@@ -267,7 +271,7 @@ class TakesLongError(Exception):
 
 
 @contextmanager
-def within(seconds: float) -> Iterator[None]:
+def patience(seconds: float) -> Iterator[None]:
     """Have `check_patience` raise in this thread once so many seconds have passed."""
     _of_thread.until = time.monotonic() + seconds
     try:

@@ -13,7 +13,7 @@ from ..kernels.principal_axes import principal_axes
 from ..records import Array, Part, part as parts
 from . import arrays, files, mass_properties, units, vectors
 from .hull import Hull, hull_of_part, keep_hull
-from .surface import Surface, beyond_hull, surface_of
+from .surface import Surface, distance_to_hull, surface_of
 
 LEAST_SHARE = 1e-7
 MOST_SHARE = 1e10
@@ -60,7 +60,7 @@ def load_part(
     mesh = files.read_mesh(file, unit, unless_declared=unless_declared)
     return part_of_file(
         mesh,
-        mass_properties.check_given(center_of_mass, mass, inertia, density),
+        mass_properties.check_properties(center_of_mass, mass, inertia, density),
         part_id or text.printable(Path(file).stem),
     )
 
@@ -129,20 +129,24 @@ def part_from_mesh(
             )
         vertices = mesh.vertices
         triangles = mesh.faces
-    given = mass_properties.check_given(center_of_mass, mass, inertia, density)
+    properties = mass_properties.check_properties(
+        center_of_mass, mass, inertia, density
+    )
     return part_of_file(
-        files.FileMesh(vertices, triangles, units.metres_per_unit(unit)), given, part_id
+        files.FileMesh(vertices, triangles, units.metres_per_unit(unit)),
+        properties,
+        part_id,
     )
 
 
 def part_of_file(
-    mesh: files.FileMesh, given: mass_properties.GivenProperties, part_id: str
+    mesh: files.FileMesh, properties: mass_properties.GivenProperties, part_id: str
 ) -> Part:
     """Check, weld, close, orient and integrate the mesh of a file or of arrays."""
-    metres, corners = arrays.checked_mesh(mesh.vertices, mesh.triangles, mesh.unit)
+    metres, corners = arrays.check_mesh(mesh.vertices, mesh.triangles, mesh.unit)
     surface = surface_of(metres, corners.astype(np.int64))
     rounding = arrays.coordinate_rounding(mesh.vertices, corners) * mesh.unit
-    kilograms, center, tensor = _mass_properties(given, surface)
+    kilograms, center, tensor = _mass_properties(properties, surface)
     warnings = (
         *units.unit_warnings(
             surface.hull.scale,
@@ -173,24 +177,30 @@ def part_of_file(
 
 
 def _mass_properties(
-    given: mass_properties.GivenProperties, surface: Surface
+    properties: mass_properties.GivenProperties, surface: Surface
 ) -> tuple[float, Array, Array]:
     """Mass, centre of mass and inertia as they are used: given ones, else those of the solid."""
     center = surface.solid.centroid
-    kilograms = 1.0 if given.mass is None else given.mass
-    if given.density is not None:
+    kilograms = 1.0 if properties.mass is None else properties.mass
+    if properties.density is not None:
         if surface.from_hull:
             raise errors.MassPropertiesError(
                 "a closed mesh where a density is given",
                 "one whose volume is not known, as it is open",
                 "give the mass instead, or export the mesh closed",
             )
-        kilograms = mass_properties.checked_mass(given.density * surface.solid.volume)
-    if given.center_of_mass is not None:
-        _check_inside(given.center_of_mass, surface.vertices, surface.hull)
-        center = given.center_of_mass
+        kilograms = mass_properties.check_mass(
+            properties.density * surface.solid.volume
+        )
+    if properties.center_of_mass is not None:
+        _check_inside(properties.center_of_mass, surface.vertices, surface.hull)
+        center = properties.center_of_mass
     uniform = surface.solid.inertia * (kilograms / surface.solid.volume)
-    return kilograms, center, uniform if given.inertia is None else given.inertia
+    return (
+        kilograms,
+        center,
+        uniform if properties.inertia is None else properties.inertia,
+    )
 
 
 def shift_center(part: Part, offset: ArrayLike) -> Part:
@@ -241,16 +251,18 @@ def shift_center(part: Part, offset: ArrayLike) -> Part:
 
 def _check_inside(center: Array, vertices: Array, hull: Hull) -> None:
     """Refuse a centre of mass on or outside the convex hull."""
-    beyond = beyond_hull(center, hull)
+    distance = distance_to_hull(center, hull)
     # The square of a distance from far outside may be beyond float64.
-    radius = hull.scale if beyond > hull.scale else _reach(center, vertices)
-    if beyond < -tolerances.ON_HULL * radius:
+    radius = hull.scale if distance > hull.scale else _reach(center, vertices)
+    if distance < -tolerances.ON_HULL * radius:
         return
-    on_hull = beyond <= tolerances.ON_HULL * radius
-    where = "on its surface" if on_hull else f"{text.length_in_words(beyond)} outside"
+    on_hull = distance <= tolerances.ON_HULL * radius
+    position = (
+        "on its surface" if on_hull else f"{text.length_in_words(distance)} outside"
+    )
     raise errors.MassPropertiesError(
         "a centre of mass inside the part's convex hull",
-        "({:.6g}, {:.6g}, {:.6g}) mm, ".format(*1e3 * center) + where,
+        "({:.6g}, {:.6g}, {:.6g}) mm, ".format(*1e3 * center) + position,
         "check its unit, and that it is in the mesh's own frame",
     )
 
@@ -266,17 +278,17 @@ def _inertia_warning(
     """Warn about an inertia that no material inside the hull can have, and refuse absurd ones."""
     reach = _reach(center, surface.vertices)
     limit = mass * reach * reach
-    largest = float(principal_axes(inertia)[0][-1])
-    if not LEAST_SHARE * limit <= largest <= MOST_SHARE * limit:
+    moment = float(principal_axes(inertia)[0][-1])
+    if not LEAST_SHARE * limit <= moment <= MOST_SHARE * limit:
         raise errors.MassPropertiesError(
             f"moments of inertia from {LEAST_SHARE * limit:.3g} to {MOST_SHARE * limit:.3g} kg m² "
             f"of a part of this size and mass",
-            f"{largest:.3g} kg m²",
+            f"{moment:.3g} kg m²",
             "check the unit of the tensor",
         )
-    if largest <= limit * (1.0 + tolerances.TRIANGLE_INEQUALITY):
+    if moment <= limit * (1.0 + tolerances.TRIANGLE_INEQUALITY):
         return ()
     return (
-        f"INERTIA_SUSPECT: a principal moment of {largest:.3g} kg m² is more than material "
+        f"INERTIA_SUSPECT: a principal moment of {moment:.3g} kg m² is more than material "
         f"inside the part can have ({limit:.3g} kg m²); check its unit (kg mm², g mm²).",
     )

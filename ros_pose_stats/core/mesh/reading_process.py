@@ -41,7 +41,7 @@ MOST_TRIANGLES = 10_000_000
 MOST_VERTICES = 30_000_000
 """Of a 3MF file, with every object as often as it is placed."""
 
-UNMOVED = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
+IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
 """Three rows of a matrix that leaves everything in its place."""
 
 
@@ -50,18 +50,18 @@ def main(parent: int, folder: str) -> None:
     end_with(parent)
     answer = os.dup(1)
     os.dup2(2, 1)
-    read = tessellate if folder else unpack
+    convert = tessellate if folder else unpack
     with os.fdopen(answer, "wb") as output:
-        for piece in read(sys.stdin.buffer.read(), folder):
+        for piece in convert(sys.stdin.buffer.read(), folder):
             output.write(piece)
 
 
 def tessellate(data: bytes, folder: str) -> list[bytes]:
     """A GLB file of a STEP file."""
     sys.path.insert(0, folder)
-    found = importlib.util.find_spec("cascadio")
-    assert found is not None
-    sys.modules["cascadio"] = importlib.util.module_from_spec(found)
+    package = importlib.util.find_spec("cascadio")
+    assert package is not None
+    sys.modules["cascadio"] = importlib.util.module_from_spec(package)
     from cascadio import _core
 
     # One thread, so that the order of the triangles is never a matter of chance.
@@ -81,22 +81,26 @@ def unpack(data: bytes, _: str) -> list[bytes]:
     """A line of JSON about a 3MF file, then coordinates and corners of each object in it."""
     try:
         archive = Archive(data)
-        placed = archive.placed()
+        instances = archive.instances()
     except RefusedError as refusal:
         return [json.dumps({"refused": refusal.args}).encode()]
     except Exception as error:  # whatever else is wrong with the file
         return [json.dumps({"unreadable": f"{type(error).__name__}: {error}"}).encode()]
-    used = list(dict.fromkeys(key for key, _ in placed))
-    objects = [archive.objects[key] for key in used]
-    number = {key: place for place, key in enumerate(used)}
+    keys = list(dict.fromkeys(key for key, _ in instances))
+    objects = [archive.objects[key] for key in keys]
+    number = {key: position for position, key in enumerate(keys)}
     head = {
         "unit": archive.unit,
-        "sizes": [(len(one.vertices), len(one.corners)) for one in objects],
-        "placed": [(number[key], matrix) for key, matrix in placed],
+        "sizes": [(len(mesh.vertices), len(mesh.corners)) for mesh in objects],
+        "placed": [(number[key], matrix) for key, matrix in instances],
     }
     return [
         json.dumps(head).encode() + b"\n",
-        *(each.tobytes() for one in objects for each in (one.vertices, one.corners)),
+        *(
+            numbers.tobytes()
+            for mesh in objects
+            for numbers in (mesh.vertices, mesh.corners)
+        ),
     ]
 
 
@@ -131,39 +135,31 @@ class Archive:
         self.root = next(name for name in self._names if "3d/3dmodel.model" in name)
         self._read(self.root)
 
-    def placed(self) -> list[Reference]:
+    def instances(self) -> list[Reference]:
         """Each object with a mesh as often as it is built, and the matrix that puts it there."""
-        placed = []
+        instances = []
         triangles = 0
         vertices = 0
-        waiting = [(key, matrix, 1) for key, matrix in stacked(self.items)]
-        seen = 0
-        while waiting:
-            key, matrix, depth = waiting.pop()
-            found = self._object(key)
-            seen += 1
-            triangles += len(found.corners) // 3
-            vertices += len(found.vertices) // 3
-            instances = seen + len(waiting) + len(found.components)
-            for most, number, what in (
-                (MOST_INSTANCES, instances, "placed objects"),
-                (MOST_DEPTH, depth, "objects in each other"),
-                (MOST_TRIANGLES, triangles, "triangles"),
-                (MOST_VERTICES, vertices, "vertices"),
-            ):
-                if number > most:
-                    raise RefusedError(
-                        f"at most {most} {what}",
-                        "more than that",
-                        "export single parts, or join the objects before",
-                    )
-            if found.corners:
-                placed.append((key, matrix))
-            waiting += [
-                (other, product(matrix, inner), depth + 1)
-                for other, inner in stacked(found.components)
+        visits = 0
+        stack = [(key, matrix, 1) for key, matrix in order_like_trimesh(self.items)]
+        while stack:
+            key, matrix, depth = stack.pop()
+            mesh = self._object(key)
+            visits += 1
+            triangles += len(mesh.corners) // 3
+            vertices += len(mesh.vertices) // 3
+            placed = visits + len(stack) + len(mesh.components)
+            check_limit(placed, MOST_INSTANCES, "placed objects")
+            check_limit(depth, MOST_DEPTH, "objects in each other")
+            check_limit(triangles, MOST_TRIANGLES, "triangles")
+            check_limit(vertices, MOST_VERTICES, "vertices")
+            if mesh.corners:
+                instances.append((key, matrix))
+            stack += [
+                (component, multiply(matrix, component_matrix), depth + 1)
+                for component, component_matrix in order_like_trimesh(mesh.components)
             ]
-        return placed
+        return instances
 
     def _object(self, key: tuple[str, str]) -> Object:
         if key not in self.objects and key[0] not in self._models:
@@ -229,13 +225,13 @@ class Archive:
                     )
                 parser.Parse(piece, False)
         parser.Parse(b"", True)
-        for one in self.objects.values():
+        for mesh in self.objects.values():
             if (
-                one.corners
+                mesh.corners
                 and not 0
-                <= min(one.corners)
-                <= max(one.corners)
-                < len(one.vertices) // 3
+                <= min(mesh.corners)
+                <= max(mesh.corners)
+                < len(mesh.vertices) // 3
             ):
                 raise RefusedError(
                     "triangles between vertices of their object",
@@ -244,23 +240,33 @@ class Archive:
                 )
 
 
-def stacked(placed: list[Reference]) -> list[Reference]:
+def check_limit(number: int, limit: int, noun: str) -> None:
+    """Refuse a file that has more of something than would be sensible."""
+    if number > limit:
+        raise RefusedError(
+            f"at most {limit} {noun}",
+            "more than that",
+            "export single parts, or join the objects before",
+        )
+
+
+def order_like_trimesh(placed: list[Reference]) -> list[Reference]:
     """What is placed: the first one, then the others from the last one on, instances together.
 
     So trimesh has it, and the order makes the digest.
     """
-    alike: dict[tuple[str, str], list[Reference]] = {}
-    for one in placed:
-        alike.setdefault(one[0], []).append(one)
-    found = [one for some in alike.values() for one in some]
-    return [*found[1:], *found[:1]]
+    by_object: dict[tuple[str, str], list[Reference]] = {}
+    for reference in placed:
+        by_object.setdefault(reference[0], []).append(reference)
+    references = [reference for group in by_object.values() for reference in group]
+    return [*references[1:], *references[:1]]
 
 
 def placement(fields: dict[str, str]) -> tuple[float, ...]:
     """The rows of the matrix of an element, which the file has column by column."""
     if "transform" not in fields:
-        return UNMOVED
-    values = [float(one) for one in fields["transform"].split()]
+        return IDENTITY
+    values = [float(number) for number in fields["transform"].split()]
     if len(values) != 12:
         raise RefusedError(
             "transforms of twelve numbers", f"{len(values)}", "export it again"
@@ -268,10 +274,10 @@ def placement(fields: dict[str, str]) -> tuple[float, ...]:
     return tuple(values[3 * column + row] for row in range(3) for column in range(4))
 
 
-def product(first: tuple[float, ...], second: tuple[float, ...]) -> tuple[float, ...]:
+def multiply(first: tuple[float, ...], second: tuple[float, ...]) -> tuple[float, ...]:
     """The matrix that does the second, then the first."""
-    if first is UNMOVED or second is UNMOVED:
-        return second if first is UNMOVED else first
+    if first is IDENTITY or second is IDENTITY:
+        return second if first is IDENTITY else first
     return tuple(
         sum(first[4 * row + k] * second[4 * k + column] for k in range(3))
         + (first[4 * row + 3] if column == 3 else 0.0)

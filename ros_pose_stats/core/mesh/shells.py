@@ -13,7 +13,7 @@ from ..kernels.mesh.measures import bounds, tetrahedra
 from ..records import Array, Index, Mask
 from ..tolerances import OVERLAP
 from .overlap import check_patience, reach_into_each_other
-from .winding import Shells, crossings
+from .winding import Shells, find_crossings
 
 # Rounding of a sum of volumes of order one; a folded sheet encloses no more.
 _NO_VOLUME = 1e-14
@@ -21,7 +21,7 @@ _NO_VOLUME = 1e-14
 _FEW = 4  # candidates that are asked at first
 
 
-def oriented_outward(vertices: Array, shells: Shells) -> tuple[Index, float]:
+def orient_outward(vertices: Array, shells: Shells) -> tuple[Index, float]:
     """Turn the shells so that all normals point out of the material.
 
     Returns the triangles, and the share of the volume that counts twice where bodies reach into
@@ -31,31 +31,35 @@ def oriented_outward(vertices: Array, shells: Shells) -> tuple[Index, float]:
     size = float((high - low).max())
     points = (vertices - (low + 0.5 * (high - low))) / size
     weights = tetrahedra(points, shells.triangles)
-    if shells.total == 1:
-        inverted = float(weights.sum()) < 0.0
-        return np.ascontiguousarray(shells.triangles[:, :: -1 if inverted else 1]), 0.0
-    volumes = np.bincount(shells.shell, weights=weights, minlength=shells.total).astype(
-        np.float64
-    )
+    if shells.shell_count == 1:
+        is_inverted = float(weights.sum()) < 0.0
+        return np.ascontiguousarray(
+            shells.triangles[:, :: -1 if is_inverted else 1]
+        ), 0.0
+    volumes = np.bincount(
+        shells.shell, weights=weights, minlength=shells.shell_count
+    ).astype(np.float64)
     rank = np.argsort(np.argsort(-np.abs(volumes), kind="stable"))
     order = np.argsort(rank[shells.shell], kind="stable")
-    ranked = shells._replace(
+    shells_by_size = shells._replace(
         triangles=shells.triangles[order], shell=rank[shells.shell][order]
     )
     volumes = volumes[np.argsort(rank)]
-    outward, owner, doubled = _nesting(points, ranked, volumes)
-    turn = (outward != (volumes > 0.0))[ranked.shell]
-    triangles = np.empty_like(ranked.triangles)
+    is_outward, owner, is_doubled = _nest_shells(points, shells_by_size, volumes)
+    is_turned = (is_outward != (volumes > 0.0))[shells_by_size.shell]
+    triangles = np.empty_like(shells_by_size.triangles)
     triangles[order] = np.where(
-        turn[:, None], ranked.triangles[:, ::-1], ranked.triangles
+        is_turned[:, None], shells_by_size.triangles[:, ::-1], shells_by_size.triangles
     )
-    body = owner[ranked.shell]
-    if not doubled and not reach_into_each_other(points, ranked.triangles, body):
+    body = owner[shells_by_size.shell]
+    if not is_doubled and not reach_into_each_other(
+        points, shells_by_size.triangles, body
+    ):
         return triangles, 0.0
-    return triangles, _share_counted_twice(points, triangles[order], body)
+    return triangles, _doubled_share(points, triangles[order], body)
 
 
-def _share_counted_twice(points: Array, triangles: Index, body: Index) -> float:
+def _doubled_share(points: Array, triangles: Index, body: Index) -> float:
     """Share of the volume of all bodies beyond that of their union; 1 where none is known."""
     from manifold3d import (
         Error,
@@ -68,65 +72,69 @@ def _share_counted_twice(points: Array, triangles: Index, body: Index) -> float:
         Manifold(Mesh64(points, triangles[body == number].astype(np.uint64)))
         for number in np.unique(body)
     ]
-    whole = sum(solid.volume() for solid in solids)
+    volume = sum(solid.volume() for solid in solids)
     union = Manifold.batch_boolean(solids, OpType.Add)
-    return 1.0 - union.volume() / whole if union.status() == Error.NoError else 1.0
+    return 1.0 - union.volume() / volume if union.status() == Error.NoError else 1.0
 
 
-def _nesting(points: Array, shells: Shells, volumes: Array) -> tuple[Mask, Index, bool]:
+def _nest_shells(
+    points: Array, shells: Shells, volumes: Array
+) -> tuple[Mask, Index, bool]:
     """Apply the rules of the module's docstring to shells (S,) by falling volume, inward.
 
     Whether each has to bound material from outside; number of its body, of a void that of the body
     around it; whether one body lies in the metal of another.
     """
-    parent = _parents(points, shells, volumes)
-    outward = volumes > 0.0
-    body = np.arange(shells.total)
-    untold = np.zeros(shells.total, dtype=bool)
-    doubled = False
-    for shell, around in enumerate(parent.tolist()):
+    parent = _find_parents(points, shells, volumes)
+    is_outward = volumes > 0.0
+    body = np.arange(shells.shell_count)
+    is_untold = np.zeros(shells.shell_count, dtype=bool)
+    is_doubled = False
+    for shell, outer_shell in enumerate(parent.tolist()):
         if abs(volumes[shell]) <= _NO_VOLUME:
             body[shell] = 0  # a loose flap is nobody's second body
             continue
-        in_metal = around >= 0 and outward[around]
-        if around >= 0 and untold[around]:
-            outward[shell] = not in_metal
-            untold[shell] = True
-        elif not in_metal and not outward[shell]:
-            outward[shell] = untold[shell] = True
-        doubled |= bool(in_metal and outward[shell])
-        if not outward[shell]:
-            body[shell] = body[around]
-    return outward, body, doubled
+        in_metal = outer_shell >= 0 and is_outward[outer_shell]
+        if outer_shell >= 0 and is_untold[outer_shell]:
+            is_outward[shell] = not in_metal
+            is_untold[shell] = True
+        elif not in_metal and not is_outward[shell]:
+            is_outward[shell] = is_untold[shell] = True
+        is_doubled |= bool(in_metal and is_outward[shell])
+        if not is_outward[shell]:
+            body[shell] = body[outer_shell]
+    return is_outward, body, is_doubled
 
 
-def _parents(points: Array, shells: Shells, volumes: Array) -> Index:
+def _find_parents(points: Array, shells: Shells, volumes: Array) -> Index:
     """Find the smallest shell around each (S,), -1 for none; shells by falling volume."""
     corners = points[shells.triangles]
-    first = np.searchsorted(shells.shell, np.arange(shells.total + 1))
-    low = np.minimum.reduceat(corners.min(axis=1), first[:-1])
-    high = np.maximum.reduceat(corners.max(axis=1), first[:-1])
-    parent = np.full(shells.total, -1)
-    for shell in range(1, shells.total):
+    shell_start = np.searchsorted(shells.shell, np.arange(shells.shell_count + 1))
+    low = np.minimum.reduceat(corners.min(axis=1), shell_start[:-1])
+    high = np.maximum.reduceat(corners.max(axis=1), shell_start[:-1])
+    parent = np.full(shells.shell_count, -1)
+    for shell in range(1, shells.shell_count):
         check_patience()
         if abs(volumes[shell]) <= _NO_VOLUME:
             break
-        around = np.flatnonzero(
+        candidates = np.flatnonzero(
             (low[:shell] <= low[shell] + OVERLAP).all(axis=1)
             & (high[:shell] >= high[shell] - OVERLAP).all(axis=1)
         )
-        if len(around) == 0:
+        if len(candidates) == 0:
             continue
-        own = slice(int(first[shell]), int(first[shell + 1]))
-        inside = _inner_point(points, shells.triangles[own])
-        if inside is None:
+        shell_triangles = slice(int(shell_start[shell]), int(shell_start[shell + 1]))
+        point = _find_inner_point(points, shells.triangles[shell_triangles])
+        if point is None:
             continue
-        parent[shell] = _smallest_around(points, shells, first, around, inside)
+        parent[shell] = _find_smallest_around(
+            points, shells, shell_start, candidates, point
+        )
     return parent
 
 
-def _smallest_around(
-    points: Array, shells: Shells, first: Index, candidates: Index, inside: Array
+def _find_smallest_around(
+    points: Array, shells: Shells, shell_start: Index, candidates: Index, point: Array
 ) -> int:
     """Find the last of the candidates (rising) that encloses a point, -1 for none.
 
@@ -134,33 +142,37 @@ def _smallest_around(
     """
     batch = _FEW
     while len(candidates):
-        candidates, asked = candidates[:-batch], candidates[-batch:]
-        near = np.concatenate([np.arange(first[k], first[k + 1]) for k in asked])
-        x, y, z = inside.tolist()
-        which, height, sign = crossings(points, shells.triangles[near], x, y)
-        above = height > z
-        enclosing = np.flatnonzero(
-            np.bincount(shells.shell[near[which[above]]], weights=sign[above])
+        candidates, chosen_shells = candidates[:-batch], candidates[-batch:]
+        rows = np.concatenate(
+            [np.arange(shell_start[k], shell_start[k + 1]) for k in chosen_shells]
         )
-        if len(enclosing):
-            return int(enclosing.max())
+        x, y, z = point.tolist()
+        crossed, height, sign = find_crossings(points, shells.triangles[rows], x, y)
+        is_above = height > z
+        enclosing_shells = np.flatnonzero(
+            np.bincount(shells.shell[rows[crossed[is_above]]], weights=sign[is_above])
+        )
+        if len(enclosing_shells):
+            return int(enclosing_shells.max())
         batch *= 4
     return -1
 
 
-def _inner_point(points: Array, triangles: Index) -> Array | None:
+def _find_inner_point(points: Array, triangles: Index) -> Array | None:
     """Find a point well inside one shell: the middle of its widest vertical passage there."""
     a, b, c = (points[triangles[:, k]] for k in range(3))
     u = b - a
     v = c - a
-    widest = int(np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]).argmax())
-    x, y = ((a + b + c)[widest, :2] / 3.0).tolist()
-    _, height, sign = crossings(points, triangles, x, y)
+    widest_triangle = int(np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]).argmax())
+    x, y = ((a + b + c)[widest_triangle, :2] / 3.0).tolist()
+    _, height, sign = find_crossings(points, triangles, x, y)
     if len(height) < 2:
         return None
     order = np.argsort(height, kind="stable")
     passage = np.diff(height[order]) * (np.cumsum(sign[order])[:-1] != 0)
-    longest = int(passage.argmax())
-    if passage[longest] <= 0.0:
+    longest_passage = int(passage.argmax())
+    if passage[longest_passage] <= 0.0:
         return None
-    return np.array([x, y, height[order[longest]] + 0.5 * passage[longest]])
+    return np.array(
+        [x, y, height[order[longest_passage]] + 0.5 * passage[longest_passage]]
+    )

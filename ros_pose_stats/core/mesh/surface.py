@@ -12,7 +12,7 @@ from ..records import Array, Index
 from . import arrays, mass_properties, winding
 from .closing import Closing, close_holes
 from .hull import Hull, hull_of
-from .shells import oriented_outward
+from .shells import orient_outward
 
 UNCERTAIN = 1e-3
 """Largest volume, as a fraction of the solid's, that caps of holes may be wrong by, or that bodies
@@ -35,7 +35,7 @@ def surface_of(vertices: Array, triangles: Index) -> Surface:
     """Weld, close, orient and integrate; where that gives no solid, take the convex hull."""
     vertices, triangles = weld(vertices, triangles)
     _check_spans_volume(vertices, triangles)
-    shells = winding.closed_shells(vertices, triangles)
+    shells = winding.find_shells(vertices, triangles)
     closing = (
         Closing(shells) if shells is not None else close_holes(vertices, triangles)
     )
@@ -57,7 +57,7 @@ def surface_of(vertices: Array, triangles: Index) -> Surface:
                     f"HOLES_CLOSED: {text.several(closing.holes, 'hole')} in the mesh "
                     f"{'was' if closing.holes == 1 else 'were'} closed without further corners, which "
                     f"leaves {100.0 * share:.2g} % of the volume uncertain; the centre of mass is "
-                    f"then at {_place(surface.solid, surface.hull)}.",
+                    f"then at {_describe_centroid(surface.solid, surface.hull)}.",
                     *surface.warnings,
                 )
             )
@@ -71,84 +71,88 @@ def weld(vertices: Array, triangles: Index) -> tuple[Array, Index]:
 
     Returns the first of coincident vertices; the very array given when nothing changes.
     """
-    vertices, triangles = without_unused(vertices, triangles)
+    vertices, triangles = remove_unused(vertices, triangles)
     if len(triangles) == 0:
         return vertices, triangles
     low, high = measures.bounds(vertices)
     extent = float((high - low).max())
     if extent == 0.0:
         return vertices[:1], triangles[:0]
-    found, first = nearness.first_of_coincident(vertices, low, tolerances.WELD * extent)
-    if not found:
-        return without_unused(vertices, _without_collapsed(triangles))
-    kept = first == np.arange(len(vertices))
-    renumbered = np.cumsum(kept) - 1
-    triangles = _without_collapsed(renumbered[first][triangles])
-    return without_unused(vertices[kept], triangles)
+    has_coincident, representative = nearness.first_of_coincident(
+        vertices, low, tolerances.WELD * extent
+    )
+    if not has_coincident:
+        return remove_unused(vertices, _remove_collapsed(triangles))
+    is_kept = representative == np.arange(len(vertices))
+    number = np.cumsum(is_kept) - 1
+    triangles = _remove_collapsed(number[representative][triangles])
+    return remove_unused(vertices[is_kept], triangles)
 
 
-def without_unused(vertices: Array, triangles: Index) -> tuple[Array, Index]:
+def remove_unused(vertices: Array, triangles: Index) -> tuple[Array, Index]:
     """Leave out vertices of no triangle; the very arrays given when there are none."""
-    used = np.zeros(len(vertices), dtype=bool)
-    used[triangles.ravel()] = True
-    if used.all():
+    is_used = np.zeros(len(vertices), dtype=bool)
+    is_used[triangles.ravel()] = True
+    if is_used.all():
         return vertices, triangles
-    return vertices[used], (np.cumsum(used) - 1)[triangles]
+    return vertices[is_used], (np.cumsum(is_used) - 1)[triangles]
 
 
-def _without_collapsed(triangles: Index) -> Index:
+def _remove_collapsed(triangles: Index) -> Index:
     """Leave out triangles with a repeated corner."""
     a, b, c = triangles.T
-    whole = (a != b) & (b != c) & (c != a)
-    return triangles if whole.all() else triangles[whole]
+    is_whole = (a != b) & (b != c) & (c != a)
+    return triangles if is_whole.all() else triangles[is_whole]
 
 
 def _solid_surface(vertices: Array, shells: winding.Shells) -> Surface:
     """The solid that closed shells bound."""
-    points, kept = without_unused(vertices, shells.triangles)
-    oriented, twice = oriented_outward(points, shells._replace(triangles=kept))
+    points, triangles = remove_unused(vertices, shells.triangles)
+    outward_triangles, doubled_share = orient_outward(
+        points, shells._replace(triangles=triangles)
+    )
     remark = (
-        f"BODIES_OVERLAP: bodies of the mesh reach into each other, and {100.0 * twice:.2g} "
+        f"BODIES_OVERLAP: bodies of the mesh reach into each other, and {100.0 * doubled_share:.2g} "
         f"% of the volume counts twice in the mass properties; unite them in CAD or give "
         f"mass properties.",
     )
     return Surface(
         points,
-        np.ascontiguousarray(oriented),
-        mass_properties.solid_of(points, oriented),
+        np.ascontiguousarray(outward_triangles),
+        mass_properties.solid_of(points, outward_triangles),
         hull_of(points),
         False,
-        remark if twice > UNCERTAIN else (),
-        remark if 0.0 < twice <= UNCERTAIN else (),
+        remark if doubled_share > UNCERTAIN else (),
+        remark if 0.0 < doubled_share <= UNCERTAIN else (),
     )
 
 
 def _hull_surface(vertices: Array, problem: str) -> Surface:
     """The hull in place of a mesh that has a problem."""
     hull = hull_of(vertices)
-    around = _hull_triangles(vertices, hull)
-    solid = mass_properties.solid_of(vertices, around)
+    triangles = _hull_triangles(vertices, hull)
+    solid = mass_properties.solid_of(vertices, triangles)
     warning = (
         f"OPEN_MESH: the mesh {problem}, so its convex hull stands in for it, with the "
-        f"centre of mass at {_place(solid, hull)}; mass properties that you do not give "
+        f"centre of mass at {_describe_centroid(solid, hull)}; mass properties that you do not give "
         "are the hull's."
     )
-    return Surface(vertices, around, solid, hull, True, (warning,))
+    return Surface(vertices, triangles, solid, hull, True, (warning,))
 
 
-def _place(solid: mass_properties.Solid, hull: Hull) -> str:
+def _describe_centroid(solid: mass_properties.Solid, hull: Hull) -> str:
     """The centroid in words, without rounding errors."""
-    far = np.abs(solid.centroid) > 1e-6 * hull.scale
-    x, y, z = (1e3 * np.where(far, solid.centroid, 0.0)).tolist()
+    is_nonzero = np.abs(solid.centroid) > 1e-6 * hull.scale
+    x, y, z = (1e3 * np.where(is_nonzero, solid.centroid, 0.0)).tolist()
     return f"({x:.4g}, {y:.4g}, {z:.4g}) mm"
 
 
 def _is_solid(solid: mass_properties.Solid, hull: Hull) -> bool:
     """Whether a solid in this hull can have such a volume, centroid and inertia."""
-    whole = hull.qhull.volume * (hull.scale * hull.scale * hull.scale)
+    hull_volume = hull.qhull.volume * (hull.scale * hull.scale * hull.scale)
     return bool(
-        solid.volume > tolerances.HOLLOW * whole
-        and beyond_hull(solid.centroid, hull) < 0.0
+        solid.volume > tolerances.HOLLOW * hull_volume
+        and distance_to_hull(solid.centroid, hull) < 0.0
         and principal_axes(solid.inertia)[0][0] > 0.0
     )
 
@@ -156,26 +160,26 @@ def _is_solid(solid: mass_properties.Solid, hull: Hull) -> bool:
 def _hull_triangles(vertices: Array, hull: Hull) -> Index:
     """Triangles of the hull, normals outward."""
     triangles = hull.qhull.simplices.astype(np.int64)
-    shells = winding.closed_shells(vertices, triangles)
+    shells = winding.find_shells(vertices, triangles)
     if shells is not None:
-        return arrays.in_standard_order(oriented_outward(vertices, shells)[0])
+        return arrays.sort_triangles(orient_outward(vertices, shells)[0])
     # Qhull may split a merged facet into slivers that fold, but its normals are right.
     a, b, c = (vertices[triangles[:, k]] for k in range(3))
-    inward = (np.cross(b - a, c - a) * hull.qhull.equations[:, :3]).sum(axis=1) < 0.0
-    return arrays.in_standard_order(
-        np.where(inward[:, None], triangles[:, ::-1], triangles)
+    is_inward = (np.cross(b - a, c - a) * hull.qhull.equations[:, :3]).sum(axis=1) < 0.0
+    return arrays.sort_triangles(
+        np.where(is_inward[:, None], triangles[:, ::-1], triangles)
     )
 
 
-def beyond_hull(point: Array, hull: Hull) -> float:
+def distance_to_hull(point: Array, hull: Hull) -> float:
     """How far a point is beyond the nearest hull plane, metres; negative inside."""
     planes = hull.qhull.equations
     with np.errstate(over="ignore"):
-        aside = float(np.abs((point - hull.shift) / hull.scale).max())
+        offset = float(np.abs((point - hull.shift) / hull.scale).max())
     if (
-        aside > 1e9
+        offset > 1e9
     ):  # perhaps too far to compute with, and the hull is as good as a point
-        return aside * hull.scale
+        return offset * hull.scale
     return float(
         (planes[:, :3] @ ((point - hull.shift) / hull.scale) + planes[:, 3]).max()
         * hull.scale

@@ -60,7 +60,7 @@ likely to be one of a centimetre and a half or an inch and a half."""
 _SAME = 1e-6  # relative difference up to which two units are one
 
 
-def named_unit(text: str) -> str | None:
+def unit_name(text: str) -> str | None:
     """`m`, `mm`, `cm` or `inch` from any usual spelling of it in any case; None for others."""
     name = text.strip().lower()
     if name in METRES_PER_UNIT:
@@ -68,14 +68,14 @@ def named_unit(text: str) -> str | None:
     return _SPELLINGS.get(name.removesuffix("s"))
 
 
-def likely_units(vertices: Array, triangles: Corners) -> list[str]:
+def rank_units(vertices: Array, triangles: Corners) -> list[str]:
     """Units that make a mesh a part for a feeder, the most likely one first.
 
     Likely are a usual size, and lengths from the near end to flat faces across an axis in few
     steps of a grid that people draw on: 5, 2.5 and 1.375 are in inches rather than in millimetres.
     """
     lengths, rounding = _lengths(vertices, triangles)
-    found = {}
+    evidence = {}
     for unit, prior in _PRIOR.items():
         scale = 1e3 * METRES_PER_UNIT[unit]
         size = float(lengths.max(initial=0.0)) * scale
@@ -85,13 +85,13 @@ def likely_units(vertices: Array, triangles: Corners) -> list[str]:
                 np.abs(steps - np.round(steps)) <= steps * rounding / lengths[:, None]
             )
             share = np.array([share for _, share in _GRIDS])
-            each = _OFF_GRID + (round_ones * share / steps).sum(axis=1)
-            found[unit] = (
+            likelihood = _OFF_GRID + (round_ones * share / steps).sum(axis=1)
+            evidence[unit] = (
                 math.log(prior)
                 - 0.5 * math.log(size / _USUAL, 4.0) ** 2
-                + np.log(each).mean() * min(len(each), _MOST_LENGTHS)
+                + np.log(likelihood).mean() * min(len(likelihood), _MOST_LENGTHS)
             )
-    return sorted(found, key=lambda unit: -found[unit])
+    return sorted(evidence, key=lambda unit: -evidence[unit])
 
 
 def _lengths(vertices: Array, triangles: Corners) -> tuple[Array, float]:
@@ -102,15 +102,15 @@ def _lengths(vertices: Array, triangles: Corners) -> tuple[Array, float]:
     rounding = 4e-6 * float((high - low).max())
     if not 0.0 < rounding < math.inf:
         return np.zeros(0), 0.0
-    flat = np.ptp(corner, axis=1) <= rounding
-    found = np.sort(np.concatenate(((corner[:, 0] - low)[flat], high - low)))
-    found = found[found > rounding]
-    return found[np.diff(found, prepend=0.0) > rounding], rounding
+    is_flat = np.ptp(corner, axis=1) <= rounding
+    lengths = np.sort(np.concatenate(((corner[:, 0] - low)[is_flat], high - low)))
+    lengths = lengths[lengths > rounding]
+    return lengths[np.diff(lengths, prepend=0.0) > rounding], rounding
 
 
 def metres_per_unit(unit: str | float) -> float:
     """Metres of `m`, `mm`, `cm` or `inch` in any usual spelling, or of a number of them."""
-    if isinstance(unit, str) and (name := named_unit(unit)) is not None:
+    if isinstance(unit, str) and (name := unit_name(unit)) is not None:
         return METRES_PER_UNIT[name]
     length = math.nan if isinstance(unit, (str, bool)) else number_or_nan(unit)
     if not 0.0 < length < math.inf:
@@ -122,39 +122,39 @@ def metres_per_unit(unit: str | float) -> float:
     return length
 
 
-def asked_unit(unit: str | float | None) -> float | Literal["auto"] | None:
+def requested_unit(unit: str | float | None) -> float | Literal["auto"] | None:
     """What a user asks for: metres a unit, a guess for `auto`, or nothing."""
     if isinstance(unit, str) and unit.strip().lower() == AUTO:
         return AUTO
     return None if unit is None else metres_per_unit(unit)
 
 
-def unit_that_counts(
-    asked: float | Literal["auto"] | None,
+def choose_unit(
+    requested: float | Literal["auto"] | None,
     declared: float | None,
     vertices: Array,
     triangles: Corners,
     unless_declared: bool,
 ) -> tuple[float, UnitSource]:
     """Metres a unit of a file, and where that comes from."""
-    if declared is not None and (unless_declared or asked in (None, AUTO)):
+    if declared is not None and (unless_declared or requested in (None, AUTO)):
         return declared, "declared"
-    if asked != AUTO:
-        return (1.0, "assumed") if asked is None else (float(asked), "given")
+    if requested != AUTO:
+        return (1.0, "assumed") if requested is None else (float(requested), "given")
     corners = triangles.ravel()
     if not len(corners) or corners.min() < 0 or corners.max() >= len(vertices):
         return 1.0, "assumed"  # refused where the part is built
     extent = float(np.ptp(vertices[corners], axis=0).max())
     if not math.isfinite(extent):
         return 1.0, "assumed"  # refused with its vertex there
-    likely = likely_units(vertices, triangles)
-    if not likely:
+    candidates = rank_units(vertices, triangles)
+    if not candidates:
         raise errors.RequestError(
             "a mesh that in mm, m, inch or cm is 0.5 mm to 1 m long",
             f"one {extent:.3g} units long",
             "give its unit",
         )
-    return METRES_PER_UNIT[likely[0]], "guessed"
+    return METRES_PER_UNIT[candidates[0]], "guessed"
 
 
 def unit_warnings(
@@ -168,22 +168,22 @@ def unit_warnings(
     """Warn about a part of an unlikely size, a guessed unit, and one that the file contradicts."""
     size = text.length_in_words(extent)
     shortest, longest = _UNDOUBTED_ASSUMED if source == "assumed" else _UNDOUBTED
-    usual = shortest <= extent <= longest
-    meant = (
+    is_usual = shortest <= extent <= longest
+    alternatives = (
         []
-        if usual and source != "guessed"
+        if is_usual and source != "guessed"
         else [
             f"{name}: {text.length_in_words(extent / unit * METRES_PER_UNIT[name])}"
-            for name in likely_units(metres / unit, triangles)
+            for name in rank_units(metres / unit, triangles)
             if METRES_PER_UNIT[name] != unit
         ]
     )
     if source == "guessed":
-        others = f" (else in {', '.join(meant)})" if meant else ""
+        hint = f" (else in {', '.join(alternatives)})" if alternatives else ""
         name = _unit_in_words(unit)
         return (
             f"UNIT_GUESSED: the file names no unit; it was taken to be in {name}, {size} "
-            f"long{others}. Give the unit to be sure: --unit {name}.",
+            f"long{hint}. Give the unit to be sure: --unit {name}.",
         )
     warnings = []
     if declared is not None and not math.isclose(unit, declared, rel_tol=_SAME):
@@ -192,15 +192,15 @@ def unit_warnings(
             f"it was taken to be in {_unit_in_words(unit)}, as asked: all lengths are "
             f"{unit / declared:.4g} times those that the file names."
         )
-    if not usual:
-        why = (
+    if not is_usual:
+        reason = (
             "since its file names no unit and metres are assumed"
             if source == "assumed"
             else "unusual for a fed part"
         )
-        better = f"; likely in {meant[0]}" if meant else ""
+        suggestion = f"; likely in {alternatives[0]}" if alternatives else ""
         warnings.append(
-            f"UNIT_SUSPECT: the part is {size} long, {why}{better}; check the unit."
+            f"UNIT_SUSPECT: the part is {size} long, {reason}{suggestion}; check the unit."
         )
     return tuple(warnings)
 

@@ -39,7 +39,7 @@ def length(vector: Array) -> float:
     return math.sqrt(x * x + y * y + z * z)
 
 
-def along(vectors: Array, axis: Array) -> Array:
+def components_along(vectors: Array, axis: Array) -> Array:
     """Components (n,) of vectors (n, 3) along an axis."""
     x, y, z = vectors.T
     return np.asarray(x * axis[0] + y * axis[1] + z * axis[2])

@@ -38,139 +38,143 @@ class Shells(NamedTuple):
 
     triangles: Index  # (T, 3)
     shell: Index  # (T,); number of the shell of each triangle, 0, 1, ... without gaps
-    total: int
+    shell_count: int
 
 
-def closed_shells(vertices: Array, triangles: Index) -> Shells | None:
+def find_shells(vertices: Array, triangles: Index) -> Shells | None:
     """Remove repeated triangles, split the rest into shells and wind each as most of its area was.
 
     None when the surface is open, one-sided, or of patches wound against each other.
     """
-    triangles, edges = _cleared(triangles)
+    triangles, edges = _distinct_triangles(triangles)
     if len(triangles) == 0 or (edges.uses & 1).any():
         return None
     pairs, agree = linked_triangles(*edges)
     patch = component_labels(len(triangles), pairs)
     if not agree.all():
-        turn = _turned(vertices, triangles, pairs, agree)
+        turn = _triangles_to_turn(vertices, triangles, pairs, agree)
         if turn is None:
             return None
         triangles = triangles.copy()
         triangles[turn] = triangles[turn, ::-1]
         edges = edges._replace(forward=edges.forward ^ turn[edges.edge // 3])
     if len(pairs) * 2 < len(edges.edge):
-        shell = _joined_patches(edges, patch)
-        if not _balanced(edges, shell) or _mixed(vertices, triangles, patch, shell):
+        shell = _join_patches(edges, patch)
+        if not _is_balanced(edges, shell) or _has_both_senses(
+            vertices, triangles, patch, shell
+        ):
             return None
     else:
         shell = patch
     return Shells(triangles, shell, int(shell.max()) + 1)
 
 
-def wound_alike(vertices: Array, triangles: Index) -> Index | None:
+def wind_alike(vertices: Array, triangles: Index) -> Index | None:
     """Linked triangles (U, 3) wound alike; none where that is impossible."""
-    triangles, edges = _cleared(triangles)
+    triangles, edges = _distinct_triangles(triangles)
     pairs, agree = linked_triangles(*edges)
     if agree.all():
         return triangles
-    turn = _turned(vertices, triangles, pairs, agree)
+    turn = _triangles_to_turn(vertices, triangles, pairs, agree)
     return (
         None if turn is None else np.where(turn[:, None], triangles[:, ::-1], triangles)
     )
 
 
-def _cleared(triangles: Index) -> tuple[Index, Edges]:
+def _distinct_triangles(triangles: Index) -> tuple[Index, Edges]:
     """Without repeated triangles where there may be any, and the edges."""
-    edges = edges_of(triangles)
+    edges = group_edges(triangles)
     if not (edges.uses > 2).any():
         return triangles, edges
-    cleared = without_repeated(triangles)
-    return cleared, edges if len(cleared) == len(triangles) else edges_of(cleared)
+    distinct = remove_repeated(triangles)
+    return distinct, edges if len(distinct) == len(triangles) else group_edges(distinct)
 
 
-def without_repeated(triangles: Index) -> Index:
+def remove_repeated(triangles: Index) -> Index:
     """Remove triangles that occupy the same three vertices; opposite ones are walls and vanish.
 
     Where every triangle has its opposite the mesh was exported double-sided, and the first stays.
     """
     corners = np.sort(triangles, axis=1)
     a, b, c = triangles.T
-    odd = (a > b) ^ (b > c) ^ (a > c)
+    is_odd = (a > b) ^ (b > c) ^ (a > c)
     order = np.lexsort((corners[:, 2], corners[:, 1], corners[:, 0]))
-    new = np.ones(len(triangles), dtype=bool)
-    new[1:] = (corners[order[1:]] != corners[order[:-1]]).any(axis=1)
-    if new.all():
+    is_new = np.ones(len(triangles), dtype=bool)
+    is_new[1:] = (corners[order[1:]] != corners[order[:-1]]).any(axis=1)
+    if is_new.all():
         return triangles
-    group = np.cumsum(new) - 1
+    group = np.cumsum(is_new) - 1
     has_odd = np.zeros(int(group[-1]) + 1, dtype=bool)
     has_even = has_odd.copy()
-    has_odd[group[odd[order]]] = True
-    has_even[group[~odd[order]]] = True
-    wall = has_odd & has_even
-    first = order[new]  # lexsort is stable: the first in the order given
-    kept: Index = first if wall.all() else first[~wall]
-    return triangles[np.sort(kept)]
+    has_odd[group[is_odd[order]]] = True
+    has_even[group[~is_odd[order]]] = True
+    is_wall = has_odd & has_even
+    representatives = order[is_new]  # lexsort is stable: the first in the order given
+    remaining: Index = representatives if is_wall.all() else representatives[~is_wall]
+    return triangles[np.sort(remaining)]
 
 
-def edges_of(triangles: Index) -> Edges:
+def group_edges(triangles: Index) -> Edges:
     """Group the directed edges of triangles (T, 3) by undirected edge."""
     return Edges(*grouped_edges(np.ascontiguousarray(triangles)))
 
 
-def _turned(
+def _triangles_to_turn(
     vertices: Array, triangles: Index, pairs: Index, agree: Mask
 ) -> Mask | None:
     """Which triangles (T,) to turn round; None where no winding is consistent."""
     size = len(triangles)
-    left, right = pairs.T
+    first, second = pairs.T
     swap = np.where(agree, 0, size)
     cover = np.concatenate(
         (
-            np.stack((left, right + swap), axis=1),
-            np.stack((left + size, right + size - swap), axis=1),
+            np.stack((first, second + swap), axis=1),
+            np.stack((first + size, second + size - swap), axis=1),
         )
     )
     side = component_labels(2 * size, cover)
-    as_given = side[:size]
-    turned = side[size:]
-    if (as_given == turned).any():
+    original_side = side[:size]
+    turned_side = side[size:]
+    if (original_side == turned_side).any():
         return None
     a, b, c = (vertices[triangles[:, k]] for k in range(3))
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    kept_area = np.bincount(as_given, weights=area, minlength=int(side.max()) + 1)
+    side_area = np.bincount(original_side, weights=area, minlength=int(side.max()) + 1)
     # Of the two sides of a patch the one that keeps more area; ties: the lower number.
-    lose = kept_area[as_given] < kept_area[turned]
-    tie = kept_area[as_given] == kept_area[turned]
-    outcome: Mask = lose | (tie & (as_given > turned))
-    return outcome
+    has_less = side_area[original_side] < side_area[turned_side]
+    is_tie = side_area[original_side] == side_area[turned_side]
+    is_turned: Mask = has_less | (is_tie & (original_side > turned_side))
+    return is_turned
 
 
-def _joined_patches(edges: Edges, patch: Index) -> Index:
+def _join_patches(edges: Edges, patch: Index) -> Index:
     """Shell of each triangle: patches joined where they are not closed by themselves."""
-    edge, owner, _ = _crowded(edges)
+    edge, owner, _ = _crowded_edges(edges)
     patch_count = int(patch.max()) + 1
-    _, where, times = np.unique(
+    _, pair, uses = np.unique(
         edge * patch_count + patch[owner], return_inverse=True, return_counts=True
     )
-    alone = times[where.ravel()] == 2
-    crowded_alone = np.ones(len(edges.start), dtype=bool)
-    np.logical_and.at(crowded_alone, edge, alone)
+    is_closed = uses[pair.ravel()] == 2
+    edge_is_closed = np.ones(len(edges.start), dtype=bool)
+    np.logical_and.at(edge_is_closed, edge, is_closed)
     follows = edge[1:] == edge[:-1]
-    join = np.flatnonzero(follows & ~crowded_alone[edge[1:]])
-    links = np.stack((patch[owner[join]], patch[owner[join + 1]]), axis=1)
+    joints = np.flatnonzero(follows & ~edge_is_closed[edge[1:]])
+    links = np.stack((patch[owner[joints]], patch[owner[joints + 1]]), axis=1)
     return component_labels(patch_count, links)[patch]
 
 
-def _balanced(edges: Edges, shell: Index) -> bool:
+def _is_balanced(edges: Edges, shell: Index) -> bool:
     """Whether every shell runs both ways equally often along the crowded edges."""
-    edge, owner, forward = _crowded(edges)
-    _, where = np.unique(
+    edge, owner, forward = _crowded_edges(edges)
+    _, pair = np.unique(
         edge * (int(shell.max()) + 1) + shell[owner], return_inverse=True
     )
-    return not np.bincount(where.ravel(), weights=np.where(forward, 1.0, -1.0)).any()
+    return not np.bincount(pair.ravel(), weights=np.where(forward, 1.0, -1.0)).any()
 
 
-def _mixed(vertices: Array, triangles: Index, patch: Index, shell: Index) -> bool:
+def _has_both_senses(
+    vertices: Array, triangles: Index, patch: Index, shell: Index
+) -> bool:
     """Whether a shell of several patches encloses space in both senses.
 
     Crowded edges may balance though one half is inside out; a vertical line shows it.
@@ -178,55 +182,61 @@ def _mixed(vertices: Array, triangles: Index, patch: Index, shell: Index) -> boo
     a, b, c = (vertices[triangles[:, k]] for k in range(3))
     u = b - a
     v = c - a
-    wide = np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
-    order = np.lexsort((-wide, patch))
-    widest = order[np.searchsorted(patch[order], np.arange(int(patch.max()) + 1))]
-    patches = np.bincount(shell[widest])
-    widest = widest[(patches[shell[widest]] > 1) & (wide[widest] > 0.0)]
-    widest = widest[np.argsort(-wide[widest], kind="stable")][:_MOST_PATCHES]
+    width = np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
+    order = np.lexsort((-width, patch))
+    representatives = order[
+        np.searchsorted(patch[order], np.arange(int(patch.max()) + 1))
+    ]
+    patches = np.bincount(shell[representatives])
+    representatives = representatives[
+        (patches[shell[representatives]] > 1) & (width[representatives] > 0.0)
+    ]
+    representatives = representatives[
+        np.argsort(-width[representatives], kind="stable")
+    ][:_MOST_PATCHES]
     senses = np.zeros((int(shell.max()) + 1, 2), dtype=bool)
-    for triangle in widest:
-        same = triangles[shell == shell[triangle]]
+    for triangle in representatives:
+        shell_triangles = triangles[shell == shell[triangle]]
         x, y = ((a + b + c)[triangle, :2] / 3.0).tolist()
-        _, height, sign = crossings(vertices, same, x, y)
-        upward = np.argsort(height, kind="stable")
-        passage = np.diff(height[upward]) > WELD * float(np.ptp(vertices[:, 2]))
-        winding = np.cumsum(sign[upward])[:-1][passage]
+        _, height, sign = find_crossings(vertices, shell_triangles, x, y)
+        rank = np.argsort(height, kind="stable")
+        passage = np.diff(height[rank]) > WELD * float(np.ptp(vertices[:, 2]))
+        winding = np.cumsum(sign[rank])[:-1][passage]
         senses[shell[triangle]] |= [(winding < 0).any(), (winding > 0).any()]
     return bool(senses.all(axis=1).any())
 
 
-def _crowded(edges: Edges) -> tuple[Index, Index, Mask]:
+def _crowded_edges(edges: Edges) -> tuple[Index, Index, Mask]:
     """Undirected edge, triangle and sense of each directed edge along edges of more than two."""
     number = np.repeat(np.arange(len(edges.uses)), edges.uses)
-    crowded = (edges.uses > 2)[number]
-    return number[crowded], edges.edge[crowded] // 3, edges.forward[crowded]
+    is_crowded = (edges.uses > 2)[number]
+    return number[is_crowded], edges.edge[is_crowded] // 3, edges.forward[is_crowded]
 
 
-def crossings(
+def find_crossings(
     vertices: Array, triangles: Index, x: float, y: float
 ) -> tuple[Index, Array, Index]:
     """Triangles crossed by the line at (x, y), at which height, and +1 upward or -1 downward."""
-    across = vertices[:, 0]
-    along = vertices[:, 1]
+    x_of_vertex = vertices[:, 0]
+    y_of_vertex = vertices[:, 1]
     begin = triangles
     end = triangles[:, [1, 2, 0]]
     winding = np.zeros(len(triangles), dtype=np.int64)
-    above_begin = along[begin] <= y
-    above_end = along[end] <= y
+    above_begin = y_of_vertex[begin] <= y
+    above_end = y_of_vertex[end] <= y
     spans = above_begin != above_end
     row, column = np.nonzero(spans)
     lower = np.minimum(begin[row, column], end[row, column])
     higher = np.maximum(begin[row, column], end[row, column])
-    rises = along[lower] < along[higher]
-    turn = (across[higher] - across[lower]) * (y - along[lower]) - (
-        x - across[lower]
-    ) * (along[higher] - along[lower])
+    rises = y_of_vertex[lower] < y_of_vertex[higher]
+    turn = (x_of_vertex[higher] - x_of_vertex[lower]) * (y - y_of_vertex[lower]) - (
+        x - x_of_vertex[lower]
+    ) * (y_of_vertex[higher] - y_of_vertex[lower])
     crosses = np.where(rises, turn, -turn) > 0.0
     direction = np.where(above_begin[row, column], 1, -1)
     np.add.at(winding, row[crosses], direction[crosses])
-    which = np.flatnonzero(winding)
-    return which, _heights(vertices[triangles[which]], x, y), winding[which]
+    crossed = np.flatnonzero(winding)
+    return crossed, _heights(vertices[triangles[crossed]], x, y), winding[crossed]
 
 
 def _heights(corners: Array, x: float, y: float) -> Array:
@@ -237,12 +247,12 @@ def _heights(corners: Array, x: float, y: float) -> Array:
     area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
     dx = x - a[:, 0]
     dy = y - a[:, 1]
-    safe = np.where(area == 0.0, 1.0, area)
-    s = (dx * v[:, 1] - dy * v[:, 0]) / safe
-    t = (u[:, 0] * dy - u[:, 1] * dx) / safe
+    divisor = np.where(area == 0.0, 1.0, area)
+    s = (dx * v[:, 1] - dy * v[:, 0]) / divisor
+    t = (u[:, 0] * dy - u[:, 1] * dx) / divisor
     height = a[:, 2] + s * u[:, 2] + t * v[:, 2]
     # A triangle that stands almost upright gives noise here; its corners bound it.
-    bounded: Array = np.clip(
+    clipped: Array = np.clip(
         height, corners[:, :, 2].min(axis=1), corners[:, :, 2].max(axis=1)
     )
-    return bounded
+    return clipped

@@ -159,11 +159,15 @@ class DropProgress:
     @property
     def seconds_left(self) -> float:
         """Expected time; the error falls as one over the root of the drops."""
-        wanted = float(self.bound)
+        expected_drops = float(self.bound)
         if self.target_error > 0.0 and math.isfinite(self.error_bound):
-            more = (self.error_bound / self.target_error) ** 2
-            wanted = min(wanted, self.drops * more)
-        return max(0.0, wanted - self.drops) / self.rate if self.drops else math.nan
+            share = (self.error_bound / self.target_error) ** 2
+            expected_drops = min(expected_drops, self.drops * share)
+        return (
+            max(0.0, expected_drops - self.drops) / self.rate
+            if self.drops
+            else math.nan
+        )
 
 
 @dataclass(frozen=True, eq=False)

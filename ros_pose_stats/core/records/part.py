@@ -43,25 +43,25 @@ def digest_name(digest: str) -> str:
 
 def array_bytes(*values: object) -> int:
     """Bytes of all arrays in values, in their fields and items, each counted once."""
-    waiting = list(values)
-    seen = set()
+    stack = list(values)
+    counted_ids = set()
     total = 0
-    while waiting:
-        value = waiting.pop()
-        if id(value) in seen:
+    while stack:
+        value = stack.pop()
+        if id(value) in counted_ids:
             continue
-        seen.add(id(value))
+        counted_ids.add(id(value))
         if isinstance(value, np.ndarray):
             if isinstance(value.base, np.ndarray):
-                waiting.append(value.base)
+                stack.append(value.base)
             else:
                 total += value.nbytes
         elif isinstance(value, (tuple, list)):
-            waiting += value
+            stack += value
         elif isinstance(value, dict):
-            waiting += value.values()
+            stack += value.values()
         elif hasattr(value, "__dict__"):
-            waiting.append(vars(value))
+            stack.append(vars(value))
     return total
 
 
@@ -141,10 +141,10 @@ class Part:
         may both make it; their results are equal.
         """
         key = (make, *options)
-        found: Prepared | None = self._prepared.get(key)
-        if found is None:
-            found = self._prepared[key] = make(self, *options)
-        return found
+        prepared: Prepared | None = self._prepared.get(key)
+        if prepared is None:
+            prepared = self._prepared[key] = make(self, *options)
+        return prepared
 
     def all_prepared(self) -> dict[Hashable, Any]:
         """All that is kept, for the same part in another process."""

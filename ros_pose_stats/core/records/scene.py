@@ -43,8 +43,8 @@ class Numbering(NamedTuple):
     def __str__(self) -> str:
         """For people."""
         tolerance = self.cluster_tolerance
-        shown = "unknown" if math.isnan(tolerance) else f"{tolerance:.12g}"
-        return f"cluster_tolerance {shown} and round_sides {self.round_sides}"
+        digits = "unknown" if math.isnan(tolerance) else f"{tolerance:.12g}"
+        return f"cluster_tolerance {digits} and round_sides {self.round_sides}"
 
     def agrees(self, other: "Numbering") -> bool:
         """Whether both are known and equal."""
@@ -102,8 +102,10 @@ class DropScene:
                 "0.0025 of the height is a tilt of 4 degrees",
             )
         sides: Any = self.round_sides
-        whole = isinstance(sides, Integral) and not isinstance(sides, bool)
-        if not whole or (sides and not FEWEST_ROUND_SIDES <= sides <= MOST_ROUND_SIDES):
+        is_whole = isinstance(sides, Integral) and not isinstance(sides, bool)
+        if not is_whole or (
+            sides and not FEWEST_ROUND_SIDES <= sides <= MOST_ROUND_SIDES
+        ):
             raise RequestError(
                 f"round_sides of 0, or {FEWEST_ROUND_SIDES} to {MOST_ROUND_SIDES}",
                 f"{sides!r}",
@@ -172,5 +174,5 @@ def describe_scene(
     values = [restitution] if isinstance(restitution, (int, float)) else restitution
     return (
         f"released {height} above a frictionless plate, restitution "
-        f"{listed([f'{one:g}' for one in values])}"
+        f"{listed([f'{value:g}' for value in values])}"
     )

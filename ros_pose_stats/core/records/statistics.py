@@ -275,7 +275,7 @@ def pose_statistics(
     `radius`: of its body, metres; `poses`: all of them, by index; `knows_scene`: whether the
     method knows the drop height; `warnings`: beside those of the part.
     """
-    suspect = (
+    scene_warnings = (
         height_warnings("drop", scene.drop_height, radius, HIGHEST_DROP)
         if knows_scene
         else []
@@ -289,14 +289,14 @@ def pose_statistics(
         cluster_tolerance=scene.cluster_tolerance,
         drop_height=scene.release_height(radius) if knows_scene else math.nan,
         round_sides=scene.round_sides,
-        poses=ranked(poses, shares),
+        poses=rank_poses(poses, shares),
         drops=drops,
         unsettled=unsettled,
         seed=seed,
         expected_error=shares.expected_error,
         largest_error=shares.largest_error,
         seconds=seconds,
-        warnings=(*part.warnings, *suspect, *warnings),
+        warnings=(*part.warnings, *scene_warnings, *warnings),
         notes=(*part.notes, *notes),
         version=version.VERSION,
     )
@@ -309,14 +309,14 @@ def with_shares(
     return replace(
         model,
         method=method,
-        poses=ranked(model.by_index.values(), shares),
+        poses=rank_poses(model.by_index.values(), shares),
         expected_error=shares.expected_error,
         largest_error=shares.largest_error,
         **changes,
     )
 
 
-def ranked(poses: Iterable[StablePose], shares: Shares) -> tuple[StablePose, ...]:
+def rank_poses(poses: Iterable[StablePose], shares: Shares) -> tuple[StablePose, ...]:
     """Poses by their index with their shares and those of their groups, the most probable first.
 
     Those equal but for rounding stay in the order of their index.
@@ -329,18 +329,26 @@ def ranked(poses: Iterable[StablePose], shares: Shares) -> tuple[StablePose, ...
         "count",
     )
     columns = (column.tolist() for column in shares[:5])
-    found = [
+    weighted_poses = [
         pose.with_values(**dict(zip(names, values, strict=True)))
         for pose, *values in zip(poses, *columns, strict=True)
     ]
-    together: dict[int, float] = {}
-    for pose in found:
-        together[pose.group] = together.get(pose.group, 0.0) + pose.probability
+    group_probability: dict[int, float] = {}
+    for pose in weighted_poses:
+        group_probability[pose.group] = (
+            group_probability.get(pose.group, 0.0) + pose.probability
+        )
     rank = tolerances.number_equal(
-        [0.0 if math.isnan(pose.probability) else -pose.probability for pose in found],
+        [
+            0.0 if math.isnan(pose.probability) else -pose.probability
+            for pose in weighted_poses
+        ],
         tolerances.SAME_SHARE,
     )
-    order = sorted(range(len(found)), key=rank.__getitem__)
+    order = sorted(range(len(weighted_poses)), key=rank.__getitem__)
     return tuple(
-        found[k].with_values(group_probability=together[found[k].group]) for k in order
+        weighted_poses[k].with_values(
+            group_probability=group_probability[weighted_poses[k].group]
+        )
+        for k in order
     )

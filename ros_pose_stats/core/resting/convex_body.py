@@ -51,9 +51,9 @@ class ConvexBody:
 
     def r(self, directions: Array) -> Array:
         """Distance from the centre of mass to the surface along directions (section 2.C)."""
-        along = np.asarray(directions, dtype=np.float64) @ self.arrays.normal.T
+        cosines = np.asarray(directions, dtype=np.float64) @ self.arrays.normal.T
         with np.errstate(divide="ignore"):
-            distance = np.where(along > 0.0, self.arrays.distance / along, np.inf)
+            distance = np.where(cosines > 0.0, self.arrays.distance / cosines, np.inf)
         return np.asarray(distance.min(axis=-1))
 
     def R(self, directions: Array) -> Array:  # noqa: N802 - the paper's name
@@ -65,15 +65,18 @@ class ConvexBody:
 
 def foot_directions(body: ConvexBody, sides: Index) -> Array:
     """Directions (k, 3) of the points of polygon sides that are nearest to the centre of mass."""
-    first = body.points[body.arrays.corner[sides]]
-    last = body.points[body.arrays.corner[body.arrays.twin[sides]]]
-    length = lengths(last - first)[:, None]
-    along = (last - first) / length
-    foot = first + np.clip(-(first * along).sum(axis=1)[:, None], 0.0, length) * along
+    begin = body.points[body.arrays.corner[sides]]
+    end = body.points[body.arrays.corner[body.arrays.twin[sides]]]
+    length = lengths(end - begin)[:, None]
+    direction = (end - begin) / length
+    foot = (
+        begin
+        + np.clip(-(begin * direction).sum(axis=1)[:, None], 0.0, length) * direction
+    )
     return np.asarray(foot / lengths(foot)[:, None])
 
 
-def convex_body(part: Part, round_sides: int) -> ConvexBody:
+def body_of(part: Part, round_sides: int) -> ConvexBody:
     """Convex body of a part, built once; `round_sides` 0 takes the file as it is."""
     return part.prepare(_build, round_sides)
 
@@ -92,23 +95,23 @@ def _build(part: Part, round_sides: int) -> ConvexBody:
         points /= radius
         points.flags.writeable = False
         scale = radius * unit
-        arrays, tolerance = polyhedron(
+        arrays, tolerance = build_polyhedron(
             points, *_triangles(qhull), part.rounding / scale
         )
         return ConvexBody(
             scale, points, arrays, tolerance, (), np.full(len(arrays.area), -1), 0
         )
-    plain = convex_body(part, 0)
-    scale = plain.radius
-    points = plain.points
-    arrays = plain.arrays
-    tolerance = plain.tolerance
+    original = body_of(part, 0)
+    scale = original.radius
+    points = original.points
+    arrays = original.arrays
+    tolerance = original.tolerance
     qhull = hull_of_part(part).qhull
     rounding = (
         round_surfaces.rounding_of(part, part.surface_vertices[qhull.vertices]) / scale
     )
     if rounding > part.rounding / scale:
-        arrays, tolerance = polyhedron(points, *_triangles(qhull), rounding)
+        arrays, tolerance = build_polyhedron(points, *_triangles(qhull), rounding)
     groups = round_surfaces.find_groups(
         part, points, arrays, scale, rounding, round_sides
     )
@@ -122,7 +125,7 @@ def _build(part: Part, round_sides: int) -> ConvexBody:
             arrays,
             tolerance,
             runs,
-            rims.strips(points, arrays, groups, outline.chains),
+            rims.number_strips(points, arrays, groups, outline.chains),
             0,
         )
     points, chains = outline.compacted()
@@ -133,41 +136,41 @@ def _build(part: Part, round_sides: int) -> ConvexBody:
     if not outline.keeps.any():  # all are new, and none is rounded
         rounding = part.rounding / scale
     try:
-        arrays, tolerance = polyhedron(scaled, *hull_of_corners(scaled), rounding)
+        arrays, tolerance = build_polyhedron(scaled, *hull_of_corners(scaled), rounding)
     except (
         errors.MeshError
     ):  # the centre of mass is closer to the surface than a facet's arc
-        return plain
+        return original
     return ConvexBody(
         scale * farthest,
         scaled,
         arrays,
         tolerance,
         tuple(chain.as_run(farthest) for chain in chains),
-        rims.strips(points, arrays, groups, chains),
+        rims.number_strips(points, arrays, groups, chains),
         outline.rounded,
     )
 
 
 def _triangles(qhull: Facets) -> tuple[Index, Index]:
     """Triangles and their neighbours in the numbering of the points on the hull."""
-    used = qhull.vertices
+    on_hull = qhull.vertices
     number = np.empty(qhull.points.shape[0], dtype=np.int64)
-    number[used] = np.arange(used.shape[0])
+    number[on_hull] = np.arange(on_hull.shape[0])
     return number[qhull.simplices], qhull.neighbors.astype(np.int64)
 
 
-def polyhedron(
+def build_polyhedron(
     points: Array, triangles: Index, neighbors: Index, rounding: float
 ) -> tuple[BodyArrays, float]:
     """Merge coplanar triangles; where no polyhedron remains, repeat with smaller tolerances."""
     moment, _ = principal_axes(scatter(points))
     thickness = float(np.sqrt(max(moment[0], 0.0)))
     rounding = min(tolerances.COPLANAR_ROUNDINGS * rounding, tolerances.COPLANAR_MOST)
-    widest = min(
+    largest = min(
         max(tolerances.COPLANAR, rounding), tolerances.COPLANAR_OF_THICKNESS * thickness
     )
-    for tolerance in (widest, widest / 10.0, widest / 100.0, 0.0):
+    for tolerance in (largest, largest / 10.0, largest / 100.0, 0.0):
         valid, arrays = build_body(points, triangles, neighbors, tolerance)
         if valid:
             return arrays, tolerance

@@ -20,7 +20,7 @@ from ..kernels.levels.merge_tree import gather_poses, part_poses
 from ..kernels.sorting import number_ties
 from ..records import Array, Index, Mask, Part
 from ..tolerances import SAME_DOWN, SAME_HEIGHT, TIP_MARGIN
-from .convex_body import ConvexBody, convex_body, foot_directions
+from .convex_body import ConvexBody, body_of, foot_directions
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,39 +55,43 @@ class Equilibria:
     @property
     def peaks(self) -> Array:
         """Corners (U, 3) at a maximum of r and R."""
-        least = np.full(len(self.body.points), np.inf)
-        np.minimum.at(least, self.body.arrays.corner, self.body.arrays.start)
-        return np.asarray(self.body.points[np.isfinite(least) & (least > TIP_MARGIN)])
+        nearest_side = np.full(len(self.body.points), np.inf)
+        np.minimum.at(nearest_side, self.body.arrays.corner, self.body.arrays.start)
+        return np.asarray(
+            self.body.points[np.isfinite(nearest_side) & (nearest_side > TIP_MARGIN)]
+        )
 
 
-def equilibria(part: Part, round_sides: int) -> Equilibria:
+def equilibria_of(part: Part, round_sides: int) -> Equilibria:
     """Equilibria of a part, found once and kept as long as the part lives."""
     return part.prepare(_find, round_sides)
 
 
 def _find(part: Part, round_sides: int) -> Equilibria:
-    body = convex_body(part, round_sides)
+    body = body_of(part, round_sides)
     arrays = find_equilibria(body.points, body.arrays)
-    group = ties(
+    group = group_ties(
         (body.arrays.distance[arrays.stable], SAME_HEIGHT),
-        *((down, SAME_DOWN) for down in body.arrays.normal[arrays.stable].T),
+        *((component, SAME_DOWN) for component in body.arrays.normal[arrays.stable].T),
     )
     return Equilibria(body, arrays, np.argsort(group, kind="stable"))
 
 
-def ties(*keys: tuple[Array, float], within: Index | None = None) -> Index:
-    """Number ties (S,) by groups `within`, then by rising values of keys with their tolerance.
+def group_ties(*keys: tuple[Array, float], groups: Index | None = None) -> Index:
+    """Number ties (S,) by `groups`, then by rising values of keys with their tolerance.
 
     A tie holds all within the tolerance of its smallest value: a dense sequence is not one tie.
     """
     size = keys[0][0].shape[0]
-    group = np.zeros(size, dtype=np.int64) if within is None else within
-    count = 1 if within is None else int(within.max()) + 1
+    group = np.zeros(size, dtype=np.int64) if groups is None else groups
+    count = 1 if groups is None else int(groups.max()) + 1
     for values, tolerance in keys:
         if count == size:  # no two values are tied any more
             break
-        plain = np.ascontiguousarray(values)
-        group, count = number_ties(plain, tolerance, group, np.lexsort((plain, group)))
+        contiguous = np.ascontiguousarray(values)
+        group, count = number_ties(
+            contiguous, tolerance, group, np.lexsort((contiguous, group))
+        )
     return group
 
 
@@ -103,16 +107,16 @@ class Clusters:
     tolerance: float
     # (P,); number of the stable face that stands for the pose, by rising height: its lowest; ties
     # go to the larger face, then to the smaller number
-    lowest: Index
+    lowest_face: Index
     pose: (
         Index  # (S,); pose of each stable face, in the numbering of `Equilibria.order`
     )
     # (S,) bool; faces that the part rests on in its pose: no higher above the lowest one than the
     # tolerance. The others are shelves on the way there
-    near: Mask
+    is_support: Mask
     # (P,); level of the lowest saddle from any member to any other pose, in radii; infinite for a
     # single pose
-    way_out: Array
+    exit_level: Array
     barrier: Array  # (P,); the same above the lowest member
     # (N,); largest nodes of the merge tree that hold a single pose. A pose may have several, since
     # a shelf may open only where its pose has others beside it already
@@ -122,90 +126,96 @@ class Clusters:
 
     def gather(self, probability: Array) -> Array:
         """Sum what the nodes of the merge tree (2 S - 1,) have over the poses (P,)."""
-        sums = np.bincount(self.node_pose, probability[self.node], self.lowest.shape[0])
+        sums = np.bincount(
+            self.node_pose, probability[self.node], self.lowest_face.shape[0]
+        )
         return sums.astype(np.float64)
 
 
-def clusters(found: Equilibria, tolerance: float) -> Clusters:
+def gather_clusters(equilibria: Equilibria, tolerance: float) -> Clusters:
     """Gather stable faces into poses; tolerance 0 gathers nothing."""
-    tree = found.arrays.tree
-    of_run = max(tolerance, RUN_TOLERANCE) if tolerance > 0.0 else 0.0
+    tree = equilibria.arrays.tree
+    run_tolerance = max(tolerance, RUN_TOLERANCE) if tolerance > 0.0 else 0.0
     # Of several faces the lowest stands for all, then the largest, but for rounding.
-    areas = found.body.arrays.area[found.faces]
-    order = ties((found.heights, SAME_HEIGHT), (-areas / areas.max(), SAME_HEIGHT))
-    eldest, way_out = gather_poses(
-        found.body.arrays,
-        found.rank[found.arrays.basin],
-        found.heights,
-        np.argsort(np.argsort(order, kind="stable")),
-        found.body.run_of_face[found.faces],
-        tolerance,
-        of_run,
+    areas = equilibria.body.arrays.area[equilibria.faces]
+    order = group_ties(
+        (equilibria.heights, SAME_HEIGHT), (-areas / areas.max(), SAME_HEIGHT)
     )
-    lowest, pose = np.unique(eldest, return_inverse=True)
-    held, split = part_poses(tree, np.ascontiguousarray(pose[found.rank]))
-    node = np.unique(np.append(tree.child[split], held.shape[0] - 1))
-    node = node[held[node] >= 0]
-    heights = found.heights[lowest]
-    near = found.heights < (1.0 + tolerance) * heights[pose]
-    near[lowest] = True
+    eldest, exit_level = gather_poses(
+        equilibria.body.arrays,
+        equilibria.rank[equilibria.arrays.basin],
+        equilibria.heights,
+        np.argsort(np.argsort(order, kind="stable")),
+        equilibria.body.run_of_face[equilibria.faces],
+        tolerance,
+        run_tolerance,
+    )
+    lowest_face, pose = np.unique(eldest, return_inverse=True)
+    pose_of_node, split = part_poses(tree, np.ascontiguousarray(pose[equilibria.rank]))
+    node = np.unique(np.append(tree.child[split], pose_of_node.shape[0] - 1))
+    node = node[pose_of_node[node] >= 0]
+    heights = equilibria.heights[lowest_face]
+    is_support = equilibria.heights < (1.0 + tolerance) * heights[pose]
+    is_support[lowest_face] = True
     return Clusters(
         tolerance,
-        lowest,
+        lowest_face,
         pose,
-        near,
-        way_out[lowest],
-        way_out[lowest] - heights,
+        is_support,
+        exit_level[lowest_face],
+        exit_level[lowest_face] - heights,
         node,
-        held[node],
+        pose_of_node[node],
         split,
     )
 
 
-def tilt_margins(found: Equilibria, grouped: Clusters) -> Array:
+def tilt_margins(equilibria: Equilibria, clusters: Clusters) -> Array:
     """Smallest tilt (P,) that takes the part out of each pose, radians.
 
     A pose of several faces, within which the part rolls or slips first, ends with its basin.
     """
-    arrays = found.body.arrays
-    pose_of_face = np.full(found.body.faces, -1, dtype=np.int64)
-    pose_of_face[found.faces] = grouped.pose
-    margins = np.full(grouped.lowest.shape[0], np.pi / 2.0)
-    several = np.bincount(grouped.pose) > 1
-    here = arrays.face
-    beyond = arrays.face[arrays.twin]
-    basin = found.arrays.basin
+    arrays = equilibria.body.arrays
+    pose_of_face = np.full(equilibria.body.faces, -1, dtype=np.int64)
+    pose_of_face[equilibria.faces] = clusters.pose
+    margins = np.full(clusters.lowest_face.shape[0], np.pi / 2.0)
+    has_several_faces = np.bincount(clusters.pose) > 1
+    face = arrays.face
+    neighbour = arrays.face[arrays.twin]
+    basin = equilibria.arrays.basin
     # A foot may be outside of a side by rounding, with a higher face beyond it that comes back.
     sides = np.flatnonzero(
-        (pose_of_face[here] >= 0)
-        & (pose_of_face[beyond] != pose_of_face[here])
-        & ((arrays.inset > 0.0) | (basin[beyond] != basin[here]))
+        (pose_of_face[face] >= 0)
+        & (pose_of_face[neighbour] != pose_of_face[face])
+        & ((arrays.inset > 0.0) | (basin[neighbour] != basin[face]))
     )
     faces = arrays.face[sides]
-    alone = ~several[pose_of_face[faces]]
+    is_single = ~has_several_faces[pose_of_face[faces]]
     tilts = np.arctan2(arrays.inset[sides], arrays.distance[faces])
-    np.minimum.at(margins, pose_of_face[faces[alone]], tilts[alone])
-    for pose in np.flatnonzero(several).tolist():
-        margins[pose] = min(np.pi / 2.0, _tilt_to_border(found, grouped, pose))
+    np.minimum.at(margins, pose_of_face[faces[is_single]], tilts[is_single])
+    for pose in np.flatnonzero(has_several_faces).tolist():
+        margins[pose] = min(np.pi / 2.0, _tilt_to_border(equilibria, clusters, pose))
     return margins
 
 
-def _tilt_to_border(found: Equilibria, grouped: Clusters, pose: int) -> float:
+def _tilt_to_border(equilibria: Equilibria, clusters: Clusters, pose: int) -> float:
     """Smallest angle between a face that the part rests on and a side where the basin ends."""
-    arrays = found.body.arrays
-    here = grouped.pose[found.rank[found.arrays.basin]] == pose
-    sides = np.flatnonzero(here[arrays.face] & ~here[arrays.face[arrays.twin]])
+    arrays = equilibria.body.arrays
+    in_basin = clusters.pose[equilibria.rank[equilibria.arrays.basin]] == pose
+    sides = np.flatnonzero(in_basin[arrays.face] & ~in_basin[arrays.face[arrays.twin]])
     if not len(sides):
         return math.inf
-    feet = foot_directions(found.body, sides)
-    rests = found.downs[grouped.near & (grouped.pose == pose)]
-    chord = float(cKDTree(rests).query(feet)[0].min())
+    feet = foot_directions(equilibria.body, sides)
+    support_downs = equilibria.downs[clusters.is_support & (clusters.pose == pose)]
+    chord = float(cKDTree(support_downs).query(feet)[0].min())
     return 2.0 * math.asin(min(1.0, 0.5 * chord))
 
 
-def spread(found: Equilibria, grouped: Clusters, members: list[int]) -> float:
+def spread(equilibria: Equilibria, clusters: Clusters, members: list[int]) -> float:
     """Largest angle between two faces that the part rests on in a pose, radians."""
-    downs = found.downs[[member for member in members if grouped.near[member]]]
+    downs = equilibria.downs[
+        [member for member in members if clusters.is_support[member]]
+    ]
     if len(downs) == 1:
         return 0.0
     # The direction farthest from another one is the nearest to its opposite.

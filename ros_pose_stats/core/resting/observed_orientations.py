@@ -65,8 +65,8 @@ def classify_orientations(
         If the orientations are not (n, 4) numbers, one has another length than 1, or the angle
         is not above 0 and up to a right angle.
     """
-    widest = number_or_nan(angle)
-    if not 0.0 < widest <= 0.5 * math.pi:
+    largest_tilt = number_or_nan(angle)
+    if not 0.0 < largest_tilt <= 0.5 * math.pi:
         raise RequestError(
             "an angle above 0 and up to 1.57 radians",
             f"{angle!r}",
@@ -74,59 +74,60 @@ def classify_orientations(
         )
     poses = resting_poses(part, cluster_tolerance, round_sides)
     downs = observed_downs(orientations)
-    found = np.full(len(downs), -1, dtype=np.int64)
-    told = np.flatnonzero(np.isfinite(downs[:, 0]))
+    pose = np.full(len(downs), -1, dtype=np.int64)
+    known_rows = np.flatnonzero(np.isfinite(downs[:, 0]))
     step = max(1, AT_ONCE // len(poses.clusters.pose))
-    for begin in range(0, len(told), step):
-        rows = told[begin : begin + step]
-        found[rows] = _nearest(poses, downs[rows], widest)
-    return found
+    for begin in range(0, len(known_rows), step):
+        rows = known_rows[begin : begin + step]
+        pose[rows] = _find_nearest(poses, downs[rows], largest_tilt)
+    return pose
 
 
 def observed_downs(orientations: ArrayLike) -> Array:
     """Directions (n, 3) that point down in observed orientations; NaN where they are not known."""
     try:
-        given = real_array(orientations)
+        quaternions = real_array(orientations)
     except NOT_NUMBERS as error:
         raise RequestError(
             "orientations as (n, 4) numbers x y z w", f"{error}", "one row a part"
         ) from error
-    if given.ndim != 2 or given.shape[1] != 4:
-        if given.size:
+    if quaternions.ndim != 2 or quaternions.shape[1] != 4:
+        if quaternions.size:
             raise RequestError(
                 "orientations as (n, 4) numbers x y z w",
-                f"an array of shape {given.shape}",
+                f"an array of shape {quaternions.shape}",
                 "one row a part",
             )
-        given = given.reshape(0, 4)
+        quaternions = quaternions.reshape(0, 4)
     with np.errstate(over="ignore", invalid="ignore"):
-        length = np.sqrt((given * given).sum(axis=1))
-    known = np.isfinite(given).all(axis=1) & (length > 0.0)
-    wrong = np.flatnonzero(known & ~(np.abs(length - 1.0) <= UNIT_WITHIN))
-    if len(wrong):
+        length = np.sqrt((quaternions * quaternions).sum(axis=1))
+    is_known = np.isfinite(quaternions).all(axis=1) & (length > 0.0)
+    wrong_rows = np.flatnonzero(is_known & ~(np.abs(length - 1.0) <= UNIT_WITHIN))
+    if len(wrong_rows):
         raise RequestError(
             "unit quaternions x y z w",
-            f"one of length {length[wrong[0]]:g} in row {wrong[0]}",
+            f"one of length {length[wrong_rows[0]]:g} in row {wrong_rows[0]}",
             "divide each by its length; zeros stand for an unknown orientation",
         )
-    downs = np.full((len(given), 3), np.nan)
-    x, y, z, w = (given[known] / length[known, None]).T
-    downs[known] = -np.column_stack(
+    downs = np.full((len(quaternions), 3), np.nan)
+    x, y, z, w = (quaternions[is_known] / length[is_known, None]).T
+    downs[is_known] = -np.column_stack(
         (2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y))
     )
     return downs
 
 
-def _nearest(poses: RestingPoses, downs: Array, angle: float) -> Index:
+def _find_nearest(poses: RestingPoses, downs: Array, angle: float) -> Index:
     """Pose of each direction (n, 3), -1 where none is sure."""
     group = poses.group[poses.clusters.pose]  # of each stable face
     cosine = downs @ poses.equilibria.downs.T
     face = cosine.argmax(axis=1)
-    others = np.where(group == group[face, None], -np.inf, cosine).max(axis=1)
-    nearest, next_one = (
-        np.arccos(np.clip(found, -1.0, 1.0)) for found in (cosine.max(axis=1), others)
+    other_cosine = np.where(group == group[face, None], -np.inf, cosine).max(axis=1)
+    tilt, other_tilt = (
+        np.arccos(np.clip(cosines, -1.0, 1.0))
+        for cosines in (cosine.max(axis=1), other_cosine)
     )
     # The logarithm of how many times as likely the nearest is, where errors are normal.
-    apart = 0.5 * (next_one**2 - nearest**2) * (DEVIATIONS / angle) ** 2
-    sure = (others == -np.inf) | (apart >= math.log(SURELY))
-    return np.where((nearest <= angle) & sure, poses.clusters.pose[face], -1)
+    log_ratio = 0.5 * (other_tilt**2 - tilt**2) * (DEVIATIONS / angle) ** 2
+    is_sure = (other_cosine == -np.inf) | (log_ratio >= math.log(SURELY))
+    return np.where((tilt <= angle) & is_sure, poses.clusters.pose[face], -1)

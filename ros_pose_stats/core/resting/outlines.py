@@ -64,29 +64,31 @@ def outline_at(
         )
     from manifold3d import JoinType  # only outlines need it
 
-    body = convex_body.convex_body(part, 0)
+    body = convex_body.body_of(part, 0)
     unit = body.radius / UNITS
     rotation = vectors.rotation_matrices(pose.orientation[None])[0]
-    standing = vectors.turn_vectors(
+    points = vectors.turn_vectors(
         (part.surface_vertices - part.center_of_mass) / unit, rotation.T
     )
-    standing[:, 2] += pose.height / unit
-    flat = UNITS * (body.tolerance or tolerances.COPLANAR)
+    points[:, 2] += pose.height / unit
+    flatness = UNITS * (body.tolerance or tolerances.COPLANAR)
     if level is None:
-        seen = _solid(part, standing).project()
+        outline = _solid(part, points).project()
     else:
         level /= unit
-        standing[np.abs(standing[:, 2] - level) <= flat, 2] = level
-        seen = _solid(part, standing).slice(level)
-    step = min(flat, UNITS * tolerances.COPLANAR)
+        points[np.abs(points[:, 2] - level) <= flatness, 2] = level
+        outline = _solid(part, points).slice(level)
+    step = min(flatness, UNITS * tolerances.COPLANAR)
     # Walls that stand upright but for rounding leave spurs without any width.
-    bare = (
-        seen.offset(-step, JoinType.Miter, 2.0)
+    cleaned = (
+        outline.offset(-step, JoinType.Miter, 2.0)
         .offset(step, JoinType.Miter, 2.0)
         .simplify(step)
     )
-    found = sorted(bare.decompose(), key=lambda one: -one.area())
-    return tuple(_rings(one, unit) for one in found if not one.is_empty())
+    polygons = sorted(cleaned.decompose(), key=lambda polygon: -polygon.area())
+    return tuple(
+        _rings(polygon, unit) for polygon in polygons if not polygon.is_empty()
+    )
 
 
 def _solid(part: Part, points: Array) -> "Manifold":
@@ -109,20 +111,20 @@ def _solid(part: Part, points: Array) -> "Manifold":
 def _rings(polygon: "CrossSection", unit: float) -> Polygon:
     """Rings of one polygon in metres, its boundary first: holes have areas below 0."""
     rings = [np.asarray(ring) for ring in polygon.to_polygons()]
-    twice = [
+    areas = [
         float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum())
         for x, y in (ring.T for ring in rings)
     ]
     return tuple(
-        rings[k] * unit for k in sorted(range(len(rings)), key=lambda k: -twice[k])
+        rings[k] * unit for k in sorted(range(len(rings)), key=lambda k: -areas[k])
     )
 
 
 def area_and_length(outline: Array) -> tuple[float, float]:
     """Area and length of a polygon's boundary."""
     x, y = outline.T
-    ahead = np.roll(outline, -1, axis=0)
+    following_corner = np.roll(outline, -1, axis=0)
     return (
-        0.5 * abs(float(x @ ahead[:, 1] - y @ ahead[:, 0])),
-        float(np.hypot(*(ahead - outline).T).sum()),
+        0.5 * abs(float(x @ following_corner[:, 1] - y @ following_corner[:, 0])),
+        float(np.hypot(*(following_corner - outline).T).sum()),
     )

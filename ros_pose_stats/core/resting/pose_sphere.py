@@ -38,25 +38,29 @@ class PoseSphere(NamedTuple):
 def pose_sphere(resting: poses.RestingPoses) -> PoseSphere:
     """Map r, R and the basins of a part (section 2.C, Figs. 1C and 3D-F)."""
     body = resting.body
-    fine = math.sqrt(MOST_PRODUCTS / (body.faces + len(body.points)) / (0.5 * math.pi))
-    directions = _directions(int(min(max(fine, COARSEST), FINEST)))
-    inside = np.isfinite(directions[..., 0])
-    asked = directions[inside]
-    r = np.empty(len(asked))
-    height = np.empty(len(asked))
-    face = np.empty(len(asked), dtype=np.int64)
+    finest_pixels = math.sqrt(
+        MOST_PRODUCTS / (body.faces + len(body.points)) / (0.5 * math.pi)
+    )
+    directions = _directions(int(min(max(finest_pixels, COARSEST), FINEST)))
+    on_disc = np.isfinite(directions[..., 0])
+    samples = directions[on_disc]
+    r = np.empty(len(samples))
+    height = np.empty(len(samples))
+    face = np.empty(len(samples), dtype=np.int64)
     step = max(1, AT_ONCE // max(body.faces, len(body.points)))
-    for begin in range(0, len(asked), step):
-        some = slice(begin, begin + step)
-        steepness = asked[some] @ (body.arrays.normal / body.arrays.distance[:, None]).T
-        face[some] = steepness.argmax(axis=1)
-        r[some] = 1.0 / steepness.max(axis=1)
-        height[some] = body.R(asked[some])
-    maps = np.full((2, *inside.shape), np.nan)
-    maps[0][inside] = body.radius * r
-    maps[1][inside] = body.radius * height
-    pose = np.full(inside.shape, -1, dtype=np.int64)
-    pose[inside] = resting.pose_of_face[face]
+    for begin in range(0, len(samples), step):
+        batch = slice(begin, begin + step)
+        steepness = (
+            samples[batch] @ (body.arrays.normal / body.arrays.distance[:, None]).T
+        )
+        face[batch] = steepness.argmax(axis=1)
+        r[batch] = 1.0 / steepness.max(axis=1)
+        height[batch] = body.R(samples[batch])
+    maps = np.full((2, *on_disc.shape), np.nan)
+    maps[0][on_disc] = body.radius * r
+    maps[1][on_disc] = body.radius * height
+    pose = np.full(on_disc.shape, -1, dtype=np.int64)
+    pose[on_disc] = resting.pose_of_face[face]
     peaks = resting.equilibria.peaks
     return PoseSphere(
         directions,
@@ -72,11 +76,11 @@ def pose_sphere(resting: poses.RestingPoses) -> PoseSphere:
 def on_map(directions: Array) -> tuple[Index, Array]:
     """Hemisphere (k,) of directions (k, 3), 0 around -z, 1 around +z, and places (k, 2) on it."""
     x, y, z = np.asarray(directions, dtype=np.float64).reshape(-1, 3).T
-    upper = (z > 0.0).astype(np.int64)
+    hemisphere = (z > 0.0).astype(np.int64)
     # Lambert: the distance from the middle is sqrt(2) sin(half the polar angle).
     scale = 1.0 / np.sqrt(1.0 + np.abs(z))
-    across = np.where(upper == 1, x, -x)  # from below, +x is to the left
-    return upper, np.stack([across, y], axis=1) * scale[:, None]
+    horizontal = np.where(hemisphere == 1, x, -x)  # from below, +x is to the left
+    return hemisphere, np.stack([horizontal, y], axis=1) * scale[:, None]
 
 
 def across_disc(pixels: int) -> Array:
@@ -86,10 +90,10 @@ def across_disc(pixels: int) -> Array:
 
 def _directions(pixels: int) -> Array:
     middle = across_disc(pixels)
-    across, up = np.meshgrid(middle, middle)
-    square = across**2 + up**2
+    x, y = np.meshgrid(middle, middle)
+    square = x**2 + y**2
     with np.errstate(invalid="ignore"):
         scale = np.where(square <= 1.0, np.sqrt(2.0 - square), np.nan)
     z = 1.0 - square
-    upper = np.stack([across * scale, up * scale, z + 0.0 * scale], axis=-1)
+    upper = np.stack([x * scale, y * scale, z + 0.0 * scale], axis=-1)
     return np.stack([upper * (-1.0, 1.0, -1.0), upper])

@@ -18,8 +18,15 @@ from ..mesh.vectors import lengths, resting_quaternions, rotation_matrices
 from ..records import Array, DropScene, Index, Part, StablePose
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES, Numbering
 from . import convex_body, symmetry
-from .equilibria import Clusters, Equilibria, clusters, equilibria, spread, tilt_margins
-from .turns import axis_offsets, curves, rolling_axes, yaw_symmetries
+from .equilibria import (
+    Clusters,
+    Equilibria,
+    equilibria_of,
+    gather_clusters,
+    spread,
+    tilt_margins,
+)
+from .turns import measure_axis_offsets, measure_curves, rolling_axes, yaw_symmetries
 
 CORNER_REACHES = np.array([0.05, 0.3125])
 """Distances, in radii, within which corners count as one: for edges and bevels, and for shapes."""
@@ -48,13 +55,14 @@ class RestingPoses:
     def group(self) -> Index:
         """Symmetry group (P,) of each pose; one for each where no records were made."""
         return np.array(
-            [pose.group for pose in self.poses] or range(self.clusters.lowest.shape[0])
+            [pose.group for pose in self.poses]
+            or range(self.clusters.lowest_face.shape[0])
         )
 
     @property
     def downs(self) -> Array:
         """Direction (P, 3) that points down in each pose."""
-        return self.equilibria.downs[self.clusters.lowest]
+        return self.equilibria.downs[self.clusters.lowest_face]
 
     @cached_property
     def moments(self) -> Array:
@@ -74,15 +82,15 @@ class RestingPoses:
     @cached_property
     def shape_features(self) -> Array:
         """Trace of `inertia`, its least and greatest share, highest split, lowest pose; (5,)."""
-        least, middle, most = self.moments.tolist()
-        trace = least + middle + most
+        smallest, middle, largest = self.moments.tolist()
+        trace = smallest + middle + largest
         levels = self.equilibria.arrays.tree.level[self.clusters.split]
-        return _read_only(
+        return _make_read_only(
             np.array(
                 [
                     trace,
-                    least / trace,
-                    most / trace,
+                    smallest / trace,
+                    largest / trace,
                     levels.max(initial=0.0),
                     self.equilibria.heights.min(),
                 ]
@@ -92,13 +100,13 @@ class RestingPoses:
     @cached_property
     def split_features(self) -> Array:
         """Features of the components of each split; see `kernels.features.split_features`."""
-        found = self.equilibria.arrays
+        arrays = self.equilibria.arrays
         return features.split_features(
             self.body.points,
             self.body.arrays,
-            found.stable,
-            found.basin,
-            found.tree,
+            arrays.stable,
+            arrays.basin,
+            arrays.tree,
             self.clusters.split,
             self.passage_r[0],
             self.passage_R[0],
@@ -115,19 +123,21 @@ class RestingPoses:
     @cached_property
     def axis_offsets(self) -> Array:
         """How far (P,) the centre of mass lies beside the axis of what a pose rolls on, radii."""
-        return axis_offsets(self.body, self.pose_of_face, self.downs)
+        return measure_axis_offsets(self.body, self.pose_of_face, self.downs)
 
     @cached_property
     def curves(self) -> tuple[Array, Array]:
         """Share (P,) of curves in what leads to each pose, how far (P,) they lie across it."""
-        lowest = self.equilibria.faces[self.clusters.lowest]
-        return curves(self.body, self.inertia, self.pose_of_face, lowest, self.downs)
+        lowest = self.equilibria.faces[self.clusters.lowest_face]
+        return measure_curves(
+            self.body, self.inertia, self.pose_of_face, lowest, self.downs
+        )
 
     @property
     def pose_of_face(self) -> Index:
         """Pose (F,) to which each face descends."""
-        found = self.equilibria
-        return self.clusters.pose[found.rank][found.arrays.basin]
+        equilibria = self.equilibria
+        return self.clusters.pose[equilibria.rank][equilibria.arrays.basin]
 
     def is_numbered_like(self, other: "RestingPoses") -> bool:
         """Whether poses of the same part, its round surfaces divided otherwise, have one number.
@@ -137,10 +147,10 @@ class RestingPoses:
         if len(self.poses) != len(other.poses):
             return False
         return all(
-            (one.group, one.rolls) == (same.group, same.rolls)
-            and abs(one.height - same.height) <= OTHER_SIDES_HEIGHT * one.height
-            and (one.rolls or float(one.down @ same.down) >= OTHER_SIDES_TURN)
-            for one, same in zip(self.poses, other.poses, strict=True)
+            (pose.group, pose.rolls) == (other_pose.group, other_pose.rolls)
+            and abs(pose.height - other_pose.height) <= OTHER_SIDES_HEIGHT * pose.height
+            and (pose.rolls or float(pose.down @ other_pose.down) >= OTHER_SIDES_TURN)
+            for pose, other_pose in zip(self.poses, other.poses, strict=True)
         )
 
     def _passage(self, of_R: bool) -> tuple[Array, Array]:  # noqa: N803 - the paper's name
@@ -164,19 +174,19 @@ class PoseShape:
     @cached_property
     def support_polygon(self) -> Array:
         """Contact polygon (k, 2) in the plate frame, metres, counter-clockwise from above."""
-        seen = self.body.polygon(self.face)[::-1] @ self.rotation[:2].T
-        return _read_only(seen * self.body.radius)
+        polygon = self.body.polygon(self.face)[::-1] @ self.rotation[:2].T
+        return _make_read_only(polygon * self.body.radius)
 
     @cached_property
     def outline(self) -> Array:
         """Convex silhouette (k, 2) in the plate frame, metres, counter-clockwise."""
-        seen = silhouette(self.body.points, self.body.arrays, self.rotation)
-        return _read_only(seen * self.body.radius)
+        polygon = silhouette(self.body.points, self.body.arrays, self.rotation)
+        return _make_read_only(polygon * self.body.radius)
 
 
-def _read_only(shared: Array) -> Array:
-    shared.flags.writeable = False
-    return shared
+def _make_read_only(array: Array) -> Array:
+    array.flags.writeable = False
+    return array
 
 
 def resting_poses(
@@ -219,17 +229,17 @@ def bare_poses(part: Part, scene: DropScene) -> RestingPoses:
     """The same without records of the poses, symmetry and margins; not kept for the next call."""
     if are_found(part, scene):
         return poses_in(part, scene)
-    found = equilibria(part, scene.round_sides)
+    equilibria = equilibria_of(part, scene.round_sides)
     return RestingPoses(
-        found,
-        clusters(found, scene.cluster_tolerance),
+        equilibria,
+        gather_clusters(equilibria, scene.cluster_tolerance),
         (),
-        _scaled_inertia(part, found),
+        _scaled_inertia(part, equilibria),
     )
 
 
-def _scaled_inertia(part: Part, found: Equilibria) -> Array:
-    return part.inertia / (part.mass * found.body.radius * found.body.radius)
+def _scaled_inertia(part: Part, equilibria: Equilibria) -> Array:
+    return part.inertia / (part.mass * equilibria.body.radius * equilibria.body.radius)
 
 
 def are_found(part: Part, scene: DropScene) -> bool:
@@ -238,49 +248,57 @@ def are_found(part: Part, scene: DropScene) -> bool:
 
 
 def _find(part: Part, numbering: Numbering) -> RestingPoses:
-    found = equilibria(part, numbering.round_sides)
-    grouped = clusters(found, numbering.cluster_tolerance)
+    equilibria = equilibria_of(part, numbering.round_sides)
+    clusters = gather_clusters(equilibria, numbering.cluster_tolerance)
     return RestingPoses(
-        found, grouped, _records(part, found, grouped), _scaled_inertia(part, found)
+        equilibria,
+        clusters,
+        _make_records(part, equilibria, clusters),
+        _scaled_inertia(part, equilibria),
     )
 
 
-def _records(
-    part: Part, found: Equilibria, grouped: Clusters
+def _make_records(
+    part: Part, equilibria: Equilibria, clusters: Clusters
 ) -> tuple[StablePose, ...]:
-    body = found.body
-    downs = found.downs[grouped.lowest]
-    heights = found.heights[grouped.lowest] * body.radius
+    body = equilibria.body
+    downs = equilibria.downs[clusters.lowest_face]
+    heights = equilibria.heights[clusters.lowest_face] * body.radius
     quaternions = resting_quaternions(downs)
     rotations = rotation_matrices(quaternions)
     positions = -rotations @ part.center_of_mass
     positions[:, 2] += heights
     top = heights + tops(body.points, np.ascontiguousarray(downs)) * body.radius
-    margins = tilt_margins(found, grouped)
+    margins = tilt_margins(equilibria, clusters)
     surface = cache(partial(symmetry.SurfaceTrial, part, body))
     groups = symmetry.symmetry_groups(
-        part, found, np.where(grouped.near, grouped.pose, -1), surface
+        part, equilibria, np.where(clusters.is_support, clusters.pose, -1), surface
     )
     # A shelf between two poses that are alike goes to one of them, and neither tilts farther.
-    least = np.full(len(margins), np.inf)
-    np.minimum.at(least, groups, margins)
-    margins = least[groups]
+    group_margin = np.full(len(margins), np.inf)
+    np.minimum.at(group_margin, groups, margins)
+    margins = group_margin[groups]
     rolls, axes = rolling_axes(
-        body, downs, found.heights[grouped.lowest], grouped.tolerance
+        body, downs, equilibria.heights[clusters.lowest_face], clusters.tolerance
     )
-    across = (rotations * axes[:, None, :]).sum(axis=2)
-    across[:, 2] = 0.0  # along the plate; zero stays zero
-    level = lengths(across)[:, None]
-    on_plate = np.divide(across, level, out=np.zeros_like(across), where=level > 0.0)
-    yaw = yaw_symmetries(part, found, grouped.lowest, surface)
-    faces = found.faces[grouped.lowest]
-    barriers = grouped.barrier * body.radius
-    ordered = np.argsort(grouped.pose, kind="stable")
+    roll_axes = (rotations * axes[:, None, :]).sum(axis=2)
+    roll_axes[:, 2] = 0.0  # along the plate; zero stays zero
+    horizontal_length = lengths(roll_axes)[:, None]
+    unit_roll_axes = np.divide(
+        roll_axes,
+        horizontal_length,
+        out=np.zeros_like(roll_axes),
+        where=horizontal_length > 0.0,
+    )
+    yaw = yaw_symmetries(part, equilibria, clusters.lowest_face, surface)
+    faces = equilibria.faces[clusters.lowest_face]
+    barriers = clusters.barrier * body.radius
+    order = np.argsort(clusters.pose, kind="stable")
     members_of = [
         some.tolist()
-        for some in np.split(ordered, np.cumsum(np.bincount(grouped.pose))[:-1])
+        for some in np.split(order, np.cumsum(np.bincount(clusters.pose))[:-1])
     ]
-    for array in (downs, quaternions, positions, on_plate):
+    for array in (downs, quaternions, positions, unit_roll_axes):
         array.flags.writeable = False
     size = np.bincount(groups)
     return tuple(
@@ -292,14 +310,14 @@ def _records(
             top=float(top[i]),
             margin=float(margins[i]),
             barrier=float(barriers[i]),
-            spread=spread(found, grouped, members),
+            spread=spread(equilibria, clusters, members),
             members=tuple(members),
             orientation=quaternions[i],
             position=positions[i],
             shape=PoseShape(body, int(faces[i]), rotations[i]),
             group_size=int(size[groups[i]]),
             rolls=bool(rolls[i]),
-            roll_axis=on_plate[i],
+            roll_axis=unit_roll_axes[i],
             yaw_symmetry=int(yaw[i]),
         )
         for i, members in enumerate(members_of)

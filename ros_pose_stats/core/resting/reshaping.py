@@ -14,7 +14,7 @@ from ..kernels.body import circles, convex_body
 from ..kernels.elementary import sines_cosines
 from ..records import Array, Index
 from .rims import Chain, Group, Outline, Rim
-from .thinning import Whole, plan_sides
+from .thinning import FullRim, plan_sides
 
 SAME_ANGLE = 0.1  # angles this close, in sides, are one in the list of a group
 
@@ -23,78 +23,85 @@ def reshape(
     points: Array, arrays: convex_body.BodyArrays, groups: Sequence[Group], sides: int
 ) -> Outline:
     """Refine or thin the round runs of a body; its points keep their numbers, new ones follow."""
-    keeps = np.zeros(len(points), dtype=np.bool_)
-    keeps[arrays.corner] = True
-    outline = Outline(points, keeps, count=len(points))
+    is_kept = np.zeros(len(points), dtype=np.bool_)
+    is_kept[arrays.corner] = True
+    outline = Outline(points, is_kept, count=len(points))
     uses = np.zeros(len(points), dtype=np.int64)
     for group in groups:
         for rim in group.rims:
             uses[rim.corner] += 1
     step = 2.0 * np.pi / sides
-    wholes: list[Whole] = []
+    wholes: list[FullRim] = []
     parts: list[tuple[Group, list[tuple[Rim, bool]]]] = []
     for group in groups:
-        mine: list[tuple[Rim, bool]] = []
+        group_parts: list[tuple[Rim, bool]] = []
         axis = group.frame[2]
-        away = group.center - (group.center * axis).sum() * axis
+        axis_offset = group.center - (group.center * axis).sum() * axis
         for rim in group.rims:
             # The part may roll on a rim whose axis passes the centre of mass within its radius, so
             # that it has to be as fine as all others; else it is a fillet.
-            refine = bool(
-                rim.kind == "round" and (away * away).sum() < rim.radius * rim.radius
+            can_roll = bool(
+                rim.kind == "round"
+                and (axis_offset * axis_offset).sum() < rim.radius * rim.radius
             )
-            whole = rim.closed and not rim.stays.any() and uses[rim.corner].max() == 1
-            finer = (
+            is_whole = (
+                rim.is_closed and not rim.stays.any() and uses[rim.corner].max() == 1
+            )
+            is_finer = (
                 len(rim.corner) > sides
-                if whole
+                if is_whole
                 else bool(rim.chord.min() < step * rim.radius)
             )
-            if rim.kind == "toothed" or not (refine or finer):
-                outline.chains.append(Chain(rim, rim.corner, rim.closed))
-            elif whole:
-                wholes.append(Whole(rim, group, _height(points, group, rim)))
+            if rim.kind == "toothed" or not (can_roll or is_finer):
+                outline.chains.append(Chain(rim, rim.corner, rim.is_closed))
+            elif is_whole:
+                wholes.append(FullRim(rim, group, _mean_height(points, group, rim)))
             else:
-                mine.append((rim, refine))
-        parts.append((group, mine))
-    plan_sides(wholes, int(keeps.sum()), sides)
-    for group, mine in parts:
+                group_parts.append((rim, can_roll))
+        parts.append((group, group_parts))
+    plan_sides(wholes, int(is_kept.sum()), sides)
+    for group, group_parts in parts:
         _redraw(
             outline,
             group,
-            [one for one in wholes if one.group is group],
-            mine,
+            [whole for whole in wholes if whole.group is group],
+            group_parts,
             uses,
             sides,
         )
     return outline
 
 
-def _height(points: Array, group: Group, rim: Rim) -> float:
+def _mean_height(points: Array, group: Group, rim: Rim) -> float:
     """Mean of a rim's corners along the axis of its group."""
-    along = ((points[rim.corner] - group.center) * group.frame[2]).sum(axis=1)
-    return float(along.sum()) / len(along)
+    heights = ((points[rim.corner] - group.center) * group.frame[2]).sum(axis=1)
+    return float(heights.sum()) / len(heights)
 
 
 def _redraw(
     outline: Outline,
     group: Group,
-    wholes: list[Whole],
+    wholes: list[FullRim],
     parts: list[tuple[Rim, bool]],
     uses: Index,
     sides: int,
 ) -> None:
     """Put the rims of one axis on its angles."""
-    pieces = [_pieces(outline.points, group, rim, uses) for rim, _ in parts]
+    pieces = [_split_rim(outline.points, group, rim, uses) for rim, _ in parts]
     turn = 2.0 * np.pi
     step = 2.0 * np.pi / sides
     ends = [
         angle
-        for (_, refine), one in zip(parts, pieces, strict=True)
+        for (_, can_roll), one in zip(parts, pieces, strict=True)
         for piece in one
-        if _is_redrawn(piece, refine, step)
+        if _may_change(piece, can_roll, step)
         for angle in (piece[1][0], piece[1][-1])
     ]
-    grid = _grid(ends, step) if ends else _regular(outline.points, group, wholes, sides)
+    grid = (
+        _divide_turn(ends, step)
+        if ends
+        else _regular_angles(outline.points, group, wholes, sides)
+    )
     for one in wholes:
         outline.keeps[one.rim.corner] = outline.keeps[one.rim.absorbed] = False
         if one.sides == 0:
@@ -104,35 +111,39 @@ def _redraw(
         outline.chains.append(
             Chain(one.rim, numbers, True, sides if ends else one.sides)
         )
-    for (rim, refine), mine in zip(parts, pieces, strict=True):
-        height = _height(outline.points, group, rim)
+    for (rim, can_roll), stretches in zip(parts, pieces, strict=True):
+        height = _mean_height(outline.points, group, rim)
         changed = False
         sequence: list[Index] = []
-        for corner, angle in mine:
-            between = corner[1:-1]
-            if _is_redrawn((corner, angle), refine, step):
+        for corner, angle in stretches:
+            inner_corners = corner[1:-1]
+            if _may_change((corner, angle), can_roll, step):
                 low = angle[0] + SAME_ANGLE * step
                 high = angle[-1] - SAME_ANGLE * step
-                new = np.sort(grid + turn * np.ceil((low - grid) / turn), kind="stable")
-                new = new[new < high]
-                if refine or len(new) < len(between):
-                    outline.keeps[between] = False
+                new_angles = np.sort(
+                    grid + turn * np.ceil((low - grid) / turn), kind="stable"
+                )
+                new_angles = new_angles[new_angles < high]
+                if can_roll or len(new_angles) < len(inner_corners):
+                    outline.keeps[inner_corners] = False
                     outline.keeps[
-                        _within(outline.points, group, rim.absorbed, angle)
+                        _between_ends(outline.points, group, rim.absorbed, angle)
                     ] = False
-                    between = outline.add(_on_circle(group, height, rim.radius, new))
+                    inner_corners = outline.add(
+                        _on_circle(group, height, rim.radius, new_angles)
+                    )
                     changed = True
-            sequence += [corner[:1], between]
-        if not rim.closed:
-            sequence.append(mine[-1][0][-1:])
+            sequence += [corner[:1], inner_corners]
+        if not rim.is_closed:
+            sequence.append(stretches[-1][0][-1:])
         outline.chains.append(
-            Chain(rim, np.concatenate(sequence), rim.closed, sides if changed else 0)
+            Chain(rim, np.concatenate(sequence), rim.is_closed, sides if changed else 0)
         )
 
 
-def _within(points: Array, group: Group, numbers: Index, angle: Array) -> Index:
+def _between_ends(points: Array, group: Group, numbers: Index, angle: Array) -> Index:
     """Those of some points that lie between the ends of a stretch."""
-    there = (
+    angles = (
         circles.angles_about(
             points[numbers], group.center, group.frame[0], group.frame[1]
         )
@@ -140,17 +151,17 @@ def _within(points: Array, group: Group, numbers: Index, angle: Array) -> Index:
     )
     turn = 2.0 * np.pi
     return np.asarray(
-        numbers[there - turn * np.floor(there / turn) < angle[-1] - angle[0]]
+        numbers[angles - turn * np.floor(angles / turn) < angle[-1] - angle[0]]
     )
 
 
-def _is_redrawn(piece: tuple[Index, Array], refine: bool, step: float) -> bool:
+def _may_change(piece: tuple[Index, Array], can_roll: bool, step: float) -> bool:
     """Whether the corners of a stretch may have to change."""
     corner, angle = piece
-    return bool(len(corner) > 2 or (refine and angle[-1] - angle[0] > 1.5 * step))
+    return bool(len(corner) > 2 or (can_roll and angle[-1] - angle[0] > 1.5 * step))
 
 
-def _pieces(
+def _split_rim(
     points: Array, group: Group, rim: Rim, uses: Index
 ) -> list[tuple[Index, Array]]:
     """Stretches of a rim between corners that stay: their corners and rising angles.
@@ -161,20 +172,20 @@ def _pieces(
     stays = rim.stays
     if (rim.axis * group.frame[2]).sum() < 0.0:
         stays = stays[::-1]
-        corner = np.append(corner[:1], corner[:0:-1]) if rim.closed else corner[::-1]
-    fixed = uses[corner] > 1
-    if rim.closed:
-        fixed |= stays | np.roll(stays, 1)
-        begin = int(fixed.argmax())
+        corner = np.append(corner[:1], corner[:0:-1]) if rim.is_closed else corner[::-1]
+    is_fixed = uses[corner] > 1
+    if rim.is_closed:
+        is_fixed |= stays | np.roll(stays, 1)
+        begin = int(is_fixed.argmax())
         corner = np.roll(corner, -begin)
         stays = np.roll(stays, -begin)
-        fixed = np.roll(fixed, -begin)
+        is_fixed = np.roll(is_fixed, -begin)
         corner = np.append(corner, corner[0])
-        fixed = np.append(fixed, True)
+        is_fixed = np.append(is_fixed, True)
     else:
-        fixed[:-1] |= stays
-        fixed[1:] |= stays
-        fixed[0] = fixed[-1] = True
+        is_fixed[:-1] |= stays
+        is_fixed[1:] |= stays
+        is_fixed[0] = is_fixed[-1] = True
     angle = circles.angles_about(
         points[corner], group.center, group.frame[0], group.frame[1]
     )
@@ -186,11 +197,11 @@ def _pieces(
         (corner[[low, high]], angle[[low, low]])
         if stays[low]
         else (corner[low : high + 1], angle[low : high + 1])
-        for low, high in pairwise(np.flatnonzero(fixed).tolist())
+        for low, high in pairwise(np.flatnonzero(is_fixed).tolist())
     ]
 
 
-def _grid(ends: Sequence[float], step: float) -> Array:
+def _divide_turn(ends: Sequence[float], step: float) -> Array:
     """Angles of a group: those of corners that stay, and what divides the rest evenly."""
     turn = 2.0 * np.pi
     breaks = np.sort(
@@ -199,16 +210,18 @@ def _grid(ends: Sequence[float], step: float) -> Array:
     breaks = breaks[np.append(True, np.diff(breaks) > SAME_ANGLE * step)]
     if len(breaks) > 1 and breaks[0] + turn - breaks[-1] <= SAME_ANGLE * step:
         breaks = breaks[:-1]
-    found = []
+    angles = []
     for low, high in zip(
         breaks.tolist(), [*breaks[1:].tolist(), breaks[0] + turn], strict=True
     ):
         parts = max(1, int(np.ceil((high - low) / step - SAME_ANGLE)))
-        found.append(low + (high - low) / parts * np.arange(parts))
-    return np.concatenate(found)
+        angles.append(low + (high - low) / parts * np.arange(parts))
+    return np.concatenate(angles)
 
 
-def _regular(points: Array, group: Group, wholes: Sequence[Whole], sides: int) -> Array:
+def _regular_angles(
+    points: Array, group: Group, wholes: Sequence[FullRim], sides: int
+) -> Array:
     """Evenly spaced angles through a corner of the file.
 
     Of all corners that the largest rim has, the one that leaves the smallest remainder: so the
@@ -217,12 +230,14 @@ def _regular(points: Array, group: Group, wholes: Sequence[Whole], sides: int) -
     step = 2.0 * np.pi / sides
     if not wholes:
         return np.asarray(step * np.arange(sides), dtype=np.float64)
-    widest = max(wholes, key=lambda one: one.rim.radius)
+    largest_rim = max(wholes, key=lambda whole: whole.rim.radius)
     angle = circles.angles_about(
-        points[widest.rim.corner], group.center, group.frame[0], group.frame[1]
+        points[largest_rim.rim.corner], group.center, group.frame[0], group.frame[1]
     )
-    rest = angle - step * np.floor(angle / step)
-    return np.asarray(float(rest.min()) + step * np.arange(sides), dtype=np.float64)
+    remainder = angle - step * np.floor(angle / step)
+    return np.asarray(
+        float(remainder.min()) + step * np.arange(sides), dtype=np.float64
+    )
 
 
 def _on_circle(group: Group, height: float, radius: float, angles: Array) -> Array:

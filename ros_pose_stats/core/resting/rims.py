@@ -13,7 +13,7 @@ import numpy as np
 
 from ..kernels.body.convex_body import BodyArrays
 from ..kernels.principal_axes import principal_axes
-from ..mesh.vectors import along, cross, length, lengths, scatter
+from ..mesh.vectors import components_along, cross, length, lengths, scatter
 from ..records import Array, Index, Mask
 
 Kind = Literal["round", "toothed"]
@@ -38,7 +38,7 @@ class Rim:
 
     side: Index  # (E,); polygon side of the body along each edge
     corner: Index  # points of the body
-    closed: bool
+    is_closed: bool
     center: Array  # (3,)
     axis: Array
     radius: float  # the latter the largest distance of a corner from the circle
@@ -81,7 +81,7 @@ class Chain:
 
     rim: Rim
     point: Index
-    closed: bool
+    is_closed: bool
     sides: int = 0
 
     def as_run(self, unit: float) -> Run:
@@ -92,7 +92,7 @@ class Chain:
             rim.axis,
             rim.radius / unit,
             rim.kind,
-            rim.closed,
+            rim.is_closed,
             len(rim.corner),
             self.sides,
             rim.group,
@@ -114,20 +114,22 @@ class Outline:
     def rounded(self) -> int:
         """Number of runs that have other numbers of corners than in the file."""
         return sum(
-            bool(one.sides) and len(one.point) != len(one.rim.corner)
-            for one in self.chains
+            bool(chain.sides) and len(chain.point) != len(chain.rim.corner)
+            for chain in self.chains
         )
 
     def compacted(self) -> tuple[Array, list[Chain]]:
         """Points of the new body, and the chains in their numbering."""
-        kept = np.append(
+        is_kept = np.append(
             self.keeps, np.ones(self.count - len(self.keeps), dtype=np.bool_)
         )
-        number = np.cumsum(kept) - 1
-        points = np.ascontiguousarray(np.concatenate([self.points, *self.added])[kept])
+        number = np.cumsum(is_kept) - 1
+        points = np.ascontiguousarray(
+            np.concatenate([self.points, *self.added])[is_kept]
+        )
         return points, [
-            replace(one, point=number[one.point[kept[one.point]]])
-            for one in self.chains
+            replace(chain, point=number[chain.point[is_kept[chain.point]]])
+            for chain in self.chains
         ]
 
     def add(self, points: Array) -> Index:
@@ -146,11 +148,11 @@ def loops_of(arrays: BodyArrays, faces: Index) -> tuple[Index, Index]:
     return arrays.corner[np.arange(size.sum()) + np.repeat(first - begin, size)], begin
 
 
-def off_axis(points: Array, group: Group) -> Array:
+def distance_from_axis(points: Array, group: Group) -> Array:
     """Distance (n,) of points from the axis of a group."""
-    away = points - group.center
-    x = along(away, group.frame[0])
-    y = along(away, group.frame[1])
+    offset = points - group.center
+    x = components_along(offset, group.frame[0])
+    y = components_along(offset, group.frame[1])
     return np.asarray(np.sqrt(x * x + y * y))
 
 
@@ -166,52 +168,59 @@ def group_by_axis(points: Array, rims: list[Rim], rounding: float) -> list[Group
     slack = np.array(
         [(4.0 * rounding + rim.deviation) * _looseness(points, rim) for rim in rims]
     )
-    waiting = np.ones(len(rims), dtype=np.bool_)
+    is_free = np.ones(len(rims), dtype=np.bool_)
     groups = []
     for k, first in enumerate(rims):
-        if not waiting[k]:
+        if not is_free[k]:
             continue
         tilt = lengths(cross(axis, first.axis)) * radius
-        away = center - first.center
-        offset = lengths(away - along(away, first.axis)[:, None] * first.axis)
-        mine = waiting & (np.maximum(tilt, offset) <= COAXIAL + slack + slack[k])
-        mine[k] = True
-        waiting &= ~mine
-        chosen = [rims[j] for j in np.flatnonzero(mine).tolist()]
-        groups.append(_with_frame(points, chosen))
+        center_offset = center - first.center
+        offset = lengths(
+            center_offset
+            - components_along(center_offset, first.axis)[:, None] * first.axis
+        )
+        is_coaxial = is_free & (np.maximum(tilt, offset) <= COAXIAL + slack + slack[k])
+        is_coaxial[k] = True
+        is_free &= ~is_coaxial
+        coaxial_rims = [rims[j] for j in np.flatnonzero(is_coaxial).tolist()]
+        groups.append(_with_frame(points, coaxial_rims))
     return groups
 
 
-def keep_turned(points: Array, arrays: BodyArrays, group: Group) -> bool:
+def keep_turned_rims(points: Array, arrays: BodyArrays, group: Group) -> bool:
     """Leave out rims of no surface turned about their axis, in place; tell whether one is left.
 
     Beside such a rim lie a flat end, or facets to another one or to a tip; else it is on a ball.
     """
-    on_rims = off_axis(points, group) < ON_AXIS
+    on_rims = distance_from_axis(points, group) < ON_AXIS
     for rim in group.rims:
         on_rims[rim.corner] = True
-    kept = []
+    turned_rims = []
     for rim in group.rims:
         for side in (rim.side, arrays.twin[rim.side]):
             faces = arrays.face[side]
-            turned = int(np.bincount(faces).max())
-            if turned < ROUND_SHARE * len(faces):
+            turned_faces = int(np.bincount(faces).max())
+            if turned_faces < ROUND_SHARE * len(faces):
                 corner, begin = loops_of(arrays, faces)
-                turned = int(np.logical_and.reduceat(on_rims[corner], begin).sum())
-            if turned >= ROUND_SHARE * len(faces):
-                kept.append(rim)
+                turned_faces = int(
+                    np.logical_and.reduceat(on_rims[corner], begin).sum()
+                )
+            if turned_faces >= ROUND_SHARE * len(faces):
+                turned_rims.append(rim)
                 break
-    group.rims[:] = kept
-    return bool(kept)
+    group.rims[:] = turned_rims
+    return bool(turned_rims)
 
 
 def _looseness(points: Array, rim: Rim) -> float:
     """How far errors of the corners reach: the radius over the height of the arc."""
-    if rim.closed or rim.chord.sum() > np.pi * rim.radius:
+    if rim.is_closed or rim.chord.sum() > np.pi * rim.radius:
         return 1.0
     half = 0.5 * length(points[rim.corner[-1]] - points[rim.corner[0]])
-    inside = max(rim.radius * rim.radius - half * half, 0.0)
-    return rim.radius / max(rim.radius - float(np.sqrt(inside)), 1e-3 * rim.radius)
+    height_squared = max(rim.radius * rim.radius - half * half, 0.0)
+    return rim.radius / max(
+        rim.radius - float(np.sqrt(height_squared)), 1e-3 * rim.radius
+    )
 
 
 def _with_frame(points: Array, rims: Sequence[Rim]) -> Group:
@@ -225,29 +234,31 @@ def _with_frame(points: Array, rims: Sequence[Rim]) -> Group:
         center = (weight[:, None] * centers).sum(axis=0) / weight.sum()
         tensor = np.zeros((3, 3))
         for rim, number in zip(rims, weight.tolist(), strict=True):
-            away = rim.center - center
-            outer = away[:, None] * away
+            center_offset = rim.center - center
+            outer = center_offset[:, None] * center_offset
             tensor += number * (scatter(points[rim.corner]) - outer)
             tensor += number * (outer[0, 0] + outer[1, 1] + outer[2, 2]) * np.eye(3)
         axis = principal_axes(tensor)[1][:, 0]
     if axis[int(np.abs(axis).argmax())] < 0.0:
         axis = -axis
-    across = np.eye(3)[np.abs(axis).argmin()]
-    x_axis = across - (across * axis).sum() * axis
+    coordinate_axis = np.eye(3)[np.abs(axis).argmin()]
+    x_axis = coordinate_axis - (coordinate_axis * axis).sum() * axis
     x_axis = x_axis / length(x_axis)
     return Group(center, np.stack([x_axis, cross(axis, x_axis), axis]), list(rims))
 
 
-def strips(
+def number_strips(
     points: Array, arrays: BodyArrays, groups: Sequence[Group], chains: Sequence[Chain]
 ) -> Index:
     """Strip (F,) of each face between two runs about one axis, or a run and a tip; -1 for none."""
-    found = np.full(len(arrays.area), -1, dtype=np.int64)
+    strip_of_face = np.full(len(arrays.area), -1, dtype=np.int64)
     count = 0
     for number, group in enumerate(groups):
-        mine = [chain for chain in chains if chain.rim.group == number]
-        count = _number_strips(points, arrays, group, mine, found, count)
-    return found
+        group_chains = [chain for chain in chains if chain.rim.group == number]
+        count = _number_strips(
+            points, arrays, group, group_chains, strip_of_face, count
+        )
+    return strip_of_face
 
 
 def _number_strips(
@@ -260,7 +271,7 @@ def _number_strips(
 ) -> int:
     """Number the strips about one axis from `count` on, in place; return the next number."""
     rim, place, size = np.full((3, len(points)), -1, dtype=np.int64)
-    off = off_axis(points, group)
+    off = distance_from_axis(points, group)
     rim[off < ON_AXIS] = len(chains)
     is_corner = np.zeros(len(points), dtype=np.bool_)
     is_corner[arrays.corner] = True
@@ -268,7 +279,7 @@ def _number_strips(
         there = chain.point[is_corner[chain.point]]
         rim[there] = k
         place[there] = np.arange(len(there))
-        size[there] = len(there) if chain.closed else -1
+        size[there] = len(there) if chain.is_closed else -1
     faces = np.flatnonzero(np.bincount(arrays.face[rim[arrays.corner] >= 0]))
     corner, begin = loops_of(arrays, faces)
     sizes = np.diff(begin, append=len(corner))
@@ -288,7 +299,7 @@ def _number_strips(
         count += int(numbers.max()) + 1
     # Facets with corners between their rims, as teeth have that wind about the axis.
     begin = arrays.face_start[:-1]
-    up = along(points - group.center, group.frame[2])
+    up = components_along(points - group.center, group.frame[2])
     divided = np.logical_or.reduceat((rim < 0)[arrays.corner], begin) & (found < 0)
     if not divided.any():
         return count

@@ -20,7 +20,7 @@ from ..kernels.body.runs import (
 )
 from ..mesh import hull, surface, vectors
 from ..records import Array, Index, Mask, Part
-from .rims import ROUND_SHARE, Group, Kind, Rim, group_by_axis, keep_turned
+from .rims import ROUND_SHARE, Group, Kind, Rim, group_by_axis, keep_turned_rims
 
 SEAM = 2e-4
 """Corners this close to a circle, in radii, are on it where its ends do not quite meet.
@@ -74,35 +74,44 @@ def find_groups(
         [arrays.corner[runs.side], arrays.corner[arrays.twin[runs.side]]], axis=1
     )
     chord = vectors.lengths(points[ends[:, 1]] - points[ends[:, 0]])
-    surface = _on_surface(part, ends, scale * (SEAM + 4.0 * rounding))
+    on_surface = _on_surface(part, ends, scale * (SEAM + 4.0 * rounding))
     rims = []
     for k in np.flatnonzero(~_crosses_others(ends, runs, len(points))).tolist():
         edges = slice(int(runs.start[k]), int(runs.start[k + 1]))
-        closed = bool(runs.closed[k])
+        is_closed = bool(runs.closed[k])
         corner = (
-            ends[edges, 0] if closed else np.append(ends[edges, 0], ends[edges, 1][-1])
+            ends[edges, 0]
+            if is_closed
+            else np.append(ends[edges, 0], ends[edges, 1][-1])
         )
         circle = runs.circle[k]
-        on = surface[edges]
-        long = chord[edges]
+        edge_on_surface = on_surface[edges]
+        edge_length = chord[edges]
         # Edges that bridge a gap, or are too long for a facet of their run, stay.
-        usual = _median(long[on]) if on.any() else 0.0
-        stays = ~on | (
-            long > max(LONG_EDGE * usual, 4.0 * np.pi / sides * float(circle[RADIUS]))
+        median_length = (
+            _median(edge_length[edge_on_surface]) if edge_on_surface.any() else 0.0
+        )
+        stays = ~edge_on_surface | (
+            edge_length
+            > max(
+                LONG_EDGE * median_length, 4.0 * np.pi / sides * float(circle[RADIUS])
+            )
         )
         kind: Kind = (
-            "round" if long[on].sum() >= ROUND_SHARE * long.sum() else "toothed"
+            "round"
+            if edge_length[edge_on_surface].sum() >= ROUND_SHARE * edge_length.sum()
+            else "toothed"
         )
         rims.append(
             Rim(
                 runs.side[edges],
                 corner,
-                closed,
+                is_closed,
                 circle[CENTER : CENTER + 3],
                 circle[AXIS : AXIS + 3],
                 float(circle[RADIUS]),
                 float(circle[DEVIATION]),
-                long,
+                edge_length,
                 stays,
                 kind,
             )
@@ -111,7 +120,7 @@ def find_groups(
     groups = [
         group
         for group in group_by_axis(points, rims, rounding)
-        if keep_turned(points, arrays, group)
+        if keep_turned_rims(points, arrays, group)
     ]
     for number, group in enumerate(groups):
         for rim in group.rims:
@@ -146,34 +155,40 @@ def rounding_of(part: Part, corners: Array) -> float:
 def _on_surface(part: Part, ends: Index, tolerance: float) -> Mask:
     """Whether edges of the hull (E, 2) lie on the surface of the mesh."""
     triangles = part.surface_triangles
-    if any(one.startswith("OPEN_MESH") for one in part.warnings):
+    if any(warning.startswith("OPEN_MESH") for warning in part.warnings):
         # The hull stands in for the surface there, and it has no gaps.
         triangles = surface.weld(part.vertices, part.triangles.astype(np.int64))[1]
     vertex = hull.hull_of_part(part).qhull.vertices[ends]
-    flat = vertex.ravel()
+    edge_vertices = vertex.ravel()
     first = np.append(
-        0, np.cumsum(np.bincount(flat, minlength=len(part.surface_vertices)))
+        0, np.cumsum(np.bincount(edge_vertices, minlength=len(part.surface_vertices)))
     )
-    found = edges_on_surface(
+    touches = edges_on_surface(
         part.surface_vertices,
         triangles,
         vertex,
         first,
-        np.argsort(flat, kind="stable"),
+        np.argsort(edge_vertices, kind="stable"),
         tolerance,
     )
-    return np.asarray(found == 2)
+    return np.asarray(touches == 2)
 
 
 def _median(values: Array) -> float:
     """Quicker than NumPy's for a few values."""
-    rising = np.sort(values)
-    return float(rising[(len(rising) - 1) // 2] + rising[len(rising) // 2]) / 2.0
+    sorted_values = np.sort(values)
+    return (
+        float(
+            sorted_values[(len(sorted_values) - 1) // 2]
+            + sorted_values[len(sorted_values) // 2]
+        )
+        / 2.0
+    )
 
 
 def _close_seam(rim: Rim, points: Array) -> bool:
     """Close a run that ends beside its beginning, in place; tell whether it was one."""
-    if rim.closed or rim.kind == "toothed":
+    if rim.is_closed or rim.kind == "toothed":
         return False
     step = vectors.length(points[rim.corner[-1]] - points[rim.corner[0]])
     seam = 10.0 * SEAM * rim.radius
@@ -185,7 +200,7 @@ def _close_seam(rim: Rim, points: Array) -> bool:
         rim.corner = rim.corner[:-1]
     else:
         rim.chord, rim.stays = np.append(rim.chord, step), np.append(rim.stays, False)
-    rim.closed = True
+    rim.is_closed = True
     return True
 
 
@@ -193,20 +208,22 @@ def _absorb(
     rims: list[Rim], points: Array, arrays: BodyArrays, rounding: float
 ) -> None:
     """Close runs over seams, and let runs take in other corners that lie on their circles."""
-    closed = [_close_seam(rim, points) for rim in rims]
-    if rounding <= FINE_ROUNDING and not any(closed):
+    has_seam = [_close_seam(rim, points) for rim in rims]
+    if rounding <= FINE_ROUNDING and not any(has_seam):
         return
-    free = np.zeros(len(points), dtype=np.bool_)
-    free[arrays.corner] = True
+    is_free = np.zeros(len(points), dtype=np.bool_)
+    is_free[arrays.corner] = True
     for rim in rims:
-        free[rim.corner] = False
-    numbers = np.flatnonzero(free)
-    for rim, seamed in zip(rims, closed, strict=True):
-        away = points[numbers] - rim.center
-        above = vectors.along(away, rim.axis)
-        off = vectors.lengths(away - above[:, None] * rim.axis) - rim.radius
-        slack = 4.0 * rounding + (SEAM * rim.radius if seamed else rim.deviation)
-        rim.absorbed = numbers[np.sqrt(above * above + off * off) <= slack]
+        is_free[rim.corner] = False
+    numbers = np.flatnonzero(is_free)
+    for rim, is_over_seam in zip(rims, has_seam, strict=True):
+        offset = points[numbers] - rim.center
+        height = vectors.components_along(offset, rim.axis)
+        radial_error = vectors.lengths(offset - height[:, None] * rim.axis) - rim.radius
+        slack = 4.0 * rounding + (SEAM * rim.radius if is_over_seam else rim.deviation)
+        rim.absorbed = numbers[
+            np.sqrt(height * height + radial_error * radial_error) <= slack
+        ]
 
 
 def _crosses_others(ends: Index, runs: Runs, count: int) -> Mask:
@@ -215,10 +232,12 @@ def _crosses_others(ends: Index, runs: Runs, count: int) -> Mask:
     A ball or the corner of a filleted box is divided both ways, and rolls along neither.
     """
     uses = np.bincount(ends[:, 0], minlength=count)
-    last = ends[runs.start[1:] - 1, 1]
-    uses += np.bincount(last[runs.closed == 0], minlength=count)
-    crossed = np.add.reduceat((uses[ends[:, 0]] > 1).astype(np.int64), runs.start[:-1])
-    crossed += uses[last] > 1
+    end_corner = ends[runs.start[1:] - 1, 1]
+    uses += np.bincount(end_corner[runs.closed == 0], minlength=count)
+    crossings = np.add.reduceat(
+        (uses[ends[:, 0]] > 1).astype(np.int64), runs.start[:-1]
+    )
+    crossings += uses[end_corner] > 1
     return np.asarray(
-        (runs.closed == 0) & (crossed >= ROUND_SHARE * (np.diff(runs.start) + 1))
+        (runs.closed == 0) & (crossings >= ROUND_SHARE * (np.diff(runs.start) + 1))
     )

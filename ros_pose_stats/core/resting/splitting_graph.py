@@ -37,24 +37,24 @@ class SplittingNode:
 
     def walk(self) -> "Iterator[SplittingNode]":
         """Yield the node and all nodes below it, from the top down."""
-        waiting = [self]
-        while waiting:
-            node = waiting.pop()
+        stack = [self]
+        while stack:
+            node = stack.pop()
             yield node
-            waiting.extend(reversed(node.parts))
+            stack.extend(reversed(node.parts))
 
     def __str__(self) -> str:
         lines: list[str] = []
-        waiting: list[tuple[SplittingNode, int]] = [(self, 0)]
-        while waiting:
-            node, depth = waiting.pop()
+        stack: list[tuple[SplittingNode, int]] = [(self, 0)]
+        while stack:
+            node, depth = stack.pop()
             names = " ".join(str(i) for i in node.poses)
             text = f"{'  ' * depth}{{{names}}}  p = {node.probability:.4f}"
             if node.level is not None:
                 sizes = " : ".join(f"{angle:.4f}" for angle in node.angles)
                 text += f"  splits at {node.level * 1e3:.4g} mm, {sizes} sr"
             lines.append(text)
-            waiting.extend((part, depth + 1) for part in reversed(node.parts))
+            stack.extend((part, depth + 1) for part in reversed(node.parts))
         return "\n".join(lines)
 
 
@@ -73,22 +73,22 @@ def splitting_graph(resting: RestingPoses, function: Function = "r") -> Splittin
     SplittingNode
         The root.
     """
-    found = resting.equilibria
-    grouped = resting.clusters
-    tree = found.arrays.tree
-    leaves = found.order.shape[0]
+    equilibria = resting.equilibria
+    clusters = resting.clusters
+    tree = equilibria.arrays.tree
+    leaves = equilibria.order.shape[0]
     areas, probability = resting.passage_R if function == "R" else resting.passage_r
-    built: dict[int, SplittingNode] = {
+    nodes: dict[int, SplittingNode] = {
         node: SplittingNode((pose,), float(probability[node]))
         for node, pose in zip(
-            grouped.node.tolist(), grouped.node_pose.tolist(), strict=True
+            clusters.node.tolist(), clusters.node_pose.tolist(), strict=True
         )
     }
-    for j in np.flatnonzero(grouped.split).tolist():
-        parts = tuple(built.pop(int(child)) for child in tree.child[j])
-        both = float(areas[j].sum())
-        shares = tuple(float(a) / both if both > 0.0 else 0.5 for a in areas[j])
-        built[leaves + j] = SplittingNode(
+    for j in np.flatnonzero(clusters.split).tolist():
+        parts = tuple(nodes.pop(int(child)) for child in tree.child[j])
+        total = float(areas[j].sum())
+        shares = tuple(float(a) / total if total > 0.0 else 0.5 for a in areas[j])
+        nodes[leaves + j] = SplittingNode(
             tuple(sorted({*parts[0].poses, *parts[1].poses})),
             float(probability[leaves + j]),
             float(tree.level[j]) * resting.body.radius,
@@ -97,7 +97,7 @@ def splitting_graph(resting: RestingPoses, function: Function = "r") -> Splittin
             tuple(float(a) for a in areas[j]),
             shares,
         )
-    (root,) = built.values()
+    (root,) = nodes.values()
     return root
 
 
@@ -107,23 +107,29 @@ def with_shares(root: SplittingNode, poses: Sequence[StablePose]) -> SplittingNo
     A shelf that parts from its pose before is left out: no drop tells which it went through.
     """
     share = {pose.index: pose.probability for pose in poses if pose.probability > 0.0}
-    held = {id(root): root.poses}
+    poses_of = {id(root): root.poses}
     nodes = list(root.walk())
     for node in nodes:
         homes = (
-            {pose: _home(node, pose) for pose in held[id(node)]} if node.parts else {}
+            {pose: _part_with_pose(node, pose) for pose in poses_of[id(node)]}
+            if node.parts
+            else {}
         )
         for part in node.parts:
-            held[id(part)] = tuple(pose for pose, home in homes.items() if home is part)
-    built: dict[int, SplittingNode] = {}
+            poses_of[id(part)] = tuple(
+                pose for pose, home in homes.items() if home is part
+            )
+    rebuilt: dict[int, SplittingNode] = {}
     for node in reversed(nodes):
-        names = held[id(node)]
-        parts = tuple(built.pop(id(part)) for part in node.parts if id(part) in built)
+        names = poses_of[id(node)]
+        parts = tuple(
+            rebuilt.pop(id(part)) for part in node.parts if id(part) in rebuilt
+        )
         if len(parts) == 1:
-            built[id(node)] = parts[0]
+            rebuilt[id(node)] = parts[0]
         elif names:
             total = sum(share.get(pose, 0.0) for pose in names)
-            built[id(node)] = replace(
+            rebuilt[id(node)] = replace(
                 node,
                 poses=names,
                 probability=total,
@@ -132,10 +138,10 @@ def with_shares(root: SplittingNode, poses: Sequence[StablePose]) -> SplittingNo
                     one.probability / total if total else 0.0 for one in parts
                 ),
             )
-    return built[id(root)]
+    return rebuilt[id(root)]
 
 
-def _home(node: SplittingNode, pose: int) -> SplittingNode:
+def _part_with_pose(node: SplittingNode, pose: int) -> SplittingNode:
     """The part that a pose goes on into: of two with the pose, the one that is no mere shelf."""
     return max(
         (part for part in node.parts if pose in part.poses),
@@ -148,20 +154,22 @@ def levels_above(root: SplittingNode, pose: int) -> list[tuple[float, tuple[int,
 
     Empty where the graph does not have the pose.
     """
-    found: list[tuple[float, tuple[int, ...]]] = []
+    levels: list[tuple[float, tuple[int, ...]]] = []
     node = root
     while node.level is not None and pose in node.poses:
         level = node.level
-        node = _home(node, pose)
-        if found and found[-1][0] - level < SAME_LEVEL * level:
-            found[-1] = found[-1][0], node.poses
+        node = _part_with_pose(node, pose)
+        if levels and levels[-1][0] - level < SAME_LEVEL * level:
+            levels[-1] = levels[-1][0], node.poses
         else:
-            found.append((level, node.poses))
-    return found
+            levels.append((level, node.poses))
+    return levels
 
 
 def poses_within(
-    levels: Sequence[tuple[float, tuple[int, ...]]], energy: float, every: Sequence[int]
+    levels: Sequence[tuple[float, tuple[int, ...]]],
+    energy: float,
+    all_poses: Sequence[int],
 ) -> tuple[int, ...]:
     """Poses that can still be reached at an energy over weight (metres)."""
-    return [tuple(every), *(poses for level, poses in levels if energy < level)][-1]
+    return [tuple(all_poses), *(poses for level, poses in levels if energy < level)][-1]

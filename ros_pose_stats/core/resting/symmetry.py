@@ -19,7 +19,7 @@ from ..kernels.principal_axes import is_kept
 from ..records import Array, Index, Part
 from ..tolerances import COPLANAR, SYMMETRY
 from .convex_body import ConvexBody
-from .equilibria import Equilibria, ties
+from .equilibria import Equilibria, group_ties
 
 
 class Frame(NamedTuple):
@@ -43,35 +43,40 @@ without symmetry few faces are alike, by chance only, and none of the pairs fits
 
 
 def symmetry_groups(
-    part: Part, found: Equilibria, pose: Index, surface: "Callable[[], SurfaceTrial]"
+    part: Part,
+    equilibria: Equilibria,
+    pose: Index,
+    surface: "Callable[[], SurfaceTrial]",
 ) -> Index:
     """Group number of each pose (P,), by their first pose; `pose` (S,): -1 for shelves."""
     poses = int(pose.max()) + 1
-    alone = np.arange(poses)
-    if poses == 1 or found.order.shape[0] > MOST_FACES:
-        return alone
-    kind = kinds_of(found)
-    shared = _shared(kind, pose)
-    if not len(shared):
-        return alone
-    frames = lru_cache(maxsize=None)(partial(frame_of, found))
+    separate = np.arange(poses)
+    if poses == 1 or equilibria.order.shape[0] > MOST_FACES:
+        return separate
+    kind = kinds_of(equilibria)
+    shared_faces = _shared_faces(kind, pose)
+    if not len(shared_faces):
+        return separate
+    frames = lru_cache(maxsize=None)(partial(frame_of, equilibria))
     # Few pairs of like faces, and no rotation that fits polygons and inertia.
-    tried = list(islice(_pairs(kind, shared), FEW_PAIRS + 1))
-    if len(tried) <= FEW_PAIRS and not any(
+    pairs = list(islice(_pairs(kind, shared_faces), FEW_PAIRS + 1))
+    if len(pairs) <= FEW_PAIRS and not any(
         is_kept(part.inertia, rotation, SYMMETRY)
-        for face, other in tried
-        for rotation in candidates(frames, face, other)
+        for face, image in pairs
+        for rotation in candidate_rotations(frames, face, image)
     ):
-        return alone
+        return separate
     trial = surface()
-    orbit = _orbits(found, trial.refine(found, kind), pose, frames, trial)
-    rests = pose >= 0  # poses with faces in one orbit are one group
-    links = np.column_stack((pose[rests], poses + orbit[rests]))
+    orbit = _find_orbits(
+        equilibria, trial.refine(equilibria, kind), pose, frames, trial
+    )
+    is_support = pose >= 0  # poses with faces in one orbit are one group
+    links = np.column_stack((pose[is_support], poses + orbit[is_support]))
     return connections.component_labels(poses + pose.shape[0], links)[:poses]
 
 
-def _orbits(
-    found: Equilibria,
+def _find_orbits(
+    equilibria: Equilibria,
     kind: Index,
     pose: Index,
     frames: Callable[[int], Frame],
@@ -82,89 +87,98 @@ def _orbits(
     All of them take the first face of a kind to another or to itself.
     """
     orbit = np.arange(pose.shape[0])
-    trees = cKDTree(found.downs)
-    for face, other in _pairs(kind, _shared(kind, pose)):
-        if face != other and orbit[face] == orbit[other]:
+    trees = cKDTree(equilibria.downs)
+    for face, target in _pairs(kind, _shared_faces(kind, pose)):
+        if face != target and orbit[face] == orbit[target]:
             continue
-        for rotation in candidates(frames, face, other):
+        for rotation in candidate_rotations(frames, face, target):
             if trial.effort > MOST_EFFORT:
                 return orbit
             if trial.holds(rotation):
-                gap, image = trees.query(found.downs @ rotation.T)
-                carried = (gap < SYMMETRY) & (pose >= 0) & (pose[image] >= 0)
-                links = np.column_stack((orbit[carried], orbit[image[carried]]))
+                gap, nearest_face = trees.query(equilibria.downs @ rotation.T)
+                is_carried = (gap < SYMMETRY) & (pose >= 0) & (pose[nearest_face] >= 0)
+                links = np.column_stack(
+                    (orbit[is_carried], orbit[nearest_face[is_carried]])
+                )
                 orbit = connections.component_labels(pose.shape[0], links)[orbit]
                 break
     return orbit
 
 
-def kinds_of(found: Equilibria) -> Index:
+def kinds_of(equilibria: Equilibria) -> Index:
     """Stable faces that agree in height, area, solid angle and number of corners."""
-    arrays = found.body.arrays
-    faces = found.faces
+    arrays = equilibria.body.arrays
+    faces = equilibria.faces
     corners = (arrays.face_start[faces + 1] - arrays.face_start[faces]).astype(
         np.float64
     )
-    return ties(
-        (found.heights, SYMMETRY),
+    return group_ties(
+        (equilibria.heights, SYMMETRY),
         (corners, 0.5),
         (arrays.area[faces], SYMMETRY),
         (arrays.angle[faces], SYMMETRY),
     )
 
 
-def _shared(kind: Index, pose: Index) -> Index:
+def _shared_faces(kind: Index, pose: Index) -> Index:
     """Stable faces whose kind has members in two poses at least, kind by kind."""
     if int(kind.max()) + 1 == kind.shape[0]:
         return np.empty(0, dtype=np.int64)
-    rests = pose >= 0
+    is_support = pose >= 0
     poses = int(pose.max()) + 1
-    pairs = np.unique((kind * poses + pose)[rests])
-    several = np.bincount(pairs // poses, minlength=int(kind.max()) + 1) > 1
-    shared = np.flatnonzero(several[kind] & rests)
-    return shared[np.argsort(kind[shared], kind="stable")]
+    pairs = np.unique((kind * poses + pose)[is_support])
+    in_several_poses = np.bincount(pairs // poses, minlength=int(kind.max()) + 1) > 1
+    faces = np.flatnonzero(in_several_poses[kind] & is_support)
+    return faces[np.argsort(kind[faces], kind="stable")]
 
 
-def _pairs(kind: Index, shared: Index) -> Iterator[tuple[int, int]]:
+def _pairs(kind: Index, faces: Index) -> Iterator[tuple[int, int]]:
     """The first of the shared faces of each kind, with itself and its like."""
     kinds: dict[int, int] = {}
-    for number, face in zip(kind[shared].tolist(), shared.tolist(), strict=True):
+    for number, face in zip(kind[faces].tolist(), faces.tolist(), strict=True):
         yield kinds.setdefault(number, face), face
 
 
-def candidates(
-    frames: Callable[[int], Frame], face: int, other: int
+def candidate_rotations(
+    frames: Callable[[int], Frame], face: int, target: int
 ) -> Iterator[Array]:
     """Rotations but the identity that take one contact polygon to the other, corner to corner."""
-    here = frames(face)
-    there = frames(other)
-    start = int(np.argmax(here.size))
-    count = len(here.size)
-    axes = _axes(here.normal, here.corners[start] / here.size[start])
-    like = (np.abs(there.size - here.size[start]) <= SYMMETRY).tolist()
-    twice = np.concatenate([there.size, there.size])
-    for turn in range(1 if face == other else 0, count):
-        begin = turn if face == other else (turn - start) % count
+    frame = frames(face)
+    target_frame = frames(target)
+    start = int(np.argmax(frame.size))
+    count = len(frame.size)
+    axes = _axes(frame.normal, frame.corners[start] / frame.size[start])
+    is_like = (np.abs(target_frame.size - frame.size[start]) <= SYMMETRY).tolist()
+    doubled_size = np.concatenate([target_frame.size, target_frame.size])
+    for turn in range(1 if face == target else 0, count):
+        begin = turn if face == target else (turn - start) % count
         shift = (begin + start) % count
         if (
-            like[shift]
-            and np.abs(twice[begin : begin + count] - here.size).max() <= SYMMETRY
+            is_like[shift]
+            and np.abs(doubled_size[begin : begin + count] - frame.size).max()
+            <= SYMMETRY
         ):
-            yield _axes(there.normal, there.corners[shift] / there.size[shift]).T @ axes
+            yield (
+                _axes(
+                    target_frame.normal,
+                    target_frame.corners[shift] / target_frame.size[shift],
+                ).T
+                @ axes
+            )
 
 
-def _axes(normal: Array, along: Array) -> Array:
+def _axes(normal: Array, direction: Array) -> Array:
     """Right-handed axes as rows: a normal, a unit vector across it, and the third."""
-    (x, y, z), (u, v, w) = normal, along
-    return np.array([normal, along, (y * w - z * v, z * u - x * w, x * v - y * u)])
+    (x, y, z), (u, v, w) = normal, direction
+    return np.array([normal, direction, (y * w - z * v, z * u - x * w, x * v - y * u)])
 
 
-def frame_of(found: Equilibria, stable: int) -> Frame:
+def frame_of(equilibria: Equilibria, stable: int) -> Frame:
     """Frame of a stable face."""
-    face = found.faces[stable]
-    normal = found.body.arrays.normal[face]
-    foot = found.body.arrays.distance[face] * normal
-    corners = found.body.polygon(face) - foot
+    face = equilibria.faces[stable]
+    normal = equilibria.body.arrays.normal[face]
+    foot = equilibria.body.arrays.distance[face] * normal
+    corners = equilibria.body.polygon(face) - foot
     corners = corners - np.outer(corners @ normal, normal)
     return Frame(corners, np.sqrt((corners**2).sum(axis=1)), normal)
 
@@ -184,8 +198,10 @@ class SurfaceTrial:
     def __init__(self, part: Part, body: ConvexBody) -> None:
         points = (part.surface_vertices - part.center_of_mass) / body.radius
         # Wider than for the hull, but a tenth of the thickness at most: both sides of a plate.
-        flat = min(max(COPLANAR, body.tolerance), 100.0 * body.tolerance or COPLANAR)
-        regions, corners = regions_and_corners(points, part.surface_triangles, flat)
+        flatness = min(
+            max(COPLANAR, body.tolerance), 100.0 * body.tolerance or COPLANAR
+        )
+        regions, corners = regions_and_corners(points, part.surface_triangles, flatness)
         # (G, 7); centroid, normal times size and size (square root of the area) of each connected
         # planar region, largest first, in radii. The normal is weighed by the size because a small
         # region's normal is known only that well from rounded coordinates
@@ -196,17 +212,19 @@ class SurfaceTrial:
         self.probes = list(range(min(PROBES, len(regions))))
         self.effort = 0
 
-    def refine(self, found: Equilibria, kind: Index) -> Index:
+    def refine(self, equilibria: Equilibria, kind: Index) -> Index:
         """Split kinds by moments of the whole surface along each stable face's normal."""
-        moments = moments_along(self.regions.rows, found.downs)
-        return ties(*((moment, 10.0 * SYMMETRY) for moment in moments.T), within=kind)
+        moments = moments_along(self.regions.rows, equilibria.downs)
+        return group_ties(
+            *((moment, 10.0 * SYMMETRY) for moment in moments.T), groups=kind
+        )
 
     def is_turned(self, axis: Array) -> bool:
         """Whether all regions face the axis or away from it, as those of a turned part do."""
-        place = self.regions.rows[:, :3]
+        centroid = self.regions.rows[:, :3]
         normal = self.regions.rows[:, 3:6]
         return bool(
-            (np.abs((np.cross(place, normal) * axis).sum(axis=1)) < SYMMETRY).all()
+            (np.abs((np.cross(centroid, normal) * axis).sum(axis=1)) < SYMMETRY).all()
         )
 
     def holds(self, rotation: Array) -> bool:
@@ -216,9 +234,9 @@ class SurfaceTrial:
         probes = np.array(self.probes, dtype=np.int64)
         if self._first_unmatched(self.regions, rotation, probes) >= 0:
             return False
-        lost = self._first_unmatched(self.regions, rotation, _ALL)
-        if lost >= 0:
-            self.probes = [lost, *self.probes][: 2 * PROBES]
+        unmatched = self._first_unmatched(self.regions, rotation, _ALL)
+        if unmatched >= 0:
+            self.probes = [unmatched, *self.probes][: 2 * PROBES]
             return False
         return (
             not len(self.corners.rows)
@@ -226,8 +244,8 @@ class SurfaceTrial:
         )
 
     def _first_unmatched(
-        self, features: nearness.FeatureGrid, rotation: Array, chosen: Index
+        self, features: nearness.FeatureGrid, rotation: Array, selection: Index
     ) -> int:
         """First feature that meets no like one where the rotation puts it, -1 for none."""
-        self.effort += OVERHEAD + (len(chosen) or len(features.rows))
-        return nearness.first_unmatched(features, rotation, chosen)
+        self.effort += OVERHEAD + (len(selection) or len(features.rows))
+        return nearness.first_unmatched(features, rotation, selection)

@@ -29,19 +29,21 @@ def thin_out(outline: Outline, arrays: convex_body.BodyArrays, sides: int) -> No
     What stays lies farthest out in one of many directions, as far apart as those of a polygon of
     `sides` or fewer, mirrored at the principal planes, so that a symmetric body stays so.
     """
-    taken = np.zeros(len(outline.points), dtype=np.bool_)
+    on_rim = np.zeros(len(outline.points), dtype=np.bool_)
     for chain in outline.chains:
         if chain.sides or chain.rim.kind == "toothed":
-            taken[chain.point[chain.point < len(taken)]] = True
-    free = outline.keeps & ~taken
-    if free.sum() <= FINE:
+            on_rim[chain.point[chain.point < len(on_rim)]] = True
+    is_free = outline.keeps & ~on_rim
+    if is_free.sum() <= FINE:
         return
-    others = outline.count - len(outline.points) + int((outline.keeps & taken).sum())
+    other_corners = (
+        outline.count - len(outline.points) + int((outline.keeps & on_rim).sum())
+    )
     # Neighbours of each corner over the edges: where they begin, and their numbers.
     first = np.append(
         0, np.cumsum(np.bincount(arrays.corner, minlength=len(outline.points)))
     )
-    beside = arrays.corner[arrays.twin[np.argsort(arrays.corner, kind="stable")]]
+    neighbours = arrays.corner[arrays.twin[np.argsort(arrays.corner, kind="stable")]]
     moments = scatter(outline.points[arrays.corner])
     axes = np.ascontiguousarray(principal_axes.principal_axes(moments)[1].T)
     poles = axes
@@ -52,24 +54,26 @@ def thin_out(outline: Outline, arrays: convex_body.BodyArrays, sides: int) -> No
         grid = GRID * level // 5
         if twelfths == 12:
             # Over a rim about the poles there are the fewest directions: a prism's axis is there.
-            turned = [np.roll(axes, turn, axis=0) for turn in range(3)]
-            found = [
-                hull.outermost_corners(outline.points, first, beside, one, grid, TIE)
-                for one in turned
+            frames = [np.roll(axes, turn, axis=0) for turn in range(3)]
+            selections = [
+                hull.outermost_corners(
+                    outline.points, first, neighbours, frame, grid, TIE
+                )
+                for frame in frames
             ]
-            counts = [int((one & free).sum()) for one in found]
+            counts = [int((frame & is_free).sum()) for frame in selections]
             best = counts.index(min(counts))
-            poles = turned[best]
-            chosen = found[best]
+            poles = frames[best]
+            is_chosen = selections[best]
         else:
-            chosen = hull.outermost_corners(
-                outline.points, first, beside, poles, grid, TIE
+            is_chosen = hull.outermost_corners(
+                outline.points, first, neighbours, poles, grid, TIE
             )
-        chosen |= _corners_of_flats(outline.points, arrays, 2.0 * np.pi / level)
-        if (chosen & free).sum() + others <= ENOUGH:
+        is_chosen |= _corners_of_flats(outline.points, arrays, 2.0 * np.pi / level)
+        if (is_chosen & is_free).sum() + other_corners <= ENOUGH:
             break
-    outline.changed |= bool((free & ~chosen).any())
-    outline.keeps &= chosen | taken
+    outline.changed |= bool((is_free & ~is_chosen).any())
+    outline.keeps &= is_chosen | on_rim
 
 
 def _corners_of_flats(
@@ -79,17 +83,17 @@ def _corners_of_flats(
 
     Few directions have such a corner farthest out, and without it the face would be another one.
     """
-    longest = np.maximum.reduceat(arrays.start + arrays.stop, arrays.face_start[:-1])
+    face_width = np.maximum.reduceat(arrays.start + arrays.stop, arrays.face_start[:-1])
     edge = points[arrays.corner[arrays.next_side]] - points[arrays.corner]
     edge /= lengths(edge)[:, None]
     turns = lengths(edge[arrays.next_side] - edge) > SHARP * step
-    found = np.zeros(len(points), dtype=np.bool_)
-    found[
+    is_corner = np.zeros(len(points), dtype=np.bool_)
+    is_corner[
         arrays.corner[
-            arrays.next_side[turns & (arrays.area > step * longest)[arrays.face]]
+            arrays.next_side[turns & (arrays.area > step * face_width)[arrays.face]]
         ]
     ] = True
-    return found
+    return is_corner
 
 
 ENOUGH = 4000  # corners of a body that thinning aims at
@@ -102,7 +106,7 @@ FEWEST_FREE = 1600  # corners off all rims that thinning leaves of a free form, 
 
 
 @dataclass(eq=False)
-class Whole:
+class FullRim:
     """A full rim without a corner that must stay, in the frame of its group."""
 
     rim: Rim
@@ -112,16 +116,16 @@ class Whole:
     sides: int = 0
 
 
-def plan_sides(wholes: list[Whole], corners: int, sides: int) -> None:
+def plan_sides(wholes: list[FullRim], corners: int, sides: int) -> None:
     """Give each full rim its number of sides, 0 for one that the height of arc does not need.
 
     Where there are too many corners there are fewer rims along a dome, for how fine it is that way
     hardly matters; in the end rims that the body does not roll on get fewer sides.
     """
-    free = corners - sum(len(one.rim.corner) for one in wholes)
-    groups: dict[int, list[Whole]] = {id(one.group): [] for one in wholes}
-    for one in wholes:
-        groups[id(one.group)].append(one)
+    free_corners = corners - sum(len(whole.rim.corner) for whole in wholes)
+    groups: dict[int, list[FullRim]] = {id(whole.group): [] for whole in wholes}
+    for whole in wholes:
+        groups[id(whole.group)].append(whole)
     profiles = [sides * share // 12 for share in (12, 8, 6, 4, 3, 2)]
     plans = [
         (sides, level) for level in profiles if level >= FEWEST_ALONG or level == sides
@@ -131,50 +135,52 @@ def plan_sides(wholes: list[Whole], corners: int, sides: int) -> None:
         for k in (2, 3)
         if sides % k == 0 and sides // k >= COARSEST
     ]
-    for rest, level in plans:
+    for other_sides, level in plans:
         # The height of the arc over one side of a polygon of radius 1.
         tolerance = 1.0 - float(
             elementary.sines_cosines(np.array([np.pi / level]))[1][0]
         )
         for group in groups.values():
             _plan_profile(group, tolerance)
-        for one in wholes:
-            if one.sides:
-                one.sides = sides if one.rolls else rest
-        if sum(one.sides for one in wholes) <= ENOUGH - min(free, FEWEST_FREE):
+        for whole in wholes:
+            if whole.sides:
+                whole.sides = sides if whole.rolls else other_sides
+        if sum(whole.sides for whole in wholes) <= ENOUGH - min(
+            free_corners, FEWEST_FREE
+        ):
             return
 
 
-def _plan_profile(wholes: list[Whole], tolerance: float) -> None:
+def _plan_profile(wholes: list[FullRim], tolerance: float) -> None:
     """Mark the rims of one axis to be kept: `sides` is 1 for them, else 0."""
-    wholes.sort(key=lambda one: one.height)
+    wholes.sort(key=lambda whole: whole.height)
     center = wholes[0].group.center
     axis = wholes[0].group.frame[2]
     middle = -float((center * axis).sum())
-    profile = np.array([(one.height - middle, one.rim.radius) for one in wholes])
+    profile = np.array([(whole.height - middle, whole.rim.radius) for whole in wholes])
     step = np.diff(profile, axis=0)
     # The foot of the centre of mass lies on a facet that the body can roll on.
-    rolls = ((profile[:-1] * step).sum(axis=1) < 0.0) & (
+    can_roll = ((profile[:-1] * step).sum(axis=1) < 0.0) & (
         (profile[1:] * step).sum(axis=1) > 0.0
     )
-    fixed = np.zeros(len(wholes), dtype=np.bool_)
-    fixed[0] = fixed[-1] = True
-    for k, one in enumerate(wholes):
-        one.rolls = bool(rolls[max(k - 1, 0) : k + 1].any())
-        fixed[k] |= one.rolls
-        one.sides = int(fixed[k])
-    waiting = list(pairwise(np.flatnonzero(fixed).tolist()))
-    while waiting:
-        low, high = waiting.pop()
+    is_fixed = np.zeros(len(wholes), dtype=np.bool_)
+    is_fixed[0] = is_fixed[-1] = True
+    for k, whole in enumerate(wholes):
+        whole.rolls = bool(can_roll[max(k - 1, 0) : k + 1].any())
+        is_fixed[k] |= whole.rolls
+        whole.sides = int(is_fixed[k])
+    stretches = list(pairwise(np.flatnonzero(is_fixed).tolist()))
+    while stretches:
+        low, high = stretches.pop()
         if high - low < 2:
             continue
         chord = profile[high] - profile[low]
-        away = profile[low + 1 : high] - profile[low]
-        beyond = np.abs(away[:, 0] * chord[1] - away[:, 1] * chord[0])
-        beyond /= np.sqrt((chord * chord).sum())
-        if beyond.max() <= tolerance:
+        offset = profile[low + 1 : high] - profile[low]
+        arc_height = np.abs(offset[:, 0] * chord[1] - offset[:, 1] * chord[0])
+        arc_height /= np.sqrt((chord * chord).sum())
+        if arc_height.max() <= tolerance:
             continue
-        ties = np.flatnonzero(beyond >= beyond.max() - 1e-9)
-        far = low + 1 + int(ties[int(profile[low + 1 + ties, 1].argmax())])
-        wholes[far].sides = 1
-        waiting += [(low, far), (far, high)]
+        ties = np.flatnonzero(arc_height >= arc_height.max() - 1e-9)
+        farthest = low + 1 + int(ties[int(profile[low + 1 + ties, 1].argmax())])
+        wholes[farthest].sides = 1
+        stretches += [(low, farthest), (farthest, high)]

@@ -29,12 +29,12 @@ _REMARKS: WeakKeyDictionary[poses.RestingPoses, Remarks] = WeakKeyDictionary()
 def pose_remarks(resting: poses.RestingPoses) -> Remarks:
     """Remarks on a part's poses that hold for every method; made once."""
     if resting not in _REMARKS:
-        warnings = (_coarse(resting), _marginal(resting.poses))
+        warnings = (_coarse_remark(resting), _marginal_remark(resting.poses))
         notes = (
-            _rounded(resting.body),
-            _clustered(resting),
-            _shallow(resting.poses),
-            _near_tie(resting),
+            _rounded_remark(resting.body),
+            _clustered_remark(resting),
+            _shallow_remark(resting.poses),
+            _near_tie_remark(resting),
         )
         _REMARKS[resting] = Remarks(
             tuple(filter(None, warnings)), tuple(filter(None, notes))
@@ -42,7 +42,7 @@ def pose_remarks(resting: poses.RestingPoses) -> Remarks:
     return _REMARKS[resting]
 
 
-def _rounded(body: convex_body.ConvexBody) -> str:
+def _rounded_remark(body: convex_body.ConvexBody) -> str:
     if not body.rounded:
         return ""
     sides = sorted({run.sides for run in body.runs if run.sides})
@@ -53,7 +53,7 @@ def _rounded(body: convex_body.ConvexBody) -> str:
     )
 
 
-def _coarse(resting: poses.RestingPoses) -> str:
+def _coarse_remark(resting: poses.RestingPoses) -> str:
     """A polygon that rolls loses energy at every facet, and the more the fewer there are."""
     angle = curve_angle(resting)
     if not angle:
@@ -71,90 +71,98 @@ def curve_angle(resting: poses.RestingPoses) -> float:
     A facet of a curve turns little to two neighbours at least, and far to others. That on which
     the part lies is narrow.
     """
-    found = resting.equilibria
+    equilibria = resting.equilibria
     body = resting.body
     arrays = resting.body.arrays
-    there = arrays.face[arrays.twin]
+    neighbour = arrays.face[arrays.twin]
     turn = 2.0 * np.arcsin(
-        0.5 * lengths(arrays.normal[arrays.face] - arrays.normal[there])
+        0.5 * lengths(arrays.normal[arrays.face] - arrays.normal[neighbour])
     )
-    small = turn < tolerances.CURVED
-    narrow = arrays.inset < tolerances.NARROW * turn * arrays.distance[arrays.face]
-    bent = arrays.face[~small & (turn < tolerances.BENT)]
-    lowest = found.faces[resting.clusters.lowest]
-    stays = np.array([not one.rolls for one in resting.poses])
+    is_small = turn < tolerances.CURVED
+    is_narrow = arrays.inset < tolerances.NARROW * turn * arrays.distance[arrays.face]
+    bent_faces = arrays.face[~is_small & (turn < tolerances.BENT)]
+    lowest = equilibria.faces[resting.clusters.lowest_face]
+    cannot_roll = np.array([not pose.rolls for pose in resting.poses])
 
     def facets() -> tuple[Mask, Mask]:
         """Which faces are facets of curves, and which poses lie on one."""
-        curved = np.bincount(arrays.face[small], minlength=body.faces) > 1
-        curved[bent] = False
-        lies = np.bincount(arrays.face[small & narrow], minlength=body.faces) > 1
-        return curved, (lies & curved)[lowest] & stays
+        is_curved = np.bincount(arrays.face[is_small], minlength=body.faces) > 1
+        is_curved[bent_faces] = False
+        lies_on_curve = (
+            np.bincount(arrays.face[is_small & is_narrow], minlength=body.faces) > 1
+        )
+        return is_curved, (lies_on_curve & is_curved)[lowest] & cannot_roll
 
     if not facets()[1].any():
         return 0.0
     on_run = np.zeros(len(body.points), dtype=np.bool_)
     for run in body.runs:
-        away = body.points - run.center
-        above = (away * run.axis).sum(axis=1)
-        off = lengths(away - above[:, None] * run.axis) - run.radius
-        on_run |= above * above + off * off < tolerances.ON_RUN * tolerances.ON_RUN
+        offset = body.points - run.center
+        height = (offset * run.axis).sum(axis=1)
+        radial_error = lengths(offset - height[:, None] * run.axis) - run.radius
+        on_run |= (
+            height * height + radial_error * radial_error
+            < tolerances.ON_RUN * tolerances.ON_RUN
+        )
     as_given = ~np.logical_or.reduceat(on_run[arrays.corner], arrays.face_start[:-1])
-    small &= as_given[arrays.face] & as_given[there]
-    curved, lies = facets()
-    curved &= lies[resting.pose_of_face]
-    if curved.sum() < tolerances.FEWEST_FACETS:
+    is_small &= as_given[arrays.face] & as_given[neighbour]
+    is_curved, lies_on_curve = facets()
+    is_curved &= lies_on_curve[resting.pose_of_face]
+    if is_curved.sum() < tolerances.FEWEST_FACETS:
         return 0.0
-    return float(np.median(turn[small & curved[arrays.face]]))
+    return float(np.median(turn[is_small & is_curved[arrays.face]]))
 
 
-def _clustered(resting: poses.RestingPoses) -> str:
-    merged = [pose for pose in resting.poses if len(pose.members) > 1]
-    if not merged:
+def _clustered_remark(resting: poses.RestingPoses) -> str:
+    merged_poses = [pose for pose in resting.poses if len(pose.members) > 1]
+    if not merged_poses:
         return ""
     return (
-        f"CLUSTERED: {len(merged)} of {len(resting.poses)} poses "
-        f"{_verb(merged, 'gathers', 'gather')} several stable faces, parted by low barriers "
+        f"CLUSTERED: {len(merged_poses)} of {len(resting.poses)} poses "
+        f"{_inflect(merged_poses, 'gathers', 'gather')} several stable faces, parted by low barriers "
         f"only, as on a curve or a slender bar; their probabilities are added."
     )
 
 
-def _marginal(poses: Sequence[StablePose]) -> str:
-    found = [pose for pose in poses if pose.margin < tolerances.MARGINAL_TILT]
-    if not found or len(poses) == 1:
+def _marginal_remark(poses: Sequence[StablePose]) -> str:
+    marginal_poses = [pose for pose in poses if pose.margin < tolerances.MARGINAL_TILT]
+    if not marginal_poses or len(poses) == 1:
         return ""
-    least = math.degrees(min(pose.margin for pose in found))
+    smallest_tilt = math.degrees(min(pose.margin for pose in marginal_poses))
+    verb = _inflect(marginal_poses, "topples", "topple")
     return (
-        f"MARGINAL_POSE: {_named(found)} {_verb(found, 'topples', 'topple')} at a tilt of the "
-        f"plate of {least:.2g} degrees; a small change of shape or plate ends it, and "
+        f"MARGINAL_POSE: {_name_poses(marginal_poses)} {verb} at a tilt of the plate of "
+        f"{smallest_tilt:.2g} degrees; a small change of shape or plate ends it, and "
         f"estimators other than eae, meae and split jump there."
     )
 
 
-def _shallow(poses: Sequence[StablePose]) -> str:
-    deepest = max(
+def _shallow_remark(poses: Sequence[StablePose]) -> str:
+    highest_barrier = max(
         (pose.barrier for pose in poses if math.isfinite(pose.barrier)), default=0.0
     )
-    found = [
-        pose for pose in poses if pose.barrier < tolerances.SHALLOW_BARRIER * deepest
+    shallow_poses = [
+        pose
+        for pose in poses
+        if pose.barrier < tolerances.SHALLOW_BARRIER * highest_barrier
     ]
-    if not found:
+    if not shallow_poses:
         return ""
-    least = 1e3 * min(pose.barrier for pose in found)
+    lowest_barrier = 1e3 * min(pose.barrier for pose in shallow_poses)
     return (
-        f"SHALLOW_POSE: {_named(found)} {_verb(found, 'is', 'are')} left at a far smaller "
-        f"rise of the centre of mass than others, the shallowest at {least:.2g} mm; a "
-        f"vibrating feeder empties {_verb(found, 'it', 'them')}."
+        f"SHALLOW_POSE: {_name_poses(shallow_poses)} {_inflect(shallow_poses, 'is', 'are')} left at a far smaller "
+        f"rise of the centre of mass than others, the shallowest at {lowest_barrier:.2g} mm; a "
+        f"vibrating feeder empties {_inflect(shallow_poses, 'it', 'them')}."
     )
 
 
-def _near_tie(resting: poses.RestingPoses) -> str:
+def _near_tie_remark(resting: poses.RestingPoses) -> str:
     gap = _smallest_gap(resting)
     if not tolerances.EXACT_TIE < gap < tolerances.NEAR_TIE:
         return ""
-    apart = 1e3 * gap * resting.body.radius
+    difference = 1e3 * gap * resting.body.radius
     return (
-        f"NEAR_TIE: two ways from pose to pose differ by {apart:.2g} mm in height only; which "
+        f"NEAR_TIE: two ways from pose to pose differ by {difference:.2g} mm in height only; which "
         f"one opens first, and so where the part goes as it calms down, hangs on details of "
         f"its shape."
     )
@@ -163,22 +171,24 @@ def _near_tie(resting: poses.RestingPoses) -> str:
 def _smallest_gap(resting: poses.RestingPoses) -> float:
     """Smallest difference in level of a split and the next one below it, in radii."""
     tree = resting.equilibria.arrays.tree
-    wanted = resting.clusters.split
-    below = tree.child[wanted] - tree.level.shape[0] - 1
-    split = np.maximum(below, 0)
-    gaps = tree.level[wanted][:, None] - tree.level[split]
+    is_split = resting.clusters.split
+    child_join = tree.child[is_split] - tree.level.shape[0] - 1
+    split = np.maximum(child_join, 0)
+    gaps = tree.level[is_split][:, None] - tree.level[split]
     # Exact ties come from symmetry and have no consequence.
-    open_gaps = gaps[(below >= 0) & wanted[split] & (gaps > tolerances.EXACT_TIE)]
+    open_gaps = gaps[
+        (child_join >= 0) & is_split[split] & (gaps > tolerances.EXACT_TIE)
+    ]
     return float(open_gaps.min(initial=math.inf))
 
 
-def _named(poses: Sequence[StablePose]) -> str:
+def _name_poses(poses: Sequence[StablePose]) -> str:
     names = ", ".join(str(pose.index) for pose in poses[:MOST_NAMED])
-    more = len(poses) - MOST_NAMED
-    return f"{_verb(poses, 'pose', 'poses')} {names}" + (
-        f" and {more} more" if more > 0 else ""
+    others = len(poses) - MOST_NAMED
+    return f"{_inflect(poses, 'pose', 'poses')} {names}" + (
+        f" and {others} more" if others > 0 else ""
     )
 
 
-def _verb(poses: Sequence[StablePose], one: str, many: str) -> str:
-    return one if len(poses) == 1 else many
+def _inflect(poses: Sequence[StablePose], singular: str, plural: str) -> str:
+    return singular if len(poses) == 1 else plural

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..kernels.body.standing import can_roll
 from ..kernels.principal_axes import is_kept
-from ..mesh.vectors import along, cross, length, lengths
+from ..mesh.vectors import components_along, cross, length, lengths
 from ..records import Array, Index, Mask, Part
 from ..tolerances import SYMMETRY
 from . import convex_body, equilibria, symmetry
@@ -23,29 +23,33 @@ LARGEST_BEND = (
 TINY = 1e-12  # a share, angle or weight that is as good as none
 
 
-def axis_offsets(
+def measure_axis_offsets(
     body: convex_body.ConvexBody, pose_of_face: Index, downs: Array
 ) -> Array:
     """How far (P,) the centre of mass lies beside the axis of full cylinders poses roll on."""
     normal = body.arrays.normal
     distance = body.arrays.distance
-    found = np.zeros(len(downs))
+    offsets = np.zeros(len(downs))
     for run in body.runs:
         if run.kind != "round" or not run.full:
             continue
-        mine = (body.run_of_face >= 0) & (np.abs(along(normal, run.axis)) < LEVEL)
-        mine &= (
-            np.abs(distance - along(normal, run.center) - run.radius)
+        on_cylinder = (body.run_of_face >= 0) & (
+            np.abs(components_along(normal, run.axis)) < LEVEL
+        )
+        on_cylinder &= (
+            np.abs(distance - components_along(normal, run.center) - run.radius)
             < NEAR * run.radius
         )
         # A flat that facets of a thin rim lead to does not roll.
-        mine &= np.abs(along(downs, run.axis))[pose_of_face] < UPRIGHT
-        beside = length(run.center - along(run.center[None], run.axis) * run.axis)
-        np.maximum.at(found, pose_of_face[mine], beside)
-    return found
+        on_cylinder &= np.abs(components_along(downs, run.axis))[pose_of_face] < UPRIGHT
+        offset = length(
+            run.center - components_along(run.center[None], run.axis) * run.axis
+        )
+        np.maximum.at(offsets, pose_of_face[on_cylinder], offset)
+    return offsets
 
 
-def curves(
+def measure_curves(
     body: convex_body.ConvexBody,
     inertia: Array,
     pose_of_face: Index,
@@ -73,24 +77,24 @@ def curves(
     edge /= size[:, None]
     middle = np.add.reduceat(begin, first) / np.diff(arrays.face_start)[:, None]
     lever = np.square((np.cross(middle, arrays.normal)[face] * edge).sum(axis=1))
-    about = ((edge @ inertia) * edge).sum(axis=1)
-    half = np.square(
+    edge_inertia = ((edge @ inertia) * edge).sum(axis=1)
+    half_width_squared = np.square(
         0.5 * arrays.area[face] / size
     )  # of the facet's width across the side
-    contact = about + np.square(arrays.distance[face]) + lever
-    smooth = curve * size
+    contact = edge_inertia + np.square(arrays.distance[face]) + lever
+    smooth_length = curve * size
     # Of the energy in a radian: each facet takes what a slam on a flat of its width takes.
-    curve *= np.maximum((contact - half) / (contact + half), TINY) ** (
-        2.0 / np.maximum(turn, TINY)
-    )
-    full = _on_full_turns(body)
+    curve *= np.maximum(
+        (contact - half_width_squared) / (contact + half_width_squared), TINY
+    ) ** (2.0 / np.maximum(turn, TINY))
+    on_full_turn = _on_full_turns(body)
     angle = np.bincount(pose_of_face, arrays.angle, poses)
     share = (
         np.bincount(
             pose_of_face,
             arrays.angle
             * np.where(
-                full,
+                on_full_turn,
                 np.minimum.reduceat(curve, first),
                 np.maximum.reduceat(curve, first),
             ),
@@ -98,18 +102,27 @@ def curves(
         )
         / angle
     )
-    curve[full[face]] = 0.0
-    lies = np.maximum.reduceat(curve, first)[lowest][pose_of_face]
-    each = lies * arrays.angle / np.maximum(np.add.reduceat(smooth, first), TINY)
-    weight = each[face] * smooth * curve * np.sqrt(lever / (about + lever))
+    curve[on_full_turn[face]] = 0.0
+    pose_curve = np.maximum.reduceat(curve, first)[lowest][pose_of_face]
+    face_weight = (
+        pose_curve
+        * arrays.angle
+        / np.maximum(np.add.reduceat(smooth_length, first), TINY)
+    )
+    weight = (
+        face_weight[face]
+        * smooth_length
+        * curve
+        * np.sqrt(lever / (edge_inertia + lever))
+    )
     by_face = np.add.reduceat(
         weight[:, None, None] * edge[:, :, None] * edge[:, None, :], first
     )
     tensor = np.zeros((poses, 3, 3))  # of each pose's own faces, and then of all others
     np.add.at(tensor, pose_of_face, by_face)
     tensor = tensor.sum(axis=0) - tensor
-    whole = np.maximum(np.trace(tensor, axis1=1, axis2=2), TINY)[:, None, None]
-    tensor = tensor @ tensor @ tensor / (whole * whole)  # where generators are parallel
+    trace = np.maximum(np.trace(tensor, axis1=1, axis2=2), TINY)[:, None, None]
+    tensor = tensor @ tensor @ tensor / (trace * trace)  # where generators are parallel
     across = (downs[:, None, :] @ tensor @ downs[:, :, None])[:, 0, 0]
     return share, across / np.maximum(4.0 * np.pi - angle, TINY)
 
@@ -117,16 +130,20 @@ def curves(
 def _on_full_turns(body: convex_body.ConvexBody) -> Mask:
     """Which faces (F,) touch a run of a full turn, also those of a dome over it."""
     arrays = body.arrays
-    found = np.zeros(body.faces, dtype=np.bool_)
+    on_full_turn = np.zeros(body.faces, dtype=np.bool_)
     for run in body.runs:
         if run.full:
-            up = along(arrays.normal, run.axis)
-            reach = np.sqrt(np.maximum(1.0 - up * up, 0.0)) * run.radius
-            found |= (
-                np.abs(arrays.distance - along(arrays.normal, run.center) - reach)
+            cosine = components_along(arrays.normal, run.axis)
+            reach = np.sqrt(np.maximum(1.0 - cosine * cosine, 0.0)) * run.radius
+            on_full_turn |= (
+                np.abs(
+                    arrays.distance
+                    - components_along(arrays.normal, run.center)
+                    - reach
+                )
                 < NEAR * run.radius
             )
-    return found
+    return on_full_turn
 
 
 def rolling_axes(
@@ -139,11 +156,15 @@ def rolling_axes(
     """
     rolls = np.zeros(len(downs), dtype=np.bool_)
     axis = np.zeros((len(downs), 3))
-    others = np.array([run.axis for run in body.runs])
-    while len(others):
-        candidate = others[0]
-        others = others[lengths(cross(others, candidate)) > SAME_AXIS]
-        for pose in np.flatnonzero(np.abs(along(downs, candidate)) < UPRIGHT).tolist():
+    remaining_axes = np.array([run.axis for run in body.runs])
+    while len(remaining_axes):
+        candidate = remaining_axes[0]
+        remaining_axes = remaining_axes[
+            lengths(cross(remaining_axes, candidate)) > SAME_AXIS
+        ]
+        for pose in np.flatnonzero(
+            np.abs(components_along(downs, candidate)) < UPRIGHT
+        ).tolist():
             if can_roll(
                 body.points, downs[pose], candidate, (1.0 + tolerance) * heights[pose]
             ):
@@ -154,7 +175,7 @@ def rolling_axes(
 
 def yaw_symmetries(
     part: Part,
-    found: equilibria.Equilibria,
+    found_equilibria: equilibria.Equilibria,
     lowest: Index,
     trial: Callable[[], symmetry.SurfaceTrial],
 ) -> Index:
@@ -162,34 +183,39 @@ def yaw_symmetries(
 
     n-fold; 1 for no symmetry, and in doubt; 0 for any angle, where all that is turned is round.
     """
-    number = np.ones(len(lowest), dtype=np.int64)
-    plain = convex_body.convex_body(
+    order_of_pose = np.ones(len(lowest), dtype=np.int64)
+    original = convex_body.body_of(
         part, 0
     )  # the surface has the file's own facets alone
     for pose, face in enumerate(lowest.tolist()):
-        facet = int(along(plain.arrays.normal, found.downs[face]).argmax())
-        down = plain.arrays.normal[facet]
-        if not is_kept(part.inertia, _turn_matrix(down, np.pi), SYMMETRY):
+        facet = int(
+            components_along(
+                original.arrays.normal, found_equilibria.downs[face]
+            ).argmax()
+        )
+        axis = original.arrays.normal[facet]
+        if not is_kept(part.inertia, _turn_matrix(axis, np.pi), SYMMETRY):
             continue  # whose axis would be a principal one
         runs = [
             run
-            for run in found.body.runs
-            if run.full and abs(float(along(down[None], run.axis)[0])) > 1.0 - SYMMETRY
+            for run in found_equilibria.body.runs
+            if run.full
+            and abs(float(components_along(axis[None], run.axis)[0])) > 1.0 - SYMMETRY
         ]
         corners = int(
-            plain.arrays.face_start[facet + 1] - plain.arrays.face_start[facet]
+            original.arrays.face_start[facet + 1] - original.arrays.face_start[facet]
         )
-        order = _order(part, down, {corners, *(run.corners for run in runs)}, trial)
+        order = _order(part, axis, {corners, *(run.corners for run in runs)}, trial)
         is_round = (
-            runs and order * LARGEST_STEP > 2.0 * np.pi and trial().is_turned(down)
+            runs and order * LARGEST_STEP > 2.0 * np.pi and trial().is_turned(axis)
         )
-        number[pose] = 0 if is_round else order
-    return number
+        order_of_pose[pose] = 0 if is_round else order
+    return order_of_pose
 
 
 def _order(
     part: Part,
-    down: Array,
+    axis: Array,
     divisions: set[int],
     trial: Callable[[], symmetry.SurfaceTrial],
 ) -> int:
@@ -201,7 +227,7 @@ def _order(
         if sides % order == 0
     }
     for order in sorted(orders, reverse=True):
-        turn = _turn_matrix(down, 2.0 * np.pi / order)
+        turn = _turn_matrix(axis, 2.0 * np.pi / order)
         if not is_kept(part.inertia, turn, SYMMETRY):
             continue
         if trial().effort > symmetry.MOST_EFFORT:

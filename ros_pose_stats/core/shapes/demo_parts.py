@@ -102,12 +102,12 @@ def gear() -> Surface:
 
 def prism() -> Surface:
     """Hexagonal prism, circumradius 10 mm, length 24 mm."""
-    return in_file_order(*profiles.prism(6, 10.0, 24.0))
+    return sort_surface(*profiles.prism(6, 10.0, 24.0))
 
 
 def cylinder() -> Surface:
     """Cylinder of 64 facets, radius 9 mm, length 22 mm."""
-    return in_file_order(*profiles.prism(64, 9.0, 22.0))
+    return sort_surface(*profiles.prism(64, 9.0, 22.0))
 
 
 DEMO_PARTS: dict[str, Callable[[], Surface]] = {
@@ -161,11 +161,11 @@ def surface_of(solid: Manifold) -> Surface:
     """Triangles of a solid."""
     mesh = solid.to_mesh64()
     vertices = np.asarray(mesh.vert_properties, dtype=np.float64)[:, :3]
-    return in_file_order(vertices, np.asarray(mesh.tri_verts, dtype=np.int64))
+    return sort_surface(vertices, np.asarray(mesh.tri_verts, dtype=np.int64))
 
 
-def in_file_order(vertices: Array, triangles: Index) -> Surface:
+def sort_surface(vertices: Array, triangles: Index) -> Surface:
     """Coordinates as float32, in lexicographic order, whatever order a modeller emits them in."""
     rounded = vertices.astype(np.float32).astype(np.float64) + 0.0
-    merged, index = np.unique(rounded, axis=0, return_inverse=True)
-    return merged, arrays.in_standard_order(index.reshape(-1)[triangles])
+    points, index = np.unique(rounded, axis=0, return_inverse=True)
+    return points, arrays.sort_triangles(index.reshape(-1)[triangles])

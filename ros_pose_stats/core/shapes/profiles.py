@@ -20,16 +20,18 @@ def unit_circle(sides: int) -> Outline:
     Each is found from an angle in the first octant, so that reflections and quarter turns of the
     polygon map its coordinates onto each other bit for bit.
     """
-    octant, within = np.divmod(8 * np.arange(sides), sides)
-    within = np.where(octant % 2 == 1, sides - within, within)
-    angle = within * (np.pi / 4.0 / sides)
-    diagonal = within == sides
+    octant, eighths = np.divmod(8 * np.arange(sides), sides)
+    eighths = np.where(octant % 2 == 1, sides - eighths, eighths)
+    angle = eighths * (np.pi / 4.0 / sides)
+    is_diagonal = eighths == sides
     sine, cosine = sines_cosines(angle)
-    near = np.where(diagonal, np.sqrt(0.5), cosine)
-    far = np.where(diagonal, np.sqrt(0.5), sine)
-    steep = np.isin(octant, (1, 2, 5, 6))
-    x = np.where(steep, far, near) * np.where(np.isin(octant, (2, 3, 4, 5)), -1.0, 1.0)
-    y = np.where(steep, near, far) * np.where(octant >= 4, -1.0, 1.0)
+    larger = np.where(is_diagonal, np.sqrt(0.5), cosine)
+    smaller = np.where(is_diagonal, np.sqrt(0.5), sine)
+    is_steep = np.isin(octant, (1, 2, 5, 6))
+    x = np.where(is_steep, smaller, larger) * np.where(
+        np.isin(octant, (2, 3, 4, 5)), -1.0, 1.0
+    )
+    y = np.where(is_steep, larger, smaller) * np.where(octant >= 4, -1.0, 1.0)
     return np.column_stack((x, y)) + 0.0
 
 
@@ -53,13 +55,17 @@ def rounded_polygon(
 
 
 def _fillet(
-    before: Outline, corner: Outline, after: Outline, radius: float, steps: int
+    previous_corner: Outline,
+    corner: Outline,
+    next_corner: Outline,
+    radius: float,
+    steps: int,
 ) -> Outline:
     """Arc of `radius` tangent to both sides of a corner, (steps + 1, 2)."""
     if radius == 0.0:
         return corner[None, :]
-    incoming = (corner - before) / np.linalg.norm(corner - before)
-    outgoing = (after - corner) / np.linalg.norm(after - corner)
+    incoming = (corner - previous_corner) / np.linalg.norm(corner - previous_corner)
+    outgoing = (next_corner - corner) / np.linalg.norm(next_corner - corner)
     turn = np.arctan2(
         incoming[0] * outgoing[1] - incoming[1] * outgoing[0], incoming @ outgoing
     )
@@ -104,13 +110,13 @@ def prism(sides: int, radius: float, length: float) -> Surface:
     base = radius * unit_circle(sides)
     height = np.full((sides, 1), length / 2.0)
     vertices = np.vstack((np.hstack((base, -height)), np.hstack((base, height))))
-    here = np.arange(sides)
-    there = np.roll(here, -1)
-    fan = np.column_stack((np.zeros(sides - 2, dtype=np.int64), here[1:-1], here[2:]))
+    begin = np.arange(sides)
+    end = np.roll(begin, -1)
+    fan = np.column_stack((np.zeros(sides - 2, dtype=np.int64), begin[1:-1], begin[2:]))
     walls = np.vstack(
         (
-            np.column_stack((here, there, there + sides)),
-            np.column_stack((here, there + sides, here + sides)),
+            np.column_stack((begin, end, end + sides)),
+            np.column_stack((begin, end + sides, begin + sides)),
         )
     )
     return vertices, np.vstack((fan[:, ::-1], fan + sides, walls)).astype(np.int64)

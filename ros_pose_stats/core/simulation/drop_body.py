@@ -69,8 +69,8 @@ def _prepare(part: Part, resting: poses.RestingPoses) -> PreparedBody:
         ball_range,
         *_neighbours(points),
         *_sides(resting, corner),
-        resting.equilibria.heights[resting.clusters.lowest],
-        resting.clusters.way_out,
+        resting.equilibria.heights[resting.clusters.lowest_face],
+        resting.clusters.exit_level,
         rims.pose,
         rims.level,
         rims.climb,
@@ -196,7 +196,11 @@ def rolling_rims(
         begin = body.points[body.arrays.corner[edges]]
         end = body.points[body.arrays.corner[body.arrays.twin[edges]]]
         low, high = np.sort(
-            (vectors.along(begin, run.axis), vectors.along(end, run.axis)), axis=0
+            (
+                vectors.components_along(begin, run.axis),
+                vectors.components_along(end, run.axis),
+            ),
+            axis=0,
         )
         # How far from the rim's edges, along its axis, a part stands on each facet, in radii.
         inside: Array = np.full(body.faces, math.inf)
@@ -261,7 +265,8 @@ def _rims(body: convex_body.ConvexBody) -> Iterator[tuple[Run, Index, Index]]:
             for run in body.runs
             if run.kind == "round"
             and run.full
-            and np.abs(vectors.along(directions, run.axis)).max() < turns.LEVEL
+            and np.abs(vectors.components_along(directions, run.axis)).max()
+            < turns.LEVEL
         ]
         if not upright:
             continue
@@ -270,13 +275,15 @@ def _rims(body: convex_body.ConvexBody) -> Iterator[tuple[Run, Index, Index]]:
             int(
                 np.argmin(
                     [
-                        np.ptp(distance - vectors.along(directions, run.center))
+                        np.ptp(
+                            distance - vectors.components_along(directions, run.center)
+                        )
                         for run in upright
                     ]
                 )
             )
         ]
-        ring = np.abs(vectors.along(normal, run.axis)) < turns.LEVEL
+        ring = np.abs(vectors.components_along(normal, run.axis)) < turns.LEVEL
         here = ring[face]
         beyond = ring[face[body.arrays.twin]]
         links = np.bincount(face[here & beyond], minlength=body.faces)

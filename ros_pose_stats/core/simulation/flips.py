@@ -229,7 +229,7 @@ class Kicks:
         self.body = body
         self.height = height
         resting = body.resting
-        faces = resting.equilibria.faces[resting.clusters.lowest]
+        faces = resting.equilibria.faces[resting.clusters.lowest_face]
         rows: list[tuple[Array, ...]] = []
         for pose, face in enumerate(faces.tolist()):
             polygon = turn_vectors(resting.body.polygon(face), body.axes)
@@ -262,7 +262,7 @@ class Kicks:
         resting = self.body.resting
         moment = self.body.arrays.moment
         pose = np.arange(first, first + count) % len(resting.poses)
-        lowest = resting.clusters.lowest[pose]
+        lowest = resting.clusters.lowest_face[pose]
         states = drops.states_at_rest(
             self.body,
             resting.equilibria.heights[lowest],

@@ -133,7 +133,7 @@ def _bound(drops: int | None, starts: Array | None) -> int:
 
 def _directions(starts: ArrayLike) -> Array:
     try:
-        given = arrays.unmasked(starts)
+        given = arrays.unmask(starts)
     except arrays.NOT_NUMBERS:  # ragged, or complex
         given = np.zeros(())
     given = arrays.real_array(given if given.dtype.kind in "fiu" else 0.0)

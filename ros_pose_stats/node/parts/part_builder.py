@@ -133,7 +133,7 @@ class PartBuilder(PartWorker):
         """Build a part; the quick lane has no time for some: raises TakesLongError."""
         if not is_large(request):
             try:
-                with overlap.within(OVERLAP_SECONDS):
+                with overlap.patience(OVERLAP_SECONDS):
                     return part_of(request)
             except overlap.TakesLongError:
                 if self._lanes.is_quick():

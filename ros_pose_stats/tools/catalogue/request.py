@@ -24,7 +24,7 @@ class CatalogueRequest:
     target_error: float = 0.0
 
     def __post_init__(self) -> None:
-        mass_properties.check_given(None, None, None, self.density)
+        mass_properties.check_properties(None, None, None, self.density)
         drop_request(1, None, self.target_error, None, None)
 
     def as_dict(self) -> dict[str, Any]:

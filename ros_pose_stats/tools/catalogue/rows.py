@@ -95,7 +95,7 @@ def _described(
     if isinstance(held, errors.PoseStatsError):
         raise held
     mesh = files.parse_mesh(path, held, request.unit, unless_declared=True)
-    given = mass_properties.check_given(None, None, None, request.density)
+    given = mass_properties.check_properties(None, None, None, request.density)
     part = parts.part_of_file(mesh, given, path.stem)
     found = estimate_in(part, scene)  # which may be sure enough
     outside = any(text.code_of(one) == "OUTSIDE_FIT" for one in found.warnings)

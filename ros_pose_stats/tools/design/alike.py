@@ -95,7 +95,7 @@ def proper_rotations(space: changes.DesignSpace) -> Array:
     rarest = np.flatnonzero(kind == np.bincount(kind).argmin()).tolist()
     held = [identity]
     for other in rarest:
-        for rotation in symmetry.candidates(frames, rarest[0], other):
+        for rotation in symmetry.candidate_rotations(frames, rarest[0], other):
             if trial.effort > symmetry.MOST_EFFORT:
                 return identity[None]
             if trial.holds(rotation):

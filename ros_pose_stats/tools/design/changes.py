@@ -49,9 +49,9 @@ def find_features(resting: poses.RestingPoses) -> tuple[Feature, ...]:
     body = resting.body
     grouped = resting.clusters
     features: dict[tuple[int, ...], Feature] = {}
-    for pose, lowest in enumerate(grouped.lowest.tolist()):
+    for pose, lowest in enumerate(grouped.lowest_face.tolist()):
         face = int(found.faces[lowest])
-        members = found.faces[(grouped.pose == pose) & grouped.near]
+        members = found.faces[(grouped.pose == pose) & grouped.is_support]
         strips = np.unique(body.run_of_face[members])
         moved = np.union1d(
             members, np.flatnonzero(np.isin(body.run_of_face, strips[strips >= 0]))
@@ -175,7 +175,7 @@ class DesignSpace:
         farthest = float(lengths(points).max())
         points /= farthest
         points.flags.writeable = False
-        arrays, tolerance = convex_body.polyhedron(
+        arrays, tolerance = convex_body.build_polyhedron(
             points, *hull, part.rounding / before.radius
         )
         # A body has no two faces in one plane.

@@ -102,7 +102,7 @@ class WantedShare:
 
     def _before(self, resting: RestingPoses, origin: Index) -> Index:
         """Pose of the part before that each pose (P,) of a changed part is; -1 for a new one."""
-        lowest = resting.equilibria.faces[resting.clusters.lowest]
+        lowest = resting.equilibria.faces[resting.clusters.lowest_face]
         face = origin[lowest]
         before = np.where(self._rests[face], self._pose[face], -1)
         # A pose that lost its face is the nearest of those that now rest on one that led to it.

@@ -20,7 +20,7 @@ from ...core.records.scene import (
     DEFAULT_RESTITUTION,
     DEFAULT_ROUND_SIDES,
 )
-from ...core.resting.convex_body import convex_body
+from ...core.resting.convex_body import body_of
 from ...core.simulation.request import drop_request
 from ...core.statistics import feeding
 from . import alike, changes, describe, paired_drops, sensitivity, shares
@@ -257,7 +257,7 @@ def _climb(
 def outline_move(space: changes.DesignSpace, changed: changes.ChangedPart) -> float:
     """How far the outline has moved, metres, measured across the faces before and after."""
     before = space.body
-    after = convex_body(changed.part, space.scene.round_sides)
+    after = body_of(changed.part, space.scene.round_sides)
     shift = changed.part.center_of_mass - space.part.center_of_mass
     old = before.points * before.radius
     new = after.points * after.radius + shift

@@ -10,12 +10,12 @@ from lab.bodies.variants import rotation
 from ros_pose_stats.core.kernels import vectors
 from ros_pose_stats.core.kernels.levels import splits
 from ros_pose_stats.core.kernels.vectors import Vec3
-from ros_pose_stats.core.resting.convex_body import convex_body
+from ros_pose_stats.core.resting.convex_body import body_of
 from tests.truth.reference.sphere_grid import Shape, areas_below
 
 PARTS = convex_parts()
 every_body = pytest.mark.parametrize(
-    "body", [convex_body(part, 0) for part in PARTS.values()], ids=PARTS
+    "body", [body_of(part, 0) for part in PARTS.values()], ids=PARTS
 )
 
 
@@ -144,7 +144,7 @@ def test_areas_are_continuous_in_the_level(body):
 
 
 def test_the_area_of_a_disc_within_a_face_is_that_of_a_cap():
-    body = convex_body(PARTS["box, shifted centre"], 0)
+    body = body_of(PARTS["box, shifted centre"], 0)
     arrays = body.arrays
     for face, d in enumerate(arrays.distance):  # the foot of the centre is within each
         rim = arrays.reach[arrays.face_start[face] : arrays.face_start[face + 1]].min()
@@ -155,7 +155,7 @@ def test_the_area_of_a_disc_within_a_face_is_that_of_a_cap():
 
 
 def test_areas_against_a_grid_on_the_sphere():
-    body = convex_body(PARTS["leaning prism"], 0)
+    body = body_of(PARTS["leaning prism"], 0)
     shape = Shape(body.points, np.zeros(3))
     plane = (shape.normals @ body.arrays.normal.T).argmax(axis=1)
     lowest = body.arrays.distance.min()

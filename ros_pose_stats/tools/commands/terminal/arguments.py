@@ -124,9 +124,9 @@ def read_length(text: str) -> float:
     metres = None
     if length is not None:
         # numpy comes with it, and --help does without.
-        from ....core.mesh.units import METRES_PER_UNIT, named_unit
+        from ....core.mesh.units import METRES_PER_UNIT, unit_name
 
-        metres = METRES_PER_UNIT.get(named_unit(length[2] or "m") or "")
+        metres = METRES_PER_UNIT.get(unit_name(length[2] or "m") or "")
     if length is None or metres is None:
         raise _refusal(
             "a length, for instance 0.2 for metres, 200mm, 20cm or 8inch", text
@@ -186,9 +186,9 @@ UNITS = ("auto", "mm", "m", "cm", "inch")
 def read_unit(text: str) -> str:
     """The name of a unit from any spelling; another word, to be refused as a choice."""
     # numpy comes with it, and --help does without.
-    from ....core.mesh.units import named_unit
+    from ....core.mesh.units import unit_name
 
-    return named_unit(text) or text
+    return unit_name(text) or text
 
 
 CENTER_HELP = (
