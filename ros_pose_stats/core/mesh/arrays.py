@@ -11,7 +11,8 @@ from ..records import Array, Index
 NOT_NUMBERS = (TypeError, ValueError, OverflowError)
 """Errors that the functions below raise for values that are no real numbers."""
 
-# Complex numbers, dates and durations convert to floats, but not without losing their meaning.
+# Complex numbers, dates and durations convert to floats, but not without losing their
+# meaning.
 _NOT_REAL = "cMm"
 
 # Beyond these the fifth power of a length in the inertia leaves the range of float64.
@@ -33,10 +34,12 @@ def unmask(values: Any) -> NDArray[Any]:
 
 
 def real_array(values: Any) -> Array:
-    """Convert to float64, without a copy where it is that already; too large numbers: infinite."""
-    with np.errstate(
-        over="ignore", invalid="ignore"
-    ):  # a signalling NaN becomes a quiet one
+    """Convert to float64, without a copy where it is that already.
+
+    Too large numbers: infinite.
+    """
+    # A signalling NaN becomes a quiet one.
+    with np.errstate(over="ignore", invalid="ignore"):
         return unmask(values).astype(np.float64, copy=False)
 
 
@@ -58,7 +61,10 @@ def number_or_nan(value: Any) -> float:
 def check_mesh(
     vertices: ArrayLike, triangles: ArrayLike, unit: float
 ) -> tuple[Array, NDArray[np.uint32]]:
-    """Copy a mesh into arrays of its own: vertices (V, 3) in metres, triangles (T, 3) uint32."""
+    """Copy a mesh into arrays of its own.
+
+    Vertices (V, 3) in metres, triangles (T, 3) uint32.
+    """
     with np.errstate(over="ignore", invalid="ignore"):  # refused below
         metres = np.ascontiguousarray(_numbers(vertices, "vertices") * unit)
     if metres.ndim != 2 or metres.shape[1] != 3:
@@ -146,14 +152,17 @@ def _indices(triangles: ArrayLike, vertex_count: int) -> NDArray[np.uint32]:
 
 
 def used_points(points: Array, triangles: NDArray[np.uint32]) -> Array:
-    """Points (V, 3) that are corners of triangles; the very array given when all are."""
+    """Points (V, 3) that are corners of triangles.
+
+    The very array given when all are.
+    """
     is_used = np.zeros(len(points), dtype=bool)
     is_used[triangles.ravel()] = True
     return points if is_used.all() else points[is_used]
 
 
 def sort_triangles(triangles: Index) -> Index:
-    """Triangles in the order of their corners, so that that of a modeller leaves no trace."""
+    """Triangles in the order of their corners, whatever order a modeller had."""
     lowest_corner = triangles.argmin(axis=1)[:, None]
     rows = np.take_along_axis(triangles, (lowest_corner + np.arange(3)) % 3, axis=1)
     return np.asarray(rows[np.lexsort(rows.T[::-1])], dtype=np.int64)
@@ -162,7 +171,8 @@ def sort_triangles(triangles: Index) -> Index:
 def coordinate_rounding(vertices: ArrayLike, triangles: NDArray[np.uint32]) -> float:
     """Largest rounding error of the coordinates (V, 3), in their unit.
 
-    Those that are all float32 numbers come from a file that stores no more (STL, mostly).
+    Those that are all float32 numbers come from a file that stores no more (STL,
+    mostly).
     """
     points = used_points(real_array(vertices), triangles)
     magnitude = float(np.abs(points).max())

@@ -1,11 +1,11 @@
-"""Small holes of a mesh are closed by caps, and it is bounded how wrong the caps can be.
+"""Small holes are closed by caps, and it is bounded how wrong the caps can be.
 
-The edges that a triangle is missing at form closed loops. Each simple loop gets a cap that has no
-corners of its own, triangulated as seen along the normal of the loop; loops in one plane are
-capped together, so that the lost face of a tube is a ring.
+The edges that a triangle is missing at form closed loops. Each simple loop gets a cap
+that has no corners of its own, triangulated as seen along the normal of the loop; loops
+in one plane are capped together, so that the lost face of a tube is a ring.
 
-Where caps would be a guess there are none: over a sheet, through the surface, or over the two rims
-of a bore whose wall is lost.
+Where caps would be a guess there are none: over a sheet, through the surface, or over
+the two rims of a bore whose wall is lost.
 """
 
 from collections.abc import Sequence
@@ -21,31 +21,33 @@ from ..records import Array, Index
 from . import overlap, vectors, winding
 
 LARGEST_SHARE = 0.5
-"""Largest area of all caps, as a fraction of the other triangles'. A hemisphere lacks just that; a
-sheet would need caps as large as itself."""
+"""Largest area of all caps, as a fraction of the other triangles'. A hemisphere lacks
+just that; a sheet would need caps as large as itself."""
 
 SAME_PLANE = 1e-4
-"""Most difference of components of the unit normals, and of distances in sizes, in one plane."""
+"""Most difference of components of the unit normals, and of distances in sizes, in one
+plane."""
 
 _FEWEST_AROUND = 6  # fewest edges around a bore
 
 _SLIT = 1e-18
-"""Square of the area, over the fourth power of the length, of a loop that has no width."""
+"""Square of the area, over the fourth power of the length, of a loop that has no
+width."""
 
 _MOST_OPEN_EDGES = 1.0
-"""Open edges a triangle from which on a mesh is loose triangles rather than a surface."""
+"""Open edges a triangle from which on a mesh is loose triangles rather than a
+surface."""
 
 
 class Closing(NamedTuple):
     """What came of closing the holes of a mesh."""
 
-    shells: (
-        winding.Shells | None
-    )  # the closed surface; None where it is not plain how to close it
+    # the closed surface; None where it is not plain how to close it
+    shells: winding.Shells | None
     problem: str = ""  # why there is none, to go on from "the mesh"
     holes: int = 0  # loops of open edges
-    # largest volume that other caps without corners of their own may add or remove: that of the
-    # convex hulls of the loops
+    # largest volume that other caps without corners of their own may add or remove:
+    # that of the convex hulls of the loops
     open_volume: float = 0.0
 
 
@@ -90,7 +92,7 @@ def close_holes(vertices: Array, triangles: Index) -> Closing:
 
 
 def _has_lost_wall(points: Array, edges: "OpenEdges", rims: Sequence[Index]) -> bool:
-    """Whether two rims, each within a flat face, have one shape: ends of a lost bore."""
+    """Whether two rims within flat faces have one shape: ends of a lost bore."""
     shapes: list[tuple[Array, Array, Array]] = []
     for rim in rims:
         if len(rim) < _FEWEST_AROUND:
@@ -99,25 +101,18 @@ def _has_lost_wall(points: Array, edges: "OpenEdges", rims: Sequence[Index]) -> 
         neighbours = points[edges.neighbour[rim]]
         normal = _normal(corners)
         center = corners.sum(axis=0) / len(rim)
-        if (
-            np.abs(
-                ((np.concatenate((corners, neighbours)) - center) * normal).sum(axis=1)
-            ).max()
-            > tolerances.COPLANAR
-        ):
+        offsets = np.concatenate((corners, neighbours)) - center
+        if np.abs((offsets * normal).sum(axis=1)).max() > tolerances.COPLANAR:
             continue
         distances = np.sort(vectors.lengths(corners - center))
         distances /= distances[-1]
         for rim_distances, rim_center, rim_normal in shapes:
-            is_apart = (
-                abs(float(((center - rim_center) * rim_normal).sum()))
-                > tolerances.COPLANAR
-            )
-            if (
-                is_apart
-                and len(rim_distances) == len(distances)
-                and np.allclose(rim_distances, distances, 0.0, 1e-3)
+            height = float(((center - rim_center) * rim_normal).sum())
+            if abs(height) <= tolerances.COPLANAR or len(distances) != len(
+                rim_distances
             ):
+                continue
+            if np.allclose(rim_distances, distances, 0.0, 1e-3):
                 return True
         shapes.append((distances, center, normal))
     return False
@@ -133,20 +128,22 @@ def _group_coplanar(points: Array, loops: Sequence[Index]) -> list[list[Index]]:
         plane: Array = np.full(4, np.nan)  # of a loop alone: equal to none
         if normal.any() and float(np.ptp(heights)) < tolerances.COPLANAR:
             plane = np.append(normal, heights.mean())
-        matches = [
-            k
-            for k, group_plane in enumerate(planes)
-            if any(
-                (np.abs(plane - sign * group_plane) < SAME_PLANE).all()
-                for sign in (1.0, -1.0)
-            )
-        ]
-        if matches:
-            groups[matches[0]].append(loop)
+        for group_plane, group in zip(planes, groups, strict=True):
+            if _is_same_plane(plane, group_plane):
+                group.append(loop)
+                break
         else:
             planes.append(plane)
             groups.append([loop])
     return groups
+
+
+def _is_same_plane(first: Array, second: Array) -> bool:
+    """Whether planes (4,), each a normal and a distance, are one from either side."""
+    return bool(
+        (np.abs(first - second) < SAME_PLANE).all()
+        or (np.abs(first + second) < SAME_PLANE).all()
+    )
 
 
 def _cap(points: Array, loops: Sequence[Index]) -> Index:
@@ -161,7 +158,7 @@ def _cap(points: Array, loops: Sequence[Index]) -> Index:
 
 
 def _projection_axes(points: Array, loops: Sequence[Index]) -> Array:
-    """Two axes (3, 2) of the plane onto which loops are projected, the largest one's own."""
+    """Two axes (3, 2) of the plane onto which loops are projected, the largest's."""
     spokes = points[loops[0]] - points[loops[0][0]]
     longest_spoke = spokes[vectors.lengths(spokes).argmax()]
     normals = np.array([_area_vector(points[loop]) for loop in loops])
@@ -170,10 +167,10 @@ def _projection_axes(points: Array, loops: Sequence[Index]) -> Array:
         float((normal * normal).sum())
         > _SLIT * float((longest_spoke * longest_spoke).sum()) ** 2
     ):
-        direction = np.eye(3)[
-            np.abs(normal).argmin()
-        ]  # the coordinate axis farthest from it
-    else:  # any plane that holds the slit will do
+        # The coordinate axis farthest from it.
+        direction = np.eye(3)[np.abs(normal).argmin()]
+    else:
+        # Any plane that holds the slit will do.
         direction = longest_spoke
         normal = np.cross(longest_spoke, np.eye(3)[np.abs(longest_spoke).argmin()])
     second_axis = np.cross(normal, direction)
@@ -198,12 +195,8 @@ def _normal(corners: Array) -> Array:
 def _area(points: Array, triangles: Index) -> float:
     """Area of triangles (T, 3)."""
     a, b, c = (points[triangles[:, k]] for k in range(3))
-    return (
-        float(
-            vectors.lengths(np.asarray(np.cross(b - a, c - a), dtype=np.float64)).sum()
-        )
-        / 2.0
-    )
+    normals = np.asarray(np.cross(b - a, c - a), dtype=np.float64)
+    return float(vectors.lengths(normals).sum()) / 2.0
 
 
 def _hull_volume(corners: Array) -> float:
@@ -226,7 +219,10 @@ class OpenEdges(NamedTuple):
 
 
 def find_open_edges(triangles: Index) -> OpenEdges | None:
-    """Edges that lack a triangle, of triangles (T, 3) wound alike; none where some lack more."""
+    """Edges that lack a triangle, of triangles (T, 3) wound alike.
+
+    None where some lack more.
+    """
     begin = triangles.ravel()
     end = triangles[:, [1, 2, 0]].ravel()
     next_edge = np.arange(len(begin)).reshape(-1, 3)[:, [1, 2, 0]].ravel()
@@ -262,7 +258,8 @@ def find_open_edges(triangles: Index) -> OpenEdges | None:
 def join_loops(edges: OpenEdges) -> list[Index]:
     """Join open edges to loops, each of which meets no vertex twice.
 
-    Where two holes touch, a loop goes on along its hole, not the fan of triangles it came by.
+    Where two holes touch, a loop goes on along its hole, not the fan of triangles it
+    came by.
     """
     edges_from: dict[int, list[int]] = {}
     for edge, vertex in enumerate(edges.begin.tolist()):
@@ -278,14 +275,10 @@ def join_loops(edges: OpenEdges) -> list[Index]:
         while edges_from[vertex]:
             position[vertex] = len(path)
             exits = edges_from[vertex]
-            choice = next(
-                (
-                    k
-                    for k, exit_edge in enumerate(exits)
-                    if edges.begin_fan[exit_edge] != fan
-                ),
-                0,
-            )
+            along_hole = [
+                k for k, edge in enumerate(exits) if edges.begin_fan[edge] != fan
+            ]
+            choice = along_hole[0] if along_hole else 0
             edge = exits.pop(choice)
             path.append(edge)
             vertex = end[edge]

@@ -4,15 +4,20 @@ import numpy as np
 
 from ..records import Array, Corners, Part
 
-FINEST = 20_000  # triangles that a picture of some hundred pixels shows as well as the whole mesh
+# Triangles that a picture of some hundred pixels shows as well as the whole mesh
+FINEST = 20_000
 
 TOLERANCES = 2.0 ** np.arange(-13.0, -0.75, 0.25)
-"""Of decimation, in extents: from a fraction of a pixel up to half of the part. Small steps leave
-more of the shape: twice as large ones displace the thread of a screw by half as much again."""
+"""Of decimation, in extents: from a fraction of a pixel up to half of the part. Small
+steps leave more of the shape: twice as large ones displace the thread of a screw by
+half as much again."""
 
 
 def visible_triangles(part: Part, limit: int = FINEST) -> Array:
-    """Triangles (t, 3, 3) to draw a part by, metres: at most `most`; of open meshes both sides."""
+    """Triangles (t, 3, 3) to draw a part by, metres: at most `most`.
+
+    Of open meshes both sides.
+    """
     vertices, triangles = _surface_to_draw(part)
     is_open = _is_open(part)
     if is_open:
@@ -38,25 +43,22 @@ def _surface_to_draw(part: Part) -> tuple[Array, Corners]:
 
 def _decimated_surface(part: Part, limit: int) -> tuple[Array, Corners]:
     surface = _surface_to_draw(part)
-    if (
-        limit < FINEST < len(surface[1])
-    ):  # a large mesh is gone through once, for all sizes
+    if limit < FINEST < len(surface[1]):
+        # A large mesh is gone through once, for all sizes.
         surface = part.prepare(_decimated_surface, FINEST)
     return decimate(*surface, limit)
 
 
 def decimate(vertices: Array, triangles: Corners, limit: int) -> tuple[Array, Corners]:
-    """Collapse edges within growing tolerances, then keep the largest: `most` triangles."""
+    """Collapse edges within growing tolerances, then keep the largest triangles."""
     from manifold3d import Manifold, Mesh64  # loaded for pictures alone
 
     extent = float(np.ptp(vertices, axis=0).max()) or 1.0
-    apex = vertices.max(axis=0) + extent * np.array(
-        [3.0, 5.0, 7.0]
-    )  # in no plane of the mesh
+    # In no plane of the mesh.
+    apex = vertices.max(axis=0) + extent * np.array([3.0, 5.0, 7.0])
     cone = _cone(triangles, len(vertices))
-    if len(cone) <= len(
-        triangles
-    ):  # more rims have only meshes of loose triangles and pairs
+    # More rims have only meshes of loose triangles and pairs.
+    if len(cone) <= len(triangles):
         closed_triangles = np.concatenate([triangles, cone]).astype(np.uint64)
         body = Manifold(
             Mesh64(np.concatenate([vertices, apex[None]]), closed_triangles)
@@ -79,7 +81,7 @@ def decimate(vertices: Array, triangles: Corners, limit: int) -> tuple[Array, Co
 
 
 def _cone(triangles: Corners, apex: int) -> Corners:
-    """Triangles (r, 3) from all rims of a mesh to an apex, to close it as the modeller demands."""
+    """Triangles (r, 3) from all rims of a mesh to an apex, as the modeller demands."""
     ends = np.concatenate(
         [triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]
     )

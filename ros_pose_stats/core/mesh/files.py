@@ -1,10 +1,11 @@
-"""Mesh files: STL, OBJ, PLY, OFF, 3MF and STEP to plain arrays, and arrays to binary STL.
+"""Mesh files: STL, OBJ, PLY, OFF, 3MF and STEP to arrays, and arrays to STL.
 
-trimesh parses all but binary STL, which is the most common and only a table of numbers, and 3MF,
-which is read in a process of its own, as cascadio tessellates STEP. This module does the rest.
-Nothing is merged, reordered or repaired, so that a part's digest depends on the file alone; a file
-that says less than it announces (cut off by a full disk, say) is refused; and the objects of a
-scene are set in place by their transforms and joined into one mesh.
+trimesh parses all but binary STL, which is the most common and only a table of numbers,
+and 3MF, which is read in a process of its own, as cascadio tessellates STEP. This
+module does the rest. Nothing is merged, reordered or repaired, so that a part's digest
+depends on the file alone; a file that says less than it announces (cut off by a full
+disk, say) is refused; and the objects of a scene are set in place by their transforms
+and joined into one mesh.
 """
 
 import importlib.util
@@ -30,12 +31,14 @@ if TYPE_CHECKING:
     from trimesh import Scene
 
 PlacedMesh = tuple[Array, Index, Array]
-"""Vertices (V, 3) and triangles (T, 3) of an object, and the matrix (4, 4) that places it."""
+"""Vertices (V, 3) and triangles (T, 3) of an object, and the matrix (4, 4) that places
+it."""
 
 STEP_SUFFIXES = (".step", ".stp")
 
 _MOST_SECONDS = 120.0
-"""A part of ten thousand faces takes some seconds; what takes longer is a whole machine."""
+"""A part of ten thousand faces takes some seconds; what takes longer is a whole
+machine."""
 
 _READER = Path(__file__).with_name("reading_process.py")
 
@@ -67,7 +70,8 @@ _3MF_UNITS = {
     "meter": 1.0,
 }
 
-# Lines of an OBJ file that make trimesh cut it into pieces with a copy of all vertices each.
+# Lines of an OBJ file that make trimesh cut it into pieces with a copy of all vertices
+# each.
 _OBJ_GROUPS = re.compile(
     rb"^[ \t]*(?:usemtl|mtllib|o|g)(?:[ \t][^\r\n]*)?$", re.MULTILINE
 )
@@ -87,10 +91,11 @@ class FileMesh(NamedTuple):
     vertices: Any
     triangles: Any  # (T, 3) array_like of int
     unit: float  # metres a unit
-    # whether the unit was `given`, `declared` by the file, `guessed` from the size because that
-    # was asked for, or `assumed` to be the metre
+    # whether the unit was `given`, `declared` by the file, `guessed` from the size
+    # because that was asked for, or `assumed` to be the metre
     unit_source: units.UnitSource = "given"
-    # metres a unit as the file declares, whichever counts; None for files that declare none
+    # metres a unit as the file declares, whichever counts; None for files that declare
+    # none
     declared: float | None = None
 
 
@@ -100,7 +105,10 @@ def read_mesh(
     *,
     unless_declared: bool = False,
 ) -> "FileMesh":
-    """Vertices and triangles of a mesh file; `unit` and `unless_declared` as for `load_part`."""
+    """Vertices and triangles of a mesh file.
+
+    `unit` and `unless_declared` as for `load_part`.
+    """
     if not isinstance(file, (str, os.PathLike)):
         raise MeshFileError(
             "the path of a mesh file",
@@ -124,9 +132,7 @@ def parse_mesh(
     data = _clean_bytes(path, suffix, content)
     declared = None
     if suffix == ".stl" and _is_binary_stl(data):
-        corners = np.frombuffer(data, _STL_TRIANGLE, offset=84)[
-            "corners"
-        ]  # three a triangle
+        corners = np.frombuffer(data, _STL_TRIANGLE, offset=84)["corners"]
         vertices: Array = corners.reshape(-1, 3).astype(np.float64)
         triangles: Index = np.arange(len(vertices)).reshape(-1, 3)
     elif suffix in STEP_SUFFIXES:
@@ -134,7 +140,8 @@ def parse_mesh(
         metres, triangles = _join_meshes(
             _parse_objects(path, ".glb", tessellate_step(path, data))
         )
-        # They came in float32, and it has to show: whoever asks for their rounding looks for it.
+        # They came in float32, and it has to show: whoever asks for their rounding
+        # looks for it.
         vertices = (metres / declared).astype(np.float32).astype(np.float64)
     elif suffix == ".3mf":
         unit_name, objects = unpack_3mf(path, data)
@@ -162,7 +169,7 @@ def parse_mesh(
 
 
 def _clean_bytes(path: Path, suffix: str, data: bytes) -> bytes:
-    """Remove what the parsers cannot read: bytes behind the end, and text that is not UTF-8."""
+    """Remove bytes behind the end and text that is not UTF-8, for the parsers."""
     if suffix == ".stl" and b"\0" in data:
         count = int.from_bytes(data[80:84], "little")
         length = 84 + 50 * count
@@ -177,7 +184,8 @@ def _clean_bytes(path: Path, suffix: str, data: bytes) -> bytes:
         try:
             data.decode("utf-8")
         except UnicodeDecodeError:
-            # Only names and comments have other encodings, so any single-byte one will do.
+            # Only names and comments have other encodings, so any single-byte one will
+            # do.
             return data.decode("latin-1").encode("utf-8")
     return data
 
@@ -203,17 +211,18 @@ def _parse_objects(path: Path, suffix: str, data: bytes) -> list[PlacedMesh]:
     except MemoryError:
         raise
     except Exception as error:  # each of the four parsers raises errors of its own
-        reason = (str(error).strip().splitlines() or [""])[0]
-        found = f"{path} ({type(error).__name__}{': ' if reason else ''}{reason})"
+        problem = type(error).__name__
+        if str(error).strip():
+            problem += f": {str(error).strip().splitlines()[0]}"
         raise MeshFileError(
             f"a readable {suffix[1:].upper()} file",
-            found,
+            f"{path} ({problem})",
             "the file is damaged or of another format: export it again, in triangles",
         ) from error
 
 
 def _number_forwards(data: bytes) -> bytes:
-    """An OBJ file whose faces number vertices from the first on, not back from their own line."""
+    """An OBJ file whose faces number vertices from the first on, not backwards."""
     vertices = 0
     lines = []
     for line in data.splitlines():
@@ -266,7 +275,10 @@ def _placed_meshes(scene: "Scene") -> Iterator[PlacedMesh]:
 
 
 def _placement(scene: "Scene", node: str) -> Array:
-    """Matrix (4, 4) that puts a node in place; trimesh would leave its rounding to BLAS."""
+    """Matrix (4, 4) that puts a node in place.
+
+    Trimesh would leave its rounding to BLAS.
+    """
     tree = scene.graph.transforms
     matrix = np.eye(4)
     while node != scene.graph.base_frame:
@@ -278,7 +290,10 @@ def _placement(scene: "Scene", node: str) -> Array:
 
 
 def _count_announced_faces(suffix: str, data: bytes) -> int:
-    """Count the faces that the file says it has; polygons give more triangles than that."""
+    """Count the faces that the file says it has.
+
+    Polygons give more triangles than that.
+    """
     if suffix == ".stl" and not _is_binary_stl(data):
         return len(re.findall(rb"\bfacet[ \t]+normal\b", data, re.IGNORECASE))
     if suffix == ".obj":
@@ -328,7 +343,7 @@ def read_bytes(path: Path) -> bytes:
 
 
 def stl_bytes(vertices: Array, triangles: Corners) -> bytes:
-    """Binary STL of a surface: vertices (V, 3) as they are, in float32, and triangles (T, 3)."""
+    """Binary STL of a surface: vertices (V, 3) in float32, and triangles (T, 3)."""
     from trimesh import Trimesh
     from trimesh.exchange.stl import export_stl
 
@@ -377,7 +392,8 @@ def unpack_3mf(path: Path, data: bytes) -> tuple[str, list[PlacedMesh]]:
 
 
 def _run_reader(path: Path, data: bytes, kind: str, folder: str) -> bytes:
-    # Neither the folder where this runs nor the user's Python settings can change what is loaded.
+    # Neither the folder where this runs nor the user's Python settings can change what
+    # is loaded.
     command = [sys.executable, "-I", "-S", str(_READER), str(os.getpid()), folder]
     try:
         process = subprocess.run(
@@ -409,7 +425,10 @@ def declared_step_unit(data: bytes) -> float:
 
 
 def _length_unit(data: bytes, number: bytes) -> float | None:
-    """Metres of a unit by the number of its entity; None for a unit of anything else."""
+    """Metres of a unit by the number of its entity.
+
+    None for a unit of anything else.
+    """
     length = 1.0
     for _ in range(4):  # an inch is so many millimetres, a foot perhaps so many inches
         entity = _entity(data, number)

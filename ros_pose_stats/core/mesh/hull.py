@@ -1,11 +1,11 @@
 """The convex hull of a part, computed once.
 
-Qhull works on points shifted to the centre of their bounding box and scaled to size one:
-its own tolerances assume numbers of order one.
+Qhull works on points shifted to the centre of their bounding box and scaled to size
+one: its own tolerances assume numbers of order one.
 
-It handles coplanar points by merging facets, and each merge walks around the whole facet: a
-ring of 1000 corners takes it 0.1 s, one of 25 000 minutes. Such a ring is seen in a sample of
-the points: many of the sample's corners share a face too.
+It handles coplanar points by merging facets, and each merge walks around the whole
+facet: a ring of 1000 corners takes it 0.1 s, one of 25 000 minutes. Such a ring is seen
+in a sample of the points: many of the sample's corners share a face too.
 """
 
 from typing import NamedTuple
@@ -19,17 +19,18 @@ from ..kernels.mesh.measures import bounds, thinness
 from ..records import Array, Corners, Index, Part
 
 CROWD = 1000
-"""Corners of one face from which on Qhull takes longer for them than for as many other points."""
+"""Corners of one face from which on Qhull takes longer for them than for as many other
+points."""
 
 _SAMPLE = 512
 _FEW = 6  # corners of a face in the sample that chance alone may put there
 
 CORNERS_SHAKEN = 1e-10
-"""By how much corners of a body that was made here are moved while their hull is found."""
+"""By how much corners of a body that was made here are moved while their hull is
+found."""
 
-COUNTED = (
-    1e-10  # points this close to a face, as a fraction of the size, are counted with it
-)
+# points this close to a face, as a fraction of the size, are counted with it
+COUNTED = 1e-10
 
 
 class Facets(NamedTuple):
@@ -52,7 +53,8 @@ class Facets(NamedTuple):
 class Hull(NamedTuple):
     """A convex hull in shifted and scaled coordinates."""
 
-    qhull: Facets  # of `(points - shift) / scale`; its indices are those of the points given
+    # Of `(points - shift) / scale`; its indices are those of the points given
+    qhull: Facets
     shift: Array  # (3,); centre of the bounding box, metres
     scale: float  # largest extent of the bounding box, metres
 
@@ -98,9 +100,10 @@ def _copy_facets(points: Array, qhull: ConvexHull) -> Facets:
 
 
 def hull_of_corners(points: Array) -> tuple[Index, Index]:
-    """Triangles (M, 3) of the hull of points (N, 3) that are all its corners, and neighbours.
+    """Triangles (M, 3), and neighbours, of the hull of points that are all corners.
 
-    For round ends with hundreds of corners points are moved, by less than merges triangles.
+    For round ends with hundreds of corners points are moved, by less than merges
+    triangles.
     """
     moves = np.random.default_rng(0).uniform(
         -CORNERS_SHAKEN, CORNERS_SHAKEN, points.shape
@@ -113,7 +116,7 @@ def hull_of_corners(points: Array) -> tuple[Index, Index]:
 
 
 def hull_of_part(part: Part) -> Hull:
-    """Convex hull of a part's `surface_vertices`, kept for as long as the part lives."""
+    """Convex hull of a part's `surface_vertices`, kept as long as the part lives."""
     return part.prepare(_hull_of_surface)
 
 
@@ -127,10 +130,11 @@ def _hull_of_surface(part: Part) -> Hull:
 
 
 def is_crowded(points: Array) -> bool:
-    """Whether a face of the hull of points of size one has more than about `CROWD` corners."""
+    """Whether a face of the hull of points of size one exceeds `CROWD` corners."""
     if len(points) <= CROWD:
         return False
-    # A random sample, since regular steps might pick all points from one ring of a mesh.
+    # A random sample, since regular steps might pick all points from one ring of a
+    # mesh.
     sample = np.random.default_rng(0).integers(len(points), size=_SAMPLE)
     try:
         hull = ConvexHull(points[sample])
@@ -147,7 +151,10 @@ def is_crowded(points: Array) -> bool:
 
 
 def _count_corners_on(points: Array, plane: Array) -> int:
-    """Corners of the polygon around the points on a plane; 0 if other points lie beyond it."""
+    """Corners of the polygon around the points on a plane.
+
+    0 if other points lie beyond it.
+    """
     heights = points @ plane[:3] + plane[3]
     if heights.max() > COUNTED:
         return 0
@@ -155,7 +162,8 @@ def _count_corners_on(points: Array, plane: Array) -> int:
     projections = np.delete(face_points, int(np.abs(plane[:3]).argmax()), axis=1)
     sample = np.random.default_rng(0).integers(len(projections), size=_SAMPLE)
     try:
-        # Where points lie all over a polygon, few of them are corners, in a sample as in all.
+        # Where points lie all over a polygon, few of them are corners, in a sample as
+        # in all.
         if (
             len(ConvexHull(projections[sample]).vertices) * len(projections)
             < CROWD * _SAMPLE

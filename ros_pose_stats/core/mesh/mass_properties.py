@@ -20,7 +20,8 @@ from ..records import Array, Index
 from ..tolerances import TRIANGLE_INEQUALITY
 from .arrays import NOT_NUMBERS, real_array, real_number
 
-# Beyond it products with squares of lengths from 1e-50 to 1e50 m come near the ends of float64.
+# Beyond it products with squares of lengths from 1e-50 to 1e50 m come near the ends of
+# float64.
 _SMALLEST_MASS = 1e-100
 
 # Foam and the densest metals; what is beyond was meant in g/cm³.
@@ -64,7 +65,10 @@ def solid_of(vertices: Array, triangles: Index) -> Solid:
 
 
 class GivenProperties(NamedTuple):
-    """Given mass properties after their check; None for those that follow from the mesh."""
+    """Given mass properties after their check.
+
+    None for those that follow from the mesh.
+    """
 
     mass: float | None  # kilograms
     center_of_mass: Array | None  # (3,); metres, part frame
@@ -78,7 +82,10 @@ def check_properties(
     inertia: ArrayLike | None,
     density: float | None = None,
 ) -> GivenProperties:
-    """Check given properties without the mesh; an inertia of zeros stands for the uniform one."""
+    """Check given properties without the mesh.
+
+    An inertia of zeros stands for the uniform one.
+    """
     if mass is not None and density is not None:
         raise MassPropertiesError(
             "a mass or a density", "both", "leave one of them out"
@@ -88,16 +95,14 @@ def check_properties(
     tensor = (
         None if inertia is None else _check_inertia(inertia, kilograms or density_value)
     )
-    center = (
-        None
-        if center_of_mass is None
-        else _numbers(
+    center = None
+    if center_of_mass is not None:
+        center = _numbers(
             center_of_mass,
             (3,),
             "a centre of mass of three finite numbers in metres",
             "leave it out for uniform density",
         )
-    )
     return GivenProperties(kilograms, center, tensor, density_value)
 
 
@@ -183,7 +188,7 @@ def _numbers(
 
 
 def _check_physical(tensor: Array) -> None:
-    """Refuse a tensor that is not symmetric, not positive, or of no mass distribution."""
+    """Refuse a tensor that is not symmetric or positive, or of no mass distribution."""
     size = np.abs(tensor).max()
     scaled = tensor / size
     asymmetry = np.abs(scaled - scaled.T).max()
@@ -203,7 +208,8 @@ def _check_physical(tensor: Array) -> None:
         )
     if moments[0] + moments[1] < moments[2] * (1.0 - TRIANGLE_INEQUALITY):
         raise MassPropertiesError(
-            "principal moments of inertia of which no one exceeds the sum of the others",
+            "principal moments of inertia of which no one exceeds the sum of the "
+            "others",
             f"{(moments * size).tolist()} kg m²",
             "products of inertia may have the opposite sign in your CAD system",
         )

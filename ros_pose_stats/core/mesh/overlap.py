@@ -1,12 +1,14 @@
 """Whether bodies reach into each other.
 
-They do when an edge of one pierces a triangle of another by more than a tolerance. Edges and
-triangles are divided together by planes across the axes; in each division only what lies
-within the box around the other bodies is kept. Short lists are tested in one go.
+They do when an edge of one pierces a triangle of another by more than a tolerance.
+Edges and triangles are divided together by planes across the axes; in each division
+only what lies within the box around the other bodies is kept. Short lists are tested in
+one go.
 
-A passage through the rim of a triangle proves nothing by itself: bars laid across each other
-have it where they merely touch, a cross of two equal bars where they overlap. Such a passage
-counts when a point next to it, just inside the first body, is inside the second too.
+A passage through the rim of a triangle proves nothing by itself: bars laid across each
+other have it where they merely touch, a cross of two equal bars where they overlap.
+Such a passage counts when a point next to it, just inside the first body, is inside the
+second too.
 """
 
 import threading
@@ -30,9 +32,9 @@ _WORTHWHILE = 0.7
 # Handling one element in a division takes about as long as testing this many pairs.
 _DIVISION_COST = 15
 
-# Most pairs looked at for each triangle, of few triangles and of any number (a twentieth of a
-# microsecond each). Only meshes of long slivers that lie all along each other get there; what
-# is left then goes untested.
+# Most pairs looked at for each triangle, of few triangles and of any number (a
+# twentieth of a microsecond each). Only meshes of long slivers that lie all along each
+# other get there; what is left then goes untested.
 _PAIRS_EACH = 400
 _FEWEST_PAIRS = 2_000_000
 _MOST_PAIRS = 150_000_000
@@ -49,7 +51,8 @@ class _Elements(NamedTuple):
 
     low: Array  # (N, 3); boxes around them
     high: Array
-    # (N, 3); vertex numbers; the third one of an edge is the far corner of a triangle at it
+    # (N, 3); vertex numbers; the third one of an edge is the far corner of a triangle
+    # at it
     corners: Index
     body: Index  # (N,)
 
@@ -58,7 +61,7 @@ class _Elements(NamedTuple):
 
 
 class _Passages(NamedTuple):
-    """Where edges pierce triangles, the way to their inner ends, and the bodies pierced."""
+    """Where edges pierce triangles, ways to their inner ends, the bodies pierced."""
 
     point: Array
     to_inner_end: Array
@@ -68,7 +71,7 @@ class _Passages(NamedTuple):
 
 
 def reach_into_each_other(points: Array, triangles: Index, body: Index) -> bool:
-    """Whether bodies, scaled to size one, reach into each other by more than `OVERLAP`."""
+    """Whether bodies of size one reach into each other by more than `OVERLAP`."""
     if (body == body[0]).all():
         return False
     begin = triangles.ravel()
@@ -122,7 +125,7 @@ def _with_boxes(points: Array, corners: Index, count: int, body: Index) -> _Elem
 
 
 def _reach_others(elements: _Elements, others: _Elements) -> Mask:
-    """Which elements of one list (N,) reach into the box around those of other bodies."""
+    """Which elements (N,) reach into the box around those of other bodies."""
     reaches = np.ones(len(elements.body), dtype=bool)
     if len(others.body) == 0:
         return ~reaches
@@ -148,29 +151,34 @@ def _divide(
     halves = None
     middle = np.median(0.5 * (faces.low + faces.high), axis=0)
     for axis in range(3):
-        below = edges.low[:, axis] <= middle[axis], faces.low[:, axis] <= middle[axis]
-        above = edges.high[:, axis] >= middle[axis], faces.high[:, axis] >= middle[axis]
-        pairs_below = np.count_nonzero(below[0]) * np.count_nonzero(below[1])
-        pairs_above = np.count_nonzero(above[0]) * np.count_nonzero(above[1])
-        if pairs_below + pairs_above < fewest_pairs:
-            fewest_pairs = pairs_below + pairs_above
-            halves = (below, above)
+        level = middle[axis]
+        lower_half = (edges.low[:, axis] <= level, faces.low[:, axis] <= level)
+        upper_half = (edges.high[:, axis] >= level, faces.high[:, axis] >= level)
+        pairs = sum(
+            np.count_nonzero(edge_mask) * np.count_nonzero(face_mask)
+            for edge_mask, face_mask in (lower_half, upper_half)
+        )
+        if pairs < fewest_pairs:
+            fewest_pairs = pairs
+            halves = (lower_half, upper_half)
     if halves is None:
         return None
-    return [(edges.pick(side[0]), faces.pick(side[1])) for side in halves]
+    return [
+        (edges.pick(edge_mask), faces.pick(face_mask))
+        for edge_mask, face_mask in halves
+    ]
 
 
 def _find_passages(
     points: Array, edges: _Elements, faces: _Elements
 ) -> Iterator[tuple[int, _Passages]]:
-    """Yield all passages between two lists, with the number of pairs tested for them."""
+    """Yield all passages between two lists, and how many pairs were tested for them."""
     rows = max(1, _AT_ONCE // max(1, len(faces.body)))
     corner = points[faces.corners]
     area = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 1])
     length = np.linalg.norm(area, axis=1)
-    normal = (
-        area / np.where(length > 0.0, length, 1.0)[:, None]
-    )  # zeros where there is no area
+    # Zeros where there is no area.
+    normal = area / np.where(length > 0.0, length, 1.0)[:, None]
     for start in range(0, len(edges.body), rows):
         batch = slice(start, start + rows)
         boxes_meet = edges.body[batch, None] != faces.body
@@ -192,7 +200,7 @@ def _test_pairs(
     edge: Index,
     face: Index,
 ) -> _Passages:
-    """Find the passages among pairs of edges (k,) and faces (k,), numbers in their lists.
+    """Find the passages among pairs of edges (k,) and faces (k,), both by number.
 
     Most pairs drop out by what is cheap: the triangle's plane, then the box around it.
     """
@@ -243,7 +251,9 @@ def _test_pairs(
 def _leads_inside(
     points: Array, pierced_body: Index, passages: _Passages, k: int
 ) -> bool:
-    """Whether passage `k` leads to a point inside both bodies; `other` is the pierced one.
+    """Whether passage `k` leads to a point inside both bodies.
+
+    `other` is the pierced one.
 
     From the edge it is a little way onto a triangle at it, and into the material.
     """

@@ -1,4 +1,4 @@
-"""From a mesh to a part: arrays are checked, welded, repaired, oriented and integrated."""
+"""From a mesh to a part: arrays are checked, repaired, oriented and integrated."""
 
 import os
 from pathlib import Path
@@ -10,14 +10,16 @@ from numpy.typing import ArrayLike
 from ...base import errors, text
 from .. import tolerances
 from ..kernels.principal_axes import principal_axes
-from ..records import Array, Part, part as parts
+from ..records import Array, Part
+from ..records.part import digest_name
 from . import arrays, files, mass_properties, units, vectors
 from .hull import Hull, hull_of_part, keep_hull
 from .surface import Surface, distance_to_hull, surface_of
 
 LEAST_SHARE = 1e-7
 MOST_SHARE = 1e10
-"""Of mass times squared radius, which a largest moment may have: g mm² are 1e9 too many."""
+"""Of mass times squared radius, which a largest moment may have: g mm² are 1e9 too
+many."""
 
 
 def load_part(
@@ -38,15 +40,18 @@ def load_part(
     file : path
         STEP (with the package cascadio), STL, OBJ, PLY, OFF or 3MF.
     unit : str or float, optional
-        `m`, `mm`, `cm`, `inch` or metres a mesh unit; default: what the file declares (STEP,
-        3MF), else metres. `auto`: what the file declares, else a guess, with a warning.
+        `m`, `mm`, `cm`, `inch` or metres a mesh unit; default: what the file declares
+        (STEP, 3MF), else metres. `auto`: what the file declares, else a guess, with a
+        warning.
     center_of_mass, mass, inertia, density
         See `part_from_mesh`.
     part_id : str
-        Default: the file's name without its suffix; a `?` stands for what cannot be printed.
+        Default: the file's name without its suffix; a `?` stands for what cannot be
+        printed.
     unless_declared : bool
-        Whether `unit` is for a file that declares none only, as where one is given for several
-        files. Else it wins, with the warning `UNIT_OVERRIDDEN` where the file contradicts it.
+        Whether `unit` is for a file that declares none only, as where one is given for
+        several files. Else it wins, with the warning `UNIT_OVERRIDDEN` where the file
+        contradicts it.
 
     Returns
     -------
@@ -83,15 +88,16 @@ def part_from_mesh(
     vertices : (V, 3) array or trimesh.Trimesh
         In `unit`, part frame.
     triangles : (T, 3) array of int
-        Vertex numbers; either winding, repaired where it is inconsistent. None beside a Trimesh.
+        Vertex numbers; either winding, repaired where it is inconsistent. None beside a
+        Trimesh.
     center_of_mass : (3,) array, optional
-        Metres, part frame, strictly inside the convex hull; default: uniform density. Given
-        alone, the uniform body's inertia about its own centroid is kept.
+        Metres, part frame, strictly inside the convex hull; default: uniform density.
+        Given alone, the uniform body's inertia about its own centroid is kept.
     mass : float, optional
         Kilograms; default 1.
     inertia : (3, 3) array, optional
-        About the centre of mass in part axes, kg m²; needs `mass` or `density`. Default, or
-        zeros: uniform density.
+        About the centre of mass in part axes, kg m²; needs `mass` or `density`.
+        Default, or zeros: uniform density.
     density : float, optional
         kg/m³, in place of `mass`: the mass is that of the enclosed volume.
     part_id : str
@@ -110,8 +116,8 @@ def part_from_mesh(
     MeshError
         If the arrays are no triangle mesh or span no volume.
     MassPropertiesError
-        If no rigid part of this shape can have the given mass properties, or if a density is
-        given and the mesh encloses no volume that is known.
+        If no rigid part of this shape can have the given mass properties, or if a
+        density is given and the mesh encloses no volume that is known.
     RequestError
         If `unit` is not a unit, or `part_id` no text.
     """
@@ -179,7 +185,7 @@ def part_of_file(
 def _mass_properties(
     properties: mass_properties.GivenProperties, surface: Surface
 ) -> tuple[float, Array, Array]:
-    """Mass, centre of mass and inertia as they are used: given ones, else those of the solid."""
+    """Mass, centre of mass and inertia: given ones, else those of the solid."""
     center = surface.solid.centroid
     kilograms = 1.0 if properties.mass is None else properties.mass
     if properties.density is not None:
@@ -204,10 +210,10 @@ def _mass_properties(
 
 
 def shift_center(part: Part, offset: ArrayLike) -> Part:
-    """The same part with its centre of mass somewhere else, as a filling or an insert moves it.
+    """The same part with its centre of mass elsewhere, as a filling moves it.
 
-    Mesh, mass, and the inertia about the centre of mass stay, and so does the convex hull, which
-    is not computed again.
+    Mesh, mass, and the inertia about the centre of mass stay, and so does the convex
+    hull, which is not computed again.
 
     Parameters
     ----------
@@ -231,7 +237,7 @@ def shift_center(part: Part, offset: ArrayLike) -> Part:
     center = part.center_of_mass + step
     hull = hull_of_part(part)
     _check_inside(center, part.surface_vertices, hull)
-    name = "" if part.part_id == parts.digest_name(part.digest) else part.part_id
+    name = "" if part.part_id == digest_name(part.digest) else part.part_id
     shifted = Part(
         name,
         part.vertices,
@@ -275,20 +281,21 @@ def _reach(center: Array, vertices: Array) -> float:
 def _inertia_warning(
     inertia: Array, mass: float, center: Array, surface: Surface
 ) -> tuple[str, ...]:
-    """Warn about an inertia that no material inside the hull can have, and refuse absurd ones."""
+    """Warn about an inertia that no material inside can have; refuse absurd ones."""
     reach = _reach(center, surface.vertices)
     limit = mass * reach * reach
     moment = float(principal_axes(inertia)[0][-1])
     if not LEAST_SHARE * limit <= moment <= MOST_SHARE * limit:
         raise errors.MassPropertiesError(
-            f"moments of inertia from {LEAST_SHARE * limit:.3g} to {MOST_SHARE * limit:.3g} kg m² "
-            f"of a part of this size and mass",
+            f"moments of inertia from {LEAST_SHARE * limit:.3g} to "
+            f"{MOST_SHARE * limit:.3g} kg m² of a part of this size and mass",
             f"{moment:.3g} kg m²",
             "check the unit of the tensor",
         )
     if moment <= limit * (1.0 + tolerances.TRIANGLE_INEQUALITY):
         return ()
     return (
-        f"INERTIA_SUSPECT: a principal moment of {moment:.3g} kg m² is more than material "
-        f"inside the part can have ({limit:.3g} kg m²); check its unit (kg mm², g mm²).",
+        f"INERTIA_SUSPECT: a principal moment of {moment:.3g} kg m² is more than "
+        f"material inside the part can have ({limit:.3g} kg m²); check its unit (kg "
+        "mm², g mm²).",
     )

@@ -1,9 +1,9 @@
-"""A program of its own: STEP or 3MF on standard input, what it holds on standard output.
+"""A program of its own that reads STEP or 3MF files from standard input.
 
-On some damaged files OpenCASCADE ends the whole process, and it prints as it likes; a small 3MF
-file can stand for more than any memory holds. Here that harms nobody. Of `cascadio` only the
-compiled core is loaded, since its own module loads all of trimesh and takes ten times as long; 3MF
-is read with the standard library alone.
+On some damaged files OpenCASCADE ends the whole process, and it prints as it likes; a
+small 3MF file can stand for more than any memory holds. Here that harms nobody. Of
+`cascadio` only the compiled core is loaded, since its own module loads all of trimesh
+and takes ten times as long; 3MF is read with the standard library alone.
 """
 
 import array
@@ -18,20 +18,20 @@ import zipfile
 from xml.parsers import expat
 
 ANGLE = 0.131
-"""A little over 7.5 degrees, half of which an arc spans at most: 96 sides a turn, whatever the
-radius, and whole sides in every arc of a multiple of 15 degrees, so that the halves and quarters
-into which CAD systems divide a circle are regular. Half of the sides that round surfaces have in
-drops."""
+"""A little over 7.5 degrees, half of which an arc spans at most: 96 sides a turn,
+whatever the radius, and whole sides in every arc of a multiple of 15 degrees, so that
+the halves and quarters into which CAD systems divide a circle are regular. Half of the
+sides that round surfaces have in drops."""
 
 LINEAR = 1.5e-3
-"""Largest distance from the true curve, as a fraction of each edge, so that a hole has as many
-sides as a rim a thousand times its size, whatever the unit. On circles the angle decides; at 1e-3
-this would divide some of them by 100."""
+"""Largest distance from the true curve, as a fraction of each edge, so that a hole has
+as many sides as a rim a thousand times its size, whatever the unit. On circles the
+angle decides; at 1e-3 this would divide some of them by 100."""
 
 PR_SET_PDEATHSIG = 1  # of Linux's `prctl`
-MOST_EXPANDED = (
-    2**29
-)  # bytes of a 3MF file once it is decompressed: some ten million triangles
+
+MOST_EXPANDED = 2**29
+"""Bytes of a 3MF file once it is decompressed: some ten million triangles."""
 
 MOST_INSTANCES = 100_000
 MOST_DEPTH = 100
@@ -46,8 +46,11 @@ IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
 
 
 def main(parent: int, folder: str) -> None:
-    """Read standard input for a parent; `folder`: where cascadio is, for STEP; empty for 3MF."""
-    end_with(parent)
+    """Read standard input for a parent.
+
+    `folder`: where cascadio is, for STEP; empty for 3MF.
+    """
+    die_with(parent)
     answer = os.dup(1)
     os.dup2(2, 1)
     convert = tessellate if folder else unpack
@@ -78,7 +81,7 @@ def tessellate(data: bytes, folder: str) -> list[bytes]:
 
 
 def unpack(data: bytes, _: str) -> list[bytes]:
-    """A line of JSON about a 3MF file, then coordinates and corners of each object in it."""
+    """JSON about a 3MF file in a line, then coordinates and corners of its objects."""
     try:
         archive = Archive(data)
         instances = archive.instances()
@@ -136,7 +139,7 @@ class Archive:
         self._read(self.root)
 
     def instances(self) -> list[Reference]:
-        """Each object with a mesh as often as it is built, and the matrix that puts it there."""
+        """Objects with a mesh, as often as they are built, and their matrices."""
         instances = []
         triangles = 0
         vertices = 0
@@ -202,14 +205,11 @@ class Archive:
                     self.unit = fields.get("unit", self.unit)
 
         def reference(fields: dict[str, str]) -> Reference:
-            path = next(
-                (
-                    value
-                    for name, value in fields.items()
-                    if name.rpartition(":")[2] == "path"
-                ),
-                model,
-            )
+            path = model
+            for name, value in fields.items():
+                if name.rpartition(":")[2] == "path":
+                    path = value
+                    break
             return (path.strip("/").lower(), fields["objectid"]), placement(fields)
 
         parser.StartElementHandler = start
@@ -226,13 +226,8 @@ class Archive:
                 parser.Parse(piece, False)
         parser.Parse(b"", True)
         for mesh in self.objects.values():
-            if (
-                mesh.corners
-                and not 0
-                <= min(mesh.corners)
-                <= max(mesh.corners)
-                < len(mesh.vertices) // 3
-            ):
+            count = len(mesh.vertices) // 3
+            if mesh.corners and not 0 <= min(mesh.corners) <= max(mesh.corners) < count:
                 raise RefusedError(
                     "triangles between vertices of their object",
                     "others",
@@ -251,7 +246,9 @@ def check_limit(number: int, limit: int, noun: str) -> None:
 
 
 def order_like_trimesh(placed: list[Reference]) -> list[Reference]:
-    """What is placed: the first one, then the others from the last one on, instances together.
+    """References in trimesh's order, which makes the digest.
+
+    The first object, then the others from the last one on, instances together.
 
     So trimesh has it, and the order makes the digest.
     """
@@ -286,8 +283,11 @@ def multiply(first: tuple[float, ...], second: tuple[float, ...]) -> tuple[float
     )
 
 
-def end_with(parent: int) -> None:
-    """Have this process end when its parent does, even by `kill -9`; a file may take minutes."""
+def die_with(parent: int) -> None:
+    """Have this process end when its parent does, even by `kill -9`.
+
+    A file may take minutes.
+    """
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
     if os.getppid() != parent:  # it was quicker

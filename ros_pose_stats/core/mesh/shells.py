@@ -1,10 +1,10 @@
 """Which shells are bodies, which are voids, and which have to be turned inside out.
 
-Shells that do not cut each other form a forest: the parent of a shell is the smallest one
-around it. Outside of everything and inside a void there is nothing, inside a body there is
-metal. A shell wound inward encloses nothing; that makes sense in metal only. Where it lies
-in nothing it was exported inverted and is turned, and from there on down the windings tell
-nothing: the shells in it are voids and bodies in turn.
+Shells that do not cut each other form a forest: the parent of a shell is the smallest
+one around it. Outside of everything and inside a void there is nothing, inside a body
+there is metal. A shell wound inward encloses nothing; that makes sense in metal only.
+Where it lies in nothing it was exported inverted and is turned, and from there on down
+the windings tell nothing: the shells in it are voids and bodies in turn.
 """
 
 import numpy as np
@@ -24,8 +24,8 @@ _FEW = 4  # candidates that are asked at first
 def orient_outward(vertices: Array, shells: Shells) -> tuple[Index, float]:
     """Turn the shells so that all normals point out of the material.
 
-    Returns the triangles, and the share of the volume that counts twice where bodies reach into
-    each other by more than `OVERLAP` of the size, else 0.
+    Returns the triangles, and the share of the volume that counts twice where bodies
+    reach into each other by more than `OVERLAP` of the size, else 0.
     """
     low, high = bounds(vertices)
     size = float((high - low).max())
@@ -60,13 +60,12 @@ def orient_outward(vertices: Array, shells: Shells) -> tuple[Index, float]:
 
 
 def _doubled_share(points: Array, triangles: Index, body: Index) -> float:
-    """Share of the volume of all bodies beyond that of their union; 1 where none is known."""
-    from manifold3d import (
-        Error,
-        Manifold,
-        Mesh64,
-        OpType,
-    )  # only bodies that overlap need it
+    """Share of the volume of all bodies beyond that of their union.
+
+    1 where none is known.
+    """
+    # Only bodies that overlap need it.
+    from manifold3d import Error, Manifold, Mesh64, OpType
 
     solids = [
         Manifold(Mesh64(points, triangles[body == number].astype(np.uint64)))
@@ -80,10 +79,10 @@ def _doubled_share(points: Array, triangles: Index, body: Index) -> float:
 def _nest_shells(
     points: Array, shells: Shells, volumes: Array
 ) -> tuple[Mask, Index, bool]:
-    """Apply the rules of the module's docstring to shells (S,) by falling volume, inward.
+    """Apply the rules of the module's docstring to shells (S,) by falling volume.
 
-    Whether each has to bound material from outside; number of its body, of a void that of the body
-    around it; whether one body lies in the metal of another.
+    Whether each has to bound material from outside; number of its body, of a void that
+    of the body around it; whether one body lies in the metal of another.
     """
     parent = _find_parents(points, shells, volumes)
     is_outward = volumes > 0.0
@@ -107,7 +106,10 @@ def _nest_shells(
 
 
 def _find_parents(points: Array, shells: Shells, volumes: Array) -> Index:
-    """Find the smallest shell around each (S,), -1 for none; shells by falling volume."""
+    """Find the smallest shell around each (S,), -1 for none.
+
+    Shells by falling volume.
+    """
     corners = points[shells.triangles]
     shell_start = np.searchsorted(shells.shell, np.arange(shells.shell_count + 1))
     low = np.minimum.reduceat(corners.min(axis=1), shell_start[:-1])
@@ -159,7 +161,7 @@ def _find_smallest_around(
 
 
 def _find_inner_point(points: Array, triangles: Index) -> Array | None:
-    """Find a point well inside one shell: the middle of its widest vertical passage there."""
+    """Find a point well inside a shell: the middle of its widest vertical passage."""
     a, b, c = (points[triangles[:, k]] for k in range(3))
     u = b - a
     v = c - a

@@ -15,8 +15,9 @@ from .hull import Hull, hull_of
 from .shells import orient_outward
 
 UNCERTAIN = 1e-3
-"""Largest volume, as a fraction of the solid's, that caps of holes may be wrong by, or that bodies
-may share without a warning. The centre of mass is then right to a thousandth of the radius."""
+"""Largest volume, as a fraction of the solid's, that caps of holes may be wrong by, or
+that bodies may share without a warning. The centre of mass is then right to a
+thousandth of the radius."""
 
 
 class Surface(NamedTuple):
@@ -32,7 +33,10 @@ class Surface(NamedTuple):
 
 
 def surface_of(vertices: Array, triangles: Index) -> Surface:
-    """Weld, close, orient and integrate; where that gives no solid, take the convex hull."""
+    """Weld, close, orient and integrate.
+
+    Where that gives no solid, take the convex hull.
+    """
     vertices, triangles = weld(vertices, triangles)
     _check_spans_volume(vertices, triangles)
     shells = winding.find_shells(vertices, triangles)
@@ -47,17 +51,18 @@ def surface_of(vertices: Array, triangles: Index) -> Surface:
         elif closing.open_volume > UNCERTAIN * surface.solid.volume:
             share = closing.open_volume / surface.solid.volume
             problem = (
-                f"has {text.several(closing.holes, 'hole')}, whose caps may be wrong by "
-                f"{100.0 * share:.2g} % of the volume"
+                f"has {text.several(closing.holes, 'hole')}, whose caps may be wrong "
+                f"by {100.0 * share:.2g} % of the volume"
             )
         elif closing.holes:
             share = closing.open_volume / surface.solid.volume
             return surface._replace(
                 warnings=(
                     f"HOLES_CLOSED: {text.several(closing.holes, 'hole')} in the mesh "
-                    f"{'was' if closing.holes == 1 else 'were'} closed without further corners, which "
-                    f"leaves {100.0 * share:.2g} % of the volume uncertain; the centre of mass is "
-                    f"then at {_describe_centroid(surface.solid, surface.hull)}.",
+                    f"{'was' if closing.holes == 1 else 'were'} closed without "
+                    f"further corners, which leaves {100.0 * share:.2g} % of the "
+                    "volume uncertain; the centre of mass is then at "
+                    f"{_describe_centroid(surface.solid, surface.hull)}.",
                     *surface.warnings,
                 )
             )
@@ -67,7 +72,7 @@ def surface_of(vertices: Array, triangles: Index) -> Surface:
 
 
 def weld(vertices: Array, triangles: Index) -> tuple[Array, Index]:
-    """Merge vertices within `WELD` of the largest extent and drop triangles that collapse.
+    """Merge vertices within `WELD` of the extent and drop collapsed triangles.
 
     Returns the first of coincident vertices; the very array given when nothing changes.
     """
@@ -112,9 +117,9 @@ def _solid_surface(vertices: Array, shells: winding.Shells) -> Surface:
         points, shells._replace(triangles=triangles)
     )
     remark = (
-        f"BODIES_OVERLAP: bodies of the mesh reach into each other, and {100.0 * doubled_share:.2g} "
-        f"% of the volume counts twice in the mass properties; unite them in CAD or give "
-        f"mass properties.",
+        "BODIES_OVERLAP: bodies of the mesh reach into each other, and "
+        f"{100.0 * doubled_share:.2g} % of the volume counts twice in the mass "
+        "properties; unite them in CAD or give mass properties.",
     )
     return Surface(
         points,
@@ -133,9 +138,9 @@ def _hull_surface(vertices: Array, problem: str) -> Surface:
     triangles = _hull_triangles(vertices, hull)
     solid = mass_properties.solid_of(vertices, triangles)
     warning = (
-        f"OPEN_MESH: the mesh {problem}, so its convex hull stands in for it, with the "
-        f"centre of mass at {_describe_centroid(solid, hull)}; mass properties that you do not give "
-        "are the hull's."
+        f"OPEN_MESH: the mesh {problem}, so its convex hull stands in for it, with "
+        f"the centre of mass at {_describe_centroid(solid, hull)}; mass properties "
+        "that you do not give are the hull's."
     )
     return Surface(vertices, triangles, solid, hull, True, (warning,))
 
@@ -176,9 +181,8 @@ def distance_to_hull(point: Array, hull: Hull) -> float:
     planes = hull.qhull.equations
     with np.errstate(over="ignore"):
         offset = float(np.abs((point - hull.shift) / hull.scale).max())
-    if (
-        offset > 1e9
-    ):  # perhaps too far to compute with, and the hull is as good as a point
+    if offset > 1e9:
+        # Perhaps too far to compute with, and the hull is as good as a point.
         return offset * hull.scale
     return float(
         (planes[:, :3] @ ((point - hull.shift) / hull.scale) + planes[:, 3]).max()

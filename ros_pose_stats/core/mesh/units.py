@@ -31,8 +31,8 @@ _PRIOR = {"mm": 0.62, "m": 0.25, "inch": 0.1, "cm": 0.03}
 
 _USUAL = 40.0
 _POSSIBLE = (0.5, 1000.0)
-"""Lengths of parts on feeders, millimetres: of the median one, and of nearly all. Two thirds lie
-between a quarter of the median and four times as much."""
+"""Lengths of parts on feeders, millimetres: of the median one, and of nearly all. Two
+thirds lie between a quarter of the median and four times as much."""
 
 _GRIDS = (
     (100.0, 0.1),
@@ -54,14 +54,17 @@ _OFF_GRID = 1e-5  # how likely any other length is, beside one of a step's multi
 _MOST_LENGTHS = 12  # lengths that count; more of them hang together
 _UNDOUBTED = (0.2e-3, 2.0)
 _UNDOUBTED_ASSUMED = (0.5e-3, 1.0)
-"""Lengths of parts in metres. Where nobody named the unit a part of a metre and a half is more
-likely to be one of a centimetre and a half or an inch and a half."""
+"""Lengths of parts in metres. Where nobody named the unit a part of a metre and a half
+is more likely to be one of a centimetre and a half or an inch and a half."""
 
 _SAME = 1e-6  # relative difference up to which two units are one
 
 
 def unit_name(text: str) -> str | None:
-    """`m`, `mm`, `cm` or `inch` from any usual spelling of it in any case; None for others."""
+    """`m`, `mm`, `cm` or `inch` from any usual spelling of it in any case.
+
+    None for others.
+    """
     name = text.strip().lower()
     if name in METRES_PER_UNIT:
         return name
@@ -71,8 +74,9 @@ def unit_name(text: str) -> str | None:
 def rank_units(vertices: Array, triangles: Corners) -> list[str]:
     """Units that make a mesh a part for a feeder, the most likely one first.
 
-    Likely are a usual size, and lengths from the near end to flat faces across an axis in few
-    steps of a grid that people draw on: 5, 2.5 and 1.375 are in inches rather than in millimetres.
+    Likely are a usual size, and lengths from the near end to flat faces across an axis
+    in few steps of a grid that people draw on: 5, 2.5 and 1.375 are in inches rather
+    than in millimetres.
     """
     lengths, rounding = _lengths(vertices, triangles)
     evidence = {}
@@ -109,7 +113,7 @@ def _lengths(vertices: Array, triangles: Corners) -> tuple[Array, float]:
 
 
 def metres_per_unit(unit: str | float) -> float:
-    """Metres of `m`, `mm`, `cm` or `inch` in any usual spelling, or of a number of them."""
+    """Metres of `m`, `mm`, `cm` or `inch` in any usual spelling, or of a number."""
     if isinstance(unit, str) and (name := unit_name(unit)) is not None:
         return METRES_PER_UNIT[name]
     length = math.nan if isinstance(unit, (str, bool)) else number_or_nan(unit)
@@ -165,7 +169,7 @@ def unit_warnings(
     source: UnitSource,
     declared: float | None,
 ) -> tuple[str, ...]:
-    """Warn about a part of an unlikely size, a guessed unit, and one that the file contradicts."""
+    """Warn about an unlikely size, a guessed unit, or one the file contradicts."""
     size = text.length_in_words(extent)
     shortest, longest = _UNDOUBTED_ASSUMED if source == "assumed" else _UNDOUBTED
     is_usual = shortest <= extent <= longest
@@ -182,8 +186,8 @@ def unit_warnings(
         hint = f" (else in {', '.join(alternatives)})" if alternatives else ""
         name = _unit_in_words(unit)
         return (
-            f"UNIT_GUESSED: the file names no unit; it was taken to be in {name}, {size} "
-            f"long{hint}. Give the unit to be sure: --unit {name}.",
+            f"UNIT_GUESSED: the file names no unit; it was taken to be in {name}, "
+            f"{size} long{hint}. Give the unit to be sure: --unit {name}.",
         )
     warnings = []
     if declared is not None and not math.isclose(unit, declared, rel_tol=_SAME):
@@ -200,7 +204,8 @@ def unit_warnings(
         )
         suggestion = f"; likely in {alternatives[0]}" if alternatives else ""
         warnings.append(
-            f"UNIT_SUSPECT: the part is {size} long, {reason}{suggestion}; check the unit."
+            f"UNIT_SUSPECT: the part is {size} long, {reason}{suggestion}; check the "
+            "unit."
         )
     return tuple(warnings)
 

@@ -1,7 +1,7 @@
 """Products and lengths of 3-vectors, component by component.
 
-A matrix product rounds differently from one processor to the next, and with the number of
-rows; single additions and multiplications do not.
+A matrix product rounds differently from one processor to the next, and with the number
+of rows; single additions and multiplications do not.
 """
 
 import math
@@ -13,7 +13,7 @@ from ..records import Array
 
 
 def turn_vectors(vectors: Array, matrix: Array) -> Array:
-    """Product of rows (n, 3) with a matrix (3, 3) from the right: `vectors @ matrix`."""
+    """Product of rows (n, 3) with a matrix (3, 3): `vectors @ matrix`."""
     x = vectors[:, :1]
     y = vectors[:, 1:2]
     z = vectors[:, 2:]
@@ -27,7 +27,7 @@ def lengths(vectors: Array) -> Array:
 
 
 def cross(a: Array, b: Array) -> Array:
-    """Vector products of vectors (n, 3) or (3,) with a vector (3,), quicker than NumPy's."""
+    """Vector products of vectors (n, 3) or (3,) with a vector (3,), quickly."""
     x, y, z = a.T
     u, v, w = b
     return np.array((y * w - z * v, z * u - x * w, x * v - y * u)).T
@@ -56,7 +56,8 @@ def scatter(points: Array) -> Array:
 def resting_quaternions(downs: Array) -> Array:
     """Smallest rotations (P, 4), x y z w, that take each `down` (P, 3) to -z.
 
-    Of the part frame in the plate frame. At +z the half turn about the part's x axis is taken.
+    Of the part frame in the plate frame. At +z the half turn about the part's x axis is
+    taken.
     """
     return quaternions_down(np.array(downs, dtype=np.float64, order="C"))
 

@@ -5,9 +5,10 @@ linked through the edges that exactly two of them share; such linked triangles f
 patches, and a closed patch is a shell. Edges with four or more triangles, where bodies
 touch along an edge, link patches only if those are not closed by themselves there.
 
-Making the winding of a patch consistent is a two-colouring. It is found without walking the
-mesh, as connected components of its double cover: each triangle stands there twice, as given
-and turned round, and two copies are linked when they agree along a shared edge.
+Making the winding of a patch consistent is a two-colouring. It is found without walking
+the mesh, as connected components of its double cover: each triangle stands there twice,
+as given and turned round, and two copies are linked when they agree along a shared
+edge.
 """
 
 from typing import NamedTuple
@@ -25,9 +26,8 @@ _MOST_PATCHES = 256
 class Edges(NamedTuple):
     """The directed edges of a mesh, grouped by the undirected edge they run along."""
 
-    edge: (
-        Index  # (3T,); directed edges 3 t + i from corner i of triangle t on, sorted so
-    )
+    # (3T,); directed edges 3 t + i from corner i of triangle t on, sorted so
+    edge: Index
     forward: Mask  # (3T,) bool; whether it runs from the lower to the higher vertex
     start: Index  # (E,); where each undirected edge begins in the two arrays above
     uses: Index  # (E,); how many triangles have that edge
@@ -42,7 +42,9 @@ class Shells(NamedTuple):
 
 
 def find_shells(vertices: Array, triangles: Index) -> Shells | None:
-    """Remove repeated triangles, split the rest into shells and wind each as most of its area was.
+    """Split triangles into shells and wind each as most of its area was.
+
+    Repeated triangles are removed.
 
     None when the surface is open, one-sided, or of patches wound against each other.
     """
@@ -91,9 +93,12 @@ def _distinct_triangles(triangles: Index) -> tuple[Index, Edges]:
 
 
 def remove_repeated(triangles: Index) -> Index:
-    """Remove triangles that occupy the same three vertices; opposite ones are walls and vanish.
+    """Remove triangles that occupy the same three vertices.
 
-    Where every triangle has its opposite the mesh was exported double-sided, and the first stays.
+    Opposite ones are walls and vanish.
+
+    Where every triangle has its opposite the mesh was exported double-sided, and the
+    first stays.
     """
     corners = np.sort(triangles, axis=1)
     a, b, c = triangles.T
@@ -148,7 +153,7 @@ def _triangles_to_turn(
 
 
 def _join_patches(edges: Edges, patch: Index) -> Index:
-    """Shell of each triangle: patches joined where they are not closed by themselves."""
+    """Shell of each triangle: patches that are not closed by themselves are joined."""
     edge, owner, _ = _crowded_edges(edges)
     patch_count = int(patch.max()) + 1
     _, pair, uses = np.unique(
@@ -207,7 +212,7 @@ def _has_both_senses(
 
 
 def _crowded_edges(edges: Edges) -> tuple[Index, Index, Mask]:
-    """Undirected edge, triangle and sense of each directed edge along edges of more than two."""
+    """Undirected edge, triangle and sense of directed edges along crowded edges."""
     number = np.repeat(np.arange(len(edges.uses)), edges.uses)
     is_crowded = (edges.uses > 2)[number]
     return number[is_crowded], edges.edge[is_crowded] // 3, edges.forward[is_crowded]
@@ -216,7 +221,7 @@ def _crowded_edges(edges: Edges) -> tuple[Index, Index, Mask]:
 def find_crossings(
     vertices: Array, triangles: Index, x: float, y: float
 ) -> tuple[Index, Array, Index]:
-    """Triangles crossed by the line at (x, y), at which height, and +1 upward or -1 downward."""
+    """Triangles crossed by the line at (x, y), heights, and +1 up or -1 down."""
     x_of_vertex = vertices[:, 0]
     y_of_vertex = vertices[:, 1]
     begin = triangles
@@ -240,7 +245,7 @@ def find_crossings(
 
 
 def _heights(corners: Array, x: float, y: float) -> Array:
-    """Evaluate z at (x, y) on the planes of triangles (k, 3, 3), never beyond their corners."""
+    """Evaluate z at (x, y) on planes of triangles (k, 3, 3), within their corners."""
     a = corners[:, 0]
     u = corners[:, 1] - corners[:, 0]
     v = corners[:, 2] - corners[:, 0]

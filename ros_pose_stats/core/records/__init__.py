@@ -1,7 +1,7 @@
 """Frozen records that travel between the rooms.
 
-They are loaded when they are first used: the command line takes defaults from `scene`, and must
-not load numpy for `--version` or `--help`.
+They are loaded when they are first used: the command line takes defaults from `scene`,
+and must not load numpy for `--version` or `--help`.
 """
 
 from importlib import import_module

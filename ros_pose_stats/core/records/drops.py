@@ -1,4 +1,4 @@
-"""What drops and kicks bring: a recorded motion, the state of a simulation, counted flips."""
+"""What drops and kicks bring: a motion, a simulation's state, counted flips."""
 
 import math
 from collections.abc import Callable
@@ -23,9 +23,9 @@ class DropEvent:
     kind : str
         `release`; `arrival` (a vertex reaches the plate; the state is that before the
         impacts); `impact` (a single one, of a sequence where several vertices touch);
-        `stop` (touching vertices that are slow have been brought to rest: the limit of an
-        infinite series of impacts); `lift-off` (a contact force has come down to zero);
-        `end`.
+        `stop` (touching vertices that are slow have been brought to rest: the limit of
+        an infinite series of impacts); `lift-off` (a contact force has come down to
+        zero); `end`.
     vertex : int
         Hull point concerned; -1 for none.
     mode : str
@@ -71,7 +71,8 @@ class Trajectory:
         `index` of the pose that it comes to rest in; -1 where it did not settle.
     impacts : int
     at_rest : bool
-        Whether the part lies still at the end; else the recording ends once the pose is certain.
+        Whether the part lies still at the end; else the recording ends once the pose is
+        certain.
     events : tuple of DropEvent
     times : (n,) array
         Seconds, rising; every event is among them, once before and once after it.
@@ -80,8 +81,8 @@ class Trajectory:
     up, angular_velocities : (n, 3) array
         In part axes; rad/s.
     orientations : (n, 4) array
-        Quaternions x y z w of the part frame in the plate frame, the centre of mass staying
-        above one point of the plate. At release the smallest rotation is taken.
+        Quaternions x y z w of the part frame in the plate frame, the centre of mass
+        staying above one point of the plate. At release the smallest rotation is taken.
     energies : (n,) array
         Mechanical energy, joules, the plate at 0.
     """
@@ -106,7 +107,7 @@ class Trajectory:
 
     @property
     def scene(self) -> str:
-        """How high the part was released, onto what, and how bouncy, in one sentence."""
+        """How high the part was released, onto what, and how bouncy, as a sentence."""
         return describe_scene(self.restitution, self.drop_height)
 
     def __repr__(self) -> str:
@@ -131,7 +132,8 @@ class DropProgress:
     expected_error : float
         Of the drops so far, a fraction; NaN before one has settled.
     error_bound : float
-        That the error over the poses keeps with 90 % confidence; infinite before one has settled.
+        That the error over the poses keeps with 90 % confidence; infinite before one
+        has settled.
     target_error : float
         0 where all drops are wanted.
     seconds : float
@@ -159,15 +161,13 @@ class DropProgress:
     @property
     def seconds_left(self) -> float:
         """Expected time; the error falls as one over the root of the drops."""
+        if not self.drops:
+            return math.nan
         expected_drops = float(self.bound)
         if self.target_error > 0.0 and math.isfinite(self.error_bound):
-            share = (self.error_bound / self.target_error) ** 2
-            expected_drops = min(expected_drops, self.drops * share)
-        return (
-            max(0.0, expected_drops - self.drops) / self.rate
-            if self.drops
-            else math.nan
-        )
+            ratio = self.error_bound / self.target_error
+            expected_drops = min(expected_drops, self.drops * ratio**2)
+        return max(0.0, expected_drops - self.drops) / self.rate
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,8 +191,8 @@ class FlipStatistics:
     unsettled : (K,) array of int
         Flips out of each pose that were given up.
     transition : (K, K) array
-        Probability of pose j after a kick in pose i; a row sums to 1, or is NaN where nothing
-        has settled.
+        Probability of pose j after a kick in pose i; a row sums to 1, or is NaN where
+        nothing has settled.
     standard_error : (K, K) array
         Of `transition`; NaN where nothing has settled.
     seed : int

@@ -25,8 +25,8 @@ def part_digest(
 ) -> str:
     """SHA-256 (hex) that identifies a part.
 
-    Over little-endian float64 vertices as received, in metres, uint32 triangles, and float64 mass,
-    centre of mass and inertia (row by row) as used.
+    Over little-endian float64 vertices as received, in metres, uint32 triangles, and
+    float64 mass, centre of mass and inertia (row by row) as used.
     """
     digest = hashlib.sha256(np.ascontiguousarray(vertices, dtype="<f8").data)
     digest.update(np.ascontiguousarray(triangles, dtype="<u4").data)
@@ -135,10 +135,12 @@ class Part:
         return int(self.digest[:8], 16)
 
     def prepare(self, make: Callable[..., Prepared], *options: Hashable) -> Prepared:
-        """Return what a function makes of the part; it is made once and lives as long as the part.
+        """Return what a function makes of the part.
 
-        What it returns must not refer to the part. Two threads that ask first at the same time
-        may both make it; their results are equal.
+        It is made once and lives as long as the part.
+
+        What it returns must not refer to the part. Two threads that ask first at the
+        same time may both make it; their results are equal.
         """
         key = (make, *options)
         prepared: Prepared | None = self._prepared.get(key)
@@ -151,7 +153,7 @@ class Part:
         return dict(self._prepared)
 
     def keep_all(self, prepared: Mapping[Hashable, Any]) -> None:
-        """Take for the answers of `prepare` what was made elsewhere: by function and options."""
+        """Take over, by function and options, what `prepare` made elsewhere."""
         self._prepared.update(prepared)
 
     def has_prepared(self, make: Callable[..., object], *options: Hashable) -> bool:
@@ -160,8 +162,8 @@ class Part:
 
     def __repr__(self) -> str:
         return (
-            f"Part({self.part_id!r}, {len(self.triangles)} triangles, {self.mass:g} kg, "
-            f"digest {self.digest[:12]}…)"
+            f"Part({self.part_id!r}, {len(self.triangles)} triangles, {self.mass:g} "
+            f"kg, digest {self.digest[:12]}…)"
         )
 
     def __getstate__(self) -> dict[str, object]:
@@ -172,7 +174,7 @@ class Part:
         self._freeze()
 
     def _freeze(self) -> None:
-        """Make the arrays read-only, also after unpickling, since the digest stands for them."""
+        """Make the arrays read-only, since the digest stands for them."""
         for name in (
             "vertices",
             "triangles",

@@ -44,7 +44,7 @@ ROUNDING = 1e-14
 def with_units(
     record: dict[str, Any], units: Mapping[str, str] = UNITS
 ) -> dict[str, Any]:
-    """A record as JSON takes it, and under `units` the units of its keys that have one."""
+    """A record as JSON takes it, and under `units` the units of its keys."""
     values: dict[str, Any] = plain_value(record)
     keys = set(_keys(values))
     values["units"] = {key: unit for key, unit in units.items() if key in keys}
@@ -70,7 +70,7 @@ def plain_value(value: Any) -> Any:
 
 
 def without_rounding(vector: Array, scale: float = 0.0) -> Array:
-    """A vector with 0 for what is rounding beside its largest component, or beside a `scale`."""
+    """A vector with 0 for rounding beside its largest component, or a `scale`."""
     smallest = ROUNDING * max(scale, float(np.abs(vector).max()))
     return np.where(np.abs(vector) <= smallest, 0.0, vector)
 

@@ -30,8 +30,8 @@ def pose_table(
 ) -> list[str]:
     """Lines about groups of poses, of which the first `MOST_POSES` are listed.
 
-    `probabilities`: columns for the middle of the table, of the listed groups. Columns in
-    which nothing is known are left out.
+    `probabilities`: columns for the middle of the table, of the listed groups. Columns
+    in which nothing is known are left out.
     """
     listed = groups[: text.MOST_POSES]
     poses = [group.first for group in listed]
@@ -88,7 +88,7 @@ def pose_table(
 def probability_columns(
     groups: Sequence[PoseGroup], *, with_counts: bool
 ) -> list[FilledColumn]:
-    """Probabilities of the listed groups, their intervals, and how often they were counted."""
+    """Probabilities of the listed groups, their intervals, and counts."""
     listed = groups[: text.MOST_POSES]
     return [
         FilledColumn(
@@ -121,7 +121,7 @@ def _indices(group: PoseGroup) -> str:
 
 
 def _topple(group: PoseGroup, is_marked: bool) -> str:
-    """The tilt that topples a group, with room for a mark where poses that roll have one."""
+    """The tilt that topples a group, with room for the mark of those that roll."""
     tilt = text.degrees(group.margin)
     if not is_marked:
         return tilt

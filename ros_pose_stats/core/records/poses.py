@@ -64,22 +64,25 @@ class StablePose:
     margin : float
         Smallest tilt of the plate that topples the part out of this pose, radians.
     barrier : float
-        Rise of the centre of mass needed to leave the pose, metres; infinite for a single pose.
+        Rise of the centre of mass needed to leave the pose, metres; infinite for a
+        single pose.
     spread : float
         Largest angle between the `down` of two members, radians.
     members : tuple of int
-        The stable faces that are this pose, numbered by rising height over the whole part.
+        The stable faces that are this pose, numbered by rising height over the whole
+        part.
     orientation : (4,) array
         Quaternion x y z w of the part frame in the plate frame (smallest rotation).
     position : (3,) array
-        Origin of the part frame in the plate frame, metres; the centre of mass is above (0, 0).
+        Origin of the part frame in the plate frame, metres; the centre of mass is above
+        (0, 0).
     shape : RestingShape
         Computes the contact polygon and the outline on demand.
     group_size : int
         Poses of its group.
     rolls : bool
-        Whether it can be turned by 90 degrees about the axis of a round or toothed surface
-        without rising by more than the cluster tolerance.
+        Whether it can be turned by 90 degrees about the axis of a round or toothed
+        surface without rising by more than the cluster tolerance.
     roll_axis : (3,) array
         That axis on the plate, a unit vector of either sign; zero for none or several.
     yaw_symmetry : int
@@ -90,7 +93,8 @@ class StablePose:
     standard_error : float
         NaN where none is known.
     count : int
-        Drops that came to rest here; parts that were seen here where the method is `observed`.
+        Drops that came to rest here; parts that were seen here where the method is
+        `observed`.
     group_probability : float
         Of all poses of its group together.
     """
@@ -120,12 +124,12 @@ class StablePose:
 
     @property
     def support_polygon(self) -> Array:
-        """Contact polygon (k, 2) in the plate frame, metres, counter-clockwise from above."""
+        """Contact polygon (k, 2), plate frame, metres, counter-clockwise from above."""
         return self.shape.support_polygon
 
     @property
     def outline(self) -> Array:
-        """Silhouette (k, 2) of the hull in the plate frame, metres, counter-clockwise."""
+        """Silhouette (k, 2) of the hull, plate frame, metres, counter-clockwise."""
         return self.shape.outline
 
     def with_values(self, **values: float) -> "StablePose":
@@ -151,7 +155,7 @@ class StablePose:
 
 @dataclass(frozen=True, eq=False)
 class PoseGroup:
-    """Poses that a proper rotation of the part carries into each other, or a single pose."""
+    """Poses that a rotation of the part carries into each other, or a single pose."""
 
     # At least one, by rising `index`. All are as high; what ties decide may differ a
     # little.

@@ -13,7 +13,8 @@ GRAVITY = 9.80665
 DEFAULT_RESTITUTION = 0.5
 DEFAULT_CLUSTER_TOLERANCE = 0.0025
 DEFAULT_ROUND_SIDES = 192
-"""Sides a turn of the polygons that stand for circles: they roll about as far as real parts."""
+"""Sides a turn of the polygons that stand for circles: they roll about as far as real
+parts."""
 
 FEWEST_ROUND_SIDES = 16
 MOST_ROUND_SIDES = 4096
@@ -22,7 +23,8 @@ LOW_DROP_RADII = 5.0
 
 HIGHEST_DROP = 2.0
 HIGHEST_KICK = 0.5
-"""Metres; no feeder drops or kicks a part higher, unless the part itself is as large."""
+"""Metres; no feeder drops or kicks a part higher, unless the part itself is as
+large."""
 
 HIGHEST_RADII = 1000.0
 LARGE_RADII = 20.0
@@ -33,11 +35,10 @@ DEFAULT_PLATE_ERROR = 0.05  # of a plate that nobody has counted on
 
 
 class Numbering(NamedTuple):
-    """What numbers a part's poses: with equal ones, and an equal digest, an index is one pose."""
+    """What numbers a part's poses: an index is one pose where it and digest agree."""
 
-    cluster_tolerance: (
-        float  # share of the centre of mass's height; NaN where it is not known
-    )
+    # share of the centre of mass's height; NaN where it is not known
+    cluster_tolerance: float
     round_sides: int  # 0: round surfaces as the file has them
 
     def __str__(self) -> str:
@@ -63,10 +64,11 @@ class DropScene:
         Height of the centre of mass above the plate at release, metres; None stands for
         20 part radii, as in the paper (section 3.B).
     cluster_tolerance : float
-        Least rise of the centre of mass out of a pose, as a share of its height there; 0 keeps
-        every stable face.
+        Least rise of the centre of mass out of a pose, as a share of its height there;
+        0 keeps every stable face.
     round_sides : int
-        Sides a turn of the polygons that round surfaces are taken as; 0 takes the file as it is.
+        Sides a turn of the polygons that round surfaces are taken as; 0 takes the file
+        as it is.
 
     Raises
     ------
@@ -118,7 +120,7 @@ class DropScene:
         return Numbering(self.cluster_tolerance, self.round_sides)
 
     def release_height(self, radius: float) -> float:
-        """Height of the centre of mass at release, metres, of a part of this radius, metres."""
+        """Height of the centre of mass at release, metres, for a radius in metres."""
         return (
             DEFAULT_DROP_RADII * radius
             if self.drop_height is None
@@ -148,8 +150,8 @@ def height_warnings(
     ):
         return []
     return [
-        f"HEIGHT_SUSPECT: a {name} height of {height:g} m, which no feeder has; heights are "
-        "in metres whatever the unit of the mesh, so 200 mm are 0.2."
+        f"HEIGHT_SUSPECT: a {name} height of {height:g} m, which no feeder has; "
+        "heights are in metres whatever the unit of the mesh, so 200 mm are 0.2."
     ]
 
 
@@ -160,8 +162,9 @@ def describe_scene(
 ) -> str:
     """The scene in one sentence: how high, onto what, how bouncy.
 
-    `restitution`: several where each was dropped with; `drop_height`: None for the default; NaN
-    where the method ignores both; `radius`: NaN where it is about many parts.
+    `restitution`: several where each was dropped with; `drop_height`: None for the
+    default; NaN where the method ignores both; `radius`: NaN where it is about many
+    parts.
     """
     if drop_height is not None and math.isnan(drop_height):
         return "released at any height above a frictionless plate, at any restitution"

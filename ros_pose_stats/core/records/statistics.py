@@ -50,7 +50,7 @@ STATISTICS_FIELDS = (
 
 @dataclass(frozen=True, eq=False)
 class PoseStatistics:
-    """The stable poses of a part, most probable first, and how their probabilities were found.
+    """The stable poses of a part, most probable first, and where that comes from.
 
     Attributes
     ----------
@@ -69,12 +69,14 @@ class PoseStatistics:
         All of them, also those with probability 0.
     drops, unsettled, seed : int
     expected_error : float
-        Root mean square over the poses against the model's own limit; NaN until measured.
+        Root mean square over the poses against the model's own limit; NaN until
+        measured.
     largest_error : float
-        Bound that the error of every single pose keeps with 90 % confidence; NaN until measured.
+        Bound that the error of every single pose keeps with 90 % confidence; NaN until
+        measured.
     plate_error : float
-        Expected root mean square, over groups of poses, against a real plate; no number of drops
-        lowers it.
+        Expected root mean square, over groups of poses, against a real plate; no number
+        of drops lowers it.
     seconds : float
         From mass properties to statistics, without reading files and imports.
     warnings : tuple of str
@@ -84,10 +86,11 @@ class PoseStatistics:
     version : str
         Of this package.
     round_sides : int
-        Sides a turn of the polygons that round surfaces are taken as; 0: as in the file.
+        Sides a turn of the polygons that round surfaces are taken as; 0: as in the
+        file.
     observed : int
-        Parts counted by cameras that the probabilities have learnt from; `count` of the poses
-        are theirs then.
+        Parts counted by cameras that the probabilities have learnt from; `count` of the
+        poses are theirs then.
     choice : str
         Why this method was chosen, in one sentence; empty where the caller chose it.
     """
@@ -116,7 +119,7 @@ class PoseStatistics:
 
     @property
     def scene(self) -> str:
-        """How high the part was released, onto what, and how bouncy, in one sentence."""
+        """How high the part was released, onto what, and how bouncy, as a sentence."""
         return describe_scene(self.restitution, self.drop_height)
 
     def as_dict(self) -> dict[str, Any]:
@@ -175,7 +178,8 @@ def report(
 ) -> str:
     """The answer of one method as text, a row of its table for each group of poses.
 
-    `part`: to describe its mesh, too; `explain`: whether to say why the method was chosen.
+    `part`: to describe its mesh, too; `explain`: whether to say why the method was
+    chosen.
     """
     probabilities = probability_columns(groups, with_counts=statistics.drops > 0)
     lines = [
@@ -272,8 +276,8 @@ def pose_statistics(
 ) -> PoseStatistics:
     """Statistics of a part by a method.
 
-    `radius`: of its body, metres; `poses`: all of them, by index; `knows_scene`: whether the
-    method knows the drop height; `warnings`: beside those of the part.
+    `radius`: of its body, metres; `poses`: all of them, by index; `knows_scene`:
+    whether the method knows the drop height; `warnings`: beside those of the part.
     """
     scene_warnings = (
         height_warnings("drop", scene.drop_height, radius, HIGHEST_DROP)
@@ -305,7 +309,10 @@ def pose_statistics(
 def with_shares(
     model: PoseStatistics, method: str, shares: Shares, **changes: Any
 ) -> PoseStatistics:
-    """The same part and scene by another method; `changes`: other fields that differ."""
+    """The same part and scene by another method.
+
+    `changes`: other fields that differ.
+    """
     return replace(
         model,
         method=method,
@@ -317,27 +324,26 @@ def with_shares(
 
 
 def rank_poses(poses: Iterable[StablePose], shares: Shares) -> tuple[StablePose, ...]:
-    """Poses by their index with their shares and those of their groups, the most probable first.
+    """Poses with their shares and those of their groups, the most probable first.
 
     Those equal but for rounding stay in the order of their index.
     """
-    names = (
-        "probability",
-        "probability_low",
-        "probability_high",
-        "standard_error",
-        "count",
-    )
     columns = (column.tolist() for column in shares[:5])
     weighted_poses = [
-        pose.with_values(**dict(zip(names, values, strict=True)))
-        for pose, *values in zip(poses, *columns, strict=True)
-    ]
-    group_probability: dict[int, float] = {}
-    for pose in weighted_poses:
-        group_probability[pose.group] = (
-            group_probability.get(pose.group, 0.0) + pose.probability
+        pose.with_values(
+            probability=probability,
+            probability_low=low,
+            probability_high=high,
+            standard_error=standard_error,
+            count=count,
         )
+        for pose, probability, low, high, standard_error, count in zip(
+            poses, *columns, strict=True
+        )
+    ]
+    group_sums: dict[int, float] = {}
+    for pose in weighted_poses:
+        group_sums[pose.group] = group_sums.get(pose.group, 0.0) + pose.probability
     rank = tolerances.number_equal(
         [
             0.0 if math.isnan(pose.probability) else -pose.probability
@@ -346,9 +352,8 @@ def rank_poses(poses: Iterable[StablePose], shares: Shares) -> tuple[StablePose,
         tolerances.SAME_SHARE,
     )
     order = sorted(range(len(weighted_poses)), key=rank.__getitem__)
+    ranked_poses = [weighted_poses[k] for k in order]
     return tuple(
-        weighted_poses[k].with_values(
-            group_probability=group_probability[weighted_poses[k].group]
-        )
-        for k in order
+        pose.with_values(group_probability=group_sums[pose.group])
+        for pose in ranked_poses
     )

@@ -1,8 +1,8 @@
 """The convex hull of a part as a polyhedron with true faces.
 
-A part rests on its convex hull, so this body is all that the estimators and the simulation
-see of a part, besides its mass properties. Lengths are scaled by the part's radius and
-positions are relative to the centre of mass, in part axes.
+A part rests on its convex hull, so this body is all that the estimators and the
+simulation see of a part, besides its mass properties. Lengths are scaled by the part's
+radius and positions are relative to the centre of mass, in part axes.
 """
 
 from dataclasses import dataclass
@@ -28,14 +28,13 @@ class ConvexBody:
     points: Array
     # faces as corner loops with their normals, distances, areas, solid angles and sides
     arrays: BodyArrays
-    tolerance: (
-        float  # coplanarity at which the faces were merged, as a fraction of the radius
-    )
+    # coplanarity at which the faces were merged, as a fraction of the radius
+    tolerance: float
     runs: tuple[
         rims.Run, ...
     ]  # its round and toothed runs; none where the body stands as in the file
-    # (F,) int; number of the strip that a face belongs to, the facets between two runs about one
-    # axis; -1 for a face of none
+    # (F,) int; number of the strip that a face belongs to, the facets between two runs
+    # about one axis; -1 for a face of none
     run_of_face: Index
     rounded: int  # runs that were given other numbers of sides than in the file
 
@@ -50,7 +49,7 @@ class ConvexBody:
         return self.points[self.arrays.corner[sides]]
 
     def r(self, directions: Array) -> Array:
-        """Distance from the centre of mass to the surface along directions (section 2.C)."""
+        """Distance from centre of mass to surface in directions (section 2.C)."""
         cosines = np.asarray(directions, dtype=np.float64) @ self.arrays.normal.T
         with np.errstate(divide="ignore"):
             distance = np.where(cosines > 0.0, self.arrays.distance / cosines, np.inf)
@@ -64,7 +63,7 @@ class ConvexBody:
 
 
 def foot_directions(body: ConvexBody, sides: Index) -> Array:
-    """Directions (k, 3) of the points of polygon sides that are nearest to the centre of mass."""
+    """Directions (k, 3) of the points of sides nearest to the centre of mass."""
     begin = body.points[body.arrays.corner[sides]]
     end = body.points[body.arrays.corner[body.arrays.twin[sides]]]
     length = lengths(end - begin)[:, None]
@@ -87,7 +86,7 @@ def keep_body(part: Part, body: ConvexBody, round_sides: int) -> None:
 
 
 def _build(part: Part, round_sides: int) -> ConvexBody:
-    """Body with round surfaces as polygons of so many sides, its radius the file's if can be."""
+    """Body with round surfaces as polygons, its radius the file's if that can be."""
     if not round_sides:  # points about the centre of mass, in radii
         qhull, shift, unit = hull_of_part(part)
         points = qhull.points[qhull.vertices] + (shift - part.center_of_mass) / unit
@@ -129,7 +128,8 @@ def _build(part: Part, round_sides: int) -> ConvexBody:
             0,
         )
     points, chains = outline.compacted()
-    # A rim off the centre of mass may reach a little farther between the corners of the file.
+    # A rim off the centre of mass may reach a little farther between the corners of the
+    # file.
     farthest = max(float(lengths(points).max()), 1.0)
     scaled = points / farthest
     scaled.flags.writeable = False
@@ -163,7 +163,10 @@ def _triangles(qhull: Facets) -> tuple[Index, Index]:
 def build_polyhedron(
     points: Array, triangles: Index, neighbors: Index, rounding: float
 ) -> tuple[BodyArrays, float]:
-    """Merge coplanar triangles; where no polyhedron remains, repeat with smaller tolerances."""
+    """Merge coplanar triangles.
+
+    Where no polyhedron remains, repeat with smaller tolerances.
+    """
     moment, _ = principal_axes(scatter(points))
     thickness = float(np.sqrt(max(moment[0], 0.0)))
     rounding = min(tolerances.COPLANAR_ROUNDINGS * rounding, tolerances.COPLANAR_MOST)

@@ -1,11 +1,11 @@
 """Equilibria of a part on a horizontal plate (sections 2.B, 2.C), gathered into poses.
 
-Stable faces are numbered by rising height, ties by the components of `down`; nothing here
-depends on a method, a scene or a seed.
+Stable faces are numbered by rising height, ties by the components of `down`; nothing
+here depends on a method, a scene or a seed.
 
-A pose is what a nudge leaves: a stable face is one of its own only if the centre of mass has to
-rise by a share of its height to leave it; a shallower one belongs to the pose that the part slips
-into (`gather_poses`).
+A pose is what a nudge leaves: a stable face is one of its own only if the centre of
+mass has to rise by a share of its height to leave it; a shallower one belongs to the
+pose that the part slips into (`gather_poses`).
 """
 
 import math
@@ -28,8 +28,10 @@ class Equilibria:
     """Stable, saddle and unstable equilibria of a convex body."""
 
     body: ConvexBody
-    arrays: EquilibriumArrays  # from the kernel; `arrays.stable` is in the order of face numbers
-    # (S,); positions in `arrays.stable` by rising height: the numbering of the stable faces
+    # From the kernel; `arrays.stable` is in the order of face numbers
+    arrays: EquilibriumArrays
+    # (S,); positions in `arrays.stable` by rising height: the numbering of the stable
+    # faces
     order: Index
 
     @cached_property
@@ -80,7 +82,8 @@ def _find(part: Part, round_sides: int) -> Equilibria:
 def group_ties(*keys: tuple[Array, float], groups: Index | None = None) -> Index:
     """Number ties (S,) by `groups`, then by rising values of keys with their tolerance.
 
-    A tie holds all within the tolerance of its smallest value: a dense sequence is not one tie.
+    A tie holds all within the tolerance of its smallest value: a dense sequence is not
+    one tie.
     """
     size = keys[0][0].shape[0]
     group = np.zeros(size, dtype=np.int64) if groups is None else groups
@@ -96,7 +99,8 @@ def group_ties(*keys: tuple[Array, float], groups: Index | None = None) -> Index
 
 
 RUN_TOLERANCE = 0.025
-"""Least rise over the height that parts neighbouring facets of one round or toothed surface."""
+"""Least rise over the height that parts neighbouring facets of one round or toothed
+surface."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,21 +109,20 @@ class Clusters:
 
     # least rise of the centre of mass out of a pose, as a share of its height there
     tolerance: float
-    # (P,); number of the stable face that stands for the pose, by rising height: its lowest; ties
-    # go to the larger face, then to the smaller number
+    # (P,); number of the stable face that stands for the pose, by rising height: its
+    # lowest; ties go to the larger face, then to the smaller number
     lowest_face: Index
-    pose: (
-        Index  # (S,); pose of each stable face, in the numbering of `Equilibria.order`
-    )
-    # (S,) bool; faces that the part rests on in its pose: no higher above the lowest one than the
-    # tolerance. The others are shelves on the way there
+    # (S,); pose of each stable face, in the numbering of `Equilibria.order`
+    pose: Index
+    # (S,) bool; faces that the part rests on in its pose: no higher above the lowest
+    # one than the tolerance. The others are shelves on the way there
     is_support: Mask
-    # (P,); level of the lowest saddle from any member to any other pose, in radii; infinite for a
-    # single pose
+    # (P,); level of the lowest saddle from any member to any other pose, in radii;
+    # infinite for a single pose
     exit_level: Array
     barrier: Array  # (P,); the same above the lowest member
-    # (N,); largest nodes of the merge tree that hold a single pose. A pose may have several, since
-    # a shelf may open only where its pose has others beside it already
+    # (N,); largest nodes of the merge tree that hold a single pose. A pose may have
+    # several, since a shelf may open only where its pose has others beside it already
     node: Index
     node_pose: Index  # (N,); that pose
     split: Mask  # (S - 1,) bool; whether a join of the merge tree holds several poses
@@ -173,7 +176,8 @@ def gather_clusters(equilibria: Equilibria, tolerance: float) -> Clusters:
 def tilt_margins(equilibria: Equilibria, clusters: Clusters) -> Array:
     """Smallest tilt (P,) that takes the part out of each pose, radians.
 
-    A pose of several faces, within which the part rolls or slips first, ends with its basin.
+    A pose of several faces, within which the part rolls or slips first, ends with its
+    basin.
     """
     arrays = equilibria.body.arrays
     pose_of_face = np.full(equilibria.body.faces, -1, dtype=np.int64)
@@ -183,7 +187,8 @@ def tilt_margins(equilibria: Equilibria, clusters: Clusters) -> Array:
     face = arrays.face
     neighbour = arrays.face[arrays.twin]
     basin = equilibria.arrays.basin
-    # A foot may be outside of a side by rounding, with a higher face beyond it that comes back.
+    # A foot may be outside of a side by rounding, with a higher face beyond it that
+    # comes back.
     sides = np.flatnonzero(
         (pose_of_face[face] >= 0)
         & (pose_of_face[neighbour] != pose_of_face[face])
@@ -199,7 +204,7 @@ def tilt_margins(equilibria: Equilibria, clusters: Clusters) -> Array:
 
 
 def _tilt_to_border(equilibria: Equilibria, clusters: Clusters, pose: int) -> float:
-    """Smallest angle between a face that the part rests on and a side where the basin ends."""
+    """Smallest angle between a face the part rests on and a side of the basin's end."""
     arrays = equilibria.body.arrays
     in_basin = clusters.pose[equilibria.rank[equilibria.arrays.basin]] == pose
     sides = np.flatnonzero(in_basin[arrays.face] & ~in_basin[arrays.face[arrays.twin]])

@@ -15,13 +15,14 @@ DEFAULT_ANGLE = math.radians(15.0)
 """Three standard deviations of a camera that measures tilts to 5 degrees."""
 
 DEVIATIONS = 3.0
-"""Standard deviations of the camera's error within which an orientation is taken for a pose; of
-errors that are normal about both horizontal axes 1.1 % are larger."""
+"""Standard deviations of the camera's error within which an orientation is taken for a
+pose; of errors that are normal about both horizontal axes 1.1 % are larger."""
 
 SURELY = 1e6  # how many times as likely as any other pose a part's pose must be
 
 UNIT_WITHIN = 0.01
-"""Quaternions may be that far from unit length, for having been printed with two digits."""
+"""Quaternions may be that far from unit length, for having been printed with two
+digits."""
 
 AT_ONCE = 2**21  # angles between orientations and faces that are held at once
 
@@ -35,35 +36,37 @@ def classify_orientations(
 ) -> Index:
     """Stable pose that each observed orientation of a part belongs to.
 
-    Only the direction that an orientation says is down counts; yaw is free. A pose of several
-    faces, as one that rolls, is met by any of its `members`. Poses of one `group` look alike:
-    of them the nearest is named, which for a symmetric part says no more than which of the
-    equal orientations the camera chose, so that counts of such parts are to be summed by group.
+    Only the direction that an orientation says is down counts; yaw is free. A pose of
+    several faces, as one that rolls, is met by any of its `members`. Poses of one
+    `group` look alike: of them the nearest is named, which for a symmetric part says no
+    more than which of the equal orientations the camera chose, so that counts of such
+    parts are to be summed by group.
 
     Parameters
     ----------
     part : Part
     orientations : (n, 4) array_like
-        Unit quaternions x y z w of the part frame in the plate frame, z up. Rows that are zero
-        or not finite stand for an orientation that is not known.
+        Unit quaternions x y z w of the part frame in the plate frame, z up. Rows that
+        are zero or not finite stand for an orientation that is not known.
     angle : float
-        Largest tilt between an orientation and its pose, radians: three standard deviations of
-        the camera's error about a horizontal axis. Such an error decides too whether a pose is
-        told from those of other groups: at 15 degrees, poses less than 26 degrees apart are not.
+        Largest tilt between an orientation and its pose, radians: three standard
+        deviations of the camera's error about a horizontal axis. Such an error decides
+        too whether a pose is told from those of other groups: at 15 degrees, poses less
+        than 26 degrees apart are not.
     cluster_tolerance, round_sides
         By which the poses are numbered, as in `resting_poses`.
 
     Returns
     -------
     (n,) array of int
-        `index` of the pose; -1 where the orientation is near none, is nearly as likely that of
-        a pose of another group, or is not known.
+        `index` of the pose; -1 where the orientation is near none, is nearly as likely
+        that of a pose of another group, or is not known.
 
     Raises
     ------
     RequestError
-        If the orientations are not (n, 4) numbers, one has another length than 1, or the angle
-        is not above 0 and up to a right angle.
+        If the orientations are not (n, 4) numbers, one has another length than 1, or
+        the angle is not above 0 and up to a right angle.
     """
     largest_tilt = number_or_nan(angle)
     if not 0.0 < largest_tilt <= 0.5 * math.pi:
@@ -84,7 +87,10 @@ def classify_orientations(
 
 
 def observed_downs(orientations: ArrayLike) -> Array:
-    """Directions (n, 3) that point down in observed orientations; NaN where they are not known."""
+    """Directions (n, 3) that point down in observed orientations.
+
+    NaN where they are not known.
+    """
     try:
         quaternions = real_array(orientations)
     except NOT_NUMBERS as error:

@@ -1,4 +1,4 @@
-"""True outlines of a part at rest: its shadow on the plate, and its section at a height."""
+"""True outlines of a part at rest: its shadow, and its section at a height."""
 
 from typing import TYPE_CHECKING
 
@@ -14,9 +14,8 @@ if TYPE_CHECKING:
     from manifold3d import CrossSection, Manifold
 
 Polygon = tuple[Array, ...]
-UNITS = (
-    1e4  # of length in a radius: polygons are kept to 1e-8 of one, and needles are thin
-)
+# of length in a radius: polygons are kept to 1e-8 of one, and needles are thin
+UNITS = 1e4
 
 
 def outline_at(
@@ -24,8 +23,8 @@ def outline_at(
 ) -> tuple[Polygon, ...]:
     """Outline of a part at rest in a pose, as seen from above or at a height.
 
-    Unlike `pose.outline`, which is that of the convex hull, it shows bays and holes. It is that
-    of the surface as the file has it, closed where the mesh was open.
+    Unlike `pose.outline`, which is that of the convex hull, it shows bays and holes. It
+    is that of the surface as the file has it, closed where the mesh was open.
 
     Parameters
     ----------
@@ -33,14 +32,15 @@ def outline_at(
     pose : StablePose
         One of its poses, from `estimate`, `simulate` or `resting_poses`.
     height : float, optional
-        Above the plate, metres: the section just above that height. Default: the silhouette.
+        Above the plate, metres: the section just above that height. Default: the
+        silhouette.
 
     Returns
     -------
     tuple of polygons
-        The largest first; each is a tuple of rings (k, 2) in the plate frame, metres: the
-        boundary counter-clockwise from above, then holes clockwise. Empty at heights where
-        nothing of the part is.
+        The largest first; each is a tuple of rings (k, 2) in the plate frame, metres:
+        the boundary counter-clockwise from above, then holes clockwise. Empty at
+        heights where nothing of the part is.
 
     Raises
     ------

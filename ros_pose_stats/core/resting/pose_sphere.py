@@ -1,8 +1,8 @@
-"""The sphere of poses as two flat maps: r(u), R(u) and the basin of every direction (Fig. 1C).
+"""The sphere of poses as two flat maps: r(u), R(u) and all basins (Fig. 1C).
 
-A direction u is the point of the part that is down. Each hemisphere is drawn in Lambert's
-azimuthal equal-area projection as it is seen from outside, so that areas on the page compare
-like solid angles.
+A direction u is the point of the part that is down. Each hemisphere is drawn in
+Lambert's azimuthal equal-area projection as it is seen from outside, so that areas on
+the page compare like solid angles.
 """
 
 import math
@@ -15,20 +15,21 @@ from . import poses
 
 FINEST = 200
 COARSEST = 60  # pixels across a hemisphere
-MOST_PRODUCTS = (
-    2e8  # most directions times faces; parts of many faces get a coarser map
-)
+# most directions times faces; parts of many faces get a coarser map
+MOST_PRODUCTS = 2e8
 AT_ONCE = 4_000_000  # most numbers in memory at a time
 
 
 class PoseSphere(NamedTuple):
     """Maps of the two hemispheres, those around -z and +z of the part."""
 
-    # (2, n, n, 3); unit vectors in the part frame; NaN outside of the discs. Rows go up the page
+    # (2, n, n, 3); unit vectors in the part frame; NaN outside of the discs. Rows go up
+    # the page
     directions: Array
     r: Array  # (2, n, n); metres; NaN outside of the discs
     R: Array
-    # (2, n, n) int; `index` of the pose whose basin the direction lies in; -1 outside of the discs
+    # (2, n, n) int; `index` of the pose whose basin the direction lies in; -1 outside
+    # of the discs
     pose: Index
     downs: Array  # (P, 3); minima: `down` of the poses, by their index
     heights: Array  # (P,); their values of R, metres
@@ -59,22 +60,22 @@ def pose_sphere(resting: poses.RestingPoses) -> PoseSphere:
     maps = np.full((2, *on_disc.shape), np.nan)
     maps[0][on_disc] = body.radius * r
     maps[1][on_disc] = body.radius * height
-    pose = np.full(on_disc.shape, -1, dtype=np.int64)
-    pose[on_disc] = resting.pose_of_face[face]
+    pose_of_pixel = np.full(on_disc.shape, -1, dtype=np.int64)
+    pose_of_pixel[on_disc] = resting.pose_of_face[face]
     peaks = resting.equilibria.peaks
     return PoseSphere(
         directions,
         maps[0],
         maps[1],
-        pose,
-        np.array([one.down for one in resting.poses]),
-        np.array([one.height for one in resting.poses]),
+        pose_of_pixel,
+        np.array([pose.down for pose in resting.poses]),
+        np.array([pose.height for pose in resting.poses]),
         peaks / np.linalg.norm(peaks, axis=1)[:, None],
     )
 
 
 def on_map(directions: Array) -> tuple[Index, Array]:
-    """Hemisphere (k,) of directions (k, 3), 0 around -z, 1 around +z, and places (k, 2) on it."""
+    """Hemisphere (k,) of directions (k, 3), 0 around -z, and places (k, 2) on it."""
     x, y, z = np.asarray(directions, dtype=np.float64).reshape(-1, 3).T
     hemisphere = (z > 0.0).astype(np.int64)
     # Lambert: the distance from the middle is sqrt(2) sin(half the polar angle).

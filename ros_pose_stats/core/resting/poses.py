@@ -1,7 +1,7 @@
 """The stable poses of a part as records, before any probability.
 
-`equilibria` are the faces that it can stand on, `clusters` joins those that a small rise parts,
-and `records.statistics` gives the poses their probabilities.
+`equilibria` are the faces that it can stand on, `clusters` joins those that a small
+rise parts, and `records.statistics` gives the poses their probabilities.
 """
 
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ import numpy as np
 
 from ...base.errors import RequestError
 from ..kernels.body.standing import silhouette, tops
-from ..kernels.features import corner_crowding as corners, split_features as features
+from ..kernels.features import corner_crowding, split_features
 from ..kernels.levels.splits import split_probabilities
 from ..kernels.principal_axes import principal_axes
 from ..mesh.vectors import lengths, resting_quaternions, rotation_matrices
@@ -29,22 +29,25 @@ from .equilibria import (
 from .turns import measure_axis_offsets, measure_curves, rolling_axes, yaw_symmetries
 
 CORNER_REACHES = np.array([0.05, 0.3125])
-"""Distances, in radii, within which corners count as one: for edges and bevels, and for shapes."""
+"""Distances, in radii, within which corners count as one: for edges and bevels, and for
+shapes."""
 
 OTHER_SIDES_HEIGHT = 0.01
 OTHER_SIDES_TURN = 0.996
-"""Share of its height, and cosine of an angle (5 degrees), within which a pose is the same with
-another number of sides: facets of 48 lie 0.2 % nearer to the axis than the surface."""
+"""Share of its height, and cosine of an angle (5 degrees), within which a pose is the
+same with another number of sides: facets of 48 lie 0.2 % nearer to the axis than the
+surface."""
 
 
 @dataclass(frozen=True, eq=False)
 class RestingPoses:
-    """Stable poses of a part at one cluster tolerance, in the order of their `index`."""
+    """Stable poses of a part at one cluster tolerance, by their `index`."""
 
     equilibria: Equilibria
     clusters: Clusters
     poses: tuple[StablePose, ...]  # without probabilities
-    inertia: Array  # (3, 3); central inertia in part axes over the mass and the squared radius
+    # (3, 3); central inertia in part axes over the mass and the squared radius
+    inertia: Array
 
     @property
     def body(self) -> convex_body.ConvexBody:
@@ -81,7 +84,10 @@ class RestingPoses:
 
     @cached_property
     def shape_features(self) -> Array:
-        """Trace of `inertia`, its least and greatest share, highest split, lowest pose; (5,)."""
+        """Trace of `inertia`, its least and greatest share, highest split, lowest pose.
+
+        (5,).
+        """
         smallest, middle, largest = self.moments.tolist()
         trace = smallest + middle + largest
         levels = self.equilibria.arrays.tree.level[self.clusters.split]
@@ -99,9 +105,12 @@ class RestingPoses:
 
     @cached_property
     def split_features(self) -> Array:
-        """Features of the components of each split; see `kernels.features.split_features`."""
+        """Features of the components of each split.
+
+        See `kernels.features.split_features`.
+        """
         arrays = self.equilibria.arrays
-        return features.split_features(
+        return split_features.split_features(
             self.body.points,
             self.body.arrays,
             arrays.stable,
@@ -115,19 +124,22 @@ class RestingPoses:
 
     @cached_property
     def corner_crowding(self) -> Array:
-        """Crowding at each of `CORNER_REACHES`, (2,); see `kernels.features.corner_crowding`."""
-        return corners.corner_crowding(
+        """Crowding at each of `CORNER_REACHES`, (2,).
+
+        See `kernels.features.corner_crowding`.
+        """
+        return corner_crowding.corner_crowding(
             self.body.points, self.body.arrays, CORNER_REACHES
         )
 
     @cached_property
     def axis_offsets(self) -> Array:
-        """How far (P,) the centre of mass lies beside the axis of what a pose rolls on, radii."""
+        """How far (P,) the centre of mass is beside the axis poses roll on, radii."""
         return measure_axis_offsets(self.body, self.pose_of_face, self.downs)
 
     @cached_property
     def curves(self) -> tuple[Array, Array]:
-        """Share (P,) of curves in what leads to each pose, how far (P,) they lie across it."""
+        """Share (P,) of curves in what leads to a pose, how far they lie across."""
         lowest = self.equilibria.faces[self.clusters.lowest_face]
         return measure_curves(
             self.body, self.inertia, self.pose_of_face, lowest, self.downs
@@ -140,9 +152,10 @@ class RestingPoses:
         return self.clusters.pose[equilibria.rank][equilibria.arrays.basin]
 
     def is_numbered_like(self, other: "RestingPoses") -> bool:
-        """Whether poses of the same part, its round surfaces divided otherwise, have one number.
+        """Whether poses with round surfaces divided otherwise have one number.
 
-        They must come in the same groups, as high, and on the same side where they do not roll.
+        They must come in the same groups, as high, and on the same side where they do
+        not roll.
         """
         if len(self.poses) != len(other.poses):
             return False
@@ -158,14 +171,14 @@ class RestingPoses:
         return split_probabilities(self.body.arrays, tree, self.clusters.split, of_R)
 
     def gather(self, stable: Array) -> Array:
-        """Sum values of the stable faces (S,), by rising height, over the poses (P,)."""
+        """Sum values of the stable faces (S,), by rising height, over poses (P,)."""
         sums = np.bincount(self.clusters.pose, stable, len(self.poses))
         return sums.astype(np.float64)
 
 
 @dataclass(frozen=True, eq=False)
 class PoseShape:
-    """Contact polygon and outline of a body in one pose, computed on demand and kept."""
+    """Contact polygon and outline of a body in one pose, computed on demand."""
 
     body: convex_body.ConvexBody
     face: int
@@ -173,7 +186,7 @@ class PoseShape:
 
     @cached_property
     def support_polygon(self) -> Array:
-        """Contact polygon (k, 2) in the plate frame, metres, counter-clockwise from above."""
+        """Contact polygon (k, 2), plate frame, metres, counter-clockwise from above."""
         polygon = self.body.polygon(self.face)[::-1] @ self.rotation[:2].T
         return _make_read_only(polygon * self.body.radius)
 
@@ -194,7 +207,7 @@ def resting_poses(
     cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
     round_sides: int = DEFAULT_ROUND_SIDES,
 ) -> RestingPoses:
-    """Stable poses of a part, found once for the options and kept as long as the part lives.
+    """Stable poses of a part, found once and kept as long as the part lives.
 
     Parameters
     ----------
@@ -226,7 +239,10 @@ def poses_in(part: Part, scene: DropScene) -> RestingPoses:
 
 
 def bare_poses(part: Part, scene: DropScene) -> RestingPoses:
-    """The same without records of the poses, symmetry and margins; not kept for the next call."""
+    """The same without records of the poses, symmetry and margins.
+
+    Not kept for the next call.
+    """
     if are_found(part, scene):
         return poses_in(part, scene)
     equilibria = equilibria_of(part, scene.round_sides)
@@ -258,6 +274,15 @@ def _find(part: Part, numbering: Numbering) -> RestingPoses:
     )
 
 
+def _along_plate(axes: Array, rotations: Array) -> Array:
+    """Axes (P, 3) in part axes as unit vectors in the plate frame; zero stays zero."""
+    turned = (rotations * axes[:, None, :]).sum(axis=2)
+    turned[:, 2] = 0.0
+    size = lengths(turned)[:, None]
+    unit: Array = np.divide(turned, size, out=np.zeros_like(turned), where=size > 0.0)
+    return unit
+
+
 def _make_records(
     part: Part, equilibria: Equilibria, clusters: Clusters
 ) -> tuple[StablePose, ...]:
@@ -274,31 +299,24 @@ def _make_records(
     groups = symmetry.symmetry_groups(
         part, equilibria, np.where(clusters.is_support, clusters.pose, -1), surface
     )
-    # A shelf between two poses that are alike goes to one of them, and neither tilts farther.
+    # A shelf between two poses that are alike goes to one of them, and neither tilts
+    # farther.
     group_margin = np.full(len(margins), np.inf)
     np.minimum.at(group_margin, groups, margins)
     margins = group_margin[groups]
     rolls, axes = rolling_axes(
         body, downs, equilibria.heights[clusters.lowest_face], clusters.tolerance
     )
-    roll_axes = (rotations * axes[:, None, :]).sum(axis=2)
-    roll_axes[:, 2] = 0.0  # along the plate; zero stays zero
-    horizontal_length = lengths(roll_axes)[:, None]
-    unit_roll_axes = np.divide(
-        roll_axes,
-        horizontal_length,
-        out=np.zeros_like(roll_axes),
-        where=horizontal_length > 0.0,
-    )
+    roll_axes = _along_plate(axes, rotations)
     yaw = yaw_symmetries(part, equilibria, clusters.lowest_face, surface)
     faces = equilibria.faces[clusters.lowest_face]
     barriers = clusters.barrier * body.radius
     order = np.argsort(clusters.pose, kind="stable")
     members_of = [
-        some.tolist()
-        for some in np.split(order, np.cumsum(np.bincount(clusters.pose))[:-1])
+        faces_of_pose.tolist()
+        for faces_of_pose in np.split(order, np.cumsum(np.bincount(clusters.pose))[:-1])
     ]
-    for array in (downs, quaternions, positions, unit_roll_axes):
+    for array in (downs, quaternions, positions, roll_axes):
         array.flags.writeable = False
     size = np.bincount(groups)
     return tuple(
@@ -317,7 +335,7 @@ def _make_records(
             shape=PoseShape(body, int(faces[i]), rotations[i]),
             group_size=int(size[groups[i]]),
             rolls=bool(rolls[i]),
-            roll_axis=unit_roll_axes[i],
+            roll_axis=roll_axes[i],
             yaw_symmetry=int(yaw[i]),
         )
         for i, members in enumerate(members_of)

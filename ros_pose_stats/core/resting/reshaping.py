@@ -1,12 +1,13 @@
-"""Round runs of a hull as polygons of one number of sides a turn, whatever the file's own.
+"""Round runs of a hull as polygons of one number of sides, whatever the file's.
 
-All rims about an axis take their corners from one list of angles, so that the facets between two
-of them stay flat. Where corners must stay (at a notch, at the flat of a shaft), the angles between
-two such are divided evenly.
+All rims about an axis take their corners from one list of angles, so that the facets
+between two of them stay flat. Where corners must stay (at a notch, at the flat of a
+shaft), the angles between two such are divided evenly.
 """
 
 from collections.abc import Sequence
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,10 +20,28 @@ from .thinning import FullRim, plan_sides
 SAME_ANGLE = 0.1  # angles this close, in sides, are one in the list of a group
 
 
+class Stretch(NamedTuple):
+    """Part of a rim between corners that stay."""
+
+    corner: Index  # (k,)
+    angle: Array  # (k,); rising
+
+
+class DividedRim(NamedTuple):
+    """A rim with corners that stay."""
+
+    rim: Rim
+    can_roll: bool  # whether the part may roll on it
+    stretches: list[Stretch]
+
+
 def reshape(
     points: Array, arrays: convex_body.BodyArrays, groups: Sequence[Group], sides: int
 ) -> Outline:
-    """Refine or thin the round runs of a body; its points keep their numbers, new ones follow."""
+    """Refine or thin the round runs of a body.
+
+    Its points keep their numbers, new ones follow.
+    """
     is_kept = np.zeros(len(points), dtype=np.bool_)
     is_kept[arrays.corner] = True
     outline = Outline(points, is_kept, count=len(points))
@@ -30,45 +49,37 @@ def reshape(
     for group in groups:
         for rim in group.rims:
             uses[rim.corner] += 1
-    step = 2.0 * np.pi / sides
-    wholes: list[FullRim] = []
-    parts: list[tuple[Group, list[tuple[Rim, bool]]]] = []
+    full_rims: list[FullRim] = []
+    divided_rims: list[list[DividedRim]] = []
     for group in groups:
-        group_parts: list[tuple[Rim, bool]] = []
+        divided_rims.append([])
         axis = group.frame[2]
-        axis_offset = group.center - (group.center * axis).sum() * axis
+        offset = group.center - (group.center * axis).sum() * axis
         for rim in group.rims:
-            # The part may roll on a rim whose axis passes the centre of mass within its radius, so
-            # that it has to be as fine as all others; else it is a fillet.
+            # The part may roll on a rim whose axis passes the centre of mass within its
+            # radius, so that it has to be as fine as all others; else it is a fillet.
             can_roll = bool(
                 rim.kind == "round"
-                and (axis_offset * axis_offset).sum() < rim.radius * rim.radius
+                and (offset * offset).sum() < rim.radius * rim.radius
             )
-            is_whole = (
+            is_full = (
                 rim.is_closed and not rim.stays.any() and uses[rim.corner].max() == 1
             )
-            is_finer = (
-                len(rim.corner) > sides
-                if is_whole
-                else bool(rim.chord.min() < step * rim.radius)
-            )
+            if is_full:
+                is_finer = len(rim.corner) > sides
+            else:
+                is_finer = bool(rim.chord.min() < 2.0 * np.pi / sides * rim.radius)
             if rim.kind == "toothed" or not (can_roll or is_finer):
                 outline.chains.append(Chain(rim, rim.corner, rim.is_closed))
-            elif is_whole:
-                wholes.append(FullRim(rim, group, _mean_height(points, group, rim)))
+            elif is_full:
+                full_rims.append(FullRim(rim, group, _mean_height(points, group, rim)))
             else:
-                group_parts.append((rim, can_roll))
-        parts.append((group, group_parts))
-    plan_sides(wholes, int(is_kept.sum()), sides)
-    for group, group_parts in parts:
-        _redraw(
-            outline,
-            group,
-            [whole for whole in wholes if whole.group is group],
-            group_parts,
-            uses,
-            sides,
-        )
+                stretches = _split_rim(points, group, rim, uses)
+                divided_rims[-1].append(DividedRim(rim, can_roll, stretches))
+    plan_sides(full_rims, int(is_kept.sum()), sides)
+    for group, group_rims in zip(groups, divided_rims, strict=True):
+        group_full_rims = [rim for rim in full_rims if rim.group is group]
+        _redraw(outline, group, group_full_rims, group_rims, sides)
     return outline
 
 
@@ -81,64 +92,68 @@ def _mean_height(points: Array, group: Group, rim: Rim) -> float:
 def _redraw(
     outline: Outline,
     group: Group,
-    wholes: list[FullRim],
-    parts: list[tuple[Rim, bool]],
-    uses: Index,
+    full_rims: Sequence[FullRim],
+    divided_rims: Sequence[DividedRim],
     sides: int,
 ) -> None:
     """Put the rims of one axis on its angles."""
-    pieces = [_split_rim(outline.points, group, rim, uses) for rim, _ in parts]
-    turn = 2.0 * np.pi
     step = 2.0 * np.pi / sides
     ends = [
         angle
-        for (_, can_roll), one in zip(parts, pieces, strict=True)
-        for piece in one
-        if _may_change(piece, can_roll, step)
-        for angle in (piece[1][0], piece[1][-1])
+        for divided_rim in divided_rims
+        for stretch in divided_rim.stretches
+        if _may_change(stretch, divided_rim.can_roll, step)
+        for angle in (stretch.angle[0], stretch.angle[-1])
     ]
     grid = (
         _divide_turn(ends, step)
         if ends
-        else _regular_angles(outline.points, group, wholes, sides)
+        else _regular_angles(outline.points, group, full_rims, sides)
     )
-    for one in wholes:
-        outline.keeps[one.rim.corner] = outline.keeps[one.rim.absorbed] = False
-        if one.sides == 0:
+    for full_rim in full_rims:
+        rim = full_rim.rim
+        outline.keeps[rim.corner] = False
+        outline.keeps[rim.absorbed] = False
+        if full_rim.sides == 0:
             continue
-        angles = grid if ends else grid[:: sides // one.sides]
-        numbers = outline.add(_on_circle(group, one.height, one.rim.radius, angles))
-        outline.chains.append(
-            Chain(one.rim, numbers, True, sides if ends else one.sides)
-        )
-    for (rim, can_roll), stretches in zip(parts, pieces, strict=True):
-        height = _mean_height(outline.points, group, rim)
-        changed = False
-        sequence: list[Index] = []
-        for corner, angle in stretches:
-            inner_corners = corner[1:-1]
-            if _may_change((corner, angle), can_roll, step):
-                low = angle[0] + SAME_ANGLE * step
-                high = angle[-1] - SAME_ANGLE * step
-                new_angles = np.sort(
-                    grid + turn * np.ceil((low - grid) / turn), kind="stable"
-                )
-                new_angles = new_angles[new_angles < high]
-                if can_roll or len(new_angles) < len(inner_corners):
-                    outline.keeps[inner_corners] = False
-                    outline.keeps[
-                        _between_ends(outline.points, group, rim.absorbed, angle)
-                    ] = False
-                    inner_corners = outline.add(
-                        _on_circle(group, height, rim.radius, new_angles)
-                    )
-                    changed = True
-            sequence += [corner[:1], inner_corners]
-        if not rim.is_closed:
-            sequence.append(stretches[-1][0][-1:])
-        outline.chains.append(
-            Chain(rim, np.concatenate(sequence), rim.is_closed, sides if changed else 0)
-        )
+        rim_sides = sides if ends else full_rim.sides
+        angles = grid if ends else grid[:: sides // full_rim.sides]
+        numbers = outline.add(_on_circle(group, full_rim.height, rim.radius, angles))
+        outline.chains.append(Chain(rim, numbers, True, rim_sides))
+    for divided_rim in divided_rims:
+        _redraw_stretches(outline, group, divided_rim, grid, sides)
+
+
+def _redraw_stretches(
+    outline: Outline, group: Group, divided_rim: DividedRim, grid: Array, sides: int
+) -> None:
+    """Put the corners between those that stay on the angles of a grid."""
+    turn = 2.0 * np.pi
+    step = turn / sides
+    rim, can_roll, stretches = divided_rim
+    height = _mean_height(outline.points, group, rim)
+    is_changed = False
+    sequence: list[Index] = []
+    for stretch in stretches:
+        corner, angle = stretch
+        inner_corners = corner[1:-1]
+        if _may_change(stretch, can_roll, step):
+            low = angle[0] + SAME_ANGLE * step
+            high = angle[-1] - SAME_ANGLE * step
+            angles = np.sort(grid + turn * np.ceil((low - grid) / turn), kind="stable")
+            angles = angles[angles < high]
+            if can_roll or len(angles) < len(inner_corners):
+                absorbed = _between_ends(outline.points, group, rim.absorbed, angle)
+                outline.keeps[inner_corners] = False
+                outline.keeps[absorbed] = False
+                circle_points = _on_circle(group, height, rim.radius, angles)
+                inner_corners = outline.add(circle_points)
+                is_changed = True
+        sequence += [corner[:1], inner_corners]
+    if not rim.is_closed:
+        sequence.append(stretches[-1].corner[-1:])
+    points = np.concatenate(sequence)
+    outline.chains.append(Chain(rim, points, rim.is_closed, sides if is_changed else 0))
 
 
 def _between_ends(points: Array, group: Group, numbers: Index, angle: Array) -> Index:
@@ -155,15 +170,13 @@ def _between_ends(points: Array, group: Group, numbers: Index, angle: Array) -> 
     )
 
 
-def _may_change(piece: tuple[Index, Array], can_roll: bool, step: float) -> bool:
+def _may_change(stretch: Stretch, can_roll: bool, step: float) -> bool:
     """Whether the corners of a stretch may have to change."""
-    corner, angle = piece
+    corner, angle = stretch
     return bool(len(corner) > 2 or (can_roll and angle[-1] - angle[0] > 1.5 * step))
 
 
-def _split_rim(
-    points: Array, group: Group, rim: Rim, uses: Index
-) -> list[tuple[Index, Array]]:
+def _split_rim(points: Array, group: Group, rim: Rim, uses: Index) -> list[Stretch]:
     """Stretches of a rim between corners that stay: their corners and rising angles.
 
     An edge that stays is a stretch of its own with a single corner and no end.
@@ -192,17 +205,18 @@ def _split_rim(
     step = np.diff(angle)
     step = step - 2.0 * np.pi * np.rint(step / (2.0 * np.pi))
     angle = np.append(angle[:1], angle[0] + np.cumsum(step))
-    # Nothing is put between the ends of an edge that stays; the far one comes with the next.
+    # Nothing is put between the ends of an edge that stays; the far one comes with the
+    # next.
     return [
-        (corner[[low, high]], angle[[low, low]])
+        Stretch(corner[[low, high]], angle[[low, low]])
         if stays[low]
-        else (corner[low : high + 1], angle[low : high + 1])
+        else Stretch(corner[low : high + 1], angle[low : high + 1])
         for low, high in pairwise(np.flatnonzero(is_fixed).tolist())
     ]
 
 
 def _divide_turn(ends: Sequence[float], step: float) -> Array:
-    """Angles of a group: those of corners that stay, and what divides the rest evenly."""
+    """Angles of a group: those of corners that stay, the rest evenly between."""
     turn = 2.0 * np.pi
     breaks = np.sort(
         np.array(ends) - turn * np.floor(np.array(ends) / turn), kind="stable"
@@ -220,17 +234,18 @@ def _divide_turn(ends: Sequence[float], step: float) -> Array:
 
 
 def _regular_angles(
-    points: Array, group: Group, wholes: Sequence[FullRim], sides: int
+    points: Array, group: Group, full_rims: Sequence[FullRim], sides: int
 ) -> Array:
     """Evenly spaced angles through a corner of the file.
 
-    Of all corners that the largest rim has, the one that leaves the smallest remainder: so the
-    order of the mesh does not matter, and where the count divides all corners stay corners.
+    Of all corners that the largest rim has, the one that leaves the smallest remainder:
+    so the order of the mesh does not matter, and where the count divides all corners
+    stay corners.
     """
     step = 2.0 * np.pi / sides
-    if not wholes:
+    if not full_rims:
         return np.asarray(step * np.arange(sides), dtype=np.float64)
-    largest_rim = max(wholes, key=lambda whole: whole.rim.radius)
+    largest_rim = max(full_rims, key=lambda full_rim: full_rim.rim.radius)
     angle = circles.angles_about(
         points[largest_rim.rim.corner], group.center, group.frame[0], group.frame[1]
     )

@@ -1,13 +1,14 @@
 """Rims: circular chains of corners of a hull, in groups about one axis.
 
-The facets between two rims about one axis are those of one cylinder, cone or toothed rim. A rim is
-found in the hull of the file (`round_surfaces`), and may get other corners (`reshaping`).
+The facets between two rims about one axis are those of one cylinder, cone or toothed
+rim. A rim is found in the hull of the file (`round_surfaces`), and may get other
+corners (`reshaping`).
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -19,17 +20,15 @@ from ..records import Array, Index, Mask
 Kind = Literal["round", "toothed"]
 
 ROUND_SHARE = 0.75
-"""Share of a run that is surface of the mesh from which on it is round, and not toothed."""
+"""Share of a run that is surface of the mesh from which on it is round, and not
+toothed."""
 
-ON_AXIS = (
-    1e-5  # a corner this close to an axis, in radii, is the tip of a cone about it
-)
-COAXIAL = (
-    5e-6  # corners this close to where a common axis puts them have that axis, in radii
-)
-ON_LATERAL = (
-    1e-4  # a corner this close to the cone between two rims, in radii, is on it
-)
+# A corner this close to an axis, in radii, is the tip of a cone about it
+ON_AXIS = 1e-5
+# Corners this close to where a common axis puts them have that axis, in radii
+COAXIAL = 5e-6
+# A corner this close to the cone between two rims, in radii, is on it
+ON_LATERAL = 1e-4
 
 
 @dataclass(eq=False)
@@ -41,12 +40,14 @@ class Rim:
     is_closed: bool
     center: Array  # (3,)
     axis: Array
-    radius: float  # the latter the largest distance of a corner from the circle
-    deviation: float
+    radius: float
+    deviation: float  # largest distance of a corner from the circle
     chord: Array  # (E,); lengths of the edges
-    stays: Mask  # (E,) bool; edges over a gap, or along a flat: nothing is put between their ends
+    # (E,) bool; edges over a gap, or along a flat: nothing is put between their ends
+    stays: Mask
     kind: Kind
-    # (k,); other corners on the circle: at a seam where it does not quite close, or for rounding
+    # (k,); other corners on the circle: at a seam where it does not quite close, or for
+    # rounding
     absorbed: Index = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     group: int = -1
 
@@ -77,7 +78,7 @@ class Run:
 
 @dataclass(eq=False)
 class Chain:
-    """A rim as it stands in the new body: its points in order about the axis of its group."""
+    """A rim as it is in the new body: its points about the axis of its group."""
 
     rim: Rim
     point: Index
@@ -188,9 +189,12 @@ def group_by_axis(points: Array, rims: list[Rim], rounding: float) -> list[Group
 
 
 def keep_turned_rims(points: Array, arrays: BodyArrays, group: Group) -> bool:
-    """Leave out rims of no surface turned about their axis, in place; tell whether one is left.
+    """Leave out rims of no surface turned about their axis, in place.
 
-    Beside such a rim lie a flat end, or facets to another one or to a tip; else it is on a ball.
+    Tell whether one is left.
+
+    Beside such a rim lie a flat end, or facets to another one or to a tip; else it is
+    on a ball.
     """
     on_rims = distance_from_axis(points, group) < ON_AXIS
     for rim in group.rims:
@@ -224,7 +228,7 @@ def _looseness(points: Array, rim: Rim) -> float:
 
 
 def _with_frame(points: Array, rims: Sequence[Rim]) -> Group:
-    """Common axis: of the smallest moment of rims along it and their centres across it."""
+    """Common axis: least moment of rims along it and their centres across it."""
     first = rims[0]
     axis = first.axis
     center = first.center
@@ -250,73 +254,120 @@ def _with_frame(points: Array, rims: Sequence[Rim]) -> Group:
 def number_strips(
     points: Array, arrays: BodyArrays, groups: Sequence[Group], chains: Sequence[Chain]
 ) -> Index:
-    """Strip (F,) of each face between two runs about one axis, or a run and a tip; -1 for none."""
+    """Strip (F,) of each face between two runs about one axis, or a run and a tip.
+
+    -1 for none.
+    """
     strip_of_face = np.full(len(arrays.area), -1, dtype=np.int64)
     count = 0
     for number, group in enumerate(groups):
         group_chains = [chain for chain in chains if chain.rim.group == number]
-        count = _number_strips(
-            points, arrays, group, group_chains, strip_of_face, count
+        positions = _rim_positions(points, arrays, group, group_chains)
+        count = _number_facets(
+            arrays, positions, len(group_chains), strip_of_face, count
         )
+        is_divided = strip_of_face < 0
+        is_divided &= np.logical_or.reduceat(
+            (positions.rim < 0)[arrays.corner], arrays.face_start[:-1]
+        )
+        if is_divided.any():
+            count = _number_divided_facets(
+                points, arrays, group, group_chains, is_divided, strip_of_face, count
+            )
     return strip_of_face
 
 
-def _number_strips(
+class _RimPositions(NamedTuple):
+    """Where each point (N,) is on the rims about one axis."""
+
+    rim: Index  # number of its chain; of a tip that of chains; -1 off all of them
+    position: Index  # in its chain; -1 for none
+    size: Index  # of its chain where that is closed, else -1
+
+
+def _rim_positions(
+    points: Array, arrays: BodyArrays, group: Group, chains: Sequence[Chain]
+) -> _RimPositions:
+    positions = _RimPositions(*np.full((3, len(points)), -1, dtype=np.int64))
+    positions.rim[distance_from_axis(points, group) < ON_AXIS] = len(chains)
+    is_corner = np.zeros(len(points), dtype=np.bool_)
+    is_corner[arrays.corner] = True
+    for k, chain in enumerate(chains):
+        corners = chain.point[is_corner[chain.point]]
+        positions.rim[corners] = k
+        positions.position[corners] = np.arange(len(corners))
+        positions.size[corners] = len(corners) if chain.is_closed else -1
+    return positions
+
+
+def _number_facets(
+    arrays: BodyArrays,
+    positions: _RimPositions,
+    chains: int,
+    strip_of_face: Index,
+    count: int,
+) -> int:
+    """Number strips of facets from rim to rim from `count` on, in place.
+
+    Return the next number.
+    """
+    faces = np.flatnonzero(np.bincount(arrays.face[positions.rim[arrays.corner] >= 0]))
+    corner, begin = loops_of(arrays, faces)
+    sizes = np.diff(begin, append=len(corner))
+    next_corner = np.append(corner[1:], corner[:1])
+    next_corner[begin + sizes - 1] = corner[begin]
+    rim = positions.rim[corner]
+    low = np.minimum.reduceat(rim, begin)
+    high = np.maximum.reduceat(rim, begin)
+    # Corners are on two rims, and sides along a rim are sides of its polygon.
+    fits = (rim == np.repeat(low, sizes)) | (rim == np.repeat(high, sizes))
+    step = np.abs(positions.position[corner] - positions.position[next_corner])
+    fits &= (
+        (rim != positions.rim[next_corner])
+        | (step == 1)
+        | (step == positions.size[corner] - 1)
+    )
+    is_strip = np.logical_and.reduceat(fits, begin) & (low >= 0) & (low < high)
+    if not is_strip.any():
+        return count
+    pair = low[is_strip] * (chains + 1) + high[is_strip]
+    numbers = np.unique(pair, return_inverse=True)[1]
+    strip_of_face[faces[is_strip]] = count + numbers
+    return count + int(numbers.max()) + 1
+
+
+def _number_divided_facets(
     points: Array,
     arrays: BodyArrays,
     group: Group,
     chains: Sequence[Chain],
-    found: Index,
+    is_divided: Mask,
+    strip_of_face: Index,
     count: int,
 ) -> int:
-    """Number the strips about one axis from `count` on, in place; return the next number."""
-    rim, place, size = np.full((3, len(points)), -1, dtype=np.int64)
-    off = distance_from_axis(points, group)
-    rim[off < ON_AXIS] = len(chains)
-    is_corner = np.zeros(len(points), dtype=np.bool_)
-    is_corner[arrays.corner] = True
-    for k, chain in enumerate(chains):
-        there = chain.point[is_corner[chain.point]]
-        rim[there] = k
-        place[there] = np.arange(len(there))
-        size[there] = len(there) if chain.is_closed else -1
-    faces = np.flatnonzero(np.bincount(arrays.face[rim[arrays.corner] >= 0]))
-    corner, begin = loops_of(arrays, faces)
-    sizes = np.diff(begin, append=len(corner))
-    following = np.append(corner[1:], corner[:1])
-    following[begin + sizes - 1] = corner[begin]
-    low, high = (one.reduceat(rim[corner], begin) for one in (np.minimum, np.maximum))
-    fits = (rim[corner] == np.repeat(low, sizes)) | (
-        rim[corner] == np.repeat(high, sizes)
-    )
-    apart = np.abs(place[corner] - place[following])
-    fits &= (rim[corner] != rim[following]) | (apart == 1) | (apart == size[corner] - 1)
-    strip = np.logical_and.reduceat(fits, begin) & (low >= 0) & (low < high)
-    if strip.any():
-        pair = low[strip] * (len(chains) + 1) + high[strip]
-        numbers = np.unique(pair, return_inverse=True)[1]
-        found[faces[strip]] = count + numbers
-        count += int(numbers.max()) + 1
-    # Facets with corners between their rims, as teeth have that wind about the axis.
-    begin = arrays.face_start[:-1]
-    up = components_along(points - group.center, group.frame[2])
-    divided = np.logical_or.reduceat((rim < 0)[arrays.corner], begin) & (found < 0)
-    if not divided.any():
-        return count
-    heights = [up[chain.point].mean() for chain in chains]
-    for k, j in pairwise(np.argsort(heights, kind="stable").tolist()):
-        if heights[j] - heights[k] < ON_LATERAL:
+    """The same of facets with corners between their rims, as teeth that wind have."""
+    radius = distance_from_axis(points, group)
+    height = components_along(points - group.center, group.frame[2])
+    rim_heights = [height[chain.point].mean() for chain in chains]
+    for k, j in pairwise(np.argsort(rim_heights, kind="stable").tolist()):
+        rise = rim_heights[j] - rim_heights[k]
+        if rise < ON_LATERAL:
             continue
-        share = (up - heights[k]) / (heights[j] - heights[k])
-        radius = chains[k].rim.radius + share * (
+        share = (height - rim_heights[k]) / rise
+        cone_radius = chains[k].rim.radius + share * (
             chains[j].rim.radius - chains[k].rim.radius
         )
-        on = (np.abs(off - radius) < ON_LATERAL) & (
+        on_cone = (np.abs(radius - cone_radius) < ON_LATERAL) & (
             np.abs(share - 0.5) < 0.5 + ON_LATERAL
         )
-        inside = np.logical_and.reduceat(on[arrays.corner], begin)
-        if (inside & divided).any():
-            known = int(found[inside].max())
-            found[inside & divided] = count if known < 0 else known
-            count += known < 0
+        between_rims = np.logical_and.reduceat(
+            on_cone[arrays.corner], arrays.face_start[:-1]
+        )
+        if not (between_rims & is_divided).any():
+            continue
+        strip = int(strip_of_face[between_rims].max())
+        if strip < 0:
+            strip = count
+            count += 1
+        strip_of_face[between_rims & is_divided] = strip
     return count

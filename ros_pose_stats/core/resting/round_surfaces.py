@@ -1,8 +1,9 @@
-"""The round surfaces of a part, seen as runs: circular chains of corners of its convex hull.
+"""The round surfaces of a part as runs: circular chains of corners of its hull.
 
-A turned part and a gear have the same runs. They are told apart by what lies under the edges of
-a run: the surface of the mesh, or the gap from one tooth to the next. Runs about one axis belong
-together, for the facets between them are those of one cylinder, cone or toothed rim.
+A turned part and a gear have the same runs. They are told apart by what lies under the
+edges of a run: the surface of the mesh, or the gap from one tooth to the next. Runs
+about one axis belong together, for the facets between them are those of one cylinder,
+cone or toothed rim.
 """
 
 import numpy as np
@@ -20,7 +21,7 @@ from ..kernels.body.runs import (
 )
 from ..mesh import hull, surface, vectors
 from ..records import Array, Index, Mask, Part
-from .rims import ROUND_SHARE, Group, Kind, Rim, group_by_axis, keep_turned_rims
+from .rims import ROUND_SHARE, Group, Rim, group_by_axis, keep_turned_rims
 
 SEAM = 2e-4
 """Corners this close to a circle, in radii, are on it where its ends do not quite meet.
@@ -28,34 +29,19 @@ SEAM = 2e-4
 A mesh this close under an edge of the hull leaves no gap there.
 """
 
-LONG_EDGE = (
-    2.2  # an edge that is this much longer than most of its run is a flat, and stays
-)
+# an edge that is this much longer than most of its run is a flat, and stays
+LONG_EDGE = 2.2
 
 FINE_ROUNDING = 3e-7
-"""Above it, in radii, corners of a fine circle may hide each other and be off its run."""
+"""Above it, in radii, corners of a fine circle may hide each other and be off its
+run."""
 
 FEWEST_DECIMALS = 12
-"""Different coordinates that must end at the same digit for it to be the last one printed."""
+"""Different coordinates that must end at the same digit for it to be the last one
+printed."""
 
-_POWERS = (
-    1e-3,
-    1e-2,
-    1e-1,
-    1e0,
-    1e1,
-    1e2,
-    1e3,
-    1e4,
-    1e5,
-    1e6,
-    1e7,
-    1e8,
-    1e9,
-    1e10,
-    1e11,
-    1e12,
-)
+# Written out, since computed powers of ten may differ in their last digit.
+_POWERS = tuple(float(f"1e{exponent}") for exponent in range(-3, 13))
 
 
 def find_groups(
@@ -66,7 +52,10 @@ def find_groups(
     rounding: float,
     sides: int,
 ) -> list[Group]:
-    """Runs of a part's hull (H, 3), by their axes; `rounding`: of the coordinates, in radii."""
+    """Runs of a part's hull (H, 3), by their axes.
+
+    `rounding`: of the coordinates, in radii.
+    """
     runs = circular_runs(points, arrays, rounding)
     if len(runs.closed) == 0:
         return []
@@ -78,42 +67,18 @@ def find_groups(
     rims = []
     for k in np.flatnonzero(~_crosses_others(ends, runs, len(points))).tolist():
         edges = slice(int(runs.start[k]), int(runs.start[k + 1]))
-        is_closed = bool(runs.closed[k])
-        corner = (
-            ends[edges, 0]
-            if is_closed
-            else np.append(ends[edges, 0], ends[edges, 1][-1])
-        )
-        circle = runs.circle[k]
-        edge_on_surface = on_surface[edges]
-        edge_length = chord[edges]
-        # Edges that bridge a gap, or are too long for a facet of their run, stay.
-        median_length = (
-            _median(edge_length[edge_on_surface]) if edge_on_surface.any() else 0.0
-        )
-        stays = ~edge_on_surface | (
-            edge_length
-            > max(
-                LONG_EDGE * median_length, 4.0 * np.pi / sides * float(circle[RADIUS])
-            )
-        )
-        kind: Kind = (
-            "round"
-            if edge_length[edge_on_surface].sum() >= ROUND_SHARE * edge_length.sum()
-            else "toothed"
-        )
+        corner = ends[edges, 0]
+        if not runs.closed[k]:
+            corner = np.append(corner, ends[edges, 1][-1])
         rims.append(
-            Rim(
+            _rim_of(
+                runs.circle[k],
                 runs.side[edges],
                 corner,
-                is_closed,
-                circle[CENTER : CENTER + 3],
-                circle[AXIS : AXIS + 3],
-                float(circle[RADIUS]),
-                float(circle[DEVIATION]),
-                edge_length,
-                stays,
-                kind,
+                bool(runs.closed[k]),
+                chord[edges],
+                on_surface[edges],
+                sides,
             )
         )
     _absorb(rims, points, arrays, rounding)
@@ -128,11 +93,41 @@ def find_groups(
     return groups
 
 
+def _rim_of(
+    circle: Array,
+    side: Index,
+    corner: Index,
+    is_closed: bool,
+    chord: Array,
+    on_surface: Mask,
+    sides: int,
+) -> Rim:
+    """Rim of a run; `chord`, `on_surface`: of its edges."""
+    radius = float(circle[RADIUS])
+    # Edges that bridge a gap, or are too long for a facet of their run, stay.
+    usual = _median(chord[on_surface]) if on_surface.any() else 0.0
+    longest = max(LONG_EDGE * usual, 4.0 * np.pi / sides * radius)
+    is_round = chord[on_surface].sum() >= ROUND_SHARE * chord.sum()
+    return Rim(
+        side,
+        corner,
+        is_closed,
+        circle[CENTER : CENTER + 3],
+        circle[AXIS : AXIS + 3],
+        radius,
+        float(circle[DEVIATION]),
+        chord,
+        ~on_surface | (chord > longest),
+        "round" if is_round else "toothed",
+    )
+
+
 def rounding_of(part: Part, corners: Array) -> float:
-    """By how much coordinates may be off, metres: as stored, or as printed with few digits."""
+    """How far coordinates may be off, metres: as stored, or printed with few digits."""
     values = np.unique(np.abs(corners))
     largest = float(values[-1])
-    # With a fixed number of digits the numbers of the highest decade have the fewest decimals.
+    # With a fixed number of digits the numbers of the highest decade have the fewest
+    # decimals.
     decade = max(
         (power for power in _POWERS if 1.0 <= largest * power < 10.0), default=1.0
     )
@@ -199,7 +194,8 @@ def _close_seam(rim: Rim, points: Array) -> bool:
     if step <= seam:
         rim.corner = rim.corner[:-1]
     else:
-        rim.chord, rim.stays = np.append(rim.chord, step), np.append(rim.stays, False)
+        rim.chord = np.append(rim.chord, step)
+        rim.stays = np.append(rim.stays, False)
     rim.is_closed = True
     return True
 
@@ -207,7 +203,7 @@ def _close_seam(rim: Rim, points: Array) -> bool:
 def _absorb(
     rims: list[Rim], points: Array, arrays: BodyArrays, rounding: float
 ) -> None:
-    """Close runs over seams, and let runs take in other corners that lie on their circles."""
+    """Close runs over seams, and take in other corners that lie on their circles."""
     has_seam = [_close_seam(rim, points) for rim in rims]
     if rounding <= FINE_ROUNDING and not any(has_seam):
         return
@@ -227,9 +223,10 @@ def _absorb(
 
 
 def _crosses_others(ends: Index, runs: Runs, count: int) -> Mask:
-    """Arcs (Q,) that cross other runs at most of their corners, as the meridians of a dome.
+    """Arcs (Q,) that cross other runs at most corners, as meridians of a dome.
 
-    A ball or the corner of a filleted box is divided both ways, and rolls along neither.
+    A ball or the corner of a filleted box is divided both ways, and rolls along
+    neither.
     """
     uses = np.bincount(ends[:, 0], minlength=count)
     end_corner = ends[runs.start[1:] - 1, 1]

@@ -1,4 +1,4 @@
-"""The splitting graph of section 4.D: how the reachable set falls apart as energy is lost."""
+"""The splitting graph of section 4.D: how the reachable set falls apart."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -20,7 +20,8 @@ SAME_LEVEL = 1e-6
 class SplittingNode:
     """A connected component of the reachable set.
 
-    A shelf may part from the others before its pose does: then both parts hold that pose.
+    A shelf may part from the others before its pose does: then both parts hold that
+    pose.
     """
 
     poses: tuple[int, ...]  # `index` of the stable poses that it holds
@@ -102,22 +103,21 @@ def splitting_graph(resting: RestingPoses, function: Function = "r") -> Splittin
 
 
 def with_shares(root: SplittingNode, poses: Sequence[StablePose]) -> SplittingNode:
-    """The splitting graph with probabilities by any method, such as the shares of drops.
+    """The splitting graph with probabilities by any method, such as shares of drops.
 
-    A shelf that parts from its pose before is left out: no drop tells which it went through.
+    A shelf that parts from its pose before is left out: no drop tells which it went
+    through.
     """
     share = {pose.index: pose.probability for pose in poses if pose.probability > 0.0}
     poses_of = {id(root): root.poses}
     nodes = list(root.walk())
     for node in nodes:
-        homes = (
-            {pose: _part_with_pose(node, pose) for pose in poses_of[id(node)]}
-            if node.parts
-            else {}
-        )
+        if not node.parts:
+            continue
+        part_of = {pose: _part_with_pose(node, pose) for pose in poses_of[id(node)]}
         for part in node.parts:
             poses_of[id(part)] = tuple(
-                pose for pose, home in homes.items() if home is part
+                pose for pose, home in part_of.items() if home is part
             )
     rebuilt: dict[int, SplittingNode] = {}
     for node in reversed(nodes):
@@ -135,14 +135,14 @@ def with_shares(root: SplittingNode, poses: Sequence[StablePose]) -> SplittingNo
                 probability=total,
                 parts=parts,
                 transitions=tuple(
-                    one.probability / total if total else 0.0 for one in parts
+                    child.probability / total if total else 0.0 for child in parts
                 ),
             )
     return rebuilt[id(root)]
 
 
 def _part_with_pose(node: SplittingNode, pose: int) -> SplittingNode:
-    """The part that a pose goes on into: of two with the pose, the one that is no mere shelf."""
+    """The part a pose goes on into: of two with it, the one that is no mere shelf."""
     return max(
         (part for part in node.parts if pose in part.poses),
         key=lambda part: (len(part.poses), part.probability),

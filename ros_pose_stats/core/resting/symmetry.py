@@ -1,8 +1,9 @@
 """Poses that a proper rotation of the part carries into each other.
 
-Candidates come from the contact polygons: a symmetry takes a stable face to a stable face
-of equal height, corner to corner. Each candidate is tried on the full surface, with its
-pockets and bores, and on the inertia. When in doubt, poses stay in separate groups.
+Candidates come from the contact polygons: a symmetry takes a stable face to a stable
+face of equal height, corner to corner. Each candidate is tried on the full surface,
+with its pockets and bores, and on the inertia. When in doubt, poses stay in separate
+groups.
 """
 
 from collections.abc import Callable, Iterator
@@ -31,15 +32,18 @@ class Frame(NamedTuple):
 
 
 MOST_EFFORT = 2**21
-"""Most features compared on one part, in about a second. Where more would be needed (thousands of
-equal facets that are not symmetric after all) the remaining poses stay separate."""
+"""Most features compared on one part, in about a second. Where more would be needed
+(thousands of equal facets that are not symmetric after all) the remaining poses stay
+separate."""
 
 MOST_FACES = 4096
-"""Most stable faces that are compared; a finely tessellated ball has more and needs no groups."""
+"""Most stable faces that are compared; a finely tessellated ball has more and needs no
+groups."""
 
 FEW_PAIRS = 128
-"""Pairs of like stable faces that are tried before the whole surface is measured. On a part
-without symmetry few faces are alike, by chance only, and none of the pairs fits."""
+"""Pairs of like stable faces that are tried before the whole surface is measured. On a
+part without symmetry few faces are alike, by chance only, and none of the pairs
+fits."""
 
 
 def symmetry_groups(
@@ -48,7 +52,10 @@ def symmetry_groups(
     pose: Index,
     surface: "Callable[[], SurfaceTrial]",
 ) -> Index:
-    """Group number of each pose (P,), by their first pose; `pose` (S,): -1 for shelves."""
+    """Group number of each pose (P,), by their first pose.
+
+    `pose` (S,): -1 for shelves.
+    """
     poses = int(pose.max()) + 1
     separate = np.arange(poses)
     if poses == 1 or equilibria.order.shape[0] > MOST_FACES:
@@ -82,7 +89,7 @@ def _find_orbits(
     frames: Callable[[int], Frame],
     trial: "SurfaceTrial",
 ) -> Index:
-    """Number (S,) of each stable face's orbit under the rotations that the surface allows.
+    """Number (S,) of each stable face's orbit under rotations of the surface.
 
     All of them take the first face of a kind to another or to itself.
     """
@@ -142,7 +149,7 @@ def _pairs(kind: Index, faces: Index) -> Iterator[tuple[int, int]]:
 def candidate_rotations(
     frames: Callable[[int], Frame], face: int, target: int
 ) -> Iterator[Array]:
-    """Rotations but the identity that take one contact polygon to the other, corner to corner."""
+    """Rotations but the identity that take one contact polygon to the other."""
     frame = frames(face)
     target_frame = frames(target)
     start = int(np.argmax(frame.size))
@@ -186,8 +193,8 @@ def frame_of(equilibria: Equilibria, stable: int) -> Frame:
 OVERHEAD = 64  # cost of setting up one comparison, in features compared
 
 PROBES = 12
-"""Regions that a candidate must match before the whole surface is compared: the largest,
-and those that refuted earlier candidates."""
+"""Regions that a candidate must match before the whole surface is compared: the
+largest, and those that refuted earlier candidates."""
 
 _ALL = np.empty(0, dtype=np.int64)
 
@@ -197,14 +204,16 @@ class SurfaceTrial:
 
     def __init__(self, part: Part, body: ConvexBody) -> None:
         points = (part.surface_vertices - part.center_of_mass) / body.radius
-        # Wider than for the hull, but a tenth of the thickness at most: both sides of a plate.
+        # Wider than for the hull, but a tenth of the thickness at most: both sides of a
+        # plate.
         flatness = min(
             max(COPLANAR, body.tolerance), 100.0 * body.tolerance or COPLANAR
         )
         regions, corners = regions_and_corners(points, part.surface_triangles, flatness)
-        # (G, 7); centroid, normal times size and size (square root of the area) of each connected
-        # planar region, largest first, in radii. The normal is weighed by the size because a small
-        # region's normal is known only that well from rounded coordinates
+        # (G, 7); centroid, normal times size and size (square root of the area) of each
+        # connected planar region, largest first, in radii. The normal is weighed by the
+        # size because a small region's normal is known only that well from rounded
+        # coordinates
         self.regions = nearness.feature_grid(regions, SYMMETRY)
         # (C, 3); vertices where at least three regions meet
         self.corners = nearness.feature_grid(points[corners], SYMMETRY)
@@ -213,14 +222,14 @@ class SurfaceTrial:
         self.effort = 0
 
     def refine(self, equilibria: Equilibria, kind: Index) -> Index:
-        """Split kinds by moments of the whole surface along each stable face's normal."""
+        """Split kinds by moments of the whole surface along the faces' normals."""
         moments = moments_along(self.regions.rows, equilibria.downs)
         return group_ties(
             *((moment, 10.0 * SYMMETRY) for moment in moments.T), groups=kind
         )
 
     def is_turned(self, axis: Array) -> bool:
-        """Whether all regions face the axis or away from it, as those of a turned part do."""
+        """Whether all regions face the axis or away from it, as of a turned part."""
         centroid = self.regions.rows[:, :3]
         normal = self.regions.rows[:, 3:6]
         return bool(
@@ -246,6 +255,6 @@ class SurfaceTrial:
     def _first_unmatched(
         self, features: nearness.FeatureGrid, rotation: Array, selection: Index
     ) -> int:
-        """First feature that meets no like one where the rotation puts it, -1 for none."""
+        """First feature that meets no like one where a rotation puts it; -1: none."""
         self.effort += OVERHEAD + (len(selection) or len(features.rows))
         return nearness.first_unmatched(features, rotation, selection)

@@ -11,23 +11,26 @@ from ..mesh.vectors import lengths, scatter
 from ..records import Array, Mask
 from .rims import Group, Outline, Rim
 
-FINE = 1000  # corners off all runs up to which a body stays as the file has it: it is quick enough
+# Corners off all runs up to which a body stays as the file has it: it is quick enough
+FINE = 1000
 GRID = 7
-"""Directions a turn for every five sides: so that the deepest corner left out is no deeper."""
+"""Directions a turn for every five sides: so that the deepest corner left out is no
+deeper."""
 
-SHARP = (
-    1.25  # turns of a polygon of so many sides, from which on an outline has a corner
-)
+# turns of a polygon of so many sides, from which on an outline has a corner
+SHARP = 1.25
 
 TIE = 1e-7
-"""Corners this close to the farthest, in radii, are as far: the other end of a straight edge."""
+"""Corners this close to the farthest, in radii, are as far: the other end of a straight
+edge."""
 
 
 def thin_out(outline: Outline, arrays: convex_body.BodyArrays, sides: int) -> None:
     """Leave out corners off all reshaped runs of a body that has very many, in place.
 
-    What stays lies farthest out in one of many directions, as far apart as those of a polygon of
-    `sides` or fewer, mirrored at the principal planes, so that a symmetric body stays so.
+    What stays lies farthest out in one of many directions, as far apart as those of a
+    polygon of `sides` or fewer, mirrored at the principal planes, so that a symmetric
+    body stays so.
     """
     on_rim = np.zeros(len(outline.points), dtype=np.bool_)
     for chain in outline.chains:
@@ -53,7 +56,8 @@ def thin_out(outline: Outline, arrays: convex_body.BodyArrays, sides: int) -> No
             break
         grid = GRID * level // 5
         if twelfths == 12:
-            # Over a rim about the poles there are the fewest directions: a prism's axis is there.
+            # Over a rim about the poles there are the fewest directions: a prism's axis
+            # is there.
             frames = [np.roll(axes, turn, axis=0) for turn in range(3)]
             selections = [
                 hull.outermost_corners(
@@ -61,10 +65,10 @@ def thin_out(outline: Outline, arrays: convex_body.BodyArrays, sides: int) -> No
                 )
                 for frame in frames
             ]
-            counts = [int((frame & is_free).sum()) for frame in selections]
-            best = counts.index(min(counts))
-            poles = frames[best]
-            is_chosen = selections[best]
+            counts = [int((selection & is_free).sum()) for selection in selections]
+            fewest = counts.index(min(counts))
+            poles = frames[fewest]
+            is_chosen = selections[fewest]
         else:
             is_chosen = hull.outermost_corners(
                 outline.points, first, neighbours, poles, grid, TIE
@@ -81,18 +85,16 @@ def _corners_of_flats(
 ) -> Mask:
     """Where the outline of a face turns that is wider than a facet of the free form.
 
-    Few directions have such a corner farthest out, and without it the face would be another one.
+    Few directions have such a corner farthest out, and without it the face would be
+    another one.
     """
     face_width = np.maximum.reduceat(arrays.start + arrays.stop, arrays.face_start[:-1])
     edge = points[arrays.corner[arrays.next_side]] - points[arrays.corner]
     edge /= lengths(edge)[:, None]
     turns = lengths(edge[arrays.next_side] - edge) > SHARP * step
     is_corner = np.zeros(len(points), dtype=np.bool_)
-    is_corner[
-        arrays.corner[
-            arrays.next_side[turns & (arrays.area > step * face_width)[arrays.face]]
-        ]
-    ] = True
+    is_wide = arrays.area > step * face_width
+    is_corner[arrays.corner[arrays.next_side[turns & is_wide[arrays.face]]]] = True
     return is_corner
 
 
@@ -100,7 +102,8 @@ ENOUGH = 4000  # corners of a body that thinning aims at
 COARSEST = 64  # fewest sides a turn that rims and free forms are thinned to for that
 
 FEWEST_ALONG = 32
-"""Fewest sides a turn along the profile of a dome: with so few it still comes to rest alike."""
+"""Fewest sides a turn along the profile of a dome: with so few it still comes to rest
+alike."""
 
 FEWEST_FREE = 1600  # corners off all rims that thinning leaves of a free form, about
 
@@ -116,16 +119,19 @@ class FullRim:
     sides: int = 0
 
 
-def plan_sides(wholes: list[FullRim], corners: int, sides: int) -> None:
-    """Give each full rim its number of sides, 0 for one that the height of arc does not need.
+def plan_sides(full_rims: list[FullRim], corners: int, sides: int) -> None:
+    """Give each full rim its number of sides, 0 for one that can be left out.
 
-    Where there are too many corners there are fewer rims along a dome, for how fine it is that way
-    hardly matters; in the end rims that the body does not roll on get fewer sides.
+    Where there are too many corners there are fewer rims along a dome, for how fine it
+    is that way hardly matters; in the end rims that the body does not roll on get fewer
+    sides.
     """
-    free_corners = corners - sum(len(whole.rim.corner) for whole in wholes)
-    groups: dict[int, list[FullRim]] = {id(whole.group): [] for whole in wholes}
-    for whole in wholes:
-        groups[id(whole.group)].append(whole)
+    free_corners = corners - sum(len(full_rim.rim.corner) for full_rim in full_rims)
+    groups: dict[int, list[FullRim]] = {
+        id(full_rim.group): [] for full_rim in full_rims
+    }
+    for full_rim in full_rims:
+        groups[id(full_rim.group)].append(full_rim)
     profiles = [sides * share // 12 for share in (12, 8, 6, 4, 3, 2)]
     plans = [
         (sides, level) for level in profiles if level >= FEWEST_ALONG or level == sides
@@ -142,33 +148,35 @@ def plan_sides(wholes: list[FullRim], corners: int, sides: int) -> None:
         )
         for group in groups.values():
             _plan_profile(group, tolerance)
-        for whole in wholes:
-            if whole.sides:
-                whole.sides = sides if whole.rolls else other_sides
-        if sum(whole.sides for whole in wholes) <= ENOUGH - min(
+        for full_rim in full_rims:
+            if full_rim.sides:
+                full_rim.sides = sides if full_rim.rolls else other_sides
+        if sum(full_rim.sides for full_rim in full_rims) <= ENOUGH - min(
             free_corners, FEWEST_FREE
         ):
             return
 
 
-def _plan_profile(wholes: list[FullRim], tolerance: float) -> None:
+def _plan_profile(full_rims: list[FullRim], tolerance: float) -> None:
     """Mark the rims of one axis to be kept: `sides` is 1 for them, else 0."""
-    wholes.sort(key=lambda whole: whole.height)
-    center = wholes[0].group.center
-    axis = wholes[0].group.frame[2]
+    full_rims.sort(key=lambda full_rim: full_rim.height)
+    center = full_rims[0].group.center
+    axis = full_rims[0].group.frame[2]
     middle = -float((center * axis).sum())
-    profile = np.array([(whole.height - middle, whole.rim.radius) for whole in wholes])
+    profile = np.array(
+        [(full_rim.height - middle, full_rim.rim.radius) for full_rim in full_rims]
+    )
     step = np.diff(profile, axis=0)
     # The foot of the centre of mass lies on a facet that the body can roll on.
     can_roll = ((profile[:-1] * step).sum(axis=1) < 0.0) & (
         (profile[1:] * step).sum(axis=1) > 0.0
     )
-    is_fixed = np.zeros(len(wholes), dtype=np.bool_)
+    is_fixed = np.zeros(len(full_rims), dtype=np.bool_)
     is_fixed[0] = is_fixed[-1] = True
-    for k, whole in enumerate(wholes):
-        whole.rolls = bool(can_roll[max(k - 1, 0) : k + 1].any())
-        is_fixed[k] |= whole.rolls
-        whole.sides = int(is_fixed[k])
+    for k, full_rim in enumerate(full_rims):
+        full_rim.rolls = bool(can_roll[max(k - 1, 0) : k + 1].any())
+        is_fixed[k] |= full_rim.rolls
+        full_rim.sides = int(is_fixed[k])
     stretches = list(pairwise(np.flatnonzero(is_fixed).tolist()))
     while stretches:
         low, high = stretches.pop()
@@ -182,5 +190,5 @@ def _plan_profile(wholes: list[FullRim], tolerance: float) -> None:
             continue
         ties = np.flatnonzero(arc_height >= arc_height.max() - 1e-9)
         farthest = low + 1 + int(ties[int(profile[low + 1 + ties, 1].argmax())])
-        wholes[farthest].sides = 1
+        full_rims[farthest].sides = 1
         stretches += [(low, farthest), (farthest, high)]

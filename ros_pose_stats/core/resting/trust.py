@@ -1,4 +1,4 @@
-"""What all answers for a part carry: warnings that ask a person to act, and notes that do not."""
+"""What all answers for a part carry: warnings that ask for something, and notes."""
 
 import math
 from collections.abc import Sequence
@@ -48,32 +48,33 @@ def _rounded_remark(body: convex_body.ConvexBody) -> str:
     sides = sorted({run.sides for run in body.runs if run.sides})
     return (
         f"ROUNDED: {text.several(body.rounded, 'round edge')} of the hull "
-        f"{'is taken as a polygon' if body.rounded == 1 else 'are taken as polygons'} of "
-        f"{' or '.join(map(str, sides))} sides a turn, whatever the file has."
+        f"{'is taken as a polygon' if body.rounded == 1 else 'are taken as polygons'} "
+        f"of {' or '.join(map(str, sides))} sides a turn, whatever the file has."
     )
 
 
 def _coarse_remark(resting: poses.RestingPoses) -> str:
-    """A polygon that rolls loses energy at every facet, and the more the fewer there are."""
+    """A polygon that rolls loses energy at every facet, more where they are few."""
     angle = curve_angle(resting)
     if not angle:
         return ""
     return (
-        f"COARSE_CURVE: poses lie on a curve that is taken as the file has it, in facets that "
-        f"turn by {math.degrees(angle):.2g} degrees each; with half as large ones shares "
-        f"change by up to {tolerances.EXPORTS_DIFFER} points, and no size is the right one."
+        "COARSE_CURVE: poses lie on a curve that is taken as the file has it, in "
+        f"facets that turn by {math.degrees(angle):.2g} degrees each; with half as "
+        f"large ones shares change by up to {tolerances.EXPORTS_DIFFER} points, and "
+        "no size is the right one."
     )
 
 
 def curve_angle(resting: poses.RestingPoses) -> float:
-    """Usual angle (radians) between facets, off all runs, of curves that poses lie on; else 0.
+    """Usual angle (radians) between facets, off all runs, of curves that poses lie on.
 
-    A facet of a curve turns little to two neighbours at least, and far to others. That on which
-    the part lies is narrow.
+    0 for none. A facet of a curve turns little to two neighbours at least, and far to
+    others. That on which the part lies is narrow.
     """
     equilibria = resting.equilibria
     body = resting.body
-    arrays = resting.body.arrays
+    arrays = body.arrays
     neighbour = arrays.face[arrays.twin]
     turn = 2.0 * np.arcsin(
         0.5 * lengths(arrays.normal[arrays.face] - arrays.normal[neighbour])
@@ -95,6 +96,19 @@ def curve_angle(resting: poses.RestingPoses) -> float:
 
     if not facets()[1].any():
         return 0.0
+    off_runs = ~np.logical_or.reduceat(
+        _points_on_runs(body)[arrays.corner], arrays.face_start[:-1]
+    )
+    is_small &= off_runs[arrays.face] & off_runs[neighbour]
+    is_curved, lies_on_curve = facets()
+    is_curved &= lies_on_curve[resting.pose_of_face]
+    if is_curved.sum() < tolerances.FEWEST_FACETS:
+        return 0.0
+    return float(np.median(turn[is_small & is_curved[arrays.face]]))
+
+
+def _points_on_runs(body: convex_body.ConvexBody) -> Mask:
+    """Which points of a body lie on the circle of a run."""
     on_run = np.zeros(len(body.points), dtype=np.bool_)
     for run in body.runs:
         offset = body.points - run.center
@@ -104,13 +118,7 @@ def curve_angle(resting: poses.RestingPoses) -> float:
             height * height + radial_error * radial_error
             < tolerances.ON_RUN * tolerances.ON_RUN
         )
-    as_given = ~np.logical_or.reduceat(on_run[arrays.corner], arrays.face_start[:-1])
-    is_small &= as_given[arrays.face] & as_given[neighbour]
-    is_curved, lies_on_curve = facets()
-    is_curved &= lies_on_curve[resting.pose_of_face]
-    if is_curved.sum() < tolerances.FEWEST_FACETS:
-        return 0.0
-    return float(np.median(turn[is_small & is_curved[arrays.face]]))
+    return on_run
 
 
 def _clustered_remark(resting: poses.RestingPoses) -> str:
@@ -119,8 +127,9 @@ def _clustered_remark(resting: poses.RestingPoses) -> str:
         return ""
     return (
         f"CLUSTERED: {len(merged_poses)} of {len(resting.poses)} poses "
-        f"{_inflect(merged_poses, 'gathers', 'gather')} several stable faces, parted by low barriers "
-        f"only, as on a curve or a slender bar; their probabilities are added."
+        f"{_inflect(merged_poses, 'gathers', 'gather')} several stable faces, parted "
+        "by low barriers only, as on a curve or a slender bar; their probabilities "
+        "are added."
     )
 
 
@@ -131,9 +140,9 @@ def _marginal_remark(poses: Sequence[StablePose]) -> str:
     smallest_tilt = math.degrees(min(pose.margin for pose in marginal_poses))
     verb = _inflect(marginal_poses, "topples", "topple")
     return (
-        f"MARGINAL_POSE: {_name_poses(marginal_poses)} {verb} at a tilt of the plate of "
-        f"{smallest_tilt:.2g} degrees; a small change of shape or plate ends it, and "
-        f"estimators other than eae, meae and split jump there."
+        f"MARGINAL_POSE: {_name_poses(marginal_poses)} {verb} at a tilt of the plate "
+        f"of {smallest_tilt:.2g} degrees; a small change of shape or plate ends it, "
+        "and estimators other than eae, meae and split jump there."
     )
 
 
@@ -150,8 +159,9 @@ def _shallow_remark(poses: Sequence[StablePose]) -> str:
         return ""
     lowest_barrier = 1e3 * min(pose.barrier for pose in shallow_poses)
     return (
-        f"SHALLOW_POSE: {_name_poses(shallow_poses)} {_inflect(shallow_poses, 'is', 'are')} left at a far smaller "
-        f"rise of the centre of mass than others, the shallowest at {lowest_barrier:.2g} mm; a "
+        f"SHALLOW_POSE: {_name_poses(shallow_poses)} "
+        f"{_inflect(shallow_poses, 'is', 'are')} left at a far smaller rise of the "
+        f"centre of mass than others, the shallowest at {lowest_barrier:.2g} mm; a "
         f"vibrating feeder empties {_inflect(shallow_poses, 'it', 'them')}."
     )
 
@@ -162,9 +172,9 @@ def _near_tie_remark(resting: poses.RestingPoses) -> str:
         return ""
     difference = 1e3 * gap * resting.body.radius
     return (
-        f"NEAR_TIE: two ways from pose to pose differ by {difference:.2g} mm in height only; which "
-        f"one opens first, and so where the part goes as it calms down, hangs on details of "
-        f"its shape."
+        f"NEAR_TIE: two ways from pose to pose differ by {difference:.2g} mm in "
+        "height only; which one opens first, and so where the part goes as it calms "
+        "down, hangs on details of its shape."
     )
 
 

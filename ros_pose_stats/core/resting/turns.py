@@ -12,21 +12,21 @@ from ..records import Array, Index, Mask, Part
 from ..tolerances import SYMMETRY
 from . import convex_body, equilibria, symmetry
 
-UPRIGHT = 0.985  # cosine of an axis' angle to the vertical above which a turn about it is no roll
+# Cosine of an axis' angle to the vertical above which a turn about it is no roll
+UPRIGHT = 0.985
 LARGEST_STEP = np.radians(24.8)  # facets of a round surface turn by less
 SAME_AXIS = 1e-3  # sine of the angle within which two axes are one
 LEVEL = 1e-4  # sine of the angle to the axis within which a facet is along it
 NEAR = 0.05  # share of its radius within which a facet is one of a round surface
-LARGEST_BEND = (
-    0.4  # radians to a neighbour, from which on both are no facets of one curve
-)
+# radians to a neighbour, from which on both are no facets of one curve
+LARGEST_BEND = 0.4
 TINY = 1e-12  # a share, angle or weight that is as good as none
 
 
 def measure_axis_offsets(
     body: convex_body.ConvexBody, pose_of_face: Index, downs: Array
 ) -> Array:
-    """How far (P,) the centre of mass lies beside the axis of full cylinders poses roll on."""
+    """How far (P,) the centre of mass is beside axes of full cylinders of poses."""
     normal = body.arrays.normal
     distance = body.arrays.distance
     offsets = np.zeros(len(downs))
@@ -56,12 +56,13 @@ def measure_curves(
     lowest: Index,
     downs: Array,
 ) -> tuple[Array, Array]:
-    """Share (P,) of curves in what leads to each pose, and how far (P,) they lie across it.
+    """Share (P,) of curves in what leads to poses, and how far (P,) they lie across.
 
-    Rocking is a turn about the generators of a curve. It lasts, since narrow facets take little of
-    its energy and nothing turns it about another axis: a part does not lie down where they stand
-    on end. Curves of a full turn do not count there; no blow makes a part turn about their axis.
-    `inertia` (3, 3): over mass and squared radius; `lowest` (P,) int: faces that poses rest on.
+    Rocking is a turn about the generators of a curve. It lasts, since narrow facets
+    take little of its energy and nothing turns it about another axis: a part does not
+    lie down where they stand on end. Curves of a full turn do not count there; no blow
+    makes a part turn about their axis. `inertia` (3, 3): over mass and squared radius;
+    `lowest` (P,) int: faces that poses rest on.
     """
     arrays = body.arrays
     first = body.arrays.face_start[:-1]
@@ -78,30 +79,23 @@ def measure_curves(
     middle = np.add.reduceat(begin, first) / np.diff(arrays.face_start)[:, None]
     lever = np.square((np.cross(middle, arrays.normal)[face] * edge).sum(axis=1))
     edge_inertia = ((edge @ inertia) * edge).sum(axis=1)
-    half_width_squared = np.square(
-        0.5 * arrays.area[face] / size
-    )  # of the facet's width across the side
+    # Half of the facet's width across the side.
+    half_width_squared = np.square(0.5 * arrays.area[face] / size)
     contact = edge_inertia + np.square(arrays.distance[face]) + lever
     smooth_length = curve * size
-    # Of the energy in a radian: each facet takes what a slam on a flat of its width takes.
+    # Of the energy in a radian: each facet takes what a slam on a flat of its width
+    # takes.
     curve *= np.maximum(
         (contact - half_width_squared) / (contact + half_width_squared), TINY
     ) ** (2.0 / np.maximum(turn, TINY))
     on_full_turn = _on_full_turns(body)
     angle = np.bincount(pose_of_face, arrays.angle, poses)
-    share = (
-        np.bincount(
-            pose_of_face,
-            arrays.angle
-            * np.where(
-                on_full_turn,
-                np.minimum.reduceat(curve, first),
-                np.maximum.reduceat(curve, first),
-            ),
-            poses,
-        )
-        / angle
+    face_curve = np.where(
+        on_full_turn,
+        np.minimum.reduceat(curve, first),
+        np.maximum.reduceat(curve, first),
     )
+    share = np.bincount(pose_of_face, arrays.angle * face_curve, poses) / angle
     curve[on_full_turn[face]] = 0.0
     pose_curve = np.maximum.reduceat(curve, first)[lowest][pose_of_face]
     face_weight = (
@@ -123,8 +117,8 @@ def measure_curves(
     tensor = tensor.sum(axis=0) - tensor
     trace = np.maximum(np.trace(tensor, axis1=1, axis2=2), TINY)[:, None, None]
     tensor = tensor @ tensor @ tensor / (trace * trace)  # where generators are parallel
-    across = (downs[:, None, :] @ tensor @ downs[:, :, None])[:, 0, 0]
-    return share, across / np.maximum(4.0 * np.pi - angle, TINY)
+    crosswise = (downs[:, None, :] @ tensor @ downs[:, :, None])[:, 0, 0]
+    return share, crosswise / np.maximum(4.0 * np.pi - angle, TINY)
 
 
 def _on_full_turns(body: convex_body.ConvexBody) -> Mask:
@@ -149,10 +143,10 @@ def _on_full_turns(body: convex_body.ConvexBody) -> Mask:
 def rolling_axes(
     body: convex_body.ConvexBody, downs: Array, heights: Array, tolerance: float
 ) -> tuple[Mask, Array]:
-    """Which poses roll: can be turned by 90 degrees about a run's axis and stay that low.
+    """Which poses roll: can be turned by 90 degrees about a run's axis and stay low.
 
-    `tolerance`: rise over the height that does not stop a roll. That axis too (P, 3), of either
-    sign; zero where there is none, or several.
+    `tolerance`: rise over the height that does not stop a roll. That axis too (P, 3),
+    of either sign; zero where there is none, or several.
     """
     rolls = np.zeros(len(downs), dtype=np.bool_)
     axis = np.zeros((len(downs), 3))
@@ -181,7 +175,8 @@ def yaw_symmetries(
 ) -> Index:
     """Turns about the vertical (P,) that leave the part in a pose as it is.
 
-    n-fold; 1 for no symmetry, and in doubt; 0 for any angle, where all that is turned is round.
+    n-fold; 1 for no symmetry, and in doubt; 0 for any angle, where all that is turned
+    is round.
     """
     order_of_pose = np.ones(len(lowest), dtype=np.int64)
     original = convex_body.body_of(
@@ -219,7 +214,7 @@ def _order(
     divisions: set[int],
     trial: Callable[[], symmetry.SurfaceTrial],
 ) -> int:
-    """Order of the symmetry about a direction, one that divides one of these numbers."""
+    """Order of the symmetry about an axis, one that divides one of these numbers."""
     orders = {
         order
         for sides in divisions

@@ -1,9 +1,9 @@
 """The project's own demo parts, made as a machinist would: profiles, extrusions, cuts.
 
-Each function returns a closed outward surface, vertices (V, 3) in millimetres and triangles
-(T, 3). Coordinates are float32 numbers, since STL stores nothing finer: a written part
-reads back exactly. This module and those that model solids need manifold3d, so they are
-imported only where such parts are made.
+Each function returns a closed outward surface, vertices (V, 3) in millimetres and
+triangles (T, 3). Coordinates are float32 numbers, since STL stores nothing finer: a
+written part reads back exactly. This module and those that model solids need
+manifold3d, so they are imported only where such parts are made.
 """
 
 import os
@@ -14,7 +14,8 @@ import numpy as np
 from manifold3d import CrossSection, Manifold
 
 from ...base import errors, files
-from ..mesh import arrays, files as mesh_files
+from ..mesh import arrays
+from ..mesh.files import stl_bytes
 from ..records import Array, Index
 from . import profiles
 from .profiles import Outline, Surface, rounded_polygon, spur_gear, unit_circle
@@ -23,8 +24,8 @@ from .profiles import Outline, Surface, rounded_polygon, spur_gear, unit_circle
 def clamp() -> Surface:
     """Body of a C-clamp, 42 mm by 36 mm by 18 mm, without any symmetry.
 
-    The upper jaw ends in a fork with a transverse screw hole, counterbored on one side; the lower
-    jaw has a nose, a sloping underside and a mounting hole.
+    The upper jaw ends in a fork with a transverse screw hole, counterbored on one side;
+    the lower jaw has a nose, a sloping underside and a mounting hole.
     """
     side = rounded_polygon(
         [
@@ -80,7 +81,7 @@ def bracket() -> Surface:
 
 
 def hex_bolt() -> Surface:
-    """Hexagon head bolt M8 x 30 along z, head chamfered and above z = 0, shank 48-sided."""
+    """Hexagon head bolt M8 x 30 along z, its head above z = 0, shank 48-sided."""
     head = extrude(13.0 / np.sqrt(3.0) * unit_circle(6), "z", -5.3, 0.0)
     chamfer = np.array(
         [(0.0, -5.3), (6.0, -5.3), (9.0, -5.3 + np.sqrt(3.0)), (9.0, 1.0), (0.0, 1.0)]
@@ -93,7 +94,7 @@ def hex_bolt() -> Surface:
 
 
 def gear() -> Surface:
-    """Spur gear, 32 teeth of module 1, 10 mm wide, with an 8 mm bore and a hub on one side."""
+    """Spur gear, 32 teeth of module 1, 10 mm wide, with an 8 mm bore and a hub."""
     wheel = extrude(spur_gear(32, 1.0), "z", 0.0, 10.0)
     hub = np.array([(0.0, 5.0), (9.0, 5.0), (9.0, 17.2), (8.2, 18.0), (0.0, 18.0)])
     bore = drill(4.0, "z", (0.0, 0.0), -1.0, 19.0, sides=64)
@@ -113,7 +114,8 @@ def cylinder() -> Surface:
 DEMO_PARTS: dict[str, Callable[[], Surface]] = {
     make.__name__: make for make in (clamp, bracket, hex_bolt, gear, prism, cylinder)
 }
-"""Name to a function that makes the part: vertices (V, 3) in mm and triangles (T, 3)."""
+"""Name to a function that makes the part: vertices (V, 3) in mm and triangles (T,
+3)."""
 
 
 def write_demo_parts(directory: str | os.PathLike[str]) -> list[Path]:
@@ -123,7 +125,7 @@ def write_demo_parts(directory: str | os.PathLike[str]) -> list[Path]:
         folder.mkdir(parents=True, exist_ok=True)
         paths = [folder / f"{name}.stl" for name in DEMO_PARTS]
         for path, make in zip(paths, DEMO_PARTS.values(), strict=True):
-            files.write_file(path, mesh_files.stl_bytes(*make()))
+            files.write_file(path, stl_bytes(*make()))
         return paths
     except OSError as error:
         raise errors.MeshFileError(
@@ -165,7 +167,7 @@ def surface_of(solid: Manifold) -> Surface:
 
 
 def sort_surface(vertices: Array, triangles: Index) -> Surface:
-    """Coordinates as float32, in lexicographic order, whatever order a modeller emits them in."""
+    """Coordinates as float32, in lexicographic order, whatever a modeller's order."""
     rounded = vertices.astype(np.float32).astype(np.float64) + 0.0
     points, index = np.unique(rounded, axis=0, return_inverse=True)
     return points, arrays.sort_triangles(index.reshape(-1)[triangles])

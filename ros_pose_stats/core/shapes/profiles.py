@@ -1,4 +1,4 @@
-"""Outlines in the plane from which the solid shapes are made: circles, rounded polygons, gears.
+"""Outlines in the plane: circles, rounded polygons, gears.
 
 An outline is an (N, 2) array of corners, counter-clockwise, not repeated at the end.
 """
@@ -15,10 +15,10 @@ Surface = tuple[Array, Index]  # vertices (V, 3) and outward triangles (T, 3), c
 
 
 def unit_circle(sides: int) -> Outline:
-    """Corners (sides, 2) of a regular polygon on the unit circle, the first on the x axis.
+    """Corners (sides, 2) of a regular polygon on the unit circle, from the x axis on.
 
-    Each is found from an angle in the first octant, so that reflections and quarter turns of the
-    polygon map its coordinates onto each other bit for bit.
+    Each is found from an angle in the first octant, so that reflections and quarter
+    turns of the polygon map its coordinates onto each other bit for bit.
     """
     octant, eighths = np.divmod(8 * np.arange(sides), sides)
     eighths = np.where(octant % 2 == 1, sides - eighths, eighths)
@@ -38,7 +38,10 @@ def unit_circle(sides: int) -> Outline:
 def rounded_polygon(
     corners: Sequence[tuple[float, float, float]], steps: int = 6
 ) -> Outline:
-    """Polygon (N, 2) of counter-clockwise corners with tangent arcs of their radii; 0 is sharp."""
+    """Polygon (N, 2) of counter-clockwise corners with tangent arcs of their radii.
+
+    0 is sharp.
+    """
     points = np.array([corner[:2] for corner in corners], dtype=np.float64)
     return np.concatenate(
         [
@@ -79,9 +82,10 @@ def _fillet(
 
 
 def spur_gear(teeth: int, module: float) -> Outline:
-    """Involute spur gear (N, 2) with standard addendum (1 module) and dedendum (1.25 modules).
+    """Involute spur gear (N, 2), addendum 1 and dedendum 1.25 modules.
 
-    The first tooth points along x; below the base circle flanks run radially to the root circle.
+    The first tooth points along x; below the base circle flanks run radially to the
+    root circle.
     """
     pitch = teeth * module / 2.0
     pressure = np.radians(20.0)
