@@ -8,7 +8,7 @@ from contextlib import suppress
 from rclpy.serialization import deserialize_message, serialize_message
 from ros_pose_stats_msgs.msg import DropRecords, JobEvent, PoseStatistics
 
-from ...core.records import PoseStatistics as Statistics
+from ...core import records
 from ...core.simulation.drops import DropChunk
 from ..equipment import NOT_RECORDED, Equipment
 from ..messages import part_messages, statistics_messages, times
@@ -16,7 +16,7 @@ from ..parts.known_part import KnownPart
 from ..parts.registry import PartRegistry
 from ..recorder import ANSWERS, DROP_RECORDS, JOB_EVENTS
 from ..state import Change
-from .run import Job, JobListener, State as JobState
+from .run import Job, JobListener, State
 
 MOST_ENDED = 1000  # finished jobs that can still be asked for
 # of the results of ended jobs; older ones are in the bag only
@@ -76,7 +76,7 @@ class JobReports(JobListener):
         self._recorder = equipment.recorder
         self._state = equipment.state
         self._log = equipment.node.get_logger()
-        self._interims: dict[str, tuple[Statistics, PoseStatistics]] = {}
+        self._interims: dict[str, tuple[records.PoseStatistics, PoseStatistics]] = {}
         self._stored_at = 0.0
         # of the newest jobs that have ended, oldest first
         self.ends: dict[str, JobEvent] = {}
@@ -153,7 +153,7 @@ class JobReports(JobListener):
         record.header.stamp = times.time_message(times.now())
         self._recorder.record(DROP_RECORDS, serialize_message(record))
 
-    def ended(self, job: Job, state: JobState) -> None:
+    def ended(self, job: Job, state: State) -> None:
         """Store the end and its result, record both, and latch the result."""
         part = self._part_of(job) or job.find_part()
         event = job_event(job, state)
@@ -217,7 +217,7 @@ class JobReports(JobListener):
                 if row is not None:
                     self._state.put(Change("jobs", oldest, (*row[:3], b"")))
 
-    def interim(self, job: Job, snapshot: Statistics) -> PoseStatistics:
+    def interim(self, job: Job, snapshot: records.PoseStatistics) -> PoseStatistics:
         """The message of a running job's statistics so far, made once a snapshot."""
         interim = self._interims.get(job.job_id)
         if interim is not None and interim[0] is snapshot:

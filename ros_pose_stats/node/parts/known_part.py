@@ -9,7 +9,8 @@ from concurrent.futures import CancelledError
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from rclpy import duration, event_handler, publisher as publishers, qos
+from rclpy import duration, event_handler, qos
+from rclpy.publisher import Publisher
 from rclpy.serialization import deserialize_message, serialize_message
 from ros_pose_stats_msgs.msg import PoseCounts, PoseStatistics
 from std_msgs.msg import Header
@@ -99,7 +100,7 @@ class Channel:
         # latches again does not
         self.recorded_at = -math.inf
         self.part: KnownPart | None = None  # whose result is latched
-        self._publisher: publishers.Publisher | None = None
+        self._publisher: Publisher | None = None
         self._farewell_at = -math.inf
 
     def next_revision(self) -> int:
@@ -335,17 +336,21 @@ class KnownPart:
             message is latched.message or message is latched.model
         ):
             return False
-        if not self.is_current or self._settings().scene(self.scene_override) != scene:
+        if not (self.is_current and self._is_present(scene)):
             return False
         model = self.model_in(scene)
         return model is None or statistics_messages.replaces(message, model)
 
     def is_due(self, scene: DropScene) -> bool:
         """Whether an intermediate result for this scene may be latched again by now."""
-        return self._settings().scene(self.scene_override) == scene and (
-            self.latched is None
-            or time.monotonic() - self.latched.latched_at >= SECONDS_BETWEEN
+        latched = self.latched
+        return self._is_present(scene) and (
+            latched is None or time.monotonic() - latched.latched_at >= SECONDS_BETWEEN
         )
+
+    def _is_present(self, scene: DropScene) -> bool:
+        """Whether a scene is the part's own in the present settings."""
+        return self._settings().scene(self.scene_override) == scene
 
     def show_best(self) -> None:
         """Latch the best that is known for the present scene, at least an estimate."""
@@ -379,12 +384,7 @@ class KnownPart:
             message = copy.copy(message)
             message.revision = channel.next_revision()
         is_observed = message.method == methods.OBSERVED
-        tally = self.counts.tally
-        if (
-            is_observed
-            and tally is not None
-            and not self._equipment.state.commit(tally.change)
-        ):
+        if is_observed and not self.counts.commit():
             message = self._equipment.warn_unrecorded(message)
         is_recorded = not is_repeated or now - channel.recorded_at >= SECONDS_BETWEEN
         if is_recorded:  # else `show_waiting` records it
@@ -519,9 +519,7 @@ class KnownPart:
         """Flips (K, K) counted at a speed on a result's ground; raises RequestError."""
         with self.lock:
             flips = self.counts.flips_at(message, speed)
-            tally = self.counts.tally
-        if tally is not None:
-            self._equipment.state.commit(tally.change)
+        self.counts.commit()
         return flips
 
     def _evidence_of_others(self, plate: str) -> Iterator[Array]:

@@ -181,6 +181,10 @@ class PartCounts:
             tally.change = self._state.put(*changes)
         return True
 
+    def commit(self) -> bool:
+        """Wait until what was counted is stored; whether it is on the disk."""
+        return self.tally is None or self._state.commit(self.tally.change)
+
     def _change_of(self, tally: Tally) -> Change:
         tolerance, sides = tally.ground.numbering
         return Change(

@@ -307,25 +307,22 @@ class PartRegistry:
 
     def health_of_counts(self) -> Health:
         """The line about what cameras counted, and what has changed in that."""
-        tallies = {}
-        for part in self.all():
-            if part.counts.tally is not None:
-                tallies[part.part_id] = part.counts.tally
+        kinds = 0
+        total = 0
         drifts = {}
-        for part_id, tally in tallies.items():
-            drift = tally.drift()
-            if drift:
-                drifts[f"changed {part_requests.shown(part_id)}"] = drift
-        total = sum(int(tally.total.sum()) for tally in tallies.values())
-        line = f"{total} parts counted of {len(tallies)} kinds"
+        for part in self.all():
+            tally = part.counts.tally
+            if tally is not None:
+                kinds += 1
+                total += int(tally.total.sum())
+                if tally.drift():
+                    name = part_requests.shown(part.part_id)
+                    drifts[f"changed {name}"] = tally.drift()
+        line = f"{total} parts counted of {kinds} kinds"
         if drifts:
-            name, drift = next(iter(drifts.items()))
-            line = f"{name}: {drift}"
-        return Health(
-            bool(drifts),
-            line,
-            {"kinds counted": len(tallies), "parts counted": total, **drifts},
-        )
+            line = ": ".join(next(iter(drifts.items())))
+        values = {"kinds counted": kinds, "parts counted": total, **drifts}
+        return Health(bool(drifts), line, values)
 
     def _look_after_topics(self) -> None:
         """Let publishers go whose farewell has arrived, and draw what has changed."""
