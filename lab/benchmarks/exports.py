@@ -15,7 +15,7 @@ from lab.bodies.variants import in_float32
 from lab.frame.page import Page
 from lab.frame.results import Row, Section, Target
 from ros_pose_stats import PoseStatistics, estimate, part_from_mesh, simulate
-from ros_pose_stats.core.statistics.chi_square import LEAST_EXPECTED
+from ros_pose_stats.core.statistics.chi_square import SMALLEST_EXPECTED
 
 from .program import benchmark_parser, run_benchmark
 
@@ -221,7 +221,7 @@ def _usual_range(count: int) -> float:
 
 def _chance(counts: Array) -> float:
     """Probability of chi-square that all rows (E, K) have one distribution."""
-    enough = counts[:, counts.mean(axis=0) >= LEAST_EXPECTED]
+    enough = counts[:, counts.mean(axis=0) >= SMALLEST_EXPECTED]
     return float(chi2_contingency(enough)[1]) if enough.shape[1] > 1 else 1.0
 
 

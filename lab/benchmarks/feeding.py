@@ -119,7 +119,7 @@ def row(
         clearance,
         blocking_with_bays(part, poses, shares, np.flatnonzero(wanted), clearance),
     )
-    told = numbers * (fill.free(numbers) @ (shares * wanted))
+    told = numbers * (fill.free_probability(numbers) @ (shares * wanted))
     best = int(told.argmax())
     thrown = Plate(
         [

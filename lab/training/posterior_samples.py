@@ -100,6 +100,6 @@ def sample_of(
     """Make a sample: a body with its estimate."""
     scene = DropScene(restitution)
     estimate = estimator(method).function(resting, scene)
-    error = expected_error(method, resting, estimate, scene).here
+    error = expected_error(method, resting, estimate, scene).part_error
     group = np.array([pose.group for pose in resting.poses])
     return Sample(number, restitution, estimate, error, group, count)

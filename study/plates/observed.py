@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ros_pose_stats.core.estimators.estimate import estimate_in
 from ros_pose_stats.core.planning.confidence import (
-    learnt_plate_error,
+    learn_plate_error,
     observe_counts,
     plate_evidence,
 )
@@ -40,7 +40,7 @@ def observed_errors(repeats: int, seed: int) -> dict[int, dict[str, float]]:
                     for model, count in zip(models, seen, strict=True)
                 ]
                 for place, (model, count) in enumerate(zip(models, seen, strict=True)):
-                    learnt = learnt_plate_error(told[:place] + told[place + 1 :])
+                    learnt = learn_plate_error(told[:place] + told[place + 1 :])
                     answers = (
                         shares_of(model),
                         count / counted,

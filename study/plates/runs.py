@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from lab.bodies.dice import DICE, Die, on_squares, square_prism
 from ros_pose_stats.core.estimators.split import split
 from ros_pose_stats.core.plates import CountedPart, count_part, fit_plate
-from ros_pose_stats.core.plates.fit import SIDES, ExplainedPart, SceneGrid
+from ros_pose_stats.core.plates.fit import ROUND_SIDES, ExplainedPart, SceneGrid
 from ros_pose_stats.core.records.scene import DropScene, Numbering
 
 from .friction import plate_of, read_counts, study_parts
@@ -132,7 +132,9 @@ def judge_plate(
 ) -> PlateErrors:
     """Fit to at most so many counts of each of five parts, and predict the others."""
     squares: dict[str, list[float]] = {method: [] for method in METHODS}
-    grid = SceneGrid([one.counted.resting.body.radius for one in parts], SIDES[:1])
+    grid = SceneGrid(
+        [one.counted.resting.body.radius for one in parts], ROUND_SIDES[:1]
+    )
     known = [ExplainedPart(one.counted, grid) for one in parts]
     squares["best scene"] = [
         min(
@@ -201,7 +203,7 @@ def _candidate(counted: CountedPart) -> Candidate:
 
 def _drawn(one: Candidate, most: int, random: np.random.Generator) -> Candidate:
     """The same with at most so many of its counts."""
-    count = one.counted.count
+    count = one.counted.counts
     drawn = random.multivariate_hypergeometric(count, min(most, int(count.sum())))
     return one._replace(
         counted=count_part(

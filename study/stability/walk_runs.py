@@ -286,7 +286,7 @@ def _judged(dataset: Dataset) -> Iterator[tuple[str, list[float], Array]]:
         scene = DropScene(restitution, dataset.spec.drop_height, 0.0, 0)
         for name, values in told_by.items():
             told = [
-                expected_error(name, one, some, scene).here
+                expected_error(name, one, some, scene).part_error
                 for one, some in zip(poses, np.split(values, ends), strict=True)
             ]
             yield name, told, square_errors(values, dataset.simulated(restitution))

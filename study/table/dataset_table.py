@@ -189,7 +189,7 @@ def _combined_values(
     ends = np.cumsum([len(one.poses) for one in poses])[:-1]
     return np.concatenate(
         [
-            pose_prior(one, scene).updated(counts).probability
+            pose_prior(one, scene).update(counts).probability
             for one, counts in zip(poses, np.split(counted.count, ends), strict=True)
         ]
     )

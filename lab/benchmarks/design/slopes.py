@@ -48,7 +48,7 @@ def measure_slopes(case: Case, workers: int) -> list[Slope]:
     for kind, count in CHOSEN:
         mine = np.flatnonzero([one.kind == kind for one in space.features])
         drawn += case.draw.choice(mine, min(count, len(mine)), replace=False).tolist()
-    base = space.change_one(0, 0.0)
+    base = space.change_feature(0, 0.0)
     share = model.estimate(base)
     drops = _affordable(case, base, 2 * len(drawn), workers)
     found = []
@@ -56,7 +56,7 @@ def measure_slopes(case: Case, workers: int) -> list[Slope]:
         feature = space.features[number]
         unit = STEP * (space.body.radius if feature.is_length else 1.0)
         try:
-            pair = [space.change_one(number, side) for side in (-unit, unit)]
+            pair = [space.change_feature(number, side) for side in (-unit, unit)]
         except MeshError:  # a step that leaves no body is no case
             continue
         other, change = (model.estimate(one) - share for one in pair)

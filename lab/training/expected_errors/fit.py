@@ -20,7 +20,7 @@ from scipy.optimize import minimize, minimize_scalar
 from scipy.special import gammaln, logsumexp
 
 from ros_pose_stats.core.estimators import ESTIMATORS
-from ros_pose_stats.core.estimators.expected import scatter
+from ros_pose_stats.core.estimators.expected import scatter_mixture
 from ros_pose_stats.core.estimators.fitted import ERROR_FILE, ErrorFit
 from study.dataset import shipped_datasets
 from study.estimates import restings, scene_estimates, square_errors
@@ -104,7 +104,7 @@ def _fit_scatter(samples: ErrorSamples, expected: Array) -> float:
     half = 0.5 * samples.freedom
 
     def unlikely(width: float) -> float:
-        weight, factor = scatter(width)
+        weight, factor = scatter_mixture(width)
         whole = np.square(factor)[:, None] * expected + samples.noise
         likely = (
             half * np.log(half / whole)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from lab.frame.results import Row, Section, Target
 from ros_pose_stats.core.estimators import ESTIMATORS, best_method
-from ros_pose_stats.core.estimators.expected import expected_error, largest_of
+from ros_pose_stats.core.estimators.expected import bound_pose_errors, expected_error
 from ros_pose_stats.core.estimators.fitted import ErrorFit
 from ros_pose_stats.core.records.scene import DEFAULT_RESTITUTION
 
@@ -89,7 +89,9 @@ def judged(
         single = share * (1.0 - share) / row.count.sum()
         for name, estimate in answers.items():
             told = expected_error(name, resting, estimate, scene, fits)
-            bound = largest_of(told.each, resting.group, fits[name], single)
+            bound = bound_pose_errors(
+                told.pose_errors, resting.group, fits[name], single
+            )
             away = np.abs(estimate - share)
             rows[name].append(
                 (
@@ -97,7 +99,7 @@ def judged(
                     row.restitution,
                     row.height,
                     share.size,
-                    told.here**2,
+                    told.part_error**2,
                     float(np.mean(away * away)),
                     noise,
                     bool(away.max() <= bound),

@@ -14,7 +14,7 @@ from ros_pose_stats.core.estimators import ESTIMATORS
 from ros_pose_stats.core.estimators.fitted import (
     error_inputs,
     error_scale,
-    known_answers,
+    reference_answers,
 )
 from ros_pose_stats.core.records import DropScene
 from ros_pose_stats.core.resting.poses import RestingPoses
@@ -59,7 +59,7 @@ def error_samples(samples: Sequence[Sample]) -> dict[str, ErrorSamples]:
     of_body = None
     for row, resting, scene, answers in answered(samples):
         if resting is not of_body:
-            known = known_answers(resting)
+            known = reference_answers(resting)
             of_body = resting
         share, noise = counted(row)
         for name, estimate in answers.items():

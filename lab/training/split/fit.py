@@ -115,8 +115,8 @@ def write_weights(fits: Sequence[SplitFit], file: Path = SPLIT_FILE) -> None:
     """
     np.savez(
         file,
-        **pack_networks([fit.left for fit in fits], "left_"),
-        **pack_networks([fit.held for fit in fits], "held_"),
+        **pack_networks([fit.area_network for fit in fits], "left_"),
+        **pack_networks([fit.holding_network for fit in fits], "held_"),
         scenes=np.array((HIGHEST_RESTITUTION, LOWEST_DROP, HIGHEST_DROP)),
     )
 

@@ -1,4 +1,4 @@
-"""Estimators of pose statistics (section 4 of the paper, and `split`), and their registry."""
+"""Estimators of pose statistics (section 4 of the paper, and `split`)."""
 
 from .estimate import ESTIMATORS, Estimator, estimate_all, estimate_in, estimator
 from .expected import best_method

@@ -1,4 +1,4 @@
-"""From a part to its pose statistics by an estimator, of those whose rows `methods` has."""
+"""From a part to its pose statistics by an estimator."""
 
 import math
 import time
@@ -23,16 +23,16 @@ from .expected import ExpectedError, best_method, expected_error
 class Estimator(methods.Method):
     """A method with its function."""
 
-    # from `RestingPoses` and `DropScene` to probabilities (P,), in the order of `index`, summing
-    # to 1
+    # from `RestingPoses` and `DropScene` to probabilities (P,), in the order of
+    # `index`, summing to 1
     function: Callable[[poses.RestingPoses, DropScene], Array] = field(kw_only=True)
 
 
 def bind_function(method: methods.Method) -> Estimator:
-    """Join a row and the function of its name, which then takes poses and scene in any case.
+    """Join a row of `methods` and its function, which then takes poses and scene.
 
-    Where faces tie, as the two of a coin do for its rim, an estimator decides for one of them; so
-    poses that symmetry makes equal share their probability.
+    Where faces tie, as the two of a coin do for its rim, an estimator decides for one
+    of them; so poses that symmetry makes equal share their probability.
     """
     function = getattr(import_module(f".{method.module}", __package__), method.name)
 
@@ -65,7 +65,7 @@ def estimator(name: str) -> Estimator:
 def estimate_in(
     part: Part, scene: DropScene, method: str = methods.AUTO
 ) -> PoseStatistics:
-    """Estimate by an estimator's name, or `auto` for the one that errs least, without drops."""
+    """Estimate without drops, by a name, or `auto` for the one that errs least."""
     begin = time.perf_counter()
     chosen = estimator(
         best_method(scene.restitution) if method == methods.AUTO else method
@@ -111,26 +111,27 @@ def _warnings(
     expected: ExpectedError,
 ) -> list[str]:
     warnings = []
-    radii = (
-        math.inf
-        if scene.drop_height is None
-        else scene.drop_height / resting.body.radius
-    )
+    radii = math.inf
+    if scene.drop_height is not None:
+        radii = scene.drop_height / resting.body.radius
+    points = f"{100.0 * expected.part_error:.2g} points"
     if radii < LOW_DROP_RADII and not chosen.knows_scene:
         warnings.append(
-            f"LOW_DROP: released {radii:.2g} radii above the plate, but {chosen.name} does not "
-            f"know the drop height; expect the pose at release to be more frequent."
+            f"LOW_DROP: released {radii:.2g} radii above the plate, but {chosen.name} "
+            "does not know the drop height; expect the pose at release to be more "
+            "frequent."
         )
-    if expected.unknown:
+    if expected.is_unmeasured:
         warnings.append(
-            f"OUTSIDE_FIT: part or scene lie outside of those that {chosen.name} was measured on; "
-            f"its error may well be larger than the {100.0 * expected.here:.2g} points expected, "
-            f"so simulate it."
+            f"OUTSIDE_FIT: part or scene lie outside of those that {chosen.name} was "
+            f"measured on; its error may well be larger than the {points} expected, "
+            "so simulate it."
         )
-    if expected.unusual:
+    if expected.is_unusual:
         warnings.append(
-            f"METHODS_DISAGREE: eae, meae and qse differ by up to {100.0 * expected.apart:.2g} "
-            f"points on this part; expect an error of {100.0 * expected.here:.2g} points where "
-            f"{chosen.name} usually has {100.0 * expected.usual:.2g}, or simulate it."
+            "METHODS_DISAGREE: eae, meae and qse differ by up to "
+            f"{100.0 * expected.disagreement:.2g} points on this part; expect an error "
+            f"of {points} where {chosen.name} usually has "
+            f"{100.0 * expected.usual_error:.2g}, or simulate it."
         )
     return warnings

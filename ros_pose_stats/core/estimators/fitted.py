@@ -14,15 +14,15 @@ import numpy as np
 from ..records import Array, DropScene
 from ..records.scene import DEFAULT_DROP_RADII
 from ..resting.poses import RestingPoses
-from .published import eae, meae, nonlinear, normalized, qse, share_in_groups
+from .published import eae, meae, nonlinear, normalize, qse, share_in_groups
 
 SPLIT_FILE = Path(__file__).parent / "weights" / "split.npz"
 ERROR_FILE = SPLIT_FILE.with_name("expected_errors.npz")
-LEAST_RANGE = 0.1  # of an input of expected errors that hardly varies in the fit
+SMALLEST_RANGE = 0.1  # of an input of expected errors that hardly varies in the fit
 
 
 class TanhNetwork(NamedTuple):
-    """bias + skip x + output_weights tanh(hidden_weights x + hidden_bias) for K inputs x."""
+    """bias + skip x + output_weights tanh(hidden_weights x + hidden_bias), K inputs."""
 
     bias: float
     skip: Array  # (K,); weights of the inputs themselves, which skip the hidden layer
@@ -48,34 +48,36 @@ def _networks(stored: Mapping[str, Array], prefix: str) -> list[TanhNetwork]:
 
 
 class SplitFit(NamedTuple):
-    """Networks for the logarithms of two factors; their inputs are `split.split_inputs`."""
+    """Networks for the logarithms of two factors, of `split.split_inputs`."""
 
-    # factor of the area of {r < E}: parts that lose the last of their energy in a component
-    left: TanhNetwork
+    # factor of the area of {r < E}: parts that lose the last of their energy in a
+    # component
+    area_network: TanhNetwork
     # factor of the solid angle of the faces that hold: parts that stay where they land
-    held: TanhNetwork
+    holding_network: TanhNetwork
 
 
 class ErrorFit(NamedTuple):
     """Square error of one method as a function of part, estimate and scene."""
 
-    # (K,); bounds of the inputs in the fit; beyond them the value is that of the nearest inputs
+    # (K,); bounds of the inputs in the fit; beyond them the value is that of the
+    # nearest inputs
     lowest: Array
     highest: Array
     network: TanhNetwork
-    # standard deviation, over parts of which the same is expected, of the logarithm of the square
-    # error
+    # standard deviation, over parts of which the same is expected, of the logarithm of
+    # the square error
     scatter: float
 
     def __call__(self, inputs: Array) -> Array:
         """Logarithm of the expected square error over the mean of `error_scale`."""
         return self.network(np.clip(inputs, self.lowest, self.highest))
 
-    def outside(self, inputs: Array) -> float:
-        """How far inputs (K,) lie beyond those of the fit, in ranges of the input, summed."""
-        beyond = np.maximum(inputs - self.highest, self.lowest - inputs)
-        width = np.maximum(self.highest - self.lowest, LEAST_RANGE)
-        return float(np.maximum(beyond / width, 0.0).sum())
+    def extrapolation(self, inputs: Array) -> float:
+        """How far inputs (K,) lie beyond the fit, in ranges of the input, summed."""
+        excess = np.maximum(inputs - self.highest, self.lowest - inputs)
+        width = np.maximum(self.highest - self.lowest, SMALLEST_RANGE)
+        return float(np.maximum(excess / width, 0.0).sum())
 
 
 with np.load(SPLIT_FILE) as _stored:
@@ -112,22 +114,27 @@ with np.load(ERROR_FILE) as _stored:
         name: tuple(row)
         for name, row in zip(_methods, _stored["usual"].tolist(), strict=True)
     }
-    """Root mean square error over the parts of the reference datasets, as a fraction."""
+    """Root mean square error over the parts of the reference datasets, as a
+    fraction."""
 
 
-LEAST_CROWDING = 1e-4  # added to the crowding of corners before its logarithm is taken
+SMALLEST_CROWDING = 1e-4
+"""Added to the crowding of corners before its logarithm is taken."""
 
-LEAST_APART = 1e-3
-"""Added to square distances of two methods, over the `error_scale`, before the logarithm."""
+SMALLEST_DISTANCE = 1e-3
+"""Added to square distances of two methods, over the `error_scale`, before the
+logarithm."""
 
-LEAST_ANGLE = 1e-12  # solid angle by which shares of a component are taken, at least
-SHALLOWEST = (
-    1e-3  # added to the barrier of a pose, in radii, before its logarithm is taken
-)
+SMALLEST_ANGLE = 1e-12  # solid angle by which shares of a component are taken, at least
+SHALLOWEST = 1e-3
+"""Added to the barrier of a pose, in radii, before its logarithm is taken."""
 
 
 def scene_inputs(resting: RestingPoses, scene: DropScene) -> Array:
-    """-log(1 - restitution), log of the drop height in radii (2,), cut to the range of the fit."""
+    """Restitution as -log(1 - r), and log of the drop height in radii (2,).
+
+    Both are cut to the range of the fit.
+    """
     return np.array(
         [
             -math.log1p(-min(scene.restitution, HIGHEST_RESTITUTION)),
@@ -145,14 +152,14 @@ def drop_radii(resting: RestingPoses, scene: DropScene) -> float:
 
 def corner_inputs(resting: RestingPoses) -> Array:
     """Logarithms of how far the body turns in few corners, at two reaches (2,)."""
-    return np.asarray(np.log(resting.corner_crowding + LEAST_CROWDING))
+    return np.asarray(np.log(resting.corner_crowding + SMALLEST_CROWDING))
 
 
 def rolling_inputs(resting: RestingPoses) -> Array:
-    """How far the components of the K splits are facets that the body rolls on, (3 K, 2).
+    """How far the components of K splits are facets that the body rolls on (3 K, 2).
 
-    The share of the facets of runs in the solid angle of a component's faces, and the mean over
-    that angle of the log of how many facets their run has, 0 off all runs.
+    The share of the facets of runs in the solid angle of a component's faces, and the
+    mean over that angle of the log of how many facets their run has, 0 off all runs.
     """
     body = resting.body
     tree = resting.equilibria.arrays.tree
@@ -171,34 +178,38 @@ def rolling_inputs(resting: RestingPoses) -> Array:
     measures *= body.arrays.angle[:, None]
     sums = np.concatenate((np.zeros((1, 3)), measures[tree.face_order].cumsum(axis=0)))
     begin, end = tree.face_range[tree.leaf_range[nodes]].T
-    found = sums[end] - sums[begin]
-    return np.asarray(found[:, 1:] / np.maximum(found[:, :1], LEAST_ANGLE))
+    component_sums = sums[end] - sums[begin]
+    return np.asarray(
+        component_sums[:, 1:] / np.maximum(component_sums[:, :1], SMALLEST_ANGLE)
+    )
 
 
 def error_inputs(
     resting: RestingPoses,
     probability: Array,
     scene: DropScene,
-    known: Array,
+    answers: Array,
     scale: Array,
 ) -> Array:
     """Inputs (17,) of `ErrorFit`; the scale of an error must be above 0 for some pose.
 
-    Scene; how far the methods are apart over the mean scale; the poses, their scales and barriers;
-    then body and corners as `split` has them.
+    Scene; how far the methods are apart over the mean scale; the poses, their scales
+    and barriers; then body and corners as `split` has them.
     """
-    energy, around, toppled = known
+    energy, modified, quasi_static = answers
     total = float(scale.sum())
     # Of the estimate from MEAE, and of MEAE from NQSE, EAE and QSE.
-    apart = np.array(
+    differences = np.array(
         [
-            probability - around,
-            around - normalized(nonlinear(toppled)),
-            around - energy,
-            around - toppled,
+            probability - modified,
+            modified - normalize(nonlinear(quasi_static)),
+            modified - energy,
+            modified - quasi_static,
         ]
     )
-    far = np.log((apart * apart).sum(axis=1) / total + LEAST_APART)
+    log_distances = np.log(
+        (differences * differences).sum(axis=1) / total + SMALLEST_DISTANCE
+    )
     depth = np.log(np.minimum(resting.clusters.barrier, 1.0) + SHALLOWEST)
     poses = (
         math.log(scale.size),
@@ -210,7 +221,7 @@ def error_inputs(
     return np.concatenate(
         (
             (-math.log1p(-scene.restitution), height),
-            far,
+            log_distances,
             poses,
             resting.shape_features,
             corner_inputs(resting),
@@ -218,18 +229,18 @@ def error_inputs(
     )
 
 
-def error_scale(resting: RestingPoses, probability: Array, known: Array) -> Array:
-    """Scale of the square error of each pose (P,): p (1 - p) plus the square distance from MEAE.
+def error_scale(resting: RestingPoses, probability: Array, answers: Array) -> Array:
+    """Scale of the square error (P,): p (1 - p) plus the square distance from MEAE.
 
-    The first is the square error of a single drop, the second is for an estimate that is certain
-    and wrong. Poses that symmetry makes equal count as one in p (1 - p).
+    The first is the square error of a single drop, the second is for an estimate that
+    is certain and wrong. Poses that symmetry makes equal count as one in p (1 - p).
     """
     return np.asarray(
-        single_drop(resting, probability) + np.square(probability - known[1])
+        single_drop_variance(resting, probability) + np.square(probability - answers[1])
     )
 
 
-def known_answers(resting: RestingPoses) -> Array:
+def reference_answers(resting: RestingPoses) -> Array:
     """Answers (3, P) of EAE, MEAE and QSE."""
     return np.array(
         [
@@ -239,9 +250,12 @@ def known_answers(resting: RestingPoses) -> Array:
     )
 
 
-def single_drop(resting: RestingPoses, probability: Array) -> Array:
-    """The product p (1 - p) of each pose; equal ones by symmetry count as one, shared evenly."""
+def single_drop_variance(resting: RestingPoses, probability: Array) -> Array:
+    """The product p (1 - p) of each pose (P,).
+
+    Poses that symmetry makes equal count as one, and share it evenly.
+    """
     group = resting.group
-    together = np.bincount(group, probability)[group]
+    group_share = np.bincount(group, probability)[group]
     size = np.bincount(group)[group]
-    return np.asarray(together * np.maximum(1.0 - together, 0.0) / (size * size))
+    return np.asarray(group_share * np.maximum(1.0 - group_share, 0.0) / (size * size))

@@ -7,15 +7,15 @@ from ..records import Array, Index
 from ..resting import convex_body, poses
 
 
-def normalized(weights: Array) -> Array:
+def normalize(weights: Array) -> Array:
     """Weights (P,) scaled to sum to 1."""
     return np.asarray(weights / weights.sum())
 
 
 def area(resting: poses.RestingPoses) -> Array:
-    """Probabilities (P,) proportional to the stable faces' surface area [24], beside Eq. 5."""
-    found = resting.equilibria
-    return normalized(resting.gather(found.body.arrays.area[found.faces]))
+    """Probabilities (P,) in proportion to the stable faces' area [24], beside Eq. 5."""
+    equilibria = resting.equilibria
+    return normalize(resting.gather(equilibria.body.arrays.area[equilibria.faces]))
 
 
 def share_in_groups(values: Array, group: Index) -> Array:
@@ -24,17 +24,25 @@ def share_in_groups(values: Array, group: Index) -> Array:
 
 
 def csae(resting: poses.RestingPoses) -> Array:
-    """Centroid solid angle estimator, Eq. 5 [27]; it jumps where a face becomes stable."""
-    found = resting.equilibria
-    return normalized(resting.gather(found.body.arrays.angle[found.faces]))
+    """Centroid solid angle estimator, Eq. 5 [27].
+
+    It jumps where a face becomes stable.
+    """
+    equilibria = resting.equilibria
+    return normalize(resting.gather(equilibria.body.arrays.angle[equilibria.faces]))
 
 
 def adre(resting: poses.RestingPoses) -> Array:
-    """Angle-distance ratio estimator [28], [29]: Eq. 5 with the solid angle over the distance."""
-    found = resting.equilibria
-    arrays = found.body.arrays
-    return normalized(
-        resting.gather(arrays.angle[found.faces] / arrays.distance[found.faces])
+    """Angle-distance ratio estimator [28], [29].
+
+    It is Eq. 5 with the solid angle over the distance.
+    """
+    equilibria = resting.equilibria
+    arrays = equilibria.body.arrays
+    return normalize(
+        resting.gather(
+            arrays.angle[equilibria.faces] / arrays.distance[equilibria.faces]
+        )
     )
 
 
@@ -46,43 +54,53 @@ NQSE_COEFFICIENTS = (
 )  # c0 … c3 of Eq. 6 as published (section 4.C).
 
 PQSE_SHARE = 0.4
-"""Redistributed share of PQSE: with it the estimator errs on the paper's kind of bodies as in the
-paper's Table I, and neither over- nor underestimates large faces (`python -m study table`)."""
+"""Redistributed share of PQSE: with it the estimator errs on the paper's kind of bodies
+as in the paper's Table I, and neither over- nor underestimates large faces (`python -m
+study table`)."""
 
 
 def qse(resting: poses.RestingPoses) -> Array:
-    """Quasi-static estimator [26], section 4.B: solid angles, carried down the toppling graph."""
-    found = resting.equilibria
-    return normalized(resting.gather(found.arrays.toppled[found.faces]))
+    """Quasi-static estimator [26], section 4.B.
+
+    Solid angles are carried down the toppling graph.
+    """
+    equilibria = resting.equilibria
+    return normalize(resting.gather(equilibria.arrays.toppled[equilibria.faces]))
 
 
 def nqse(resting: poses.RestingPoses) -> Array:
     """Nonlinear quasi-static estimator, Eq. 6 with the published coefficients.
 
-    Summed over the faces of a pose first, so that a finer tessellation does not count for less.
+    Summed over the faces of a pose first, so that a finer tessellation does not count
+    for less.
     """
-    return normalized(nonlinear(qse(resting)))
+    return normalize(nonlinear(qse(resting)))
 
 
 def pqse(resting: poses.RestingPoses) -> Array:
     """Perturbed quasi-static estimator [25], in this project's reading.
 
-    The paper says that probability moves between each pair of adjacent faces to the larger one, by
-    a simple rule. In our reading the side between faces i and j moves by an angle, and the strip
-    that it sweeps changes hands: i takes `share * arc / (4 pi) * (area_i - area_j) / mean` from j,
-    where arc is the angle that the side spans seen from the centre of mass, and mean the area of
-    all faces over their number. A face that would give more than it has gives all it has, in
-    proportion (the paper's remedy against negative probabilities). The result then topples as in
-    the quasi-static estimator. The faces of one pose count as one surface.
+    The paper says that probability moves between each pair of adjacent faces to the
+    larger one, by a simple rule. In our reading the side between faces i and j moves by
+    an angle, and the strip that it sweeps changes hands: i takes `share * arc / (4 pi)
+    * (area_i - area_j) / mean` from j, where arc is the angle that the side spans seen
+    from the centre of mass, and mean the area of all faces over their number. A face
+    that would give more than it has gives all it has, in proportion (the paper's remedy
+    against negative probabilities). The result then topples as in the quasi-static
+    estimator. The faces of one pose count as one surface.
     """
-    found = resting.equilibria
+    equilibria = resting.equilibria
     surface = np.arange(resting.body.faces)
-    surface[found.faces] = found.faces[
+    surface[equilibria.faces] = equilibria.faces[
         resting.clusters.lowest_face[resting.clusters.pose]
     ]
-    start = _redistribute(found.body, np.unique(surface, return_inverse=True)[1])
-    settled = settle_on_stable(start, found.arrays.target, found.arrays.share)
-    return normalized(resting.gather(settled[found.faces]))
+    first_share = _redistribute(
+        equilibria.body, np.unique(surface, return_inverse=True)[1]
+    )
+    stable_share = settle_on_stable(
+        first_share, equilibria.arrays.target, equilibria.arrays.share
+    )
+    return normalize(resting.gather(stable_share[equilibria.faces]))
 
 
 def nonlinear(share: Array) -> Array:
@@ -94,29 +112,32 @@ def nonlinear(share: Array) -> Array:
 
 def _redistribute(body: convex_body.ConvexBody, surface: Index) -> Array:
     arrays = body.arrays
-    start = arrays.angle / arrays.angle.sum()
+    angle_share = arrays.angle / arrays.angle.sum()
     areas = np.bincount(surface, arrays.area)
-    larger = ((areas / areas.mean())[surface])[arrays.face]
-    giver = arrays.face[arrays.twin]
+    relative_area = ((areas / areas.mean())[surface])[arrays.face]
+    giving_face = arrays.face[arrays.twin]
     arcs = _arctangents(arrays.start / arrays.reach) + _arctangents(
         arrays.stop / arrays.reach
     )
-    flow = PQSE_SHARE * arcs / (4.0 * np.pi) * (larger - larger[arrays.twin])
-    flow = np.maximum(flow, 0.0)
-    outflow = np.bincount(giver, flow, body.faces)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        limit = np.where(outflow > start, start / outflow, 1.0)
-    flow *= limit[giver]
-    change = np.bincount(arrays.face, flow, body.faces) - np.bincount(
-        giver, flow, body.faces
+    flow = (
+        PQSE_SHARE * arcs / (4.0 * np.pi) * (relative_area - relative_area[arrays.twin])
     )
-    return np.asarray(np.maximum(start + change, 0.0))
+    flow = np.maximum(flow, 0.0)
+    outflow = np.bincount(giving_face, flow, body.faces)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        limit = np.where(outflow > angle_share, angle_share / outflow, 1.0)
+    flow *= limit[giving_face]
+    net_flow = np.bincount(arrays.face, flow, body.faces) - np.bincount(
+        giving_face, flow, body.faces
+    )
+    return np.asarray(np.maximum(angle_share + net_flow, 0.0))
 
 
 def _arctangents(values: Array) -> Array:
-    """Arctangents (n,) to 1e-15, rounded alike on every processor, unlike those of numpy.
+    """Arctangents (n,) to 1e-15, rounded alike on every processor.
 
-    Three times atan x = 2 atan(x / (1 + sqrt(1 + x x))), then the Taylor series (DLMF 4.24.3).
+    Three times atan x = 2 atan(x / (1 + sqrt(1 + x x))), then the Taylor series (DLMF
+    4.24.3).
     """
     for _ in range(3):
         values = values / (1.0 + np.sqrt(1.0 + values * values))
@@ -127,21 +148,20 @@ def _arctangents(values: Array) -> Array:
     return np.asarray(8.0 * values * series)
 
 
-COMBINED_WEIGHT = (
-    0.75  # c of Eq. 9 as published: the weight of MEAE beside NQSE (section 4.E).
-)
+COMBINED_WEIGHT = 0.75
+"""C of Eq. 9 as published: the weight of MEAE beside NQSE (section 4.E).."""
 
 
 def eae(resting: poses.RestingPoses) -> Array:
     """Energy absorption estimator, Eqs. 7 and 8, by the reachable set {R < E}."""
     _, probability = resting.passage_R
-    return normalized(resting.clusters.gather(probability))
+    return normalize(resting.clusters.gather(probability))
 
 
 def meae(resting: poses.RestingPoses) -> Array:
     """Modified energy absorption estimator: Eq. 8 with r in place of R (Appendix C)."""
     _, probability = resting.passage_r
-    return normalized(resting.clusters.gather(probability))
+    return normalize(resting.clusters.gather(probability))
 
 
 def combined(resting: poses.RestingPoses) -> Array:

@@ -1,12 +1,13 @@
-"""The estimator `split`, which knows restitution, drop height and inertia (after section 4.D).
+"""The estimator `split`, after section 4.D, of restitution, drop height, inertia.
 
-As in the energy absorption estimators the part loses energy, and its reachable set falls apart
-split by split. But the probabilities at a split are not the ratio of two solid angles: each
-component has a weight, the sum of two terms. One is the area of {r < E}, the other the solid angle
-of the faces that hold what lands on them, each times the exponential of a small neural network of
-the component's features (`kernels.split_features`), the body and the scene. The networks were
-fitted to drop simulations of many kinds of bodies (`fitted`). In the end odds fall with how far
-curves that a part rocks on lie across a pose (`resting.turns.measure_curves`).
+As in the energy absorption estimators the part loses energy, and its reachable set
+falls apart split by split. But the probabilities at a split are not the ratio of two
+solid angles: each component has a weight, the sum of two terms. One is the area of {r <
+E}, the other the solid angle of the faces that hold what lands on them, each times the
+exponential of a small neural network of the component's features
+(`kernels.split_features`), the body and the scene. The networks were fitted to drop
+simulations of many kinds of bodies (`fitted`). In the end odds fall with how far curves
+that a part rocks on lie across a pose (`resting.turns.curves`).
 """
 
 from collections.abc import Sequence
@@ -19,92 +20,107 @@ from ..records import Array, DropScene
 from ..resting.poses import RestingPoses
 from . import fitted, published
 
-HOLDING = 1e-3  # depth over level at which a component's faces hold half of what they hold at most
+HOLDING_DEPTH = 1e-3
+"""Depth over level at which a component's faces hold half of what they can."""
 
-FORGOTTEN = 30.0
-"""Growth over the depth of a split at which a component keeps half of its parts' weights."""
+FORGETTING_GROWTH = 30.0
+"""Growth over the depth of a split at which a component keeps half of its parts'
+weights."""
 
 SHALLOWEST = 1e-14
-"""Least depth, in radii or over the level, that is divided by or whose logarithm is taken."""
+"""Least depth, in radii or over the level, that is divided by or whose logarithm is
+taken."""
 
-STEEP = 1e3
-"""Depth over the rise of the level to a next split, by which that outgrows a shallower one."""
+STEEP_RATIO = 1e3
+"""Depth over the rise of the level to a next split, by which that outgrows a shallower
+one."""
 
-ACROSS = 13.0
-"""Growth of the log odds with how far curves lie across poses (docs/decisions.md)."""
+CURVE_GROWTH = 13.0
+"""Growth of the log odds with how far curves lie across poses
+(docs/decisions.md)."""
 
 
 def split(resting: RestingPoses, scene: DropScene) -> Array:
     """Probabilities (P,) from fitted weights of the components at each split.
 
-    They are exact where symmetry decides, and continuous in the shape where the modified energy
-    absorption estimator is, but where facets of a curve break. Beyond the scenes of the fit they
-    are those of the nearest.
+    They are exact where symmetry decides, and continuous in the shape where the
+    modified energy absorption estimator is, but where facets of a curve break. Beyond
+    the scenes of the fit they are those of the nearest.
     """
     rows = split_inputs(resting, scene)
     tree = resting.equilibria.arrays.tree
-    wanted = resting.clusters.split
+    is_split = resting.clusters.split
     weight = np.zeros((tree.level.shape[0], 3))
-    weight[wanted] = component_weights(rows).reshape(-1, 3)
-    probability = descend_splits(weight, kept_shares(resting), tree, wanted)
-    across = resting.curves[1]
-    return published.normalized(
-        resting.clusters.gather(probability) * np.exp(ACROSS * (across.min() - across))
+    weight[is_split] = component_weights(rows).reshape(-1, 3)
+    probability = descend_splits(weight, kept_shares(resting), tree, is_split)
+    curves = resting.curves[1]
+    return published.normalize(
+        resting.clusters.gather(probability)
+        * np.exp(CURVE_GROWTH * (curves.min() - curves))
     )
 
 
 def split_inputs(resting: RestingPoses, scene: DropScene) -> Array:
-    """Inputs (3 K, 26) of the weights of the K splits: of both children and of the whole."""
-    wanted = resting.clusters.split
-    features = resting.split_features[wanted]
+    """Inputs (3 K, 26) of K splits: of both children and of the whole."""
+    is_split = resting.clusters.split
+    features = resting.split_features[is_split]
     rows = features.reshape(-1, features.shape[2])
-    about = np.concatenate(
+    part_inputs = np.concatenate(
         (
             resting.shape_features,
             fitted.scene_inputs(resting, scene),
             fitted.corner_inputs(resting),
         )
     )
-    same = np.broadcast_to(about, (rows.shape[0], about.shape[0]))
-    return np.hstack((rows, same, fitted.rolling_inputs(resting)))
+    shared_columns = np.broadcast_to(part_inputs, (rows.shape[0], part_inputs.shape[0]))
+    return np.hstack((rows, shared_columns, fitted.rolling_inputs(resting)))
 
 
 def kept_shares(resting: RestingPoses) -> Array:
-    """Share of its own children's weights that each child of a join (S - 1, 2) keeps, 0 to 1.
+    """Share of its children's weights that each child of a join (S - 1, 2) keeps.
 
-    A ridge that is low against the growth of the component since its split is forgotten: a face
-    that breaks in two changes nothing at first. Of splits at a level the shallowest ridge counts.
+    A ridge that is low against the growth of the component since its split is
+    forgotten: a face that breaks in two changes nothing at first. Of splits at a level
+    the shallowest ridge counts.
     """
     tree = resting.equilibria.arrays.tree
     features = resting.split_features
     leaves = resting.equilibria.order.shape[0]
-    below = tree.child - leaves
-    joined = resting.clusters.split[:, None] & (below >= 0)
-    joined[joined] = resting.clusters.split[below[joined]]
+    child_join = tree.child - leaves
+    is_joined = resting.clusters.split[:, None] & (child_join >= 0)
+    is_joined[is_joined] = resting.clusters.split[child_join[is_joined]]
     level = features[:, 0, LEVEL]
     depth = level - features[:, :2, LOWEST].max(axis=1)
-    for row, child in np.argwhere(joined):  # from the lowest split upwards
-        at = below[row, child]
-        depth[row] = min(depth[row], depth[at] + STEEP * (level[row] - level[at]))
-    at = below[joined]
-    rows = np.nonzero(joined)[0]
-    grown = (level[rows] - level[at]) / np.maximum(FORGOTTEN * depth[at], SHALLOWEST)
-    kept = np.zeros(tree.child.shape)
-    kept[joined] = 1.0 / (1.0 + grown * grown)
-    return kept
+    for row, child in np.argwhere(is_joined):  # from the lowest split upwards
+        child_row = child_join[row, child]
+        rise = level[row] - level[child_row]
+        depth[row] = min(depth[row], depth[child_row] + STEEP_RATIO * rise)
+    child_rows = child_join[is_joined]
+    rows = np.nonzero(is_joined)[0]
+    growth = (level[rows] - level[child_rows]) / np.maximum(
+        FORGETTING_GROWTH * depth[child_rows], SHALLOWEST
+    )
+    share = np.zeros(tree.child.shape)
+    share[is_joined] = 1.0 / (1.0 + growth * growth)
+    return share
 
 
 def component_weights(
     rows: Array, fits: Sequence[fitted.SplitFit] = fitted.SPLIT_FITS
 ) -> Array:
     """Logarithm (n,) of the weights of components from their inputs (n, 26)."""
-    left, held = component_bases(rows)
-    told = [np.logaddexp(left + fit.left(rows), held + fit.held(rows)) for fit in fits]
-    return np.asarray(sum(told) / len(fits))
+    area_base, holding_base = component_bases(rows)
+    log_weights = [
+        np.logaddexp(
+            area_base + fit.area_network(rows), holding_base + fit.holding_network(rows)
+        )
+        for fit in fits
+    ]
+    return np.asarray(sum(log_weights) / len(fits))
 
 
 def component_bases(rows: Array) -> tuple[Array, Array]:
-    """Logarithms (n,) of the area and of the angle that holds, which vanishes with the depth."""
+    """Logarithms (n,) of the area, and of the angle that holds, by the depth."""
     depth = np.maximum(rows[:, DEPTH], SHALLOWEST)
-    holding = rows[:, LOG_HELD] + np.log(depth / (depth + HOLDING))
+    holding = rows[:, LOG_HELD] + np.log(depth / (depth + HOLDING_DEPTH))
     return np.asarray(rows[:, LOG_AREA]), np.asarray(holding)

@@ -1,1 +1,1 @@
-"""Which method answers a request, how sure its answer is, and the plan of a feeder's plate."""
+"""Which method answers a request, how sure it is, and the plan of a feeder."""

@@ -1,4 +1,4 @@
-"""The default answer: a checked estimate, or the cheapest method that reaches a target error."""
+"""The default answer: a checked estimate, or the cheapest way to a target error."""
 
 import math
 import time
@@ -15,7 +15,7 @@ from ..records.scene import (
     real_number,
 )
 from ..simulation.request import Watch, drop_request
-from .hybrid import checked, keep_target
+from .hybrid import check_estimate, keep_target
 
 MOST_DROPS = 10_000_000  # drops that a target may cost where the caller sets no bound
 
@@ -37,14 +37,15 @@ def auto(
 ) -> PoseStatistics:
     """Pose statistics that keep a target error, by the cheapest method that does.
 
-    Without a target the answer is the best estimate, checked by 50 to 200 drops beside it: as many
-    as a budget of impacts and steps allows, which is the same on every machine. How far to believe
-    the estimate is judged by how well it agrees with the drops.
+    Without a target the answer is the best estimate, checked by 50 to 200 drops beside
+    it: as many as a budget of impacts and steps allows, which is the same on every
+    machine. How far to believe the estimate is judged by how well it agrees with the
+    drops.
 
-    The target is kept if the root mean square error over the poses, against what infinitely
-    many drops would give, is at most the target with a probability of 90 %. An estimate
-    answers if it is that sure of this part; else as many drops as needed, with the estimate's
-    help; without it where the estimate stands for next to no drops.
+    The target is kept if the root mean square error over the poses, against what
+    infinitely many drops would give, is at most the target with a probability of 90 %.
+    An estimate answers if it is that sure of this part; else as many drops as needed,
+    with the estimate's help; without it where the estimate stands for next to no drops.
 
     Parameters
     ----------
@@ -55,11 +56,13 @@ def auto(
     drops : int, optional
         The most, 1 to 1e9. Default: 10 million, and 200 without a target.
     seed : int, optional
-        As for `hybrid`; without a target the default is the part's own, from its digest.
+        As for `hybrid`; without a target the default is the part's own, from its
+        digest.
     max_seconds : float
-        Ends the drops, with a warning; the answer then depends on the speed of the machine.
-        0 for no limit.
-    restitution, drop_height, workers, on_progress, should_stop, cluster_tolerance, round_sides
+        Ends the drops, with a warning; the answer then depends on the speed of the
+        machine. 0 for no limit.
+    restitution, drop_height, workers, on_progress, should_stop, cluster_tolerance,
+    round_sides
         As for `simulate`.
 
     Returns
@@ -92,24 +95,26 @@ def auto(
         is_late = 0.0 < max_seconds <= time.perf_counter() - begin
         return is_late
 
-    best = estimate_in(part, scene, methods.AUTO)
+    best_estimate = estimate_in(part, scene, methods.AUTO)
     if not target_error and seed is None:
         request = replace(request, seed=part.seed)
-    answer = keep_target if target_error else checked
-    found, choice = answer(best, part, scene, request, Watch(on_progress, is_over))
-    late = (
-        [
-            f"TIME_LIMIT: ended after {max_seconds:g} s with {found.drops} drops done, before "
-            f"{'the target was reached' if target_error else 'all were'}."
-        ]
-        if is_late
-        else []
+    answer_request = keep_target if target_error else check_estimate
+    statistics, choice = answer_request(
+        best_estimate, part, scene, request, Watch(on_progress, is_over)
     )
+    warnings = statistics.warnings
+    if is_late:
+        aim = "the target was reached" if target_error else "all were"
+        warnings = (
+            *warnings,
+            f"TIME_LIMIT: ended after {max_seconds:g} s with {statistics.drops} drops "
+            f"done, before {aim}.",
+        )
     return replace(
-        found,
+        statistics,
         choice=choice,
         seconds=time.perf_counter() - begin,
-        warnings=(*found.warnings, *late),
+        warnings=warnings,
     )
 
 
@@ -129,8 +134,8 @@ def estimate(
     part : Part
         As from `load_part` or `part_from_mesh`.
     method : str
-        One of `methods.AT_ONCE`: an estimator by its name, or `auto` for the best one checked by
-        some drops, as by `auto(part)`.
+        One of `methods.AT_ONCE`: an estimator by its name, or `auto` for the best one
+        checked by some drops, as by `auto(part)`.
     restitution, drop_height, cluster_tolerance, round_sides
         As for `simulate`. Few estimators know the first two (`knows_scene`).
 

@@ -1,4 +1,4 @@
-"""How sure an estimate is of a part: alone, combined with drops, and with counts of cameras.
+"""How sure an estimate is: alone, with drops, and with counts of cameras.
 
 Sentences about it are here, too; those of commands, library and node are the same.
 """
@@ -12,55 +12,60 @@ from numpy.typing import ArrayLike
 
 from ...base import methods, text
 from ...base.errors import RequestError
-from ..estimators import estimator, expected as expectation
+from ..estimators import estimator
+from ..estimators.expected import expected_error
 from ..records import Array, DropScene, Index, PoseStatistics, StablePose
 from ..records.scene import DEFAULT_PLATE_ERROR, LOW_DROP_RADII
 from ..records.statistics import with_shares
 from ..resting.poses import RestingPoses
-from ..simulation.request import LEAST_TARGET
+from ..simulation.request import SMALLEST_TARGET
 from ..statistics import errors, fitted_prior
 from ..statistics.prior import PosePrior, PriorFit, prior_fit
 
-FIRST_LOOK = (
-    10  # drops before the first look at the error: an estimate may need no more
-)
+FIRST_CHECKPOINT = 10
+"""Drops before the first look at the error: an estimate may need no more."""
 
-WORTHLESS = 0.02
+WORTHLESS_SHARE = 0.02
 """An estimate that stands for less than this share of the drops needed is left out."""
 
-SOON = 1.4
-"""The first look, in drops for which the expected error is the target; its bound needs more."""
+CHECKPOINT_FACTOR = 1.4
+"""The first look, in drops for which the expected error is the target; its bound needs
+more."""
 
-STRANGE = 0.08
+STRANGE_CHANCE = 0.08
 """How likely a part is of a kind that no fit has seen: a judgement, whose outcome is in
 docs/measured/benchmarks.md."""
 
-LEAST_POINTS = 0.01  # what is told of an error that symmetry makes vanish
+SMALLEST_POINTS = 0.01  # what is told of an error that symmetry makes vanish
 
 
 def pose_prior(resting: RestingPoses, scene: DropScene) -> PosePrior:
     """What the default estimate says before the first drop."""
     method = fitted_prior.FITTED_METHOD
     estimate = estimator(method).function(resting, scene)
-    expected = expectation.expected_error(method, resting, estimate, scene)
-    return _prior(estimate, expected.here, resting, scene)
+    expected = expected_error(method, resting, estimate, scene)
+    return _prior(estimate, expected.part_error, resting, scene)
 
 
-def prior_of(
-    found: PoseStatistics, resting: RestingPoses, scene: DropScene
+def estimate_prior(
+    estimate: PoseStatistics, resting: RestingPoses, scene: DropScene
 ) -> PosePrior:
     """The same from an estimate that was made before, or its message.
 
-    A drop so low that the estimator does not know it leaves next to nothing of its worth.
+    A drop so low that the estimator does not know it leaves next to nothing of its
+    worth.
     """
-    low = (
+    is_low = (
         scene.drop_height is not None
         and scene.drop_height < LOW_DROP_RADII * resting.body.radius
     )
-    known = not low or estimator(found.method).knows_scene
+    knows_scene = not is_low or estimator(estimate.method).knows_scene
     return _prior(
-        [pose.probability for pose in sorted(found.poses, key=lambda pose: pose.index)],
-        found.expected_error if known else math.nan,
+        [
+            pose.probability
+            for pose in sorted(estimate.poses, key=lambda pose: pose.index)
+        ],
+        estimate.expected_error if knows_scene else math.nan,
         resting,
         scene,
     )
@@ -74,65 +79,66 @@ def _prior(
         resting.group,
         expected,
         scene.restitution,
-        prior_fit(scene.restitution)._replace(strange=STRANGE),
+        prior_fit(scene.restitution)._replace(strange=STRANGE_CHANCE),
     )
 
 
 def estimate_bound(prior: PosePrior) -> float:
-    """Error that an estimate alone keeps with 90 % confidence; infinite if nothing is known."""
-    if not prior.known and len(prior.size) > 1:
+    """Error that an estimate alone keeps with 90 % confidence; infinite if unknown."""
+    if not prior.has_expected_error and len(prior.size) > 1:
         return math.inf
-    return prior.updated(np.zeros(prior.unit.shape, dtype=np.int64)).error_quantile()
+    return prior.update(np.zeros(prior.unit.shape, dtype=np.int64)).error_quantile()
 
 
-def worthwhile(prior: PosePrior, target_error: float) -> bool:
-    """Whether an estimate, or symmetry, saves a share of the drops that is worth having."""
-    return len(prior.size) < len(
-        prior.unit
-    ) or prior.strength > WORTHLESS * plain_drops(prior, target_error)
+def is_worthwhile(prior: PosePrior, target_error: float) -> bool:
+    """Whether an estimate, or symmetry, saves enough of the drops."""
+    has_twins = len(prior.size) < len(prior.unit)
+    needed = drops_for_target(prior, target_error)
+    return has_twins or prior.strength > WORTHLESS_SHARE * needed
 
 
-def plain_drops(prior: PosePrior, target_error: float) -> float:
-    """Drops that have the target as their expected error, if the estimate is about right."""
+def drops_for_target(prior: PosePrior, target_error: float) -> float:
+    """Drops whose expected error is the target, if the estimate is about right."""
     spread = prior.mean * (1.0 - prior.mean) / prior.size
-    return float(spread.sum()) / (
-        len(prior.unit) * max(target_error, LEAST_TARGET) ** 2
-    )
+    target = max(target_error, SMALLEST_TARGET)
+    return float(spread.sum()) / (len(prior.unit) * target**2)
 
 
-def first_look(prior: PosePrior, target_error: float, helped: bool) -> int:
-    """Drops before the first look, which costs as much as a dozen; the timing has no say in it."""
-    needed = plain_drops(prior, target_error) - (prior.strength if helped else 0.0)
-    return max(FIRST_LOOK, int(SOON * needed))
+def first_checkpoint(prior: PosePrior, target_error: float, uses_estimate: bool) -> int:
+    """Drops before the first look, which costs as much as a dozen."""
+    needed = drops_for_target(prior, target_error)
+    if uses_estimate:
+        needed -= prior.strength
+    return max(FIRST_CHECKPOINT, int(CHECKPOINT_FACTOR * needed))
 
 
-def judge_drops(prior: PosePrior | None, counts: Index) -> errors.Judged:
-    """What counts (P,) are worth with an estimate; alone without one, or where they refute it."""
-    if prior is None or prior.contradicted(counts).any():
+def judge_drops(prior: PosePrior | None, counts: Index) -> errors.Judgement:
+    """Judge counts (P,) with an estimate; alone without one, or if they refute it."""
+    if prior is None or prior.contradicted_poses(counts).any():
         return errors.judge_counts(counts)
-    posterior = prior.updated(counts)
-    return errors.Judged(
-        posterior.expected_error, posterior.error_quantile(errors.AT_A_LOOK)
+    posterior = prior.update(counts)
+    return errors.Judgement(
+        posterior.expected_error, posterior.error_quantile(errors.CHECKPOINT_LEVEL)
     )
 
 
 def points(error: float) -> str:
     """An error, a fraction, as a number of points."""
-    return f"{max(100.0 * error, LEAST_POINTS):.2g} points"
+    return f"{max(100.0 * error, SMALLEST_POINTS):.2g} points"
 
 
-def enough(what: str, bound: float, target_error: float) -> str:
+def explain_kept_target(subject: str, bound: float, target_error: float) -> str:
     """Why an answer is kept: its bound keeps the target."""
     return (
-        f"{what} is within {points(bound)} with 90 % confidence, and {points(target_error)} "
-        f"were asked for."
+        f"{subject} is within {points(bound)} with 90 % confidence, and "
+        f"{points(target_error)} were asked for."
     )
 
 
-def not_enough(what: str, bound: float, target_error: float) -> str:
+def explain_missed_target(subject: str, bound: float, target_error: float) -> str:
     """Why an answer is not: the beginning of a sentence."""
     return (
-        f"{what} is within {points(bound)} with 90 % confidence, not within "
+        f"{subject} is within {points(bound)} with 90 % confidence, not within "
         f"{points(target_error)}"
     )
 
@@ -140,70 +146,69 @@ def not_enough(what: str, bound: float, target_error: float) -> str:
 PLATE_ERRORS = DEFAULT_PLATE_ERROR * 2.0 ** np.linspace(-2.5, 2.5, 11)
 """Errors that a plate nobody has calibrated may have."""
 
-PLATE_ERROR_SPREAD = (
-    0.7  # standard deviation of their logarithm before anything was counted
-)
-ON_PLATES = PriorFit(
+PLATE_ERROR_SPREAD = 0.7
+"""Standard deviation of their logarithm before anything was counted."""
+PLATE_FIT = PriorFit(
     center=0.0, spread=0.5, overrated=0.0, rare_below=0.0, unsure_share=0.5
 )
-"""A plate contradicts the model of one part more than that of another: strengths scatter by a
-factor of 1.6 about what the plate's error implies, and rare poses are believed no more."""
+"""A plate contradicts the model of one part more than that of another: strengths
+scatter by a factor of 1.6 about what the plate's error implies, and rare poses are
+believed no more."""
 
 
 def observe_counts(
     model: PoseStatistics, counts: ArrayLike, left_out: Sequence[float] = ()
 ) -> PoseStatistics:
-    """Combine a result with what cameras counted of the part (P,), as the method `observed`.
+    """Combine a result with what cameras counted (P,), as the method `observed`.
 
-    `left_out` (P,): probabilities that the plate's fit says without these counts; they take the
-    place of the model where they are of as many poses. Where the counts refute the model beyond
-    its error and the plate's, the answer is theirs alone, with the warning `CONFLICT`.
-    `expected_error` and `plate_error` both are the error against the plate. Without any count, the
-    model itself. Raises RequestError if there are not P counts from 0 up.
+    `left_out` (P,): probabilities that the plate's fit says without these counts; they
+    take the place of the model where they are of as many poses. Where the counts refute
+    the model beyond its error and the plate's, the answer is theirs alone, with the
+    warning `CONFLICT`. `expected_error` and `plate_error` both are the error against
+    the plate. Without any count, the model itself. Raises RequestError if there are not
+    P counts from 0 up.
     """
     poses = list(model.by_index.values())
-    counted = np.asarray(counts)
+    pose_counts = np.asarray(counts)
     if (
-        counted.shape != (len(poses),)
-        or counted.dtype.kind not in "iu"
-        or (counted < 0).any()
+        pose_counts.shape != (len(poses),)
+        or pose_counts.dtype.kind not in "iu"
+        or (pose_counts < 0).any()
     ):
         raise RequestError(
             f"{len(poses)} whole numbers from 0 up, one a pose",
-            f"{counted}",
+            f"{pose_counts}",
             "count the parts seen in each pose, by its index",
         )
-    total = int(counted.sum())
+    total = int(pose_counts.sum())
     if not total:
         return model
-    told_by_plate = len(left_out) == len(poses)
-    if told_by_plate:
+    has_plate_shares = len(left_out) == len(poses)
+    if has_plate_shares:
         poses = [
-            replace(pose, probability=told)
-            for pose, told in zip(poses, left_out, strict=True)
+            replace(pose, probability=probability)
+            for pose, probability in zip(poses, left_out, strict=True)
         ]
-    known = replace(
+    prediction = replace(
         model,
         poses=tuple(poses),
-        expected_error=0.0 if told_by_plate else model.expected_error,
+        expected_error=0.0 if has_plate_shares else model.expected_error,
     )
-    prior = plate_prior(known)
-    refuted = np.flatnonzero(prior.contradicted(counted))
+    prior = plate_prior(prediction)
+    refuted = np.flatnonzero(prior.contradicted_poses(pose_counts))
     warnings = model.warnings
     if refuted.size:
-        warnings = (
-            *warnings,
-            describe_conflict(
-                prior,
-                counted,
-                refuted,
-                "the cell contradicts the model",
-                "predicted",
-                "the answer is that of the counts",
-            ),
+        conflict = describe_conflict(
+            prior,
+            pose_counts,
+            refuted,
+            "the cell contradicts the model",
+            "predicted",
+            "the answer is that of the counts",
         )
-        prior = plate_prior(replace(known, expected_error=math.nan))
-    shares = prior.updated(counted).shares(counted)
+        warnings = (*warnings, conflict)
+        prior = plate_prior(replace(prediction, expected_error=math.nan))
+    shares = prior.update(pose_counts).shares(pose_counts)
     return with_shares(
         model,
         methods.OBSERVED,
@@ -218,7 +223,7 @@ def observe_counts(
 
 
 def plate_evidence(model: PoseStatistics, counts: ArrayLike) -> Array:
-    """Logarithm of the probability of counts (P,) of a part at each of `PLATE_ERRORS`."""
+    """Log probability of counts (P,) of a part at each of `PLATE_ERRORS`."""
     return np.array(
         [
             plate_prior(replace(model, plate_error=error)).log_evidence(counts)
@@ -227,51 +232,57 @@ def plate_evidence(model: PoseStatistics, counts: ArrayLike) -> Array:
     )
 
 
-def learnt_plate_error(evidence: Iterable[Array]) -> float:
-    """The plate's error that parts' counts ask for, a geometric mean; without any, the default."""
-    far = np.log(PLATE_ERRORS / DEFAULT_PLATE_ERROR)
-    logarithm = sum(evidence, -0.5 * np.square(far / PLATE_ERROR_SPREAD))
+def learn_plate_error(evidence: Iterable[Array]) -> float:
+    """The plate's error by counts of parts, a geometric mean; the default without."""
+    log_ratio = np.log(PLATE_ERRORS / DEFAULT_PLATE_ERROR)
+    logarithm = sum(evidence, -0.5 * np.square(log_ratio / PLATE_ERROR_SPREAD))
     weight = np.exp(logarithm - logarithm.max())
-    return float(DEFAULT_PLATE_ERROR * np.exp(weight @ far / weight.sum()))
+    return float(DEFAULT_PLATE_ERROR * np.exp(weight @ log_ratio / weight.sum()))
 
 
 def plate_prior(model: PoseStatistics) -> PosePrior:
     """What a result says of the part on a plate, before anything was counted there."""
     poses = list(model.by_index.values())
-    error = math.hypot(model.expected_error, model.plate_error * _of_poses(poses))
+    error = math.hypot(
+        model.expected_error, model.plate_error * _pose_error_ratio(poses)
+    )
     return PosePrior(
         [pose.probability for pose in poses],
         [pose.group for pose in poses],
         error,
         model.restitution,
-        ON_PLATES,
+        PLATE_FIT,
     )
 
 
-def _of_poses(poses: Sequence[StablePose]) -> float:
-    """Error over the poses where that over groups, whose poses share it evenly, is 1."""
-    group = np.unique([pose.group for pose in poses], return_inverse=True)[1].reshape(
-        -1
-    )
+def _pose_error_ratio(poses: Sequence[StablePose]) -> float:
+    """Error over the poses for one of 1 over groups, whose poses share it evenly."""
+    _, group = np.unique([pose.group for pose in poses], return_inverse=True)
+    group = group.reshape(-1)
     size = np.bincount(group)
     share = np.bincount(group, [pose.probability for pose in poses])
-    single = share * (1.0 - share)
-    return (
-        float(np.sqrt((single / size).sum() / size.sum() / single.mean()))
-        if (single.any())
-        else 1.0
-    )
+    single_drop = share * (1.0 - share)
+    if not single_drop.any():
+        return 1.0
+    pose_mean = (single_drop / size).sum() / size.sum()
+    return float(np.sqrt(pose_mean / single_drop.mean()))
 
 
 def describe_conflict(
-    prior: PosePrior, counts: Index, refuted: Index, who: str, said: str, then: str
+    prior: PosePrior,
+    counts: Index,
+    refuted: Index,
+    subject: str,
+    verb: str,
+    consequence: str,
 ) -> str:
-    """The warning that counts (P,) contradict a model in some poses, with the one farthest off."""
+    """Warning that counts (P,) contradict a model in some poses, and where most."""
     expected = (prior.mean / prior.size)[prior.unit]
     share = counts / counts.sum()
     worst = refuted[np.argmax(np.abs(share - expected)[refuted])]
     return (
-        f"CONFLICT: {who} in {text.several(refuted.size, 'pose')} "
+        f"CONFLICT: {subject} in {text.several(refuted.size, 'pose')} "
         f"({text.ranges(refuted.tolist())}), in pose {worst} most: counted "
-        f"{text.percent(share[worst])} %, {said} {text.percent(expected[worst])} %; {then}."
+        f"{text.percent(share[worst])} %, {verb} {text.percent(expected[worst])} %; "
+        f"{consequence}."
     )

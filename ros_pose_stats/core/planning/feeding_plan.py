@@ -1,9 +1,9 @@
-"""What a vision feeder is to do with a part, and what it gets: a plate whose parts move together.
+"""What a vision feeder is to do with a part, and what it gets.
 
-Parts are dropped on an empty plate, a camera looks, and a robot picks the free ones that lie in
-wanted poses. A kick throws all that is left anew, fresh parts take the place of those picked, and
-after a number of kicks the plate is emptied. Only the mean over the parts is followed, which is
-exact but for how the others lie that block one.
+Parts are dropped on an empty plate, a camera looks, and a robot picks the free ones
+that lie in wanted poses. A kick throws all that is left anew, fresh parts take the
+place of those picked, and after a number of kicks the plate is emptied. Only the mean
+over the parts is followed, which is exact but for how the others lie that block one.
 """
 
 import math
@@ -31,15 +31,13 @@ PICK = "pick"
 FLIP = "flip"
 LEAVE = "leave"
 MOST_KICKS = 100  # kicks between two empty plates; more of them are worth hardly more
-SIZES = 60
+PART_NUMBERS = 60
 MOST_PARTS = 10_000  # numbers of parts that are looked at, and the largest of them
 MOST_SIDE = 100.0  # of a plate, metres
-FLIPS_ERROR = (
-    0.17  # of rows of the model, rms over groups and kicks (docs/decisions.md)
-)
-PASSES = (
-    2  # the first knows how dropped parts lie, the second how those on the plate do
-)
+FLIPS_ERROR = 0.17
+"""Of rows of the model, rms over groups and kicks (docs/decisions.md)."""
+SHARE_PASSES = 2
+"""The first knows how dropped parts lie, the second how those on the plate do."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +53,8 @@ class FeederCell:
     clearance : float
         Room that the gripper needs around a part's silhouette, metres.
     cycle_time, pick_time, camera_time, drop_time : float
-        Seconds of a kick, of a picked part, of a picture, and until dropped parts lie still.
+        Seconds of a kick, of a picked part, of a picture, and until dropped parts lie
+        still.
     """
 
     rate: float
@@ -99,7 +98,7 @@ class KickPlan(NamedTuple):
     pickable: float  # parts that the first picture shows free in wanted poses
     per_minute: (
         feeding.Bounded
-    )  # parts picked a minute; the interval has the plate's error in it
+    )  # parts picked; its interval has the plate's error in it
     feeder_speed: str = ""  # of a kick whose flips were counted in the cell
 
 
@@ -110,8 +109,9 @@ class FeedingPlan:
     Attributes
     ----------
     actions : tuple of str
-        For each pose by its index: `pick` it where it is free; `flip`, for kicking a part that
-        lies so gets it picked sooner than dropping another one; or `leave` it, for it does not.
+        For each pose by its index: `pick` it where it is free; `flip`, for kicking a
+        part that lies so gets it picked sooner than dropping another one; or `leave`
+        it, for it does not.
     best : KickPlan
         The kick, the number of parts and the kicks to use.
     options : tuple of KickPlan
@@ -136,7 +136,7 @@ def plan_feeding(
     flips: Sequence[FlipStatistics] = (),
     part: Part | None = None,
 ) -> FeedingPlan:
-    """Plan a cell: which poses to pick, how to kick, and how many parts to put on the plate.
+    """Plan a cell: poses to pick, how to kick, and how many parts to put on it.
 
     Parameters
     ----------
@@ -146,11 +146,13 @@ def plan_feeding(
         Indices of the poses that the robot picks, at least one.
     cell : FeederCell
     flips : sequence of FlipStatistics
-        Of the same part and scene, one for each kick that the plate can give. Of those that a
-        cell counted (`learn_flips`) the errors are their own, without the plate's.
+        Of the same part and scene, one for each kick that the plate can give. Of those
+        that a cell counted (`learn_flips`) the errors are their own, without the
+        plate's.
     part : Part, optional
-        The part, whose bays and holes let others in. Default: silhouettes count as convex, which
-        tells too few free parts, of a hex bolt up to 8 % (docs/measured/benchmarks.md).
+        The part, whose bays and holes let others in. Default: silhouettes count as
+        convex, which tells too few free parts, of a hex bolt up to 8 %
+        (docs/measured/benchmarks.md).
 
     Returns
     -------
@@ -159,8 +161,9 @@ def plan_feeding(
     Raises
     ------
     RequestError
-        If a number is out of its range, there is no such pose, no dropped part comes to rest in a
-        wanted one, flips out of a pose are missing, or results are of another part.
+        If a number is out of its range, there is no such pose, no dropped part comes to
+        rest in a wanted one, flips out of a pose are missing, or results are of another
+        part.
     """
     cell.check()
     feeding.check_alike([dropped, *flips])
@@ -170,25 +173,24 @@ def plan_feeding(
             f"those of {dropped.part_id}",
             "estimate the part that is given",
         )
-    picked = feeding.check_wanted(wanted, len(dropped.poses)).astype(np.float64)
+    is_wanted = feeding.check_wanted_poses(wanted, len(dropped.poses))
+    pick_mask = is_wanted.astype(np.float64)
     shares = pose_groups.pose_shares(dropped)
-    if not shares.probability @ picked > 0.0:
+    if not shares.probability @ pick_mask > 0.0:
         raise RequestError(
             "wanted poses that dropped parts come to rest in",
             "none of them",
             "name others; `ros_pose_stats estimate` lists their probabilities",
         )
     poses = list(dropped.by_index.values())
-    blocking = (
-        1.0
-        if part is None
-        else plate_fill.blocking_with_bays(
-            part, poses, shares.probability, np.flatnonzero(picked), cell.clearance
+    blocking: Array | float = 1.0
+    if part is not None:
+        blocking = plate_fill.blocking_with_bays(
+            part, poses, shares.probability, np.flatnonzero(is_wanted), cell.clearance
         )
-    )
     plate = Plate(
         cell,
-        picked,
+        pick_mask,
         shares,
         poses,
         0.0 if dropped.observed else dropped.plate_error,
@@ -196,13 +198,13 @@ def plan_feeding(
     )
     kicks = [None, *sorted(flips, key=lambda kick: kick.kick_height)]
     options = [plate.plan(kick) for kick in kicks]
-    place = max(range(len(options)), key=lambda at: options[at].per_minute.value)
-    best = options[place]
-    chosen = kicks[place]
-    actions = np.full(picked.size, LEAVE)
-    if chosen is not None and best.kicks:
-        actions[plate.worth_flipping(best.parts, chosen.transition)] = FLIP
-    actions[picked > 0.0] = PICK
+    best, kick = max(
+        zip(options, kicks, strict=True), key=lambda pair: pair[0].per_minute.value
+    )
+    actions = np.full(pick_mask.size, LEAVE)
+    if kick is not None and best.kicks:
+        actions[plate.poses_worth_flipping(best.parts, kick.transition)] = FLIP
+    actions[is_wanted] = PICK
     return FeedingPlan(tuple(actions.tolist()), best, tuple(options))
 
 
@@ -211,14 +213,13 @@ class Plate:
     """Parts that lie on the plate of a cell."""
 
     cell: FeederCell
-    picked: Array  # (K,); 1 where the robot picks parts in a pose, else 0
+    pick_mask: Array  # (K,); 1 where the robot picks parts in a pose, else 0
     dropped: pose_groups.PoseShares
     poses: Sequence[StablePose]  # by their index
-    plate_error: (
-        float  # of the shares on a real plate, beside that of the model; a fraction
-    )
-    # (K,); of the area in which convex silhouettes would block a part, the share in which it is,
-    # among parts that were dropped
+    # of the shares on a real plate, beside that of the model; a fraction
+    plate_error: float
+    # (K,); of the area in which convex silhouettes would block a part, the share in
+    # which it is, among parts that were dropped
     blocking: Array | float = 1.0
 
     def fill(self, shares: Array) -> plate_fill.PlateFill:
@@ -231,46 +232,57 @@ class Plate:
             self.blocking,
         )
 
-    def plan(self, kick: FlipStatistics | None, most: int = MOST_KICKS) -> KickPlan:
-        """The best numbers of parts and of kicks, at most `most`, and what they give."""
-        moves = np.zeros((0, 0)) if kick is None else kick.transition
-        if kick is not None and not (settled := kick.counts.sum(axis=1)).all():
-            raise RequestError(
-                "flips counted out of every pose",
-                f"none out of pose {int(np.argmin(settled))}",
-                "simulate more flips",
-            )
-        fresh = self.dropped.probability
+    def plan(
+        self, kick: FlipStatistics | None, most_kicks: int = MOST_KICKS
+    ) -> KickPlan:
+        """The best numbers of parts and of kicks, and what they give."""
+        if kick is None:
+            transition: Array = np.zeros((0, 0))
+            most_kicks = 0
+        else:
+            transition = kick.transition
+            settled_flips = kick.counts.sum(axis=1)
+            if not settled_flips.all():
+                raise RequestError(
+                    "flips counted out of every pose",
+                    f"none out of pose {int(np.argmin(settled_flips))}",
+                    "simulate more flips",
+                )
+
+        dropped_shares = self.dropped.probability
         shares = self.dropped.probability
-        for _ in range(PASSES):
+        for _ in range(SHARE_PASSES):
             room = self.fill(shares)
             largest = min(MOST_PARTS, 2.0 + 2.0 / float(room.blocked.mean()))
-            parts = np.unique(np.geomspace(1.0, largest, SIZES).astype(int))
-            seen = self.picked * room.free(parts)
-            lying = [np.tile(fresh, (len(parts), 1))]
-            for _ in range(most if kick is not None else 0):
-                taken = lying[-1] * seen
-                refill = taken.sum(axis=1, keepdims=True) * fresh
-                lying.append((lying[-1] - taken) @ moves + refill)
-            pictures = np.array(lying)  # (kicks + 1, N, K)
-            picks = parts[:, None] * (pictures * seen).sum(axis=2).T
+            parts = np.unique(np.geomspace(1.0, largest, PART_NUMBERS).astype(int))
+            pick_chance = self.pick_mask * room.free_probability(parts)
+            picture_shares = [np.tile(dropped_shares, (len(parts), 1))]
+            for _ in range(most_kicks):
+                pose_picks = picture_shares[-1] * pick_chance
+                refill = pose_picks.sum(axis=1, keepdims=True) * dropped_shares
+                picture_shares.append(
+                    (picture_shares[-1] - pose_picks) @ transition + refill
+                )
+            pictures = np.array(picture_shares)  # (kicks + 1, N, K)
+            picks = parts[:, None] * (pictures * pick_chance).sum(axis=2).T
             rates = self._rates(parts, picks)
-            at, kicks = np.unravel_index(int(rates.argmax()), rates.shape)
-            shares = pictures[: kicks + 1, at].mean(axis=0)
-        chain = pictures[: kicks + 1, at]
-        spread = feeding.spread_of(self._picks_error(chain, seen[at], kick))
+            row, kicks = np.unravel_index(int(rates.argmax()), rates.shape)
+            shares = pictures[: kicks + 1, row].mean(axis=0)
+
+        chain = pictures[: kicks + 1, row]
+        spread = feeding.spread_of(self._picks_error(chain, pick_chance[row], kick))
         # No picture shows more than all parts in the pose that is blocked least.
-        around = np.minimum(
-            np.outer((1.0, 1.0 / spread, spread), picks[at]), parts[at] * seen[at].max()
+        picks_range = np.minimum(
+            np.outer((1.0, 1.0 / spread, spread), picks[row]),
+            parts[row] * pick_chance[row].max(),
         )
-        rate = feeding.Bounded(
-            *self._rates(parts[[at, at, at]], around)[:, kicks].tolist()
-        )
+        range_rates = self._rates(parts[[row, row, row]], picks_range)
+        rate = feeding.Bounded(*range_rates[:, kicks].tolist())
         return KickPlan(
             0.0 if kick is None else kick.kick_height,
-            int(parts[at]),
+            int(parts[row]),
             int(kicks),
-            float(picks[at, 0]),
+            float(picks[row, 0]),
             rate,
             "" if kick is None else kick.feeder_speed,
         )
@@ -290,89 +302,95 @@ class Plate:
         return np.asarray(60.0 * total / seconds)
 
     def _picks_error(
-        self, lying: Array, seen: Array, kick: FlipStatistics | None
+        self, picture_shares: Array, pick_chance: Array, kick: FlipStatistics | None
     ) -> float:
         """Relative standard error of the parts that a cycle picks.
 
-        To first order in the shares of dropped parts and in the rows of the moves, each off by
-        its own counts and by the error of the plate or of its flips. `lying` (R + 1, K): how parts
-        lie at each picture.
+        To first order in the shares of dropped parts and in the rows of the moves, each
+        off by its own counts and by the error of the plate or of its flips.
+        `picture_shares` (R + 1, K): how parts lie at each picture.
         """
-        fresh = self.dropped.probability
-        picks = float((lying @ seen).sum())
-        counted = self.drops_as_unsure(fresh, self.dropped.drops, self.plate_error)
-        if kick is None:
-            return (
-                math.sqrt(
-                    mean_variance(
-                        self.dropped.shares, self.dropped.by_unit(seen), counted
-                    )
-                )
-                / picks
-            )
-        moves = kick.transition
-        left = 1.0 - seen
-        worth = [
-            seen
-        ]  # of a part that lies so at a picture: picks until the cycle's end
-        for _ in lying[1:]:
-            worth.append(seen + left * (moves @ worth[-1]) + seen * (fresh @ worth[-1]))
-        after = np.array(worth[-2::-1]).reshape(-1, seen.size)
-        gain = worth[-1] + (lying[:-1] @ seen) @ after
-        variance = mean_variance(
-            self.dropped.shares, self.dropped.by_unit(gain), counted
+        dropped_shares = self.dropped.probability
+        picks = float((picture_shares @ pick_chance).sum())
+        shares_worth = self.equivalent_drops(
+            dropped_shares, self.dropped.drops, self.plate_error
         )
-        row_gain = (lying[:-1] * left).T @ after
+        if kick is None:
+            unit_chance = self.dropped.by_unit(pick_chance)
+            variance = mean_variance(self.dropped.shares, unit_chance, shares_worth)
+            return math.sqrt(variance) / picks
+
+        transition = kick.transition
+        stay_chance = 1.0 - pick_chance
+        # Of a part that lies so at a picture: picks until the cycle's end.
+        worth = [pick_chance]
+        for _ in picture_shares[1:]:
+            worth.append(
+                pick_chance
+                + stay_chance * (transition @ worth[-1])
+                + pick_chance * (dropped_shares @ worth[-1])
+            )
+        later_worth = np.array(worth[-2::-1]).reshape(-1, pick_chance.size)
+        gain = worth[-1] + (picture_shares[:-1] @ pick_chance) @ later_worth
+        variance = mean_variance(
+            self.dropped.shares, self.dropped.by_unit(gain), shares_worth
+        )
+        row_gain = (picture_shares[:-1] * stay_chance).T @ later_worth
         for row, values, flips in zip(
-            moves, row_gain, kick.counts.sum(axis=1).tolist(), strict=True
+            transition, row_gain, kick.counts.sum(axis=1).tolist(), strict=True
         ):
             drops = (
                 flips
                 if kick.observed
-                else self.drops_as_unsure(row, flips, FLIPS_ERROR)
+                else self.equivalent_drops(row, flips, FLIPS_ERROR)
             )
             variance += mean_variance(row, values, drops)
         return math.sqrt(variance) / picks
 
-    def drops_as_unsure(self, shares: Array, counted: float, error: float) -> float:
-        """Drops that leave shares (K,) as uncertain as if counted so, and off in each group."""
-        groups = np.bincount([pose.group for pose in self.poses], shares).astype(
-            np.float64
-        )
-        inverse = 1.0 / counted + 1.0 / pose_groups.equivalent_drops(
-            groups, np.full(groups.size, error)
-        )
+    def equivalent_drops(self, shares: Array, drops: float, error: float) -> float:
+        """Drops whose counts are as uncertain as shares (K,) that are off as well."""
+        groups = np.bincount([pose.group for pose in self.poses], shares).astype(float)
+        error_drops = pose_groups.equivalent_drops(groups, np.full(groups.size, error))
+        inverse = 1.0 / drops + 1.0 / error_drops
         return 1.0 / inverse if inverse else math.inf
 
-    def worth_flipping(self, parts: int, moves: Array) -> Index:
-        """The poses in which a kick gets a part picked sooner than dropping another one does.
+    def poses_worth_flipping(self, parts: int, transition: Array) -> Index:
+        """Poses in which a kick gets a part picked sooner than a new drop does.
 
-        By policy iteration over the seconds of the cell that each part takes, of which those on
-        the plate share kicks and pictures; it ends where value iteration would.
+        By policy iteration over the seconds of the cell that each part takes, of which
+        those on the plate share kicks and pictures; it ends where value iteration
+        would.
         """
         cell = self.cell
-        fresh = self.dropped.probability
-        seen = self.picked * self.fill(fresh).free(np.array([parts]))[0]
-        kick = (cell.cycle_time + cell.drop_time + cell.camera_time) / parts
-        drop = 60.0 / cell.rate + (cell.drop_time + cell.camera_time) / parts
-        flips = np.zeros(seen.size, dtype=np.bool_)
+        dropped_shares = self.dropped.probability
+        room = self.fill(dropped_shares)
+        pick_chance = self.pick_mask * room.free_probability(np.array([parts]))[0]
+        miss_chance = 1.0 - pick_chance
+        kick_seconds = (cell.cycle_time + cell.drop_time + cell.camera_time) / parts
+        drop_seconds = 60.0 / cell.rate + (cell.drop_time + cell.camera_time) / parts
+        flips = np.zeros(pick_chance.size, dtype=np.bool_)
         while True:
-            rows = np.where(flips[:, None], moves, fresh) * (1.0 - seen)[:, None]
+            next_shares = np.where(flips[:, None], transition, dropped_shares)
+            step_seconds = np.where(flips, kick_seconds, drop_seconds)
             seconds = np.linalg.solve(
-                np.eye(seen.size) - rows,
-                seen * cell.pick_time + (1.0 - seen) * np.where(flips, kick, drop),
+                np.eye(pick_chance.size) - next_shares * miss_chance[:, None],
+                pick_chance * cell.pick_time + miss_chance * step_seconds,
             )
-            sooner = kick + moves @ seconds < (drop + fresh @ seconds) * (1.0 - 1e-12)
-            if (sooner == flips).all():
+            by_kick = kick_seconds + transition @ seconds
+            by_drop = drop_seconds + dropped_shares @ seconds
+            is_sooner = by_kick < by_drop * (1.0 - 1e-12)
+            if (is_sooner == flips).all():
                 return np.flatnonzero(flips)
-            flips = sooner
+            flips = is_sooner
 
 
 def mean_variance(shares: Array, values: Array, drops: float) -> float:
     """Variance of the mean of values (K,) over so many drops that end by these shares.
 
-    Half a drop is spread over all: that none ended elsewhere yet does not make it certain.
+    Half a drop is spread over all: that none ended elsewhere yet does not make it
+    certain.
     """
-    half = 0.5 / drops
-    smooth = (shares + half / shares.size) / (1.0 + half)
-    return max(0.0, float(smooth @ (values - smooth @ values) ** 2)) / drops
+    half_drop = 0.5 / drops
+    smoothed_shares = (shares + half_drop / shares.size) / (1.0 + half_drop)
+    mean = smoothed_shares @ values
+    return max(0.0, float(smoothed_shares @ (values - mean) ** 2)) / drops

@@ -1,4 +1,4 @@
-"""Plates: what a real one does to parts, fitted from counts and kept in a file of plates."""
+"""Plates: what a real one does to parts, fitted from counts and kept in a file."""
 
 from .counts import CountedPart, count_part, read_count_rows
 from .fit import PartEvidence, PlateFit, fit_plate

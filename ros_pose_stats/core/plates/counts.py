@@ -16,7 +16,7 @@ from ..records import Index, Part
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES, Numbering
 from ..resting.poses import RestingPoses, resting_poses
 
-MOST = 2.0**48  # parts that nobody counts
+LARGEST_COUNT = 2.0**48  # parts that nobody counts
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +24,7 @@ class CountedPart:
     """Counts of one part."""
 
     part: Part
-    count: Index  # (P,) int; parts seen in each pose, by `index`
+    counts: Index  # (P,) int; parts seen in each pose, by `index`
     numbering: Numbering  # of the poses
 
     @property
@@ -32,19 +32,19 @@ class CountedPart:
         """Its stable poses."""
         return resting_poses(self.part, *self.numbering)
 
-    def with_sides(self, sides: int) -> "CountedPart":
+    def with_round_sides(self, sides: int) -> "CountedPart":
         """The same counts of a part whose round surfaces have so many sides a turn."""
         return replace(self, numbering=self.numbering._replace(round_sides=sides))
 
     @property
-    def counted(self) -> int:
+    def total(self) -> int:
         """Parts seen in all poses together."""
-        return int(self.count.sum())
+        return int(self.counts.sum())
 
     @property
     def by_group(self) -> Index:
-        """Parts (G,) in each group of poses that look alike; only these tell of a plate."""
-        return np.bincount(self.resting.group, self.count).astype(np.int64)
+        """Parts (G,) in each group of poses that look alike, which tell of a plate."""
+        return np.bincount(self.resting.group, self.counts).astype(np.int64)
 
 
 def count_part(
@@ -54,10 +54,10 @@ def count_part(
     cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
     round_sides: int = DEFAULT_ROUND_SIDES,
 ) -> CountedPart:
-    """Join a part and what was counted of it, from the `index` of a pose to the parts seen in it.
+    """Join a part and its counts, from the `index` of a pose to the parts seen.
 
-    `cluster_tolerance, round_sides`: as of the statistics that numbered the poses. Raises
-    RequestError if the part has no such pose, or a count is negative.
+    `cluster_tolerance, round_sides`: as of the statistics that numbered the poses.
+    Raises RequestError if the part has no such pose, or a count is negative.
     """
     numbering = Numbering(cluster_tolerance, round_sides)
     poses = len(resting_poses(part, *numbering).poses)
@@ -74,7 +74,7 @@ def count_part(
                 "count with the numbers that estimate shows, at the same cluster "
                 "tolerance and round sides",
             )
-        if not isinstance(number, Integral) or not 0 <= int(number) <= MOST:
+        if not isinstance(number, Integral) or not 0 <= int(number) <= LARGEST_COUNT:
             raise RequestError(
                 "whole counts from 0 on",
                 f"{number} of {part.part_id} in pose {index}",
@@ -85,22 +85,27 @@ def count_part(
 
 
 def read_count_rows(file: Path) -> dict[Path, Counter[int]]:
-    """Read a CSV file with the columns part, pose and count into the counts by part and pose.
+    """Read a CSV file with the columns part, pose and count.
 
     The files of parts are looked for beside the table, then in the working directory.
     """
-    found: dict[Path, Counter[int]] = {}
+    counts_by_part: dict[Path, Counter[int]] = {}
     for name, (pose, count) in read_table(file, "part, pose, count", "clamp.stl,0,117"):
-        beside = file.parent / name
-        part = Path(name) if not beside.exists() and Path(name).exists() else beside
-        found.setdefault(part, Counter())[pose] += count
-    return found
+        neighbour = file.parent / name
+        part = (
+            Path(name) if not neighbour.exists() and Path(name).exists() else neighbour
+        )
+        counts_by_part.setdefault(part, Counter())[pose] += count
+    return counts_by_part
 
 
 def read_table(file: Path, columns: str, example: str) -> list[tuple[str, list[int]]]:
-    """Read a CSV file whose rows are a name and whole numbers; a first one without is a head.
+    """Read a CSV file whose rows are a name and whole numbers.
 
-    Raises RequestError if the file cannot be read, or for a row of another kind, with its number.
+    A first row without numbers is a head.
+
+    Raises RequestError if the file cannot be read, or for a row of another kind, with
+    its number.
     """
     try:
         lines = read_file(file).decode("utf-8-sig").splitlines()
@@ -114,29 +119,31 @@ def read_table(file: Path, columns: str, example: str) -> list[tuple[str, list[i
             f"{file} ({reason(error)})",
             "check the path, and that names which hold a separator are quoted",
         ) from error
-    filled = [
+    filled_rows = [
         (number, [cell.strip() for cell in row])
         for number, row in enumerate(rows, 1)
         if any(cell.strip() for cell in row)
     ]
-    found = []
+    table = []
     width = columns.count(",") + 1
-    for place, (number, row) in enumerate(filled):
-        if place == 0 and len(row) == width and not any(map(str.isdecimal, row[1:])):
+    for position, (number, row) in enumerate(filled_rows):
+        if position == 0 and len(row) == width and not any(map(str.isdecimal, row[1:])):
             continue
         if (
             len(row) != width
             or not row[0]
-            or not all(cell.isdecimal() and float(cell) <= MOST for cell in row[1:])
+            or not all(
+                cell.isdecimal() and float(cell) <= LARGEST_COUNT for cell in row[1:]
+            )
         ):
             raise RequestError(
                 f"a row of {columns} with whole numbers from 0 on",
                 f"{','.join(row)!r} in line {number} of {file}",
                 f"for instance {example}",
             )
-        found.append((row[0], [int(float(cell)) for cell in row[1:]]))
-    if not found:
+        table.append((row[0], [int(float(cell)) for cell in row[1:]]))
+    if not table:
         raise RequestError(
             f"rows of {columns}", f"none in {file}", f"for instance {example}"
         )
-    return found
+    return table

@@ -1,8 +1,9 @@
 """The worker threads of one simulation, which compute its drops in chunks on all cores.
 
-The kernel releases the interpreter's lock while it runs. A chunk is sized to take about 25 ms, so
-that progress is smooth and a stop is quick. The outcomes come back in the order of the drops and
-without gaps, so that nothing depends on which worker computed which chunk, and when.
+The kernel releases the interpreter's lock while it runs. A chunk is sized to take about
+25 ms, so that progress is smooth and a stop is quick. The outcomes come back in the
+order of the drops and without gaps, so that nothing depends on which worker computed
+which chunk, and when.
 """
 
 import os
@@ -15,21 +16,22 @@ from collections.abc import Callable, Iterator
 from .drops import DropOutcomes
 
 CHUNK_SECONDS = 0.025
-"""Time that a chunk is sized for; a single drop that is given up takes as long, or longer."""
+"""Time that a chunk is sized for; a single drop that is given up takes as long, or
+longer."""
 
 FIRST_CHUNK = 1
 LAST_CHUNKS = 16  # least number of drops in the chunks near the end, which get smaller
 GROWTH = 8  # factor by which a chunk may have more drops than the largest one before
-POLL_SECONDS = (
-    0.01  # time between two questions whether to stop, while workers are busy
-)
+POLL_SECONDS = 0.01
+"""Time between two questions whether to stop, while workers are busy."""
 NICENESS = 10  # of workers in the background
 
 
 class DropWorkers:
     """Threads that compute the drops of one simulation.
 
-    `drop`: from the first drop and a count to their outcomes; `wanted`: see `request_drops`.
+    `drop`: from the first drop and a count to their outcomes; `wanted`: see
+    `request_drops`.
     """
 
     def __init__(
@@ -39,34 +41,34 @@ class DropWorkers:
         workers: int,
         should_stop: Callable[[], bool],
         background: bool = False,
-        wanted: int | None = None,
+        requested_drops: int | None = None,
     ) -> None:
         self._drop = drop
-        self._bound = drops
+        self._drop_bound = drops
         self._workers = workers
         self._should_stop = should_stop
         self._background = background
-        self._wanted = drops if wanted is None else wanted
-        self._lock = threading.Condition()
-        self._next = 0
-        self._size = FIRST_CHUNK
-        self._stopped = False
+        self._requested_drops = drops if requested_drops is None else requested_drops
+        self._condition = threading.Condition()
+        self._next_drop = 0
+        self._chunk_size = FIRST_CHUNK
+        self._is_stopped = False
         # outcomes with the number of the first drop among them; how a worker ended
-        self._done: queue.SimpleQueue[
+        self._results: queue.SimpleQueue[
             tuple[int, DropOutcomes] | BaseException | None
         ] = queue.SimpleQueue()
 
     def stop(self) -> None:
         """Hand out no more chunks."""
-        with self._lock:
-            self._stopped = True
-            self._lock.notify_all()
+        with self._condition:
+            self._is_stopped = True
+            self._condition.notify_all()
 
     def request_drops(self, drops: int) -> None:
         """Let the workers compute up to that many drops, so that none is in vain."""
-        with self._lock:
-            self._wanted = drops
-            self._lock.notify_all()
+        with self._condition:
+            self._requested_drops = drops
+            self._condition.notify_all()
 
     def outcomes_in_order(self) -> Iterator[DropOutcomes]:
         """Start the workers, and yield outcomes from drop 0 on, without gaps."""
@@ -87,26 +89,26 @@ class DropWorkers:
                     thread.join()
 
     def _arrange_outcomes(self) -> Iterator[DropOutcomes]:
-        waiting: dict[int, DropOutcomes] = {}
-        wanted = 0
-        busy = self._workers
-        while busy:
+        early_outcomes: dict[int, DropOutcomes] = {}
+        next_drop = 0
+        busy_workers = self._workers
+        while busy_workers:
             if self._should_stop():
                 self.stop()
             try:
-                came = self._done.get(timeout=POLL_SECONDS)
+                result = self._results.get(timeout=POLL_SECONDS)
             except queue.Empty:
                 continue
-            if came is None:
-                busy -= 1
-            elif isinstance(came, BaseException):
-                raise came
+            if result is None:
+                busy_workers -= 1
+            elif isinstance(result, BaseException):
+                raise result
             else:
-                first, outcomes = came
-                waiting[first] = outcomes
-            while wanted in waiting:
-                outcomes = waiting.pop(wanted)
-                wanted += outcomes.pose.shape[0]
+                first, outcomes = result
+                early_outcomes[first] = outcomes
+            while next_drop in early_outcomes:
+                outcomes = early_outcomes.pop(next_drop)
+                next_drop += outcomes.pose.shape[0]
                 yield outcomes
 
     def _compute_chunks(self) -> None:
@@ -122,32 +124,35 @@ class DropWorkers:
                 begin = time.perf_counter()
                 outcomes = self._drop(first, count)
                 pace = count / max(time.perf_counter() - begin, 1e-9)
-                with self._lock:
-                    self._size = max(
+                with self._condition:
+                    self._chunk_size = max(
                         1,
-                        min(int(pace * CHUNK_SECONDS), GROWTH * max(count, self._size)),
+                        min(
+                            int(pace * CHUNK_SECONDS),
+                            GROWTH * max(count, self._chunk_size),
+                        ),
                     )
-                self._done.put((first, outcomes))
+                self._results.put((first, outcomes))
         except BaseException as error:  # handed on to the caller's thread
-            self._done.put(error)
+            self._results.put(error)
         else:
-            self._done.put(None)
+            self._results.put(None)
 
     def _next_chunk(self) -> tuple[int, int]:
         """First drop and size of the next chunk; size 0 if there is none."""
-        with self._lock:
-            self._lock.wait_for(
+        with self._condition:
+            self._condition.wait_for(
                 lambda: (
-                    self._stopped
-                    or self._next < self._wanted
-                    or self._next >= self._bound
+                    self._is_stopped
+                    or self._next_drop < self._requested_drops
+                    or self._next_drop >= self._drop_bound
                 )
             )
-            if self._stopped:
-                return self._next, 0
+            if self._is_stopped:
+                return self._next_drop, 0
             # Towards the end the chunks get smaller, so that all workers end together.
-            left = self._wanted - self._next
-            fair = -(-left // (2 * self._workers))
-            count = min(self._size, max(fair, LAST_CHUNKS), left)
-            self._next += count
-            return self._next - count, count
+            remaining_drops = self._requested_drops - self._next_drop
+            fair_share = -(-remaining_drops // (2 * self._workers))
+            count = min(self._chunk_size, max(fair_share, LAST_CHUNKS), remaining_drops)
+            self._next_drop += count
+            return self._next_drop - count, count

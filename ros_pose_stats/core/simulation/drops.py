@@ -1,11 +1,11 @@
-"""Drops of one prepared body: a call of the drop kernel in SI units, and the outcome of each."""
+"""Drops of one prepared body: the drop kernel in SI units, and its outcomes."""
 
 import math
 from typing import NamedTuple
 
 import numpy as np
 
-from ..kernels.drops import drop, layout as at
+from ..kernels.drops import drop, layout
 from ..kernels.elementary import sines_cosines
 from ..mesh.vectors import turn_vectors
 from ..records import Array, DropScene, Index, Mask
@@ -21,27 +21,27 @@ from ..tolerances import (
 )
 from .drop_body import PreparedBody
 
-NO_TAPE: Array = np.zeros((0, at.TAPE))
+NO_TAPE: Array = np.zeros((0, layout.TAPE))
 
 
 class DropOutcomes(NamedTuple):
     """Outcomes of consecutive drops."""
 
-    pose: Index  # (n,) int; `index` of the pose that it came to rest in; -1 where unsettled
+    # (n,) int; `index` of the pose that it came to rest in; -1 where unsettled
+    pose: Index
     impacts: Index  # (n,) int; single impacts
     events: Index  # (n,) int; impacts and steps, which is what a drop costs
     seconds: Array  # (n,); from release until the outcome was certain
-    energy_left: (
-        Array  # (n,); mechanical energy at that time, the plate at 0, in m g radius
-    )
-    trapped: (
-        Mask  # (n,) bool; whether the outcome was certain before the part came to rest
-    )
-    touched: Mask  # (n,) bool; whether it was released touching the plate, for want of height
+    # (n,); mechanical energy at that time, the plate at 0, in m g radius
+    energy_left: Array
+    # (n,) bool; whether the outcome was certain before the part came to rest
+    trapped: Mask
+    # (n,) bool; whether it was released touching the plate, for want of height
+    touched: Mask
 
     def first(self, count: int) -> "DropOutcomes":
         """Outcomes of the first `count` drops."""
-        return DropOutcomes._make(each[:count] for each in self)
+        return DropOutcomes._make(column[:count] for column in self)
 
 
 class DropChunk(NamedTuple):
@@ -54,10 +54,13 @@ class DropChunk(NamedTuple):
 
 def drop_rules(
     scene: DropScene, radius: float, *, to_rest: bool = False
-) -> at.DropRules:
-    """The scene and `tolerances` in the kernels' units; `to_rest`: until the part lies still."""
+) -> layout.DropRules:
+    """The scene and `tolerances` in the kernels' units.
+
+    `to_rest`: go on until the part lies still.
+    """
     slow = max(SLOW, SOON_OVER * (1.0 - float(scene.restitution)))
-    return at.DropRules(
+    return layout.DropRules(
         float(scene.restitution),
         scene.release_height(radius) / radius,
         to_rest,
@@ -71,24 +74,24 @@ def drop_rules(
 
 
 def compute_drops(
-    body: PreparedBody, rules: at.DropRules, downs: Array, tape: Array = NO_TAPE
+    body: PreparedBody, rules: layout.DropRules, downs: Array, tape: Array = NO_TAPE
 ) -> DropOutcomes:
-    """Compute the drops of a body from directions `downs` (n, 3) in the caller's thread."""
+    """Compute the drops from directions `downs` (n, 3) in the caller's thread."""
     return compute_motions(body, rules, states_at_rest(body, rules.height, downs), tape)
 
 
 def states_at_rest(body: PreparedBody, heights: float | Array, downs: Array) -> Array:
     """States (n, 8) of a body at rest, in principal axes, by `downs` (n, 3); radii."""
-    states = np.zeros((downs.shape[0], at.STATE))
-    states[:, at.Z] = heights
-    states[:, at.P : at.P + 3] = -turn_vectors(downs, body.axes)
+    states = np.zeros((downs.shape[0], layout.STATE))
+    states[:, layout.Z] = heights
+    states[:, layout.P : layout.P + 3] = -turn_vectors(downs, body.axes)
     return states
 
 
 def compute_motions(
-    body: PreparedBody, rules: at.DropRules, states: Array, tape: Array = NO_TAPE
+    body: PreparedBody, rules: layout.DropRules, states: Array, tape: Array = NO_TAPE
 ) -> DropOutcomes:
-    """Compute what becomes of a body that is released in given states (n, 8), in principal axes.
+    """Compute the outcomes of given states (n, 8), in principal axes.
 
     `tape` (T, 14): takes the events of the last one; see `kernels.drops.layout`.
     """
@@ -96,20 +99,21 @@ def compute_motions(
     measure = np.empty((states.shape[0], 2))
     drop.run_drops(body.arrays, rules, states, outcome, measure, tape)
     return DropOutcomes(
-        outcome[:, at.POSE],
-        outcome[:, at.IMPACT_COUNT],
-        outcome[:, at.EVENT_COUNT],
-        measure[:, at.DURATION] * math.sqrt(body.radius / GRAVITY),
-        measure[:, at.ENERGY],
-        outcome[:, at.ENDING] == at.TRAPPED,
-        outcome[:, at.TOUCHED] == 1,
+        outcome[:, layout.POSE],
+        outcome[:, layout.IMPACT_COUNT],
+        outcome[:, layout.EVENT_COUNT],
+        measure[:, layout.DURATION] * math.sqrt(body.radius / GRAVITY),
+        measure[:, layout.ENERGY],
+        outcome[:, layout.ENDING] == layout.TRAPPED,
+        outcome[:, layout.TOUCHED] == 1,
     )
 
 
 _WORDS = 4  # 64-bit words that Philox makes at each place of its stream
 _RANDOM_STREAM = 1
 _FLIP_STREAM = 3
-"""Second words of the key, so that drops and flips of one seed have nothing in common."""
+"""Second words of the key, so that drops and flips of one seed have nothing in
+common."""
 
 
 def random_starts(seed: int, first: int, count: int) -> Array:
@@ -117,7 +121,7 @@ def random_starts(seed: int, first: int, count: int) -> Array:
 
     Row k is that of drop `first` + k in every call; 0 <= seed < 2**64.
     """
-    u, v = _pairs(seed, _RANDOM_STREAM, first, count).T
+    u, v = _random_pairs(seed, _RANDOM_STREAM, first, count).T
     points = np.empty((count, 3))
     radius = 2.0 * np.sqrt(u * (1.0 - u))
     sine, cosine = sines_cosines((2.0 * np.pi) * v)
@@ -128,15 +132,15 @@ def random_starts(seed: int, first: int, count: int) -> Array:
 
 
 def flip_draws(seed: int, first: int, count: int) -> Array:
-    """Two numbers in [0, 1) for each of the flips (count, 2); row k is the same in every call."""
-    return _pairs(seed, _FLIP_STREAM, first, count)
+    """Two numbers in [0, 1) for each flip (count, 2), the same in every call."""
+    return _random_pairs(seed, _FLIP_STREAM, first, count)
 
 
-def _pairs(seed: int, stream: int, first: int, count: int) -> Array:
+def _random_pairs(seed: int, stream: int, first: int, count: int) -> Array:
     """Numbers of 53 bits in [0, 1), (count, 2), from pair `first` of a stream on."""
-    place, before = divmod(2 * first, _WORDS)
+    block, skipped_words = divmod(2 * first, _WORDS)
     key = np.array((seed, stream), dtype=np.uint64)
-    words = np.random.Philox(counter=place, key=key).random_raw(before + 2 * count)[
-        before:
-    ]
+    words = np.random.Philox(counter=block, key=key).random_raw(
+        skipped_words + 2 * count
+    )[skipped_words:]
     return np.asarray((words >> np.uint64(11)) * 2.0**-53).reshape(count, 2)

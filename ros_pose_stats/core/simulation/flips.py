@@ -1,4 +1,4 @@
-"""Flips: a flexible feeder's plate kicks parts that lie wrong, and they come to rest anew."""
+"""Flips: a feeder's plate kicks parts that lie wrong, and they come to rest anew."""
 
 import math
 import time
@@ -21,15 +21,15 @@ from ..records.scene import (
 from ..resting.trust import pose_remarks
 from ..statistics.errors import standard_errors
 from . import chunks, drop_body, drops
-from .request import ALONE, DropRequest, Watch, drop_request
+from .request import UNWATCHED, DropRequest, Watch, drop_request
 
 DEFAULT_FLIPS = 2000  # flips a pose: a share is told to a point
 
 LOWEST_KICK_RADII = 0.05
 HIGHEST_KICK_RADII = 5.0
 KICKS = 13
-"""Part radii, and how many between them: below the lowest hardly a part leaves its pose, above
-the highest most come to rest as if dropped."""
+"""Part radii, and how many between them: below the lowest hardly a part leaves its
+pose, above the highest most come to rest as if dropped."""
 
 
 def simulate_flips(
@@ -46,21 +46,22 @@ def simulate_flips(
     round_sides: int = DEFAULT_ROUND_SIDES,
     background: bool = False,
 ) -> FlipStatistics:
-    """Kick a part many times out of each of its poses, and count where it comes to rest.
+    """Kick a part out of each of its poses, and count where it comes to rest.
 
     Parameters
     ----------
     part : Part
     kick_height : float
-        Energy of a kick over the weight, metres, 0 or more: as high would it lift the part
-        without turning it. The plate hits the part at a point of its contact polygon, drawn
-        uniformly.
+        Energy of a kick over the weight, metres, 0 or more: as high would it lift the
+        part without turning it. The plate hits the part at a point of its contact
+        polygon, drawn uniformly.
     drops : int
         Flips out of each pose, from 1.
     restitution : float
         Of the plate on which the part falls back, 0 <= restitution < 1.
     seed : int, optional
-        Flip k out of a pose depends on seed, k and the part alone. Default: a fresh one.
+        Flip k out of a pose depends on seed, k and the part alone. Default: a fresh
+        one.
     workers : int, optional
         Threads; default: all cores.
     on_progress : callable, optional
@@ -77,14 +78,15 @@ def simulate_flips(
     Raises
     ------
     RequestError, MeshError
-        If a value is out of range, or the part's hull does not enclose its centre of mass.
+        If a value is out of range, or the part's hull does not enclose its centre of
+        mass.
     """
     return count_flips(
         part,
         DropScene(restitution, None, cluster_tolerance, round_sides),
         kick_height,
         drop_request(drops, seed, 0.0, workers),
-        Watch.of(None, should_stop, None, background),
+        Watch.from_callbacks(None, should_stop, None, background),
         on_progress,
     )
 
@@ -94,7 +96,7 @@ def count_flips(
     scene: DropScene,
     kick_height: float,
     per_pose: DropRequest,
-    watch: Watch = ALONE,
+    watch: Watch = UNWATCHED,
     on_progress: Callable[[int, int], object] | None = None,
 ) -> FlipStatistics:
     """Flip a part in a scene, out of each pose as requested; see `simulate_flips`."""
@@ -105,12 +107,11 @@ def count_flips(
     request = drop_request(
         per_pose.drops * len(poses), per_pose.seed, 0.0, per_pose.workers
     )
-    outcomes = _count(body, scene, kick, request, watch, on_progress)
+    outcomes = _count_outcomes(body, scene, kick, request, watch, on_progress)
     counts = outcomes[:, 1:]
     unsettled = outcomes[:, 0]
-    settled = counts.sum(axis=1)
     with np.errstate(invalid="ignore"):
-        transition = counts / settled[:, None]
+        transition = counts / counts.sum(axis=1)[:, None]
     errors = np.stack([standard_errors(row, int(row.sum())) for row in counts])
     remarks = pose_remarks(body.resting)
     warnings = [
@@ -120,27 +121,27 @@ def count_flips(
     ]
     if unsettled.any():
         warnings.append(
-            f"UNSETTLED: {unsettled.sum()} of {outcomes.sum()} flips were given up before their "
-            f"pose was certain; they are left out of the probabilities."
+            f"UNSETTLED: {unsettled.sum()} of {outcomes.sum()} flips were given up "
+            "before their pose was certain; they are left out of the probabilities."
         )
     return FlipStatistics(
-        part.part_id,
-        part.digest,
-        body.radius,
-        scene.restitution,
-        kick,
-        scene.cluster_tolerance,
-        scene.round_sides,
-        poses,
-        counts,
-        unsettled,
-        transition,
-        errors,
-        request.seed,
-        time.perf_counter() - begin,
-        tuple(warnings),
-        version.VERSION,
-        (*part.notes, *remarks.notes),
+        part_id=part.part_id,
+        part_digest=part.digest,
+        radius=body.radius,
+        restitution=scene.restitution,
+        kick_height=kick,
+        cluster_tolerance=scene.cluster_tolerance,
+        round_sides=scene.round_sides,
+        poses=poses,
+        counts=counts,
+        unsettled=unsettled,
+        transition=transition,
+        standard_error=errors,
+        seed=request.seed,
+        seconds=time.perf_counter() - begin,
+        warnings=tuple(warnings),
+        version=version.VERSION,
+        notes=(*part.notes, *remarks.notes),
     )
 
 
@@ -149,20 +150,20 @@ def flips_by_kick(
     scene: DropScene,
     kicks: Iterable[float],
     per_pose: DropRequest,
-    watch: Watch = ALONE,
+    watch: Watch = UNWATCHED,
     on_kick: Callable[[int, int], object] | None = None,
 ) -> list[FlipStatistics]:
-    """Flips at several kick heights, as far as they are complete, at the same points."""
+    """Flips at several kick heights, at the same points, as far as complete."""
     heights = sorted({check_kick(kick) for kick in kicks})
-    complete = []
-    for place, height in enumerate(heights):
+    results = []
+    for number, height in enumerate(heights):
         if on_kick is not None:
-            on_kick(place, len(heights))
+            on_kick(number, len(heights))
         flips = count_flips(part, scene, height, per_pose, watch)
         if flips.flips < per_pose.drops * len(flips.poses):
             break
-        complete.append(flips)
-    return complete
+        results.append(flips)
+    return results
 
 
 def check_kick(kick_height: float) -> float:
@@ -178,13 +179,13 @@ def check_kick(kick_height: float) -> float:
 
 
 def usual_kicks(radius: float) -> tuple[float, ...]:
-    """Kick heights, metres, that are worth looking at for a part of this radius, metres."""
+    """Kick heights, metres, worth looking at for a part of this radius, metres."""
     return tuple(
         (radius * np.geomspace(LOWEST_KICK_RADII, HIGHEST_KICK_RADII, KICKS)).tolist()
     )
 
 
-def _count(
+def _count_outcomes(
     body: drop_body.PreparedBody,
     scene: DropScene,
     kick: float,
@@ -205,22 +206,22 @@ def _count(
     workers = chunks.DropWorkers(
         flip, request.drops, request.workers, watch.should_stop, watch.background
     )
-    found = np.zeros(poses * (1 + poses), dtype=np.int64)
-    done = 0
+    flip_counts = np.zeros(poses * (1 + poses), dtype=np.int64)
+    flips_done = 0
     for outcomes in workers.outcomes_in_order():
-        end = done + outcomes.pose.shape[0]
-        row = np.arange(done, end) % poses
-        found += np.bincount(
-            row * (1 + poses) + outcomes.pose + 1, minlength=found.shape[0]
+        end = flips_done + outcomes.pose.shape[0]
+        row = np.arange(flips_done, end) % poses
+        flip_counts += np.bincount(
+            row * (1 + poses) + outcomes.pose + 1, minlength=flip_counts.shape[0]
         )
-        done = end
+        flips_done = end
         if on_progress is not None:
-            on_progress(done, request.drops)
-    return found.reshape(poses, 1 + poses)
+            on_progress(flips_done, request.drops)
+    return flip_counts.reshape(poses, 1 + poses)
 
 
 class Kicks:
-    """A plate that kicks the part, lying in any of its poses, at points of the contact polygon.
+    """A plate that kicks the part in any pose at points of its contact polygon.
 
     `height`: energy of a kick over the weight, radii.
     """
@@ -235,8 +236,8 @@ class Kicks:
             polygon = turn_vectors(resting.body.polygon(face), body.axes)
             first = polygon[1:-1] - polygon[0]
             second = polygon[2:] - polygon[0]
-            grown = np.cumsum(lengths(np.cross(first, second)))
-            share = np.concatenate(([0.0], grown / grown[-1]))
+            cumulative_area = np.cumsum(lengths(np.cross(first, second)))
+            share = np.concatenate(([0.0], cumulative_area / cumulative_area[-1]))
             rows.append(
                 (
                     np.broadcast_to(polygon[0], first.shape),
@@ -246,9 +247,10 @@ class Kicks:
                     pose + share[:-1],
                 )
             )
-        # (T, 3); a triangle of a contact polygon, in principal axes: a corner and the sides that
-        # leave it; (T,): share of the polygon's area that it and those before it have, plus the
-        # pose's index, and the same without itself. Where corners lie on one line both are equal.
+        # Triangles of the contact polygons, in principal axes: a corner (T, 3) and the
+        # sides that leave it, then (T,) the share of the polygon's area that it and
+        # those before it have, plus the pose's index, and the same without itself.
+        # Where corners lie on one line both are equal.
         self.corner, self.first, self.second, self.end, self.begin = map(
             np.concatenate, zip(*rows, strict=True)
         )
@@ -256,8 +258,9 @@ class Kicks:
     def states(self, seed: int, first: int, count: int) -> Array:
         """States (count, 8) just after kicks from `first` on, all poses in turn.
 
-        A vertical impulse J acts at a point r drawn uniformly from the contact polygon: v = J / m
-        and w = J I^-1 (r x up), with J such that the energy is m g times the height.
+        A vertical impulse J acts at a point r drawn uniformly from the contact polygon:
+        v = J / m and w = J I^-1 (r x up), with J such that the energy is m g times the
+        height.
         """
         resting = self.body.resting
         moment = self.body.arrays.moment
@@ -281,14 +284,20 @@ class Kicks:
 
     def _points(self, pose: Index, draws: Array) -> Array:
         """Points (n, 3) of contact polygons from two uniform numbers each."""
-        at = np.searchsorted(self.end, pose + draws[:, 0], side="right")
+        triangle = np.searchsorted(self.end, pose + draws[:, 0], side="right")
         # A sum that rounds up would be the next pose's.
-        at = np.minimum(at, np.searchsorted(self.end, pose + 1.0, side="left"))
-        size = self.end[at] - self.begin[at]
-        share = np.clip((pose + draws[:, 0] - self.begin[at]) / size, 0.0, 1.0)
-        out = np.sqrt(share)[:, None]
-        along = draws[:, 1:]
+        triangle = np.minimum(
+            triangle, np.searchsorted(self.end, pose + 1.0, side="left")
+        )
+        size = self.end[triangle] - self.begin[triangle]
+        share = np.clip((pose + draws[:, 0] - self.begin[triangle]) / size, 0.0, 1.0)
+        outward_share = np.sqrt(share)[:, None]
+        side_share = draws[:, 1:]
         return np.asarray(
-            self.corner[at]
-            + out * ((1.0 - along) * self.first[at] + along * self.second[at])
+            self.corner[triangle]
+            + outward_share
+            * (
+                (1.0 - side_share) * self.first[triangle]
+                + side_share * self.second[triangle]
+            )
         )

@@ -1,4 +1,4 @@
-"""One drop of a simulation computed again, with its whole motion, for plots and animations."""
+"""One drop of a simulation computed again, with its whole motion."""
 
 import math
 from itertools import pairwise
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...base.errors import RequestError
-from ..kernels.drops import evolve, layout as at
+from ..kernels.drops import evolve, layout
 from ..mesh.vectors import lengths, resting_quaternions, turn_vectors
 from ..records import Array, DropEvent, DropScene, Part, Trajectory
 from ..records.scene import (
@@ -21,7 +21,7 @@ from ..records.scene import (
 from . import drop_body, drops
 from .request import drop_request
 
-STATE_ON_TAPE = slice(at.TAPE_STATE, at.TAPE_STATE + at.STATE)
+STATE_ON_TAPE = slice(layout.TAPE_STATE, layout.TAPE_STATE + layout.STATE)
 
 EVENTS = ("release", "arrival", "impact", "stop", "lift-off", "end")
 MODES = ("flight", "vertex", "edge", "face")
@@ -49,15 +49,16 @@ def record_drop(
     ----------
     part : Part
     drop : int
-        Number of the drop in a simulation by `simulate` with the same arguments; the motion is
-        the very same.
+        Number of the drop in a simulation by `simulate` with the same arguments; the
+        motion is the very same.
     restitution, seed, drop_height, cluster_tolerance, round_sides
         As for `simulate`; take the seed out of its answer.
     start : (3,) array, optional
-        Direction in the part frame that points down at release, in place of drop and seed.
+        Direction in the part frame that points down at release, in place of drop and
+        seed.
     to_rest : bool
-        Whether to go on, when the pose is certain, until the part lies still. On a finely
-        tessellated curve that can be tens of thousands of ever smaller events.
+        Whether to go on, when the pose is certain, until the part lies still. On a
+        finely tessellated curve that can be tens of thousands of ever smaller events.
     interval : float, optional
         Seconds between samples; default: a twentieth of sqrt(radius / g).
 
@@ -72,7 +73,7 @@ def record_drop(
     MeshError
         If the part's hull does not enclose its centre of mass.
     """
-    return drop_recorded(
+    return record_scene_drop(
         part,
         DropScene(restitution, drop_height, cluster_tolerance, round_sides),
         seed,
@@ -83,7 +84,7 @@ def record_drop(
     )
 
 
-def drop_recorded(
+def record_scene_drop(
     part: Part,
     scene: DropScene,
     seed: int,
@@ -95,8 +96,8 @@ def drop_recorded(
     """Record a drop in a scene; see `record_drop`."""
     starts: Any = None if start is None else [start]
     request = drop_request(None if start is None else 1, seed, 0.0, 1, starts)
-    whole = isinstance(drop, (int, np.integer)) and not isinstance(drop, bool)
-    if not whole or not 0 <= drop < 2**64:
+    is_whole = isinstance(drop, (int, np.integer)) and not isinstance(drop, bool)
+    if not is_whole or not 0 <= drop < 2**64:
         raise RequestError(
             "the number of a drop, from 0", f"{drop!r}", "0 is the first"
         )
@@ -105,116 +106,112 @@ def drop_recorded(
             "an interval above 0 s", f"{interval}", "leave it out for a smooth one"
         )
     body = drop_body.drop_body(part, scene)
-    down = (
-        drops.random_starts(request.seed, int(drop), 1)
-        if request.starts is None
-        else request.starts
-    )
-    tape, outcomes = _record_tape(body, scene, down, to_rest)
+    downs = request.starts
+    if downs is None:
+        downs = drops.random_starts(request.seed, int(drop), 1)
+    tape, outcomes = _record_tape(body, scene, downs, to_rest)
     unit = math.sqrt(body.radius / GRAVITY)
     frame = 1.0 / FRAMES if interval is None else interval / unit
-    duration = float(tape[-1, at.TAPE_TIME])
+    duration = float(tape[-1, layout.TAPE_TIME])
     if not duration <= MOST_SAMPLES * frame:
         raise RequestError(
             f"at most {MOST_SAMPLES:,} samples of a drop",
             f"{duration * unit:.3g} s with one every {frame * unit:.3g} s",
             "sample it less often",
         )
-    times, states, turns = _samples(body, tape, down[0], frame)
-    spin = states[:, at.W : at.W + 3]
+    times, states, turns = _sample_motion(body, tape, downs[0], frame)
+    height = states[:, layout.Z]
+    velocity = states[:, layout.V]
+    spin = states[:, layout.W : layout.W + 3]
     x, y, z = (body.arrays.moment * spin * spin).T
-    energy = (
-        (states[:, at.Z] + 0.5 * (states[:, at.V] * states[:, at.V] + (x + y + z)))
-        * part.mass
-        * GRAVITY
-        * body.radius
-    )
+    energy = height + 0.5 * (velocity * velocity + (x + y + z))
     return Trajectory(
-        part.part_id,
-        part.digest,
-        body.radius,
-        scene.restitution,
-        scene.release_height(body.radius),
-        down[0],
-        int(outcomes.pose[0]),
-        int(outcomes.impacts[0]),
-        bool(not outcomes.trapped[0] and outcomes.pose[0] >= 0),
-        _events(body, tape, unit),
-        times * unit,
-        states[:, at.Z] * body.radius,
-        states[:, at.V] * body.radius / unit,
-        turn_vectors(states[:, at.P : at.P + 3], body.axes.T),
-        turn_vectors(states[:, at.W : at.W + 3], body.axes.T) / unit,
-        turns,
-        energy,
+        part_id=part.part_id,
+        part_digest=part.digest,
+        radius=body.radius,
+        restitution=scene.restitution,
+        drop_height=scene.release_height(body.radius),
+        down=downs[0],
+        pose=int(outcomes.pose[0]),
+        impacts=int(outcomes.impacts[0]),
+        at_rest=bool(not outcomes.trapped[0] and outcomes.pose[0] >= 0),
+        events=_read_events(body, tape, unit),
+        times=times * unit,
+        heights=height * body.radius,
+        velocities=velocity * body.radius / unit,
+        up=turn_vectors(states[:, layout.P : layout.P + 3], body.axes.T),
+        angular_velocities=turn_vectors(spin, body.axes.T) / unit,
+        orientations=turns,
+        energies=energy * part.mass * GRAVITY * body.radius,
     )
 
 
 def _record_tape(
-    body: drop_body.PreparedBody, scene: DropScene, down: Array, to_rest: bool
+    body: drop_body.PreparedBody, scene: DropScene, downs: Array, to_rest: bool
 ) -> tuple[Array, drops.DropOutcomes]:
     """Compute a drop with a tape that is long enough for all of its events."""
     rules = drops.drop_rules(scene, body.radius, to_rest=to_rest)
     rows = FIRST_TAPE
     while True:
-        tape = np.zeros((rows, at.TAPE))
-        outcomes = drops.compute_drops(body, rules, down, tape)
-        wanted = int(tape[0, 0]) + 1
-        if wanted <= rows:
-            return tape[1:wanted], outcomes
-        rows = wanted
+        tape = np.zeros((rows, layout.TAPE))
+        outcomes = drops.compute_drops(body, rules, downs, tape)
+        row_count = int(tape[0, 0]) + 1
+        if row_count <= rows:
+            return tape[1:row_count], outcomes
+        rows = row_count
 
 
-def _events(
+def _read_events(
     body: drop_body.PreparedBody, tape: Array, unit: float
 ) -> tuple[DropEvent, ...]:
     speed = body.radius / unit
-    found = []
+    events = []
     for row in tape:
         state = row[STATE_ON_TAPE]
-        held = row[at.TAPE_CONTACT : at.TAPE_CONTACT + 2].astype(int)
-        vertex = int(row[at.TAPE_VERTEX])
-        found.append(
+        contacts = row[layout.TAPE_CONTACT : layout.TAPE_CONTACT + 2].astype(int)
+        vertex = int(row[layout.TAPE_VERTEX])
+        up = state[layout.P : layout.P + 3]
+        spin = state[layout.W : layout.W + 3] / unit
+        up, spin = turn_vectors(np.stack((up, spin)), body.axes.T)
+        events.append(
             DropEvent(
-                float(row[at.TAPE_TIME]) * unit,
-                EVENTS[int(row[at.TAPE_EVENT])],
-                int(body.corner[vertex]) if vertex >= 0 else -1,
-                MODES[int(row[at.TAPE_MODE])],
-                tuple(int(body.corner[j]) for j in held if j >= 0),
-                float(state[at.Z]) * body.radius,
-                float(state[at.V]) * speed,
-                *turn_vectors(
-                    np.stack((state[at.P : at.P + 3], state[at.W : at.W + 3] / unit)),
-                    body.axes.T,
-                ),
+                time=float(row[layout.TAPE_TIME]) * unit,
+                kind=EVENTS[int(row[layout.TAPE_EVENT])],
+                vertex=int(body.corner[vertex]) if vertex >= 0 else -1,
+                mode=MODES[int(row[layout.TAPE_MODE])],
+                contact=tuple(int(body.corner[j]) for j in contacts if j >= 0),
+                height=float(state[layout.Z]) * body.radius,
+                velocity=float(state[layout.V]) * speed,
+                up=up,
+                angular_velocity=spin,
             )
         )
-    return tuple(found)
+    return tuple(events)
 
 
-def _samples(
+def _sample_motion(
     body: drop_body.PreparedBody, tape: Array, down: Array, frame: float
 ) -> tuple[Array, Array, Array]:
     """Times, states and orientations at the events and between them."""
     turn = resting_quaternions(down[None, :])[0]
-    times = [tape[:1, at.TAPE_TIME]]
+    times = [tape[:1, layout.TAPE_TIME]]
     states = [tape[:1, STATE_ON_TAPE]]
     turns = [turn[None, :]]
-    for before, after in pairwise(tape):
-        begin = before[at.TAPE_TIME]
-        span = after[at.TAPE_TIME] - before[at.TAPE_TIME]
+    for row, next_row in pairwise(tape):
+        begin = row[layout.TAPE_TIME]
+        span = next_row[layout.TAPE_TIME] - row[layout.TAPE_TIME]
         if span > 0.0:
             inner = np.append(np.arange(1, math.ceil(span / frame)) * frame, span)
             np.minimum(inner, span, out=inner)
-            state = np.empty((inner.size, at.STATE))
+            state = np.empty((inner.size, layout.STATE))
             orientation = np.empty((inner.size, 4))
-            mode = int(before[at.TAPE_MODE])
+            mode = int(row[layout.TAPE_MODE])
             evolve.sample_motion(
                 body.arrays.moment,
                 body.axes,
-                mode if mode <= at.EDGE else at.FLIGHT,
-                _contact(body, before),
-                before[STATE_ON_TAPE].copy(),
+                mode if mode <= layout.EDGE else layout.FLIGHT,
+                _contact_of_row(body, row),
+                row[STATE_ON_TAPE].copy(),
                 turn,
                 inner,
                 state,
@@ -222,30 +219,30 @@ def _samples(
             )
             turn = orientation[-1]
             # The sum may round up beyond the event.
-            times.append(np.minimum(begin + inner, after[at.TAPE_TIME]))
+            times.append(np.minimum(begin + inner, next_row[layout.TAPE_TIME]))
             states.append(state)
             turns.append(orientation)
-        times.append(after[None, at.TAPE_TIME])
-        states.append(after[None, STATE_ON_TAPE])
+        times.append(next_row[None, layout.TAPE_TIME])
+        states.append(next_row[None, STATE_ON_TAPE])
         turns.append(turn[None, :])
     return np.concatenate(times), np.concatenate(states), np.concatenate(turns)
 
 
-def _contact(body: drop_body.PreparedBody, row: Array) -> Array:
+def _contact_of_row(body: drop_body.PreparedBody, row: Array) -> Array:
     """Vertex, direction of the edge and its length, as the kernels keep them."""
-    contact = np.zeros(at.CONTACT)
-    contact[at.LENGTH] = 1.0
-    first, second = row[at.TAPE_CONTACT : at.TAPE_CONTACT + 2].astype(int)
+    contact = np.zeros(layout.CONTACT)
+    contact[layout.LENGTH] = 1.0
+    first, second = row[layout.TAPE_CONTACT : layout.TAPE_CONTACT + 2].astype(int)
     arrays = body.arrays
-    if row[at.TAPE_MODE] >= at.VERTEX and first >= 0:
-        contact[at.CORNER : at.CORNER + 3] = (
+    if row[layout.TAPE_MODE] >= layout.VERTEX and first >= 0:
+        contact[layout.CORNER : layout.CORNER + 3] = (
             arrays.x[first],
             arrays.y[first],
             arrays.z[first],
         )
     if second >= 0:
         end = np.array([arrays.x[second], arrays.y[second], arrays.z[second]])
-        edge = end - contact[at.CORNER : at.CORNER + 3]
-        contact[at.LENGTH] = lengths(edge[None])[0]
-        contact[at.DIRECTION : at.DIRECTION + 3] = edge / contact[at.LENGTH]
+        edge = end - contact[layout.CORNER : layout.CORNER + 3]
+        contact[layout.LENGTH] = lengths(edge[None])[0]
+        contact[layout.DIRECTION : layout.DIRECTION + 3] = edge / contact[layout.LENGTH]
     return contact

@@ -19,12 +19,11 @@ if TYPE_CHECKING:
 
 
 MOST_DROPS = 1_000_000_000
-LEAST_TARGET = 1e-6  # no number of drops keeps one; the square of a tiny one is 0
+SMALLEST_TARGET = 1e-6  # no number of drops keeps one; the square of a tiny one is 0
 MOST_WORKERS = 1024
 SEEDS = 2**64
-FEWEST = (
-    50  # drops, whatever they cost, where the number of impacts and steps is bounded
-)
+FEWEST_DROPS = 50
+"""Drops, whatever they cost, where the number of impacts and steps is bounded."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +35,8 @@ class DropRequest:
     target_error: float  # 0 asks for all drops
     workers: int  # threads
     starts: Array | None  # (k, 3); given starting directions, unit vectors
-    # impacts and steps that all drops together may take, judged by the first `FEWEST`; 0: any
+    # impacts and steps that all drops together may take, judged by the first
+    # `FEWEST_DROPS`; 0: any
     events: int = 0
 
 
@@ -48,22 +48,21 @@ class Watch(NamedTuple):
     should_stop: Callable[[], bool] = lambda: False  # asked now and then
     # given all drops that count, in their order
     on_drops: "Callable[[DropChunk], object] | None" = None
-    background: bool = (
-        False  # whether workers give way to other threads of this machine
-    )
+    # whether workers give way to other threads of this machine
+    background: bool = False
 
     @classmethod
-    def of(
+    def from_callbacks(
         cls,
         on_progress: Callable[[DropProgress], object] | None,
         should_stop: Callable[[], bool] | None,
-        *others: Any,
+        *options: Any,
     ) -> "Watch":
         """From what a caller gives, or leaves out."""
-        return cls(on_progress, should_stop or (lambda: False), *others)
+        return cls(on_progress, should_stop or (lambda: False), *options)
 
 
-ALONE = Watch()
+UNWATCHED = Watch()
 
 
 def drop_request(
@@ -76,17 +75,17 @@ def drop_request(
     """Fill in defaults and check the values."""
     target = check_target(target_error)
     threads = check_workers(workers)
-    directions = None if starts is None else _directions(starts)
-    bound = _bound(drops, directions)
-    drawn = secrets.randbits(32) if seed is None else _whole("seed", seed)
-    if not 0 <= drawn < SEEDS:
+    directions = None if starts is None else _check_starts(starts)
+    drop_bound = _check_drops(drops, directions)
+    drawn_seed = secrets.randbits(32) if seed is None else _check_integer("seed", seed)
+    if not 0 <= drawn_seed < SEEDS:
         raise RequestError(
             "a seed from 0 to 2^64 - 1", f"{seed}", "leave it out for a fresh one"
         )
     if target:
-        target = max(target, LEAST_TARGET)
+        target = max(target, SMALLEST_TARGET)
     return DropRequest(
-        bound, drawn if directions is None else 0, target, threads, directions
+        drop_bound, drawn_seed if directions is None else 0, target, threads, directions
     )
 
 
@@ -105,7 +104,9 @@ def check_target(target_error: float) -> float:
 def check_workers(workers: int | None) -> int:
     """Number of threads or processes; all cores where none is given."""
     count = (
-        len(os.sched_getaffinity(0)) if workers is None else _whole("workers", workers)
+        len(os.sched_getaffinity(0))
+        if workers is None
+        else _check_integer("workers", workers)
     )
     if not 1 <= count <= MOST_WORKERS:
         raise RequestError(
@@ -114,10 +115,10 @@ def check_workers(workers: int | None) -> int:
     return count
 
 
-def _bound(drops: int | None, starts: Array | None) -> int:
+def _check_drops(drops: int | None, starts: Array | None) -> int:
     if drops is None:
         return DEFAULT_DROPS if starts is None else starts.shape[0]
-    bound = _whole("drops", drops)
+    bound = _check_integer("drops", drops)
     if not 1 <= bound <= MOST_DROPS:
         raise RequestError(
             f"1 to {MOST_DROPS} drops", f"{drops}", "10000 gives half a point"
@@ -131,31 +132,33 @@ def _bound(drops: int | None, starts: Array | None) -> int:
     return bound
 
 
-def _directions(starts: ArrayLike) -> Array:
+def _check_starts(starts: ArrayLike) -> Array:
     try:
-        given = arrays.unmask(starts)
+        directions = arrays.unmask(starts)
     except arrays.NOT_NUMBERS:  # ragged, or complex
-        given = np.zeros(())
-    given = arrays.real_array(given if given.dtype.kind in "fiu" else 0.0)
-    if given.ndim != 2 or given.shape[0] < 1 or given.shape[1] != 3:
+        directions = np.zeros(())
+    directions = arrays.real_array(
+        directions if directions.dtype.kind in "fiu" else 0.0
+    )
+    if directions.ndim != 2 or directions.shape[0] < 1 or directions.shape[1] != 3:
         raise RequestError(
             "starts as an array (k, 3) of directions, k at least 1",
-            f"shape {given.shape}" if given.ndim else "no array of numbers",
+            f"shape {directions.shape}" if directions.ndim else "no array of numbers",
             "a row a drop",
         )
-    largest = np.abs(given).max(axis=1)
-    bad = np.flatnonzero(~(np.isfinite(largest) & (largest > 0.0)))
-    if bad.size:
+    largest = np.abs(directions).max(axis=1)
+    invalid_rows = np.flatnonzero(~(np.isfinite(largest) & (largest > 0.0)))
+    if invalid_rows.size:
         raise RequestError(
             "starts that are directions",
-            f"{given[bad[0]]} in row {bad[0]}",
+            f"{directions[invalid_rows[0]]} in row {invalid_rows[0]}",
             "no row may be zero, infinite or NaN",
         )
-    scaled = given / largest[:, None]  # whose squares neither overflow nor vanish
+    scaled = directions / largest[:, None]  # whose squares neither overflow nor vanish
     return np.asarray(scaled / vectors.lengths(scaled)[:, None])
 
 
-def _whole(name: str, value: object) -> int:
+def _check_integer(name: str, value: object) -> int:
     if isinstance(value, (int, np.integer)) and not isinstance(value, bool):
         return int(value)
     raise RequestError(f"a whole number for {name}", f"{value!r}", "give an int")

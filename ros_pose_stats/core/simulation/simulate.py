@@ -1,4 +1,4 @@
-"""A whole simulation: from a part and a request to the pose statistics counted from its drops."""
+"""A whole simulation: from a part and a request to the statistics of its drops."""
 
 import time
 from collections.abc import Callable, Iterable
@@ -18,8 +18,8 @@ from ..resting import poses, trust
 from ..statistics.prefix import Judge, Prefix, counted_shares, target_reached
 from .chunks import DropWorkers
 from .drop_body import drop_body
-from .drops import DropChunk, compute_drops, drop_rules, random_starts
-from .request import ALONE, FEWEST, DropRequest, Watch, drop_request
+from .drops import DropChunk, DropOutcomes, compute_drops, drop_rules, random_starts
+from .request import FEWEST_DROPS, UNWATCHED, DropRequest, Watch, drop_request
 
 
 def simulate(
@@ -47,52 +47,61 @@ def simulate(
     part : Part
         As from `load_part` or `part_from_mesh`.
     drops : int, optional
-        How many, 1 to 1e9; the most where a target error is given. Default: 10 000, or all starts.
+        How many, 1 to 1e9; the most where a target error is given. Default: 10 000, or
+        all starts.
     restitution : float
         Coefficient of restitution, 0 <= restitution < 1.
     seed : int, optional
-        0 to 2^64 - 1; drop k depends on seed and k alone. Default: a fresh one, in the answer.
+        0 to 2^64 - 1; drop k depends on seed and k alone. Default: a fresh one, in the
+        answer.
     drop_height : float, optional
         Height of the centre of mass at release, metres; too low to fit means released
         touching the plate. Default: 20 part radii.
     target_error : float
-        Stop once the root mean square error over the poses is within this fraction with 90 %
-        confidence, which is checked after 100, 150, 225, ... drops. 0 asks for all drops.
+        Stop once the root mean square error over the poses is within this fraction with
+        90 % confidence, which is checked after 100, 150, 225, ... drops. 0 asks for all
+        drops.
     workers : int, optional
         Threads; default: all cores.
     starts : (k, 3) array, optional
         Directions in the part frame that point down at release, one a drop.
     on_progress, on_drops : callable, optional
-        Called in the caller's thread: the first with a `DropProgress`, some twenty times a second,
-        the second with a `DropChunk` for all drops that count, in their order.
+        Called in the caller's thread: the first with a `DropProgress`, some twenty
+        times a second, the second with a `DropChunk` for all drops that count, in their
+        order.
     should_stop : callable, optional
-        Once it returns True the simulation ends, within about 50 ms, with the drops done by then.
+        Once it returns True the simulation ends, within about 50 ms, with the drops
+        done by then.
     background : bool
         Whether workers give way to other threads of this machine (Linux: niceness 10).
     cluster_tolerance : float
         Least rise out of a pose as a share of its height there; 0 merges nothing.
     round_sides : int
-        Sides a turn of the polygons that round surfaces are taken as; 0 takes the file as it is.
+        Sides a turn of the polygons that round surfaces are taken as; 0 takes the file
+        as it is.
     judge : Judge, optional
-        Judges in place of the counts, and says how many drops come before the first check.
+        Judges in place of the counts, and says how many drops come before the first
+        check.
 
     Returns
     -------
     PoseStatistics
-        All poses, most probable first; the same whatever the workers and the timing. Where none
-        of fewer than 50 drops comes to rest, probabilities and errors are NaN.
+        All poses, most probable first; the same whatever the workers and the timing.
+        Where none of fewer than 50 drops comes to rest, probabilities and errors are
+        NaN.
 
     Raises
     ------
     RequestError, MeshError
-        If a value is out of range, the part's hull does not enclose its centre of mass, or none of
-        the first 50 drops comes to rest, as on a plate that takes next to no energy.
+        If a value is out of range, the part's hull does not enclose its centre of mass,
+        or none of the first 50 drops comes to rest, as on a plate that takes next to no
+        energy.
     """
     return count_drops(
         part,
         DropScene(restitution, drop_height, cluster_tolerance, round_sides),
         drop_request(drops, seed, target_error, workers, starts),
-        Watch.of(on_progress, should_stop, on_drops, background),
+        Watch.from_callbacks(on_progress, should_stop, on_drops, background),
         judge,
     )
 
@@ -101,7 +110,7 @@ def count_drops(
     part: Part,
     scene: DropScene,
     request: DropRequest,
-    watch: Watch = ALONE,
+    watch: Watch = UNWATCHED,
     judge: Judge | None = None,
 ) -> PoseStatistics:
     """Drop a part in a scene as requested; `judge` and the rest as for `simulate`."""
@@ -120,11 +129,11 @@ class _Simulation:
         self._request = request
         self._body = drop_body(part, scene)
         self._rules = drop_rules(scene, self._body.radius)
-        first = min(FEWEST, request.drops) if request.events else request.drops
+        first = min(FEWEST_DROPS, request.drops) if request.events else request.drops
         self._prefix = Prefix(
             len(self._body.resting.poses), first, request.target_error, judge
         )
-        self._touched = self._events = self._early = 0
+        self._touching_drops = self._events = self._settled_early = 0
 
     def run(self, watch: Watch) -> PoseStatistics:
         """Count drops until there are enough of them or the caller stops."""
@@ -142,50 +151,54 @@ class _Simulation:
             request.workers,
             stop,
             watch.background,
-            prefix.wanted,
+            prefix.requested_drops,
         )
         for outcomes in workers.outcomes_in_order():
-            first = prefix.drops
-            kept = prefix.add(outcomes.pose)
-            if watch.on_drops is not None and kept:
-                watch.on_drops(
-                    DropChunk(first, self._downs(first, kept), outcomes.first(kept))
-                )
-            self._touched += int(outcomes.touched[:kept].sum())
-            self._events += int(outcomes.events[:kept].sum())
-            self._early += int(
-                (outcomes.pose[: max(0, min(kept, FEWEST - first))] >= 0).sum()
-            )
-            if prefix.drops >= FEWEST and not self._early:
+            counted_drops = self._count(outcomes, watch)
+            if prefix.drops >= FEWEST_DROPS and not self._settled_early:
                 workers.stop()
                 raise RequestError(
                     "drops that come to rest",
-                    f"none of the first {FEWEST}, each of which was "
+                    f"none of the first {FEWEST_DROPS}, each of which was "
                     f"given up, {self._statistics().scene}",
                     "lower the restitution or the drop height",
                 )
-            if request.events and prefix.drops == FEWEST:
-                prefix.extend(
-                    min(request.drops, FEWEST * request.events // max(self._events, 1))
-                )
+            if request.events and prefix.drops == FEWEST_DROPS:
+                affordable = FEWEST_DROPS * request.events // max(self._events, 1)
+                prefix.extend(min(request.drops, affordable))
             if prefix.finished:
                 workers.stop()
-            workers.request_drops(prefix.wanted)
-            if watch.on_progress is not None and kept:
-                judged = prefix.recently_judged()
-                watch.on_progress(
-                    DropProgress(
-                        prefix.drops,
-                        request.drops,
-                        prefix.drops - prefix.settled,
-                        judged.expected_error,
-                        judged.bound,
-                        request.target_error,
-                        time.perf_counter() - self._begin,
-                        self._statistics,
-                    )
-                )
+            workers.request_drops(prefix.requested_drops)
+            if watch.on_progress is not None and counted_drops:
+                watch.on_progress(self._progress())
         return self._statistics()
+
+    def _count(self, outcomes: DropOutcomes, watch: Watch) -> int:
+        """Count the drops that are still wanted, and return how many they are."""
+        first = self._prefix.drops
+        count = self._prefix.add(outcomes.pose)
+        if watch.on_drops is not None and count:
+            downs = self._downs(first, count)
+            watch.on_drops(DropChunk(first, downs, outcomes.first(count)))
+        self._touching_drops += int(outcomes.touched[:count].sum())
+        self._events += int(outcomes.events[:count].sum())
+        early = max(0, min(count, FEWEST_DROPS - first))
+        self._settled_early += int((outcomes.pose[:early] >= 0).sum())
+        return count
+
+    def _progress(self) -> DropProgress:
+        prefix = self._prefix
+        judgement = prefix.recent_judgement()
+        return DropProgress(
+            prefix.drops,
+            self._request.drops,
+            prefix.drops - prefix.settled_drops,
+            judgement.expected_error,
+            judgement.bound,
+            self._request.target_error,
+            time.perf_counter() - self._begin,
+            self._statistics,
+        )
 
     def _downs(self, first: int, count: int) -> Array:
         request = self._request
@@ -196,26 +209,25 @@ class _Simulation:
     def _statistics(self) -> PoseStatistics:
         """Statistics of the drops counted so far."""
         prefix = self._prefix
-        missed = list[str]()
-        if (
-            prefix.finished
-            and prefix.target_error > 0.0
-            and not target_reached(prefix.judged().bound, prefix.target_error)
-        ):
-            missed.append(
-                f"TARGET_MISSED: the 90 % bound of the error is {prefix.judged().bound:.2g} after "
-                f"all {prefix.drops} drops, above the target of {prefix.target_error:g}."
-            )
+        target = prefix.target_error
+        target_warnings = []
+        if prefix.finished and target > 0.0:
+            bound = prefix.judgement().bound
+            if not target_reached(bound, target):
+                target_warnings.append(
+                    f"TARGET_MISSED: the 90 % bound of the error is {bound:.2g} after "
+                    f"all {prefix.drops} drops, above the target of {target:g}."
+                )
         return counted_statistics(
             self._part,
             self._body.resting,
             self._scene,
             prefix.counts,
             prefix.drops,
-            self._touched,
+            self._touching_drops,
             self._request.seed,
             time.perf_counter() - self._begin,
-            missed,
+            target_warnings,
         )
 
 
@@ -233,20 +245,20 @@ def counted_statistics(
 ) -> PoseStatistics:
     """Statistics of drops by the poses in which they ended, `counts` (P,).
 
-    `touched`: drops that were released touching the plate; `uncertain`: what was not certain of
-    those that are left out.
+    `touched`: drops that were released touching the plate; `uncertain`: what was not
+    certain of those that are left out.
     """
     remarks = trust.pose_remarks(resting)
     unsettled = drops - int(counts.sum())
-    told = [*remarks.warnings, *warnings]
+    all_warnings = [*remarks.warnings, *warnings]
     if touched:
-        told.append(
-            f"RELEASED_TOUCHING: in {touched} of {drops} drops the part did not fit under "
-            f"a drop height of {scene.drop_height:g} m and was released touching the "
-            "plate."
+        all_warnings.append(
+            f"RELEASED_TOUCHING: in {touched} of {drops} drops the part did not fit "
+            f"under a drop height of {scene.drop_height:g} m and was released touching "
+            "the plate."
         )
     if unsettled:
-        told.append(
+        all_warnings.append(
             f"UNSETTLED: {unsettled} of {drops} drops were given up before {uncertain} "
             "was certain; they are left out of the probabilities."
         )
@@ -261,6 +273,6 @@ def counted_statistics(
         unsettled=unsettled,
         seed=seed,
         seconds=seconds,
-        warnings=told,
+        warnings=all_warnings,
         notes=remarks.notes,
     )

@@ -1,4 +1,4 @@
-"""Whether counts differ by more than chance: Pearson's chi-square, with rare bins pooled."""
+"""Whether counts differ by more than chance: Pearson's test, rare bins pooled."""
 
 import math
 from dataclasses import dataclass, replace
@@ -10,7 +10,7 @@ from scipy.special import chdtrc
 from ...base.errors import RequestError
 from ..records import Array, Index
 
-LEAST_EXPECTED = 5.0
+SMALLEST_EXPECTED = 5.0
 """Expected count below which a bin is pooled: the usual rule (Cochran 1954).
 
 Below it the statistic no longer follows the chi-square distribution.
@@ -24,16 +24,15 @@ class ChiSquare:
     """Outcome of a test."""
 
     statistic: float  # NaN where there are too few counts for two bins
-    # bins less one; nothing is fitted to the counts. 0 where there are too few
-    degrees_of_freedom: int
-    # chance of a statistic this large if the counts do follow the prediction; NaN where there are
-    # too few, or where the error of the prediction is not known
+    degrees_of_freedom: int  # bins less one; 0 where there are too few counts
+    # chance of a statistic this large if the counts do follow the prediction; NaN where
+    # there are too few, or where the error of the prediction is not known
     p_value: float
     bins: int  # that were compared, after pooling
     pooled: int  # bins that were put together into one; 0 for none
 
     @property
-    def too_few(self) -> bool:
+    def has_too_few_counts(self) -> bool:
         """Whether the counts do not suffice for a test."""
         return self.degrees_of_freedom == 0
 
@@ -46,74 +45,84 @@ def goodness_of_fit(
 ) -> ChiSquare:
     """Compare counts with probabilities, exact ones or some with an error of their own.
 
-    Errors are taken to be correlated as those of shares are: then the inverse of the covariance
-    parts into a sum over units and one over the bins within each. A bin of probability 0 is pooled
-    if something was counted there, else left out; `unit`: bins of one number share their error.
+    Errors are taken to be correlated as those of shares are: then the inverse of the
+    covariance parts into a sum over units and one over the bins within each. A bin of
+    probability 0 is pooled if something was counted there, else left out; `unit`: bins
+    of one number share their error.
     """
-    observed = _checked("counts", counts)
-    weights = _checked("probabilities", probabilities)
-    if observed.shape != weights.shape or not weights.sum() > 0.0:
+    count = _check_row("counts", counts)
+    weight = _check_row("probabilities", probabilities)
+    if count.shape != weight.shape or not weight.sum() > 0.0:
         raise RequestError(
             "as many probabilities as counts, not all 0",
-            f"{weights.size} of sum {weights.sum():g} for {observed.size} counts",
+            f"{weight.size} of sum {weight.sum():g} for {count.size} counts",
             "number both by the same poses",
         )
-    expected = weights * (observed.sum() / weights.sum())
-    told = (observed > 0.0) | (expected > 0.0)
-    bins, pooled = pooled_bins(expected[told])
-    joined, foreseen = (
-        np.bincount(bins, values[told]).astype(np.float64)
-        for values in (observed, expected)
+    expected = weight * (count.sum() / weight.sum())
+    is_tested = (count > 0.0) | (expected > 0.0)
+    bins, pooled = pool_bins(expected[is_tested])
+    bin_count, bin_expected = (
+        np.bincount(bins, values[is_tested]).astype(np.float64)
+        for values in (count, expected)
     )
-    if _too_small(foreseen):
-        return _too_few(pooled)
-    apart = (
-        np.zeros(observed.size)
-        if errors is None
-        else np.asarray(errors, dtype=np.float64)
+    if _has_small_bin(bin_expected):
+        return _untestable(pooled)
+
+    share_error: Array = np.zeros(count.size)
+    if errors is not None:
+        share_error = np.asarray(errors, dtype=np.float64)
+    unit_label = np.arange(count.size) if unit is None else np.asarray(unit)
+    unit_of_bin, variance = _join_errors(
+        bins, pooled, np.nan_to_num(share_error[is_tested]), unit_label[is_tested]
     )
-    shared = np.arange(observed.size) if unit is None else np.asarray(unit)
-    owner, variance = _join_errors(
-        bins, pooled, np.nan_to_num(apart[told]), shared[told]
+
+    total = bin_expected.sum()
+    unit_expected = np.bincount(unit_of_bin, bin_expected)
+    unit_excess = np.bincount(unit_of_bin, bin_count) - unit_expected
+    remaining_share = np.maximum(1.0 - unit_expected / total, np.finfo(float).tiny)
+    scatter = np.where(
+        remaining_share > ROUNDING, variance * total * total / remaining_share, 0.0
     )
-    total = foreseen.sum()
-    whole = np.bincount(owner, foreseen)
-    beyond = np.bincount(owner, joined) - whole
-    other = np.maximum(1.0 - whole / total, np.finfo(float).tiny)
-    scatter = np.where(other > ROUNDING, variance * total * total / other, 0.0)
-    inside = joined - foreseen - (beyond / whole)[owner] * foreseen
-    found = _outcome(
-        float(
-            (beyond * beyond / (whole + scatter)).sum()
-            + (inside * inside / foreseen).sum()
-        ),
-        foreseen.size,
-        pooled,
+    bin_excess = (
+        bin_count
+        - bin_expected
+        - (unit_excess / unit_expected)[unit_of_bin] * bin_expected
     )
-    return replace(found, p_value=math.nan) if np.isnan(apart[told]).any() else found
+    among_units = (unit_excess * unit_excess / (unit_expected + scatter)).sum()
+    within_units = (bin_excess * bin_excess / bin_expected).sum()
+    outcome = _outcome(float(among_units + within_units), bin_expected.size, pooled)
+    if np.isnan(share_error[is_tested]).any():
+        return replace(outcome, p_value=math.nan)
+    return outcome
 
 
 def _join_errors(
     bins: Index, pooled: int, errors: Array, shared: Index
 ) -> tuple[Index, Array]:
-    """Unit of each new bin, and variance of each unit; bins put together are one of their own."""
-    label = np.where((bins == 0) & (pooled > 0), -1, shared)
-    _, first, place = np.unique(
-        np.stack((label, shared)), axis=1, return_index=True, return_inverse=True
+    """Unit of each new bin, and variance of each unit.
+
+    Bins put together are a unit of their own.
+    """
+    unit_label = np.where((bins == 0) & (pooled > 0), -1, shared)
+    _, first_share, part_of_bin = np.unique(
+        np.stack((unit_label, shared)), axis=1, return_index=True, return_inverse=True
     )
-    whole = np.bincount(place.reshape(-1), errors)
-    labels, owner = np.unique(label, return_inverse=True)
+    part_error = np.bincount(part_of_bin.reshape(-1), errors)
+    labels, unit_of_share = np.unique(unit_label, return_inverse=True)
     variance: Array = np.bincount(
-        owner[first], whole * whole, minlength=labels.size
+        unit_of_share[first_share], part_error * part_error, minlength=labels.size
     ).astype(np.float64)
-    unit = np.empty(int(bins.max(initial=-1)) + 1, dtype=np.int64)
-    unit[bins] = owner
-    return unit, variance
+    unit_of_bin = np.empty(int(bins.max(initial=-1)) + 1, dtype=np.int64)
+    unit_of_bin[bins] = unit_of_share
+    return unit_of_bin, variance
 
 
 def homogeneity(first: ArrayLike, second: ArrayLike) -> ChiSquare:
-    """Compare two sets of counts, both with their own chance; bins empty in both are left out."""
-    rows = [_checked("counts", first), _checked("counts", second)]
+    """Compare two sets of counts, both with their own chance.
+
+    Bins that are empty in both are left out.
+    """
+    rows = [_check_row("counts", first), _check_row("counts", second)]
     if rows[0].shape != rows[1].shape:
         raise RequestError(
             "two equally long sets of counts",
@@ -123,41 +132,51 @@ def homogeneity(first: ArrayLike, second: ArrayLike) -> ChiSquare:
     table = np.stack(rows)
     table = table[:, table.sum(axis=0) > 0.0]
     if not table.sum(axis=1).all():
-        return _too_few(0)
+        return _untestable(0)
     shares = table.sum(axis=1) / table.sum()
-    bins, pooled = pooled_bins(shares.min() * table.sum(axis=0))
-    joined: Array = np.stack([np.bincount(bins, row) for row in table]).astype(
-        np.float64
-    )
-    expected = np.outer(shares, joined.sum(axis=0))
-    if _too_small(expected):
-        return _too_few(pooled)
+    bins, pooled = pool_bins(shares.min() * table.sum(axis=0))
+    bin_counts: Array = np.array([np.bincount(bins, row) for row in table], float)
+    expected = np.outer(shares, bin_counts.sum(axis=0))
+    if _has_small_bin(expected):
+        return _untestable(pooled)
     return _outcome(
-        float((np.square(joined - expected) / expected).sum()), joined.shape[1], pooled
+        float((np.square(bin_counts - expected) / expected).sum()),
+        bin_counts.shape[1],
+        pooled,
     )
 
 
-def pooled_bins(expected: ArrayLike) -> tuple[Index, int]:
-    """Put bins below the bound together, and the smallest others until the new one reaches it.
+def pool_bins(expected: ArrayLike) -> tuple[Index, int]:
+    """Pool bins below the bound, and the smallest others until the sum reaches it.
 
     Returns the new bin (K,) of each old one, and how many old ones share a new one.
     """
     values = np.asarray(expected, dtype=np.float64)
     order = np.argsort(values, kind="stable")
-    small = int(np.count_nonzero(values < LEAST_EXPECTED))
-    if small:
-        together = np.cumsum(values[order])
+    pooled_count = int(np.count_nonzero(values < SMALLEST_EXPECTED))
+    if pooled_count:
+        cumulative = np.cumsum(values[order])
         # Rounding must not drag another bin in.
-        enough = np.flatnonzero(together >= LEAST_EXPECTED * (1.0 - 1e-12))
-        small = max(small, int(enough[0]) + 1) if enough.size else values.size
+        sufficient_counts = np.flatnonzero(
+            cumulative >= SMALLEST_EXPECTED * (1.0 - 1e-12)
+        )
+        pooled_count = (
+            max(pooled_count, int(sufficient_counts[0]) + 1)
+            if sufficient_counts.size
+            else values.size
+        )
     bins = np.empty(values.size, dtype=np.int64)
-    bins[order[:small]] = 0
-    bins[order[small:]] = np.arange(values.size - small) + min(small, 1)
-    return bins, small if small > 1 else 0
+    bins[order[:pooled_count]] = 0
+    bins[order[pooled_count:]] = np.arange(values.size - pooled_count) + min(
+        pooled_count, 1
+    )
+    return bins, pooled_count if pooled_count > 1 else 0
 
 
-def _too_small(expected: Array) -> bool:
-    return expected.shape[-1] < 2 or expected.min() < LEAST_EXPECTED * (1.0 - ROUNDING)
+def _has_small_bin(expected: Array) -> bool:
+    return expected.shape[-1] < 2 or expected.min() < SMALLEST_EXPECTED * (
+        1.0 - ROUNDING
+    )
 
 
 def _outcome(statistic: float, bins: int, pooled: int) -> ChiSquare:
@@ -166,15 +185,15 @@ def _outcome(statistic: float, bins: int, pooled: int) -> ChiSquare:
     )
 
 
-def _too_few(pooled: int) -> ChiSquare:
+def _untestable(pooled: int) -> ChiSquare:
     return ChiSquare(math.nan, 0, math.nan, 1, pooled)
 
 
-def _checked(what: str, values: ArrayLike) -> Array:
+def _check_row(name: str, values: ArrayLike) -> Array:
     array = np.asarray(values, dtype=np.float64)
     if array.ndim != 1 or not np.all((array >= 0.0) & np.isfinite(array)):
         raise RequestError(
-            f"finite {what} from 0 up, in one row",
+            f"finite {name} from 0 up, in one row",
             f"{array.tolist()}",
             "leave unknown ones out",
         )

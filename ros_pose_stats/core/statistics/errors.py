@@ -1,8 +1,9 @@
 """How sure probabilities are: standard errors, intervals, and bounds that errors keep.
 
-A target error is kept where the root mean square error over the poses is within it with 90 %
-confidence. A run stops at the first look that finds the bound low enough, by luck at times;
-so a little more than 90 % is asked for wherever a run may stop (`AT_A_LOOK`).
+A target error is kept where the root mean square error over the poses is within it with
+90 % confidence. A run stops at the first look that finds the bound low enough, by luck
+at times; so a little more than 90 % is asked for wherever a run may stop
+(`CHECKPOINT_LEVEL`).
 """
 
 import math
@@ -16,41 +17,47 @@ from ...base.errors import RequestError
 from ..records import Array, Index
 
 
-def standard_errors(counts: ArrayLike, settled: int) -> Array:
-    """Binomial standard error (K,) of each pose's count / settled; NaN where nothing settled.
+def standard_errors(counts: ArrayLike, settled_drops: int) -> Array:
+    """Binomial standard error (K,) of each pose's share of the settled drops.
 
-    sqrt(q (1 - q) / n) with q = (count + 1/2) / (n + K/2): the half keeps a pose that was never or
-    always seen from looking certain. The only pose of a part has q = 1 and the error 0.
+    It is NaN where nothing settled.
+
+    sqrt(q (1 - q) / n) with q = (count + 1/2) / (n + K/2): the half keeps a pose that
+    was never or always seen from looking certain. The only pose of a part has q = 1 and
+    the error 0.
     """
-    counted = np.atleast_1d(np.asarray(counts, dtype=float))
-    if counted.size and not (counted.min() >= 0.0 and counted.max() <= settled):
+    count = np.atleast_1d(np.asarray(counts, dtype=float))
+    if count.size and not (count.min() >= 0.0 and count.max() <= settled_drops):
         raise RequestError(
-            f"counts from 0 to {settled}, the settled drops",
-            f"{counted.min():g} to {counted.max():g}",
+            f"counts from 0 to {settled_drops}, the settled drops",
+            f"{count.min():g} to {count.max():g}",
             "count the settled drops alone",
         )
-    if settled == 0:
-        return np.full(counted.shape, math.nan)
-    return np.sqrt(error_variances(counted, settled, counted.size))
+    if settled_drops == 0:
+        return np.full(count.shape, math.nan)
+    return np.sqrt(error_variances(count, settled_drops, count.size))
 
 
-def error_variances(counts: ArrayLike, settled: ArrayLike, poses: ArrayLike) -> Array:
-    """Squares of `standard_errors`, for poses of many parts at once, given for each pose."""
-    total = np.asarray(settled, dtype=float)
+def error_variances(
+    counts: ArrayLike, settled_drops: ArrayLike, pose_counts: ArrayLike
+) -> Array:
+    """Squares of `standard_errors`, for poses of many parts at once."""
+    drops = np.asarray(settled_drops, dtype=float)
     q = (np.asarray(counts, dtype=float) + 0.5) / (
-        total + 0.5 * np.asarray(poses, dtype=float)
+        drops + 0.5 * np.asarray(pose_counts, dtype=float)
     )
-    return np.asarray(q * (1.0 - q) / total)
+    return np.asarray(q * (1.0 - q) / drops)
 
 
 def root_mean_square(errors: ArrayLike) -> float:
-    """Root mean square over the poses (K,), as in the paper (Eq. 1); NaN without poses."""
+    """Root mean square over the poses (K,), Eq. 1 of the paper; NaN without poses."""
     values = np.asarray(errors, dtype=float)
     return math.sqrt(float(np.mean(values * values))) if values.size else math.nan
 
 
 DEFAULT_LEVEL = 0.9
-"""Chance that `probability_low` and `probability_high` of the contract enclose the truth."""
+"""Chance that `probability_low` and `probability_high` of the contract enclose the
+truth."""
 
 
 def jeffreys_interval(
@@ -58,41 +65,43 @@ def jeffreys_interval(
 ) -> tuple[Array, Array]:
     """Equal-tailed Jeffreys interval of a binomial probability.
 
-    The quantiles of Beta(count + 1/2, total - count + 1/2), with 0 as the lower bound where
-    nothing was counted and 1 as the upper bound where everything was: Brown, Cai and DasGupta,
-    "Interval estimation for a binomial proportion", Statistical Science 16 (2001), section 4.1.
-    `total` need not be whole: an effective number of drops is.
+    The quantiles of Beta(count + 1/2, total - count + 1/2), with 0 as the lower bound
+    where nothing was counted and 1 as the upper bound where everything was: Brown, Cai
+    and DasGupta, "Interval estimation for a binomial proportion", Statistical Science
+    16 (2001), section 4.1. `total` need not be whole: an effective number of drops is.
     """
-    counted, totals = np.broadcast_arrays(
+    successes, trials = np.broadcast_arrays(
         np.asarray(count, float), np.asarray(total, float)
     )
     if not 0.0 < level < 1.0:
         raise RequestError(
             "a level between 0 and 1", f"{level}", "0.9 is the contract's"
         )
-    bad = ~((counted >= 0.0) & (counted <= totals) & np.isfinite(totals))
-    if bad.any():
+    is_impossible = ~((successes >= 0.0) & (successes <= trials) & np.isfinite(trials))
+    if is_impossible.any():
         raise RequestError(
             "counts from 0 to their total",
-            f"{counted[bad][0]:g} of {totals[bad][0]:g}",
+            f"{successes[is_impossible][0]:g} of {trials[is_impossible][0]:g}",
             "divide both by the same variance factor",
         )
-    a = counted + 0.5
-    b = totals - counted + 0.5
+    alpha = successes + 0.5
+    beta = trials - successes + 0.5
     tail = (1.0 - level) / 2.0
-    low = np.where(counted == 0.0, 0.0, betaincinv(a, b, tail))
-    high = np.where(counted == totals, 1.0, betaincinv(a, b, 1.0 - tail))
+    low = np.where(successes == 0.0, 0.0, betaincinv(alpha, beta, tail))
+    high = np.where(successes == trials, 1.0, betaincinv(alpha, beta, 1.0 - tail))
     return low, high
 
 
-WIDEST = 1e6
-"""A standard deviation beyond which nothing is known either; far outside of what was fitted it may
-be infinite."""
+WIDEST_DEVIATION = 1e6
+"""A standard deviation beyond which nothing is known either; far outside of what was
+fitted it may be infinite."""
 
-NODES = np.geomspace(0.01, 12.0, 64)
-"""Where a bound is looked for, in the largest standard deviation; between them it is straight."""
+BOUND_NODES = np.geomspace(0.01, 12.0, 64)
+"""Where a bound is looked for, in the largest standard deviation; between them it is
+straight."""
 
-STRIDE = 9  # of these nodes every so many are looked at first, then those between two of them
+STRIDE = 9
+"""Of these nodes every so many are tried first, then those between two of them."""
 
 
 def largest_error(
@@ -100,78 +109,76 @@ def largest_error(
     level: float,
     *,
     weight: ArrayLike = (1.0,),
-    away: ArrayLike = 0.0,
+    offset: ArrayLike = 0.0,
     size: ArrayLike = 1,
 ) -> float:
     """Bound that no pose's error exceeds with this probability, a fraction.
 
-    Errors are normal in each of M cases of a `weight` (M,), off by `away` (M, G); a unit's is
-    shared by its `size` (G,) poses. Of G errors with a sum G - 1 are free, so the product of what
-    each keeps is taken to the power (G - 1) / G: exact for two units and for many.
+    Errors are normal in each of M cases of a `weight` (M,), off by `offset` (M, G); a
+    unit's is shared by its `size` (G,) poses. Of G errors with a sum G - 1 are free, so
+    the product of what each keeps is taken to the power (G - 1) / G: exact for two
+    units and for many.
     """
     share = 1.0 / np.asarray(size, dtype=np.float64)
-    spread = np.minimum(np.atleast_2d(deviation), WIDEST) * share
-    middle = np.broadcast_to(np.asarray(away, dtype=np.float64) * share, spread.shape)
+    spread = np.minimum(np.atleast_2d(deviation), WIDEST_DEVIATION) * share
+    center = np.broadcast_to(np.asarray(offset, dtype=np.float64) * share, spread.shape)
     if np.isnan(spread).any():
         return float(np.nan)
-    keep = (spread > 0.0).any(axis=0) | (middle != 0.0).any(axis=0)
-    spread = spread[:, keep]
-    middle = np.abs(middle[:, keep])
+    is_uncertain = (spread > 0.0).any(axis=0) | (center != 0.0).any(axis=0)
+    spread = spread[:, is_uncertain]
+    center = np.abs(center[:, is_uncertain])
     units = spread.shape[1]
     if not units:
         return 0.0
-    free = (units - 1.0) / units if units > 1 else 1.0
+    exponent = (units - 1.0) / units if units > 1 else 1.0
     scale = np.maximum(spread, np.finfo(float).tiny)
-    bounds = NODES * float((middle + spread).max())
+    bounds = BOUND_NODES * float((center + spread).max())
 
-    def kept(some: NDArray[np.floating]) -> Array:
+    def probability_within(limits: NDArray[np.floating]) -> Array:
         """Chance that all errors are within each of some bounds."""
-        inside = ndtr((some[:, None, None] - middle) / scale) - ndtr(
-            (-some[:, None, None] - middle) / scale
-        )
-        return np.asarray(
-            inside.prod(axis=2) ** free @ np.asarray(weight, dtype=np.float64)
-        )
+        edges = limits[:, None, None]
+        probability = ndtr((edges - center) / scale) - ndtr((-edges - center) / scale)
+        joint_probability = probability.prod(axis=2) ** exponent
+        return np.asarray(joint_probability @ np.asarray(weight, dtype=np.float64))
 
-    passed = int(np.searchsorted(kept(bounds[::STRIDE]), level, "right"))
-    near = bounds[STRIDE * max(passed - 1, 0) :][: STRIDE + 1]
-    return min(float(np.interp(level, kept(near), near)), 1.0)
+    strides = int(np.searchsorted(probability_within(bounds[::STRIDE]), level, "right"))
+    limits = bounds[STRIDE * max(strides - 1, 0) :][: STRIDE + 1]
+    return min(float(np.interp(level, probability_within(limits), limits)), 1.0)
 
 
-AT_A_LOOK = 0.92  # confidence asked for at each look, so that 90 % are left
-DEVIATE = (
-    1.4050715603096329  # the normal deviate below which a share of `AT_A_LOOK` lies
-)
+CHECKPOINT_LEVEL = 0.92  # confidence asked for at each look, so that 90 % are left
+CHECKPOINT_DEVIATE = 1.4050715603096329
+"""The normal deviate below which a share of `CHECKPOINT_LEVEL` lies."""
 
 
-class Judged(NamedTuple):
+class Judgement(NamedTuple):
     """What drops so far are worth."""
 
     # root mean square of the poses' standard errors; NaN before a drop has settled
     expected_error: float
-    bound: float  # that the root mean square error keeps; infinite before a drop has settled
+    bound: float  # of that error; infinite before a drop has settled
 
 
-def judge_counts(counts: Index) -> Judged:
+def judge_counts(counts: Index) -> Judgement:
     """Judge counts (K,) of independent drops by themselves."""
-    return Judged(
+    return Judgement(
         root_mean_square(standard_errors(counts, int(counts.sum()))),
         counted_bound(counts),
     )
 
 
 def counted_bound(counts: Index) -> float:
-    """Bound that the error of counts keeps, a fraction; infinite before a drop has settled.
+    """Bound that the error of counts keeps, a fraction; infinite without drops.
 
-    The squared error of shares is a sum of squares of normal variables, taken as a gamma
-    distribution with its mean and variance (Satterthwaite), whose quantile is that of Wilson and
-    Hilferty: 1.3 % low in the error for two poses, nearer for more. There are only products and
-    roots in it, so that runs end alike on all machines.
+    The squared error of shares is a sum of squares of normal variables, taken as a
+    gamma distribution with its mean and variance (Satterthwaite), whose quantile is
+    that of Wilson and Hilferty: 1.3 % low in the error for two poses, nearer for more.
+    There are only products and roots in it, so that runs end alike on all machines.
     """
-    settled = int(counts.sum())
-    if not settled:
+    settled_drops = int(counts.sum())
+    if not settled_drops:
         return math.inf
-    q = (counts + 0.5) / (settled + 0.5 * counts.size)
+    q = (counts + 0.5) / (settled_drops + 0.5 * counts.size)
     mean = float((q * (1.0 - q)).sum())
     if not mean > 0.0:  # the only pose
         return 0.0
@@ -179,5 +186,5 @@ def counted_bound(counts: Index) -> float:
     cubes = float((q * q * q).sum())
     variance = 2.0 * (squares - 2.0 * cubes + squares * squares)
     spread = variance / (9.0 * mean * mean)
-    root = 1.0 - spread + DEVIATE * math.sqrt(spread)
-    return math.sqrt(mean / (settled * counts.size) * root * root * root)
+    root = 1.0 - spread + CHECKPOINT_DEVIATE * math.sqrt(spread)
+    return math.sqrt(mean / (settled_drops * counts.size) * root * root * root)

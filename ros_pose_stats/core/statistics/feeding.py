@@ -1,9 +1,9 @@
-"""What a feeder gets out of a part: accepted parts, passes and flips, with their intervals.
+"""What a feeder gets out of a part: accepted parts, passes, flips, intervals.
 
-Parts are looked at one after another. One that lies in a wanted pose is accepted. The others are
-sent back and dropped afresh, or kicked where they lie until they lie right. The errors are those
-of the probabilities by the delta method, of first order in them. Flips that a cell has counted
-are combined with those of the model.
+Parts are looked at one after another. One that lies in a wanted pose is accepted. The
+others are sent back and dropped afresh, or kicked where they lie until they lie right.
+The errors are those of the probabilities by the delta method, of first order in them.
+Flips that a cell has counted are combined with those of the model.
 """
 
 import math
@@ -34,104 +34,104 @@ class Bounded(NamedTuple):
 class Feeding(NamedTuple):
     """What becomes of the parts that are dropped."""
 
-    accepted: Bounded  # share of the parts dropped that are accepted before they are dropped again
+    accepted: Bounded  # share of the dropped parts that are accepted from this drop
     passes: Bounded  # drops that an accepted part took
-    # flips that an accepted part took; infinite where a pose that is not wanted can keep a part
-    # for ever
+    # flips that an accepted part took; infinite where a pose that is not wanted can
+    # keep a part for ever
     flips: Bounded
     per_minute: Bounded  # accepted parts a minute
 
 
-CERTAIN = 1e15  # so many drops would leave no error but that of rounding
+CERTAIN_DROPS = 1e15  # so many drops would leave no error but that of rounding
 NO_FLIPS = Bounded(0.0, 0.0, 0.0)
+CERTAINTY = Bounded(1.0, 1.0, 1.0)
 
 
 def drop_afresh(
-    dropped: PoseShares, wanted: Sequence[int], rate: float = math.nan
+    dropped: PoseShares, wanted_poses: Sequence[int], rate: float = math.nan
 ) -> Feeding:
     """Feed a part by dropping those again that lie wrong.
 
-    `wanted`: indices of the poses that are accepted, at least one; `rate`: parts dropped a minute,
-    those sent back included, above 0; NaN where it is not known.
+    `wanted_poses`: indices of the poses that are accepted, at least one; `rate`: parts
+    dropped a minute, those sent back included, above 0; NaN where it is not known.
     """
-    kept = check_wanted(wanted, dropped.probability.size)
+    is_wanted = check_wanted_poses(wanted_poses, dropped.probability.size)
     if not math.isnan(rate):
         check_rate(rate)
-    accepted = _accepted_share(dropped, kept)
+    accepted_share = _accepted_share(dropped, is_wanted)
     return Feeding(
-        accepted,
-        passes_of(*accepted),
+        accepted_share,
+        passes_of(*accepted_share),
         NO_FLIPS,
-        Bounded(*(rate * one for one in accepted)),
+        Bounded(*(rate * share for share in accepted_share)),
     )
 
 
 def passes_of(share: float, low: float, high: float) -> Bounded:
     """Drops that an accepted part takes where the others are dropped again."""
-    return Bounded(*(1.0 / one if one else math.inf for one in (share, high, low)))
+    value, low_passes, high_passes = (
+        1.0 / bound if bound else math.inf for bound in (share, high, low)
+    )
+    return Bounded(value, low_passes, high_passes)
 
 
-def flip_wrong_ones(
+def flip_wrong_poses(
     dropped: PoseShares,
     counts: ArrayLike,
-    wanted: Sequence[int],
+    wanted_poses: Sequence[int],
     rate: float,
     cycle_time: float,
 ) -> Feeding:
     """Feed a part by kicking those that lie wrong until they lie right.
 
-    A part that is dropped takes 60 / rate seconds, and each flip as long as a cycle. `counts`
-    (K, K): flips out of each pose, by the pose in which they ended.
+    A part that is dropped takes 60 / rate seconds, and each flip as long as a cycle.
+    `counts` (K, K): flips out of each pose, by the pose in which they ended.
     """
     flips = np.asarray(counts, dtype=float)
-    kept = check_wanted(wanted, dropped.probability.size)
+    is_wanted = check_wanted_poses(wanted_poses, dropped.probability.size)
     check_rate(rate, cycle_time)
-    settled = flips.sum(axis=1)
-    if not (settled[~kept] > 0.0).all():
+    settled_flips = flips.sum(axis=1)
+    uncounted = np.flatnonzero(~is_wanted & ~(settled_flips > 0.0))
+    if uncounted.size:
         raise RequestError(
             "flips counted out of every pose that is not wanted",
-            f"none out of pose {np.flatnonzero(~kept & (settled <= 0.0))[0]}",
+            f"none out of pose {uncounted[0]}",
             "simulate more flips",
         )
-    if kept.all():
-        return drop_afresh(dropped, wanted, rate)
-    wrong = np.flatnonzero(~kept)
+    if is_wanted.all():
+        return drop_afresh(dropped, wanted_poses, rate)
+
+    wrong = np.flatnonzero(~is_wanted)
     shares = dropped.probability
-    moves = flips[wrong] / settled[wrong, None]
-    leaving = _that_get_out(moves, kept, wrong)
+    moves = flips[wrong] / settled_flips[wrong, None]
+    leaving = _can_be_accepted(moves, is_wanted, wrong)
     if not leaving.all():
         # In the end a part lies there for ever; those that arrive before are accepted.
-        out = wrong[leaving]
+        escaping = wrong[leaving]
         moves = moves[leaving]
         arrive = np.linalg.solve(
-            np.eye(out.size) - moves[:, out], moves[:, kept].sum(axis=1)
+            np.eye(escaping.size) - moves[:, escaping], moves[:, is_wanted].sum(axis=1)
         )
-        unknown = Bounded(math.nan, math.nan, math.nan)
+        accepted_share = float(shares[is_wanted].sum() + shares[escaping] @ arrive)
         return Feeding(
-            unknown._replace(value=float(shares[kept].sum() + shares[out] @ arrive)),
-            unknown,
-            unknown._replace(value=math.inf),
+            Bounded(accepted_share, math.nan, math.nan),
+            Bounded(math.nan, math.nan, math.nan),
+            Bounded(math.inf, math.nan, math.nan),
             Bounded(0.0, 0.0, math.nan),
         )
+
     value, error = _flips_needed(dropped, moves, flips[wrong], wrong)
     spread = spread_of(error / value) if value else 1.0
     needed = Bounded(value, value / spread, value * spread)
-    certain = Bounded(1.0, 1.0, 1.0)
-    return Feeding(
-        certain,
-        certain,
-        needed,
-        Bounded(
-            *(
-                60.0 / (60.0 / rate + one * cycle_time)
-                for one in (value, needed.high, needed.low)
-            )
-        ),
-    )
+    per_minute = [
+        60.0 / (60.0 / rate + flip_count * cycle_time)
+        for flip_count in (value, needed.high, needed.low)
+    ]
+    return Feeding(CERTAINTY, CERTAINTY, needed, Bounded(*per_minute))
 
 
 def spread_of(error: float) -> float:
-    """Factor to the end of the 90 % interval of a positive number, whose logarithm is normal."""
+    """Factor to the end of the 90 % interval of a log-normal number."""
     return math.exp(-float(ndtri(0.5 * (1.0 - DEFAULT_LEVEL))) * error)
 
 
@@ -140,67 +140,70 @@ def _flips_needed(
 ) -> tuple[float, float]:
     """Flips that a dropped part needs on average, and the standard error of that.
 
-    With T the moves among the wrong poses: g = (I - T)^-1 1 flips are needed out of each, and each
-    is visited v = p (I - T)^-1 times. A change dT of the matrix changes p g by v dT g.
+    With T the moves among the wrong poses: g = (I - T)^-1 1 flips are needed out of
+    each, and each is visited v = p (I - T)^-1 times. A change dT of the matrix changes
+    p g by v dT g.
     """
     shares = dropped.probability
     inner = np.eye(wrong.size) - moves[:, wrong]
     needed = np.zeros(shares.size)
     needed[wrong] = np.linalg.solve(inner, np.ones(wrong.size))
     visits = np.linalg.solve(inner.T, shares[wrong])
-    smooth = (flips + 0.5) / (flips.sum(axis=1) + 0.5 * shares.size)[:, None]
-    rows = smooth @ needed**2 - (smooth @ needed) ** 2
+    smoothed_shares = (flips + 0.5) / (flips.sum(axis=1) + 0.5 * shares.size)[:, None]
+    rows = smoothed_shares @ needed**2 - (smoothed_shares @ needed) ** 2
     variance = float(visits**2 @ (rows / flips.sum(axis=1)))
     if dropped.drops != math.inf:
         variance += dropped.scatter(needed) / dropped.drops
     return float(shares @ needed), math.sqrt(variance)
 
 
-def _that_get_out(moves: Array, kept: Mask, wrong: Index) -> Mask:
-    """From which of the other poses a wanted one can be reached by the flips counted."""
-    out = moves[:, kept].any(axis=1)
+def _can_be_accepted(moves: Array, is_wanted: Mask, wrong: Index) -> Mask:
+    """From which wrong poses a wanted one can be reached by the flips counted."""
+    is_escaping = moves[:, is_wanted].any(axis=1)
     while True:
-        further = out | (moves[:, wrong[out]] > 0.0).any(axis=1)
-        if (further == out).all():
-            return np.asarray(out)
-        out = further
+        reached = is_escaping | (moves[:, wrong[is_escaping]] > 0.0).any(axis=1)
+        if (reached == is_escaping).all():
+            return np.asarray(is_escaping)
+        is_escaping = reached
 
 
-def _accepted_share(dropped: PoseShares, kept: Mask) -> Bounded:
+def _accepted_share(dropped: PoseShares, is_wanted: Mask) -> Bounded:
     """Share of some poses; symmetry tells how a unit's share is shared out."""
-    if kept.all():
-        return Bounded(1.0, 1.0, 1.0)
+    if is_wanted.all():
+        return CERTAINTY
     drops = dropped.drops
-    share = min(1.0, float(dropped.probability[kept].sum()))
+    share = min(1.0, float(dropped.probability[is_wanted].sum()))
     if math.isnan(drops):
         return Bounded(share, math.nan, math.nan)
     if 0.0 < share < 1.0:
-        scatter = dropped.scatter(kept.astype(np.float64))
+        scatter = dropped.scatter(is_wanted.astype(np.float64))
         drops *= share * (1.0 - share) / scatter if scatter else math.inf
-    if drops > CERTAIN:
+    if drops > CERTAIN_DROPS:
         return Bounded(share, share, share)
     return Bounded(share, *map(float, jeffreys_interval(share * drops, drops)))
 
 
-def check_wanted(wanted: Sequence[int], poses: int) -> Mask:
+def check_wanted_poses(wanted_poses: Sequence[int], poses: int) -> Mask:
     """Which of all poses (K,) are accepted."""
-    indices: list[Any] = list(wanted) if np.ndim(wanted) == 1 else [wanted]
-    bad = [
-        one
-        for one in indices
-        if isinstance(one, bool)
-        or not isinstance(one, Integral)
-        or not 0 <= int(one) < poses
+    indices: list[Any] = (
+        list(wanted_poses) if np.ndim(wanted_poses) == 1 else [wanted_poses]
+    )
+    invalid_indices = [
+        index
+        for index in indices
+        if isinstance(index, bool)
+        or not isinstance(index, Integral)
+        or not 0 <= int(index) < poses
     ]
-    if bad or not indices:
+    if invalid_indices or not indices:
         raise RequestError(
             f"wanted poses out of 0 to {poses - 1}, at least one",
-            f"{bad[0]!r}" if bad else "none",
+            f"{invalid_indices[0]!r}" if invalid_indices else "none",
             "they are the `index` of the poses; `ros_pose_stats estimate` lists them",
         )
-    kept = np.zeros(poses, dtype=np.bool_)
-    kept[indices] = True
-    return kept
+    is_wanted = np.zeros(poses, dtype=np.bool_)
+    is_wanted[indices] = True
+    return is_wanted
 
 
 def check_rate(rate: float, cycle_time: float = 0.0) -> None:
@@ -220,8 +223,9 @@ def check_rate(rate: float, cycle_time: float = 0.0) -> None:
 
 
 STRENGTHS = np.geomspace(3.0, 300.0, 9)
-"""Flips that a row of the model may stand for, each as likely before any were counted: a row that
-is 15 points off stands for some ten, one that is 5 points off for a hundred."""
+"""Flips that a row of the model may stand for, each as likely before any were counted:
+a row that is 15 points off stands for some ten, one that is 5 points off for a
+hundred."""
 
 
 def learn_flips(
@@ -229,9 +233,10 @@ def learn_flips(
 ) -> FlipStatistics:
     """Combine flips that were counted at one speed of a feeder with those of the model.
 
-    The kick height is that of the model's kicks which explains the counts best. Each row is a
-    Dirichlet about that kick's row, which stands for as many flips as agrees with how far the
-    counts are from it. Poses that look alike share what was counted out of and into them.
+    The kick height is that of the model's kicks which explains the counts best. Each
+    row is a Dirichlet about that kick's row, which stands for as many flips as agrees
+    with how far the counts are from it. Poses that look alike share what was counted
+    out of and into them.
 
     Parameters
     ----------
@@ -245,15 +250,17 @@ def learn_flips(
     Returns
     -------
     FlipStatistics
-        `transition` has the means, `standard_error` theirs, and `counts` the flips as which each
-        row is known, those of the model included; `observed` is the number counted.
+        `transition` has the means, `standard_error` theirs, and `counts` the flips as
+        which each row is known, those of the model included; `observed` is the number
+        counted.
 
     Raises
     ------
     RequestError
-        If the counts are not a whole number from 0 up from pose to pose, or there are no kicks.
+        If the counts are not a whole number from 0 up from pose to pose, or there are
+        no kicks.
     """
-    counted = np.asarray(counts)
+    flip_counts = np.asarray(counts)
     if not kicks:
         raise RequestError(
             "flips of the model at one kick height or more", "none", "name kick heights"
@@ -261,78 +268,71 @@ def learn_flips(
     check_alike(kicks)
     poses = kicks[0].counts.shape[0]
     if (
-        counted.shape != (poses, poses)
-        or counted.dtype.kind not in "iu"
-        or (counted < 0).any()
+        flip_counts.shape != (poses, poses)
+        or flip_counts.dtype.kind not in "iu"
+        or (flip_counts < 0).any()
     ):
         raise RequestError(
             f"{poses} rows of {poses} whole numbers from 0 up, a row a pose",
-            f"{counted}",
+            f"{flip_counts}",
             "count the flips from pose to pose, by their index",
         )
-    member = np.equal.outer(
-        [pose.group for pose in kicks[0].poses],
-        sorted({pose.group for pose in kicks[0].poses}),
-    ).astype(float)
+    groups = [pose.group for pose in kicks[0].poses]
+    member = np.equal.outer(groups, sorted(set(groups))).astype(float)
     size = member.sum(axis=0)
-    seen = member.T @ counted @ member
+    group_counts = member.T @ flip_counts @ member
     rows = [
         (kick.counts + 0.5 / poses) / (kick.counts.sum(axis=1) + 0.5)[:, None]
         for kick in kicks
     ]
     models = [member.T @ row @ member for row in rows]
-    evidence = np.array([_evidence(model, seen, size) for model in models])
+    evidence = np.array([_evidence(model, group_counts, size) for model in models])
     best = int(np.logaddexp.reduce(evidence, axis=1).argmax())
     weight = np.exp(evidence[best] - evidence[best].max())
     strength = float(np.exp(weight @ np.log(STRENGTHS) / weight.sum()))
 
-    known = strength * models[best] + seen
-    within = rows[best] / (rows[best] @ member @ member.T)
-    flips = np.asarray(
-        known.sum(axis=1) / size @ member.T
-    )  # out of each pose, shared among twins
-    between = known / known.sum(axis=1)[:, None]
-    errors = np.sqrt(between * (1.0 - between) / (known.sum(axis=1) + 1.0)[:, None])
-    moves, errors = (member @ each @ member.T * within for each in (between, errors))
+    group_flips = strength * models[best] + group_counts
+    share_in_group = rows[best] / (rows[best] @ member @ member.T)
+    total = group_flips.sum(axis=1)
+    flips = np.asarray(total / size @ member.T)  # out of each pose, shared among twins
+    group_shares = group_flips / total[:, None]
+    group_errors = np.sqrt(group_shares * (1.0 - group_shares) / (total + 1.0)[:, None])
+    transition = member @ group_shares @ member.T * share_in_group
     return replace(
         kicks[best],
-        counts=flips[:, None] * moves,
-        transition=moves,
+        counts=flips[:, None] * transition,
+        transition=transition,
         unsettled=np.zeros_like(kicks[best].unsettled),
-        standard_error=errors,
+        standard_error=member @ group_errors @ member.T * share_in_group,
         feeder_speed=feeder_speed,
-        observed=int(counted.sum()),
+        observed=int(flip_counts.sum()),
     )
 
 
 def check_alike(results: Sequence[PoseStatistics | FlipStatistics]) -> None:
     """Refuse results that are not about the same poses of the same part."""
-    if (
-        len(
-            {
-                (one.part_digest, one.cluster_tolerance, one.round_sides)
-                for one in results
-            }
-        )
-        > 1
-    ):
+    numberings = {
+        (result.part_digest, result.cluster_tolerance, result.round_sides)
+        for result in results
+    }
+    if len(numberings) > 1:
         raise RequestError(
             "results of one part and its poses",
-            text.listed(sorted({one.part_id for one in results})),
+            text.listed(sorted({result.part_id for result in results})),
             "simulate all of them with the same part, cluster tolerance and "
             "round sides",
         )
 
 
-def _evidence(model: Array, seen: Array | Index, size: Array) -> Array:
-    """Log likelihoods (S,) of counts between groups about a model's rows, by the strength.
+def _evidence(model: Array, group_counts: Array | Index, size: Array) -> Array:
+    """Log likelihoods (S,) of counts between groups, at each strength of a model.
 
-    `model` (G, G): shares, summed over the poses of a group, of which there are `size` (G,).
+    `model` (G, G): shares, summed over the poses of a group, of which there are `size`
+    (G,).
     """
-    row, column = np.nonzero(seen)
+    row, column = np.nonzero(group_counts)
     prior = STRENGTHS[:, None] * model[row, column]
     total = STRENGTHS[:, None] * size
-    return np.asarray(
-        (gammaln(prior + seen[row, column]) - gammaln(prior)).sum(axis=1)
-        + (gammaln(total) - gammaln(total + seen.sum(axis=1))).sum(axis=1)
-    )
+    cells = gammaln(prior + group_counts[row, column]) - gammaln(prior)
+    rows = gammaln(total) - gammaln(total + group_counts.sum(axis=1))
+    return np.asarray(cells.sum(axis=1) + rows.sum(axis=1))

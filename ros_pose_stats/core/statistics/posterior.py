@@ -1,4 +1,4 @@
-"""Pose probabilities as they are known after drops: means, errors, intervals, a bound."""
+"""Pose probabilities after drops: means, errors, intervals, a bound."""
 
 import math
 from typing import NamedTuple
@@ -10,14 +10,15 @@ from ..records import Array, Index, statistics
 from .errors import DEFAULT_LEVEL, largest_error
 
 HALVINGS = 16  # of the logarithm of the bound, from a factor of `FARTHEST` each way
-FARTHEST = 8.0
+LARGEST_FACTOR = 8.0
 
 
 class SquareError(NamedTuple):
     """Distribution of the mean square error of the means over the poses.
 
-    A mixture of gamma distributions that have the moments of the posterior's components, in which
-    the units are normal with the correlations of a multinomial distribution (Satterthwaite).
+    A mixture of gamma distributions that have the moments of the posterior's
+    components, in which the units are normal with the correlations of a multinomial
+    distribution (Satterthwaite).
     """
 
     weight: Array  # (M,)
@@ -32,23 +33,24 @@ class SquareError(NamedTuple):
     def quantile(self, level: float) -> float:
         """Below which it is with this probability."""
         expected = self.expected
-        if expected <= SMALLEST:
+        if expected <= TINY:
             return 0.0
-        shape = self.mean * self.mean / np.maximum(self.variance, SMALLEST)
-        scaled = shape / np.maximum(self.mean, SMALLEST)
-        least = -math.log(FARTHEST)
-        most = math.log(FARTHEST)
+        shape = self.mean * self.mean / np.maximum(self.variance, TINY)
+        rate = shape / np.maximum(self.mean, TINY)
+        low_logarithm = -math.log(LARGEST_FACTOR)
+        high_logarithm = math.log(LARGEST_FACTOR)
         for _ in range(HALVINGS):
-            middle = 0.5 * (least + most)
-            below = self.weight @ gammainc(shape, scaled * expected * math.exp(middle))
-            least, most = (middle, most) if below < level else (least, middle)
-        return expected * math.exp(0.5 * (least + most))
+            logarithm = 0.5 * (low_logarithm + high_logarithm)
+            factor = math.exp(logarithm)
+            if self.weight @ gammainc(shape, rate * expected * factor) < level:
+                low_logarithm = logarithm
+            else:
+                high_logarithm = logarithm
+        return expected * math.exp(0.5 * (low_logarithm + high_logarithm))
 
 
-WIDEST = 1.0 - 1e-9
-NARROWEST = (
-    1e-12  # variance of a unit over that of a single drop, where it is not certain
-)
+WIDEST_SHARE = 1.0 - 1e-9  # variance of a unit over that of a single drop, at most
+NARROWEST_SHARE = 1e-12  # the same at least, where the unit is not certain
 
 
 class Kinds(NamedTuple):
@@ -62,19 +64,17 @@ class Kinds(NamedTuple):
 class Posterior(NamedTuple):
     """Distribution of the pose probabilities of one part."""
 
-    probability: (
-        Array  # (P,); means; they sum to 1, and poses of one group have equal ones
-    )
+    probability: Array  # (P,); means of sum 1, equal for poses of one group
     standard_error: Array  # (P,); standard deviations
     unit: Index  # (P,); the unit that each pose belongs to
     size: Index  # (G,); poses of each unit, which share its error evenly
     error: SquareError
     variance: Array  # (M, G); of the units at each of M strengths
-    away: Array  # (M, G); mean less that of the mixture
+    offset: Array  # (M, G); mean less that of the mixture
     kinds: Kinds
 
     @classmethod
-    def mixed(
+    def from_moments(
         cls,
         weight: Array,
         mean: Array,
@@ -83,34 +83,35 @@ class Posterior(NamedTuple):
         size: Index,
         kinds: Kinds,
     ) -> "Posterior":
-        """From the moments (M, G) of the units at each of some strengths, and their weights (M,).
+        """Take the units' moments (M, G) at some strengths, and their weights (M,).
 
-        `kinds`: the same, parted by which kind of estimate holds rather than by strength.
+        `kinds`: the same, parted by which kind of estimate holds rather than by
+        strength.
         """
-        # The weights' sum is rounded; it shows where all agree, as on a pose that is the only one.
-        middle = np.where(np.ptp(mean, axis=0) == 0.0, mean[0], weight @ mean)
-        away = mean - middle
-        spread = weight @ (variance + away * away)
+        # The weights' sum is rounded; it shows where all agree, as on a pose that is
+        # the only one.
+        center = np.where(np.ptp(mean, axis=0) == 0.0, mean[0], weight @ mean)
+        offset = mean - center
+        spread = weight @ (variance + offset * offset)
         share = 1.0 / size
-        each = 1.0 / (
-            size * size.sum()
-        )  # a unit's square error to the poses' mean square
-        own = variance * each
-        odds = own * (mean / np.maximum(1.0 - mean, SMALLEST))
-        shared = np.square(odds.sum(axis=1)) - np.square(odds).sum(axis=1)
+        # From a unit's square error to the poses' mean square.
+        mean_square_factor = 1.0 / (size * size.sum())
+        unit_square = variance * mean_square_factor
+        odds = unit_square * (mean / np.maximum(1.0 - mean, TINY))
+        covariance = np.square(odds.sum(axis=1)) - np.square(odds).sum(axis=1)
         error = SquareError(
             weight,
-            (variance + away * away) @ each,
-            2.0 * (np.square(own).sum(axis=1) + np.maximum(shared, 0.0)),
+            (variance + offset * offset) @ mean_square_factor,
+            2.0 * (np.square(unit_square).sum(axis=1) + np.maximum(covariance, 0.0)),
         )
         return cls(
-            (middle * share)[unit],
+            (center * share)[unit],
             (np.sqrt(spread) * share)[unit],
             unit,
             size,
             error,
             variance,
-            away,
+            offset,
             kinds,
         )
 
@@ -131,48 +132,52 @@ class Posterior(NamedTuple):
         )
 
     def error_quantile(self, level: float = DEFAULT_LEVEL) -> float:
-        """Bound that the root mean square error over the poses keeps with this probability."""
+        """Bound of the root mean square error over the poses, at a level."""
         return math.sqrt(self.error.quantile(level))
 
     def largest_error(self) -> float:
-        """Bound that the errors of all poses keep together with 90 % confidence, a fraction."""
+        """Bound that all poses' errors keep together with 90 % confidence."""
         return largest_error(
             np.sqrt(self.variance),
             DEFAULT_LEVEL,
             weight=self.error.weight,
-            away=self.away,
+            offset=self.offset,
             size=self.size,
         )
 
     def interval(self, level: float = DEFAULT_LEVEL) -> tuple[Array, Array]:
-        """Bounds (P,), each pair the shortest that holds this share of a pose's distribution.
+        """Bounds (P,): the shortest interval that holds this share of a distribution.
 
-        A pose that is hardly ever met has a lower bound of 0; of a distribution as skewed as
-        that the mean may lie above both bounds.
+        A pose that is hardly ever met has a lower bound of 0; of a distribution as
+        skewed as that the mean may lie above both bounds.
         """
         share, mean, variance = self.kinds
-        single = mean * (1.0 - mean)
-        spread = np.minimum(variance, WIDEST * single)
-        unsure = (share * spread).sum(axis=0) > 0.0
+        single_drop = mean * (1.0 - mean)
+        spread = np.minimum(variance, WIDEST_SHARE * single_drop)
+        is_unsure = (share * spread).sum(axis=0) > 0.0
         low = (share * mean).sum(axis=0)
         high = low.copy()
-        if unsure.any():
-            low[unsure], high[unsure] = shortest_interval(
-                share[:, unsure],
-                mean[:, unsure],
-                np.maximum(spread[:, unsure], NARROWEST * single[:, unsure]),
+        if is_unsure.any():
+            low[is_unsure], high[is_unsure] = shortest_interval(
+                share[:, is_unsure],
+                mean[:, is_unsure],
+                np.maximum(
+                    spread[:, is_unsure], NARROWEST_SHARE * single_drop[:, is_unsure]
+                ),
                 level,
             )
         return (low / self.size)[self.unit], (high / self.size)[self.unit]
 
 
-SMALLEST = 1e-300
+TINY = 1e-300
 
-AROUND = np.linspace(-4.0, 7.0, 67)
-"""Where the distribution is looked at: standard deviations from the mean of each component."""
+MEAN_NODES = np.linspace(-4.0, 7.0, 67)
+"""Where the distribution is looked at: standard deviations from the mean of each
+component."""
 
-NEAR_NOTHING = 10.0 ** np.arange(-8.0, 0.0)
-"""And means of each component, for a rare pose whose density rises without bound towards 0."""
+RARE_NODES = 10.0 ** np.arange(-8.0, 0.0)
+"""And means of each component, for a rare pose whose density rises without bound
+towards 0."""
 
 CELL_HALVINGS = 16  # of the cell in which the upper end lies
 
@@ -180,63 +185,75 @@ CELL_HALVINGS = 16  # of the cell in which the upper end lies
 def shortest_interval(
     weight: Array, mean: Array, variance: Array, level: float
 ) -> tuple[Array, Array]:
-    """Bounds (P,) between which the density of a mixture (K, P) is nowhere lower than outside.
+    """Bounds (P,) of the shortest interval of a mixture (K, P).
 
-    `weight` sums to 1 over K; 0 < mean < 1, 0 < variance < mean (1 - mean), 0 < level < 1. The
-    length is within a thousandth of the least one, a few per cent where a sharp component stands
-    beside a broad one.
+    `weight` sums to 1 over K; 0 < mean < 1, 0 < variance < mean (1 - mean), 0 < level <
+    1. The length is within a thousandth of the least one, a few per cent where a sharp
+    component stands beside a broad one.
     """
-    mirrored = (weight * mean).sum(axis=0) > 0.5
-    low, high = _left(weight, np.where(mirrored, 1.0 - mean, mean), variance, level)
-    return np.where(mirrored, 1.0 - high, low), np.where(mirrored, 1.0 - low, high)
+    is_mirrored = (weight * mean).sum(axis=0) > 0.5
+    low, high = _lower_half_interval(
+        weight, np.where(is_mirrored, 1.0 - mean, mean), variance, level
+    )
+    return (
+        np.where(is_mirrored, 1.0 - high, low),
+        np.where(is_mirrored, 1.0 - low, high),
+    )
 
 
-def _left(
+def _lower_half_interval(
     weight: Array, mean: Array, variance: Array, level: float
 ) -> tuple[Array, Array]:
-    """The same of distributions whose mean is at most 1 / 2, so that only 0 may bind."""
-    total = mean * (1.0 - mean) / np.maximum(variance, SMALLEST) - 1.0
-    a = mean * total
-    b = (1.0 - mean) * total  # of the Beta distributions of these moments
-    around = mean[..., None] + np.sqrt(variance)[..., None] * AROUND
-    near = mean[..., None] * NEAR_NOTHING
+    """The same for means of at most 1 / 2, so that only 0 may bind."""
+    # Parameters of the Beta distributions of these moments.
+    total = mean * (1.0 - mean) / np.maximum(variance, TINY) - 1.0
+    alpha = mean * total
+    beta = (1.0 - mean) * total
+
+    nodes_around_mean = mean[..., None] + np.sqrt(variance)[..., None] * MEAN_NODES
+    nodes_near_zero = mean[..., None] * RARE_NODES
+    nodes = np.concatenate((nodes_around_mean, nodes_near_zero), axis=2)
     count = mean.shape[1]
-    nodes = np.concatenate((around, near), axis=2).swapaxes(0, 1).reshape(count, -1)
-    nodes = np.sort(
-        np.clip(np.column_stack((np.zeros(count), nodes, np.ones(count))), 0.0, 1.0)
+    nodes = nodes.swapaxes(0, 1).reshape(count, -1)
+    nodes = np.column_stack((np.zeros(count), nodes, np.ones(count)))
+    nodes = np.sort(np.clip(nodes, 0.0, 1.0))
+    mass = np.einsum(
+        "kp,kpn->pn", weight, betainc(alpha[..., None], beta[..., None], nodes)
     )
-    mass = np.einsum("kp,kpn->pn", weight, betainc(a[..., None], b[..., None], nodes))
-    low = np.array([_begin(x, y, level) for x, y in zip(nodes, mass, strict=True)])
-    wanted = level + _mass(weight, a, b, low)
-    cell = np.sum(mass < wanted[:, None], axis=1, keepdims=True).clip(
+    low = np.array(
+        [_interval_begin(x, y, level) for x, y in zip(nodes, mass, strict=True)]
+    )
+    upper_mass = level + _cumulative_mass(weight, alpha, beta, low)
+    cell = np.sum(mass < upper_mass[:, None], axis=1, keepdims=True).clip(
         1, nodes.shape[1] - 1
     )
-    least, most = (
-        np.take_along_axis(nodes, at, axis=1)[:, 0] for at in (cell - 1, cell)
-    )
+    cell_begin = np.take_along_axis(nodes, cell - 1, axis=1)[:, 0]
+    cell_end = np.take_along_axis(nodes, cell, axis=1)[:, 0]
     for _ in range(CELL_HALVINGS):
-        middle = 0.5 * (least + most)
-        short = _mass(weight, a, b, middle) < wanted
-        least = np.where(short, middle, least)
-        most = np.where(short, most, middle)
-    return low, np.where(wanted < 1.0, most, 1.0)
+        middle = 0.5 * (cell_begin + cell_end)
+        is_short = _cumulative_mass(weight, alpha, beta, middle) < upper_mass
+        cell_begin = np.where(is_short, middle, cell_begin)
+        cell_end = np.where(is_short, cell_end, middle)
+    return low, np.where(upper_mass < 1.0, cell_end, 1.0)
 
 
-def _begin(nodes: Array, mass: Array, level: float) -> float:
-    """Where the shortest interval begins, by a parabola through the three shortest in a row."""
+def _interval_begin(nodes: Array, mass: Array, level: float) -> float:
+    """Where the shortest interval begins, by a parabola through three in a row."""
     begin = nodes[mass <= mass[-1] - level]
     ends = np.interp(mass[: begin.size] + level, mass, nodes)
     length = ends - begin
-    best = int(np.argmin(length))
-    if not 0 < best < begin.size - 1 or begin[best - 1] == begin[best]:
-        return float(begin[best])
-    x = begin[best - 1 : best + 2]
-    y = length[best - 1 : best + 2]
-    left = (y[0] - y[1]) / (x[1] - x[0])
-    right = (y[2] - y[1]) / max(x[2] - x[1], 1e-300)
-    turn = 0.5 * (x[2] - x[0]) * left / (left + right) if left + right > 0.0 else 0.0
-    return float(min(max(0.5 * (x[0] + x[1]) + turn, x[0]), x[2]))
+    shortest = int(np.argmin(length))
+    if not 0 < shortest < begin.size - 1 or begin[shortest - 1] == begin[shortest]:
+        return float(begin[shortest])
+    x = begin[shortest - 1 : shortest + 2]
+    y = length[shortest - 1 : shortest + 2]
+    left_slope = (y[0] - y[1]) / (x[1] - x[0])
+    right_slope = (y[2] - y[1]) / max(x[2] - x[1], 1e-300)
+    minimum = 0.5 * (x[0] + x[1])
+    if left_slope + right_slope > 0.0:
+        minimum += 0.5 * (x[2] - x[0]) * left_slope / (left_slope + right_slope)
+    return float(min(max(minimum, x[0]), x[2]))
 
 
-def _mass(weight: Array, a: Array, b: Array, x: Array) -> Array:
-    return np.asarray((weight * betainc(a, b, x)).sum(axis=0))
+def _cumulative_mass(weight: Array, alpha: Array, beta: Array, x: Array) -> Array:
+    return np.asarray((weight * betainc(alpha, beta, x)).sum(axis=0))

@@ -1,11 +1,12 @@
 """What an estimate says before any drop: probabilities, and how far to believe them.
 
-The belief has a strength: as many pseudo-drops, divided as the estimate says. Nobody knows it
-for the part at hand. Its logarithm is taken to scatter over parts about what the expected error
-implies, with the tails of Student's t with three degrees of freedom. A part may also be of a kind
-that no fit has seen; then the estimate may be worth anything from a single drop up. Drops tell.
-Rare poses are estimated more surely than the others, but for a share of them that is not: drops
-tell which kind a pose is of. Poses that symmetry makes equal are one unit.
+The belief has a strength: as many pseudo-drops, divided as the estimate says. Nobody
+knows it for the part at hand. Its logarithm is taken to scatter over parts about what
+the expected error implies, with the tails of Student's t with three degrees of freedom.
+A part may also be of a kind that no fit has seen; then the estimate may be worth
+anything from a single drop up. Drops tell. Rare poses are estimated more surely than
+the others, but for a share of them that is not: drops tell which kind a pose is of.
+Poses that symmetry makes equal are one unit.
 """
 
 import math
@@ -23,25 +24,25 @@ from . import fitted_prior, posterior
 class PriorFit(NamedTuple):
     """How a method's estimates err, beyond the expected error of each part."""
 
-    # natural logarithm of the typical strength of the estimate over the one that its expected
-    # error implies
+    # natural logarithm of the typical strength of the estimate over the one that its
+    # expected error implies
     center: float
     spread: float  # scale of that logarithm over parts, above 0
-    # probability that the method overrates by a factor of two, 0 to 1: poses far below it are in
-    # truth rarer still
+    # probability that the method overrates by a factor of two, 0 to 1: poses far below
+    # it are in truth rarer still
     overrated: float
-    # probability below which a pose's estimate is stronger, in pseudo-drops, than the others', 0
-    # to 1
+    # probability below which a pose's estimate is stronger, in pseudo-drops, than the
+    # others', 0 to 1
     rare_below: float
-    # share of poses that are estimated no more surely than the others though they are rare, above
-    # 0 and below 1
+    # share of poses that are estimated no more surely than the others though they are
+    # rare, above 0 and below 1
     unsure_share: float
     # probability that the part is of a kind that no fit has seen, 0 to below 1
     strange: float = 0.0
 
 
 def prior_fit(restitution: float) -> PriorFit:
-    """The fit at a restitution, straight between those measured, the nearest one beyond."""
+    """The fit at a restitution, linear between those measured, constant beyond."""
     return PriorFit(
         *(
             float(np.interp(restitution, fitted_prior.FITTED_AT, column))
@@ -50,34 +51,30 @@ def prior_fit(restitution: float) -> PriorFit:
     )
 
 
-FLOOR = 1e-4
-"""Least probability of a pose: far below the errors of all methods, but above 0, so that drops
-can contradict an estimate that rules a pose out."""
+PROBABILITY_FLOOR = 1e-4
+"""Least probability of a pose: far below the errors of all methods, but above 0, so
+that drops can contradict an estimate that rules a pose out."""
 
-FLOORS_TOGETHER = (
-    0.01  # most probability that the floor may take where there are many poses
-)
-LEAST_ERROR = (
-    1e-4  # no estimate is believed to be nearer than this: beyond 10 million drops
-)
+LARGEST_FLOOR_SHARE = 0.01  # of the floor of all poses together, where they are many
+SMALLEST_ERROR = 1e-4  # of any estimate that is believed: beyond 10 million drops
 LEAST_STRENGTH = 1.0  # pseudo-drops of an estimate that is expected to be worthless
-TAIL = 3.0  # degrees of freedom of the scatter of the strength
+TAIL_FREEDOM = 3.0  # degrees of freedom of the scatter of the strength
 
-GRID = np.linspace(-8.0, 5.0, 14)
+STRENGTH_GRID = np.linspace(-8.0, 5.0, 14)
 """Strengths looked at, in spreads from the center of their logarithm."""
 
 STRANGE_GRID = np.arange(8) / 8
-"""Those of a part of a strange kind: logarithms over that of the typical strength, from a single
-drop on, each as likely as the others."""
+"""Those of a part of a strange kind: logarithms over that of the typical strength, from
+a single drop on, each as likely as the others."""
 
 
 class PosePrior:
     """Distribution of the pose probabilities of one part before it is dropped.
 
-    `group`: poses of one number have equal probabilities by symmetry; `expected_error`: NaN where
-    nothing is known. Attributes `unit` (P,): that each pose belongs to; `size` (G,): poses of each
-    unit; `mean` (G,): of the units; `strength`: pseudo-drops that the estimate is typically worth;
-    `known`: whether there is an expected error.
+    `group`: poses of one number have equal probabilities by symmetry; `expected_error`:
+    NaN where nothing is known. Attributes `unit` (P,): that each pose belongs to;
+    `size` (G,): poses of each unit; `mean` (G,): of the units; `strength`: pseudo-drops
+    that the estimate is typically worth.
     """
 
     def __init__(
@@ -88,58 +85,57 @@ class PosePrior:
         restitution: float,
         fit: PriorFit | None = None,
     ) -> None:
-        given = np.asarray(estimate, dtype=np.float64)
+        probability = np.asarray(estimate, dtype=np.float64)
         if (
-            given.ndim != 1
-            or given.size == 0
-            or not (given >= 0.0).all()
-            or not (abs(given.sum() - 1.0) < 1e-6)
+            probability.ndim != 1
+            or probability.size == 0
+            or not (probability >= 0.0).all()
+            or not (abs(probability.sum() - 1.0) < 1e-6)
         ):
             raise RequestError(
                 "probabilities of one pose at least, with a sum of 1",
-                f"{given}",
+                f"{probability}",
                 "give an estimate of all poses",
             )
-        how = prior_fit(restitution) if fit is None else fit
-        self.unit: Index = np.unique(np.asarray(group), return_inverse=True)[1].reshape(
-            -1
-        )
-        if self.unit.shape != given.shape:
+        scatter_fit = prior_fit(restitution) if fit is None else fit
+        units = np.unique(np.asarray(group), return_inverse=True)[1]
+        self.unit: Index = units.reshape(-1)
+        if self.unit.shape != probability.shape:
             raise RequestError(
-                f"a group for each of {given.size} poses",
+                f"a group for each of {probability.size} poses",
                 f"{self.unit.size}",
                 "give poses of their own group each",
             )
         self.size: Index = np.bincount(self.unit)
-        together = np.bincount(self.unit, given).astype(np.float64)
-        self.mean: Array = _thinned(together, self.size, how.overrated)
-        self.known = not math.isnan(expected_error)
-        self.strength = self._implied(expected_error) * math.exp(how.center)
-        strange = STRANGE_GRID if how.strange else STRANGE_GRID[:0]
+        unit_probability = np.bincount(self.unit, probability).astype(np.float64)
+        self.mean: Array = _thin_rare_units(
+            unit_probability, self.size, scatter_fit.overrated
+        )
+        self.has_expected_error = not math.isnan(expected_error)
+        implied_strength = self._implied_strength(expected_error)
+        self.strength = implied_strength * math.exp(scatter_fit.center)
+        unsure_share = scatter_fit.unsure_share
+        self._kind_share = np.array((1.0 - unsure_share, unsure_share))
+        self._strength = self._strength_grid(scatter_fit, implied_strength)
+        self._log_weight = _log_weights(scatter_fit)
+
+    def _strength_grid(self, fit: PriorFit, implied_strength: float) -> Array:
+        """Strengths (2, M, G) of both kinds, those of a usual part first."""
         log_strength = (
-            how.center + how.spread * GRID + math.log(self._implied(expected_error))
+            fit.center + fit.spread * STRENGTH_GRID + math.log(implied_strength)
         )
-        firm = 1.0 + how.rare_below * self.size / self.mean
-        kinds = np.vstack((firm, np.ones_like(firm)))[:, None]
-        any_strength = max(self.strength, LEAST_STRENGTH) ** strange[:, None]
-        self._strength = np.concatenate(
-            (
-                np.exp(log_strength)[:, None] * kinds,
-                np.broadcast_to(any_strength, (2, strange.size, firm.size)),
-            ),
-            axis=1,
-        )
-        self._share = np.array((1.0 - how.unsure_share, how.unsure_share))
-        scatter = -0.5 * (TAIL + 1.0) * np.log1p(GRID * GRID / TAIL)
-        usual = scatter - math.log(np.exp(scatter).sum())
-        self._log_weight = np.concatenate(
-            (
-                usual + math.log1p(-how.strange),
-                np.log(np.full(strange.shape, how.strange / STRANGE_GRID.size)),
-            )
+        rare_factor = 1.0 + fit.rare_below * self.size / self.mean
+        kind_factors = np.vstack((rare_factor, np.ones_like(rare_factor)))[:, None]
+        usual_strength: Array = np.exp(log_strength)[:, None] * kind_factors
+        if not fit.strange:
+            return usual_strength
+        strange_strength = max(self.strength, LEAST_STRENGTH) ** STRANGE_GRID[:, None]
+        shape = (2, STRANGE_GRID.size, rare_factor.size)
+        return np.concatenate(
+            (usual_strength, np.broadcast_to(strange_strength, shape)), axis=1
         )
 
-    def _implied(self, expected_error: float) -> float:
+    def _implied_strength(self, expected_error: float) -> float:
         """Pseudo-drops that leave as large an error as is expected."""
         spread = np.mean(
             (self.mean * (1.0 - self.mean) / (self.size * self.size))[self.unit]
@@ -147,72 +143,92 @@ class PosePrior:
         if math.isnan(expected_error):
             return LEAST_STRENGTH
         return max(
-            float(spread) / max(expected_error, LEAST_ERROR) ** 2 - 1.0, LEAST_STRENGTH
+            float(spread) / max(expected_error, SMALLEST_ERROR) ** 2 - 1.0,
+            LEAST_STRENGTH,
         )
 
     def log_evidence(self, counts: ArrayLike) -> float:
-        """Logarithm of the probability of such counts (P,), up to what the prior leaves alone."""
-        return self._updated(self._pooled(counts))[2]
+        """Logarithm of the probability of such counts (P,), but for a constant."""
+        return self._update(self._count_units(counts))[2]
 
-    def updated(self, counts: ArrayLike) -> posterior.Posterior:
-        """What is known after drops; counts are all 0 for what is known before the first."""
-        pooled = self._pooled(counts)
-        breaks, weight, _ = self._updated(pooled)
-        back = np.argsort(self._order(pooled))
-        mean, variance = (each[:, back] for each in breaks.moments())
-        kinds = posterior.Kinds(*(each[:, back] for each in breaks.kinds(weight)))
-        return posterior.Posterior.mixed(
+    def update(self, counts: ArrayLike) -> posterior.Posterior:
+        """Distribution of the probabilities after counts (P,), which may be all 0."""
+        unit_counts = self._count_units(counts)
+        breaks, weight, _ = self._update(unit_counts)
+        inverse_order = np.argsort(self._order(unit_counts))
+        mean, variance = (moment[:, inverse_order] for moment in breaks.moments())
+        kinds = posterior.Kinds(
+            *(column[:, inverse_order] for column in breaks.kinds(weight))
+        )
+        return posterior.Posterior.from_moments(
             weight, mean, variance, self.unit, self.size, kinds
         )
 
-    def contradicted(self, counts: ArrayLike) -> Mask:
+    def contradicted_poses(self, counts: ArrayLike) -> Mask:
         """Poses (P,) in which drops contradict the estimate beyond both errors."""
-        usual = np.exp(self._log_weight[: GRID.size])
-        weight = self._share[:, None] * usual / usual.sum()
-        strength = self._strength[:, : GRID.size]
-        return contradicted_units(self._pooled(counts), self.mean, weight, strength)[
-            self.unit
-        ]
+        strength_weight = np.exp(self._log_weight[: STRENGTH_GRID.size])
+        weight = self._kind_share[:, None] * strength_weight / strength_weight.sum()
+        strength = self._strength[:, : STRENGTH_GRID.size]
+        unit_counts = self._count_units(counts)
+        return contradicted_units(unit_counts, self.mean, weight, strength)[self.unit]
 
-    def _updated(self, pooled: Array) -> "tuple[ConnorMosimann, Array, float]":
-        """Breaks after the drops at each strength, the strengths' weights, log evidence."""
-        order = self._order(pooled)
-        before = ConnorMosimann.around(
-            self.mean[order], self._strength[..., order], self._share
+    def _update(self, unit_counts: Array) -> "tuple[ConnorMosimann, Array, float]":
+        """Breaks after the drops, the strengths' weights, log evidence."""
+        order = self._order(unit_counts)
+        prior_breaks = ConnorMosimann.from_means(
+            self.mean[order], self._strength[..., order], self._kind_share
         )
-        after, log_evidence = before.updated(pooled[order])
+        posterior_breaks, log_evidence = prior_breaks.update(unit_counts[order])
         log_weight = self._log_weight + log_evidence
         top = log_weight.max()
         weight = np.exp(log_weight - top)
-        return after, weight / weight.sum(), float(top + math.log(weight.sum()))
+        total = weight.sum()
+        return posterior_breaks, weight / total, float(top + math.log(total))
 
-    def _order(self, pooled: Array) -> Index:
+    def _order(self, unit_counts: Array) -> Index:
         """Rare units first; where estimates are equal, those seen less."""
-        return np.asarray(np.lexsort((pooled, self.mean)))
+        return np.asarray(np.lexsort((unit_counts, self.mean)))
 
-    def _pooled(self, counts: ArrayLike) -> Array:
-        counted = np.asarray(counts, dtype=np.float64)
-        if counted.shape != self.unit.shape or not (counted >= 0.0).all():
+    def _count_units(self, counts: ArrayLike) -> Array:
+        pose_counts = np.asarray(counts, dtype=np.float64)
+        if pose_counts.shape != self.unit.shape or not (pose_counts >= 0.0).all():
             raise RequestError(
                 f"{self.unit.size} counts from 0 up",
-                f"{counted}",
+                f"{pose_counts}",
                 "count the settled drops of each pose",
             )
-        return np.bincount(self.unit, counted).astype(np.float64)
+        return np.bincount(self.unit, pose_counts).astype(np.float64)
 
 
-def _thinned(together: Array, size: Index, overrated: float) -> Array:
-    """Probabilities (G,) of the units with what a method overrates in rare poses taken off."""
-    each = together / size
-    kept = each * each / np.maximum(each + overrated, FLOOR)
-    least = min(FLOOR, FLOORS_TOGETHER / size.sum())
-    raised = np.maximum(kept / max(float((kept * size).sum()), FLOOR), least) * size
-    return np.asarray(raised / raised.sum())
+def _log_weights(fit: PriorFit) -> Array:
+    """Log weights (M,) of the strengths of a prior."""
+    scatter = (
+        -0.5
+        * (TAIL_FREEDOM + 1.0)
+        * np.log1p(STRENGTH_GRID * STRENGTH_GRID / TAIL_FREEDOM)
+    )
+    usual_weight = scatter - math.log(np.exp(scatter).sum()) + math.log1p(-fit.strange)
+    if not fit.strange:
+        return usual_weight
+    strange_weight = np.full(STRANGE_GRID.shape, fit.strange / STRANGE_GRID.size)
+    return np.concatenate((usual_weight, np.log(strange_weight)))
 
 
-FALSE_ALARMS = 0.002
-"""Chance at each look that some pose of a part is said to be contradicted though the estimate is
-as far off as it says, at most; Bonferroni's bound over the units and both sides."""
+def _thin_rare_units(unit_probability: Array, size: Index, overrated: float) -> Array:
+    """Probabilities (G,) of the units, less what a method overrates in rare poses."""
+    pose_probability = unit_probability / size
+    inflated = np.maximum(pose_probability + overrated, PROBABILITY_FLOOR)
+    thinned = pose_probability * pose_probability / inflated
+    total = max(float((thinned * size).sum()), PROBABILITY_FLOOR)
+    floor = min(PROBABILITY_FLOOR, LARGEST_FLOOR_SHARE / size.sum())
+    floored = np.maximum(thinned / total, floor) * size
+    return np.asarray(floored / floored.sum())
+
+
+FALSE_ALARM_CHANCE = 0.002
+"""Chance at each look that some pose of a part is said to be contradicted though the
+estimate is as far off as it says, at most; Bonferroni's bound over the units and both
+sides."""
 
 LEAST_PARAMETER = 1e-9
 
@@ -222,107 +238,128 @@ def contradicted_units(
 ) -> Mask:
     """Units whose count is too far from its estimate to be explained by both errors.
 
-    A count of n drops with a probability from a Beta distribution of strength s scatters like a
-    share from a Beta distribution of strength n (s + 1) / (s + n) - 1; which `strength` (K, M, G)
-    holds is not known, so its tails are averaged by their `weight` (K, M).
+    A count of n drops with a probability from a Beta distribution of strength s
+    scatters like a share from a Beta distribution of strength n (s + 1) / (s + n) - 1;
+    which `strength` (K, M, G) holds is not known, so its tails are averaged by their
+    `weight` (K, M).
     """
     total = counts.sum()
     if not total or mean.size == 1:
         return np.zeros(mean.shape, dtype=bool)
-    together = total * (strength + 1.0) / (strength + total) - 1.0
-    first = np.maximum(together * mean, LEAST_PARAMETER)
-    second = np.maximum(together * (1.0 - mean), LEAST_PARAMETER)
-    above = 1.0 - betainc(first, second, np.clip((counts - 0.5) / total, 0.0, 1.0))
-    below = betainc(first, second, np.clip((counts + 0.5) / total, 0.0, 1.0))
-    tails = np.minimum(np.tensordot(weight, above, 2), np.tensordot(weight, below, 2))
-    return np.asarray(2.0 * tails * mean.size < FALSE_ALARMS)
+    count_strength = total * (strength + 1.0) / (strength + total) - 1.0
+    alpha = np.maximum(count_strength * mean, LEAST_PARAMETER)
+    beta = np.maximum(count_strength * (1.0 - mean), LEAST_PARAMETER)
+    upper_tail = 1.0 - betainc(alpha, beta, np.clip((counts - 0.5) / total, 0.0, 1.0))
+    lower_tail = betainc(alpha, beta, np.clip((counts + 0.5) / total, 0.0, 1.0))
+    tails = np.minimum(
+        np.tensordot(weight, upper_tail, 2), np.tensordot(weight, lower_tail, 2)
+    )
+    return np.asarray(2.0 * tails * mean.size < FALSE_ALARM_CHANCE)
 
 
-LEAST_WEIGHT = 1e-300
-RULED_OUT = 1e-12
+TINY_WEIGHT = 1e-300
+EXCLUDED_SHARE = 1e-12
 
 
 class ConnorMosimann(NamedTuple):
     """Breaks of the stick; the last unit takes what is left.
 
-    Each break has K Beta distributions, of which one holds; which one is found out break by break.
-    Strengths (M,) hold for all breaks of a stick.
+    Each break has K Beta distributions, of which one holds; which one is found out
+    break by break. Strengths (M,) hold for all breaks of a stick.
     """
 
-    taken: Array  # (K, M, G - 1) first Beta parameters
-    left: Array  # (K, M, G - 1) second ones
-    log_share: Array  # (K, M, G - 1) logarithms of how likely each is, or (K, 1, 1) if all alike
+    alpha: Array  # (K, M, G - 1) first Beta parameters
+    beta: Array  # (K, M, G - 1) second ones
+    # (K, M, G - 1) logarithms of how likely each distribution is, or (K, 1, 1) if alike
+    log_share: Array
 
     @classmethod
-    def around(cls, mean: Array, strength: Array, share: Array) -> "ConnorMosimann":
-        """With given means, as sure as pseudo-drops; `share` (K,): how likely each of the K is."""
-        beyond = np.cumsum(mean[:0:-1])[::-1]
+    def from_means(cls, mean: Array, strength: Array, share: Array) -> "ConnorMosimann":
+        """Breaks of given means, as sure as pseudo-drops.
+
+        `share` (K,): how likely each of the K is.
+        """
+        remainder = np.cumsum(mean[:0:-1])[::-1]
         return cls(
             strength[..., :-1] * mean[:-1],
-            strength[..., :-1] * beyond,
+            strength[..., :-1] * remainder,
             np.log(share)[:, None, None],
         )
 
-    def updated(self, counts: Array) -> "tuple[ConnorMosimann, Array]":
-        """After counts (G,), and the logarithm (M,) of their probability in this very sequence."""
-        beyond = np.cumsum(counts[:0:-1])[::-1]
-        taken = self.taken + counts[:-1]
-        left = self.left + beyond
-        likely = self.log_share + betaln(taken, left) - betaln(self.taken, self.left)
-        top = likely.max(axis=0)
-        together = top + np.log(np.exp(likely - top).sum(axis=0))
-        return ConnorMosimann(taken, left, likely - together), together.sum(axis=-1)
+    def update(self, counts: Array) -> "tuple[ConnorMosimann, Array]":
+        """Breaks after counts (G,), and the log probability (M,) of their sequence."""
+        remainder = np.cumsum(counts[:0:-1])[::-1]
+        alpha = self.alpha + counts[:-1]
+        beta = self.beta + remainder
+        log_likelihood = (
+            self.log_share + betaln(alpha, beta) - betaln(self.alpha, self.beta)
+        )
+        top = log_likelihood.max(axis=0)
+        log_total = top + np.log(np.exp(log_likelihood - top).sum(axis=0))
+        breaks = ConnorMosimann(alpha, beta, log_likelihood - log_total)
+        return breaks, log_total.sum(axis=-1)
 
     def moments(self) -> tuple[Array, Array]:
         """Means and variances (M, G) of the units."""
-        share, mean, square = self._kinds()
-        middle = (share * mean).sum(axis=0)
-        return middle, np.maximum((share * square).sum(axis=0) - middle * middle, 0.0)
+        share, mean, square = self._kind_moments()
+        unit_mean = (share * mean).sum(axis=0)
+        variance = (share * square).sum(axis=0) - unit_mean * unit_mean
+        return unit_mean, np.maximum(variance, 0.0)
 
     def kinds(self, weight: Array) -> tuple[Array, Array, Array]:
-        """How likely (K, G) each distribution is for a unit, and the moments where it holds.
+        """How likely (K, G) each distribution is for a unit, and its moments.
 
         Of one that cannot hold they are those of the likeliest.
         """
-        share, mean, square = self._kinds()
-        each = weight[:, None] * share
-        whole = each.sum(axis=1)
-        part = each / np.maximum(whole, LEAST_WEIGHT)[:, None]
-        middle = (part * mean).sum(axis=1)
-        spread = np.maximum((part * square).sum(axis=1) - middle * middle, 0.0)
-        holds = np.where(
-            whole > RULED_OUT, np.arange(len(whole))[:, None], whole.argmax(axis=0)
+        share, mean, square = self._kind_moments()
+        joint_share = weight[:, None] * share
+        kind_share = joint_share.sum(axis=1)
+        strength_share = joint_share / np.maximum(kind_share, TINY_WEIGHT)[:, None]
+        kind_mean = (strength_share * mean).sum(axis=1)
+        kind_variance = np.maximum(
+            (strength_share * square).sum(axis=1) - kind_mean * kind_mean, 0.0
+        )
+        valid_kind = np.where(
+            kind_share > EXCLUDED_SHARE,
+            np.arange(len(kind_share))[:, None],
+            kind_share.argmax(axis=0),
         )
         return (
-            whole,
-            np.take_along_axis(middle, holds, axis=0),
-            np.take_along_axis(spread, holds, axis=0),
+            kind_share,
+            np.take_along_axis(kind_mean, valid_kind, axis=0),
+            np.take_along_axis(kind_variance, valid_kind, axis=0),
         )
 
-    def _kinds(self) -> tuple[Array, Array, Array]:
-        """Shares, means and mean squares (K, M, G) of the units; the last has the last break."""
+    def _kind_moments(self) -> tuple[Array, Array, Array]:
+        """Shares, means and squares (K, M, G); the last unit has the last break."""
         share = np.exp(self.log_share)
-        total = self.taken + self.left
-        first = self.taken / total
-        rest = self.left / total
-        twice = first * (self.taken + 1.0) / (total + 1.0)
-        rest_twice = rest * (self.left + 1.0) / (total + 1.0)
-        before, before_twice = (
-            _remaining((share * one).sum(axis=0)) for one in (rest, rest_twice)
-        )
-        shares = np.broadcast_to(share, first.shape)
-        if not first.shape[-1]:
-            whole = np.ones((*first.shape[:-1], 1))
-            return whole / len(first), whole, whole
+        total = self.alpha + self.beta
+        if not total.shape[-1]:
+            certainty = np.ones((*total.shape[:-1], 1))
+            return certainty / len(total), certainty, certainty
+        break_mean = self.alpha / total
+        rest_mean = self.beta / total
+        break_square = break_mean * (self.alpha + 1.0) / (total + 1.0)
+        rest_square = rest_mean * (self.beta + 1.0) / (total + 1.0)
+        stick_mean = _stick_before((share * rest_mean).sum(axis=0))
+        stick_square = _stick_before((share * rest_square).sum(axis=0))
+        shares = np.broadcast_to(share, break_mean.shape)
+        unit_mean = np.concatenate((break_mean, rest_mean[..., -1:]), axis=-1)
+        unit_square = np.concatenate((break_square, rest_square[..., -1:]), axis=-1)
         return (
             np.concatenate((shares, shares[..., -1:]), axis=-1),
-            np.concatenate((first, rest[..., -1:]), axis=-1) * before,
-            np.concatenate((twice, rest_twice[..., -1:]), axis=-1) * before_twice,
+            unit_mean * stick_mean,
+            unit_square * stick_square,
         )
 
 
-def _remaining(rest: Array) -> Array:
-    """What all breaks before a unit's left (..., G), on average; the last two have one break."""
-    one = np.ones((*rest.shape[:-1], 1))
-    before = np.concatenate((one, np.cumprod(rest[..., :-1], axis=-1)), axis=-1)
-    return np.asarray(np.concatenate((before, before[..., -1:]), axis=-1))
+def _stick_before(rest_mean: Array) -> Array:
+    """Mean of what the breaks before a unit's left (..., G).
+
+    The last two units have one break.
+    """
+    whole_stick = np.ones((*rest_mean.shape[:-1], 1))
+    stick = np.concatenate(
+        (whole_stick, np.cumprod(rest_mean[..., :-1], axis=-1)), axis=-1
+    )
+    return np.asarray(np.concatenate((stick, stick[..., -1:]), axis=-1))

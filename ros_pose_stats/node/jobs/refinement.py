@@ -25,7 +25,9 @@ def credible_bound(part: Part, message: PoseStatistics, scene: DropScene) -> flo
     """The error that a result keeps with 90 % confidence; infinite if it is unknown."""
     resting = poses_in(part, scene)
     if not message.drops:
-        return confidence.estimate_bound(confidence.prior_of(message, resting, scene))
+        return confidence.estimate_bound(
+            confidence.estimate_prior(message, resting, scene)
+        )
     counts = np.array(
         [pose.count for pose in sorted(message.poses, key=lambda pose: pose.index)]
     )
@@ -168,7 +170,9 @@ class Refinement:
             return message
         reason = f"the error of {message.method} is not known here"
         if math.isfinite(bound):
-            reason = confidence.not_enough(message.method, bound, target_error)
+            reason = confidence.explain_missed_target(
+                message.method, bound, target_error
+            )
         return _missed(message, f"{reason}; {advice}.")[0]
 
     def answer(
@@ -185,7 +189,9 @@ class Refinement:
         for result in filter(None, (estimate, dropped)):
             bound = credible_bound(part.geometry, result, scene)
             if bound <= target_error:
-                return result, confidence.enough(_means(result), bound, target_error)
+                return result, confidence.explain_kept_target(
+                    _means(result), bound, target_error
+                )
         for result in filter(None, (dropped, part.remembered(TRIED, scene))):
             if result.drops >= most_drops:
                 reason = self._explain_miss(part, result, target_error, scene)
@@ -226,7 +232,7 @@ class Refinement:
     ) -> str:
         """How far a result is from the target."""
         bound = credible_bound(part.geometry, message, scene)
-        return confidence.not_enough(_means(message), bound, target_error)
+        return confidence.explain_missed_target(_means(message), bound, target_error)
 
     def _aim(self, part: KnownPart, target_error: float, scene: DropScene) -> float:
         """The bound at which drops may end, so low that they are latched then."""

@@ -221,7 +221,9 @@ def run_drops(
     if prior is not None and request.target_error:
         judge = Judge(
             partial(confidence.judge_drops, prior),
-            confidence.first_look(prior, request.target_error, helped=True),
+            confidence.first_checkpoint(
+                prior, request.target_error, uses_estimate=True
+            ),
             COMBINED_SECONDS,
         )
     on_drops = partial(listener.dropped, job) if job.settings.log_drops else None

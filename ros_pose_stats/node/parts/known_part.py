@@ -249,7 +249,7 @@ class KnownPart:
         if message is None:
             part = self.geometry
             lanes = self._equipment.lanes
-            statistics, _ = hybrid.checked(
+            statistics, _ = hybrid.check_estimate(
                 estimate_in(part, scene, methods.AUTO),
                 part,
                 scene,

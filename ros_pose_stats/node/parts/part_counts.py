@@ -14,7 +14,7 @@ from ros_pose_stats_msgs.msg import PoseCounts, PoseStatistics
 from ...base import errors, methods, text
 from ...core import records
 from ...core.planning.confidence import (
-    learnt_plate_error,
+    learn_plate_error,
     observe_counts,
     plate_evidence,
 )
@@ -288,7 +288,7 @@ class PartCounts:
             shares = self._shares_by(profile, ground)
         else:
             tally.evidence = plate_evidence(model, tally.total)
-            plate_error = learnt_plate_error(evidence_of_others(ground.plate))
+            plate_error = learn_plate_error(evidence_of_others(ground.plate))
             model = replace(model, plate_error=plate_error)
         combined = observe_counts(model, tally.total, shares)
         return combined if combined.method == methods.OBSERVED else None

@@ -76,7 +76,7 @@ class FeedingService:
         latched = result.message
         scene = result.scene
         kick = settings.kick(request.kick_height)
-        feeding.check_wanted(request.wanted, len(latched.poses))
+        feeding.check_wanted_poses(request.wanted, len(latched.poses))
         feeding.check_rate(request.rate, request.cycle_time)
         cell = counted = None
         if request.plate_length != 0.0 or request.plate_width != 0.0:
@@ -190,7 +190,7 @@ class FeedingService:
         if chosen is None:
             gain = feeding.drop_afresh(dropped, request.wanted, request.rate)
         else:
-            gain = feeding.flip_wrong_ones(
+            gain = feeding.flip_wrong_poses(
                 dropped, chosen.counts, request.wanted, request.rate, request.cycle_time
             )
             response.transition = part_messages.flat(chosen.transition)
@@ -208,7 +208,7 @@ class FeedingService:
                 f"intervals: simulate the part"
             )
         response.message = " ".join(
-            [f"{basis}.", *pose_groups.warn_of_alike(found, request.wanted)]
+            [f"{basis}.", *pose_groups.warn_of_lookalikes(found, request.wanted)]
         )
 
 
@@ -255,10 +255,10 @@ class PlateFits:
         )
         response.plate_error = fit.plate_error
         response.p_value = fit.p_value
-        response.counted = fit.counted
+        response.counted = fit.total
         response.parts = list(dict.fromkeys(part.part_id for part in fit.parts))
         response.message = (
-            f"From {several(fit.counted, 'count')} of "
+            f"From {several(fit.total, 'count')} of "
             f"{several(len(fit.parts), 'part')} in {fit.seconds:.1f} s; "
             f"{fit.verdict}"
         )

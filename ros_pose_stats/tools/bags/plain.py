@@ -162,7 +162,7 @@ def _history(
 
 def _comparison(one: compared.Comparison, predictions: Sequence[Prediction]) -> Plain:
     tests = {
-        name: {**asdict(test), "too_few": test.too_few}
+        name: {**asdict(test), "too_few": test.has_too_few_counts}
         for name, test in (("by_pose", one.by_pose), ("by_group", one.by_group))
     }
     return {

@@ -119,7 +119,7 @@ def _described(
         bool(target)
         and not drop
         and confidence.estimate_bound(
-            confidence.prior_of(found, poses_in(part, scene), scene)
+            confidence.estimate_prior(found, poses_in(part, scene), scene)
         )
         > target,
     )

@@ -133,15 +133,15 @@ def methods_table(
     """Lines: all methods' answers side by side, in the order of the last one's rows."""
     from ...core.records.pose_table import FilledColumn, pose_table
     from ...core.records.statistics import heading, remarks
-    from ...core.statistics.pose_groups import listed_poses
+    from ...core.statistics.pose_groups import list_poses
 
     last = estimates[-1]
-    rows = listed_poses(last, each_pose)
+    rows = list_poses(last, each_pose)
     columns = []
     for statistics in estimates:
         probabilities = {
             group.first.index: group.probability
-            for group in listed_poses(statistics, each_pose)
+            for group in list_poses(statistics, each_pose)
         }
         cells = [percent(probabilities[row.first.index]) for row in rows[:MOST_POSES]]
         columns.append(FilledColumn(Column(statistics.method), cells))

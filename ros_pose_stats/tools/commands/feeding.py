@@ -220,11 +220,11 @@ def collect_warnings(
     statistics: "PoseStatistics", kicks: "Sequence[float]", options: argparse.Namespace
 ) -> list[str]:
     """Warnings of the estimate, about poses that look alike, and about high kicks."""
-    from ...core.statistics.pose_groups import warn_of_alike
+    from ...core.statistics.pose_groups import warn_of_lookalikes
 
     return [
         *statistics.warnings,
-        *warn_of_alike(statistics, options.wanted),
+        *warn_of_lookalikes(statistics, options.wanted),
         *height_warnings(
             "kick", max(kicks, default=0.0), statistics.radius, HIGHEST_KICK
         ),

@@ -110,7 +110,7 @@ def print_json(
                 {
                     "part_id": part.part_id,
                     "part_digest": part.part_digest,
-                    "counted": part.counted,
+                    "counted": part.total,
                     "groups": [
                         {"poses": poses, "observed": observed, "expected": expected}
                         for poses, observed, expected in zip(
@@ -174,14 +174,14 @@ def plate_table(plate: "PlateProfile", plate_fit: "PlateFit") -> list[str]:
     rows = [
         [
             part.part_id,
-            str(part.counted),
+            str(part.total),
             percent(part.error),
             percent(part.left_out_error),
         ]
         for part in plate_fit.parts
     ]
     lines = [
-        f"plate {plate.name}, from {several(plate_fit.counted, 'count')} of "
+        f"plate {plate.name}, from {several(plate_fit.total, 'count')} of "
         f"{several(len(plate_fit.parts), 'part')}",
         "effective restitution {:.2f} ({:.2f} to {:.2f}), ".format(
             *plate_fit.restitution

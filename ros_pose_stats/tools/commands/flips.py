@@ -84,7 +84,7 @@ def run(options: argparse.Namespace) -> int:
     # What is refused is refused at once.
     request.drop_request(options.drops, options.seed)
     if options.wanted is not None:
-        feeding.check_wanted(options.wanted, pose_count)
+        feeding.check_wanted_poses(options.wanted, pose_count)
         feeding.check_rate(options.rate, options.cycle_time)
     flip_request = request.drop_request(
         options.flips, options.seed, 0.0, options.workers
@@ -188,11 +188,11 @@ def with_warnings(
     options: argparse.Namespace,
 ) -> "FlipStatistics":
     """The flips with the warnings of the drops, if there were any, each once."""
-    from ...core.statistics.pose_groups import warn_of_alike
+    from ...core.statistics.pose_groups import warn_of_lookalikes
 
     warnings = list(flips.warnings)
     if drops is not None:
-        warnings += [*drops.warnings, *warn_of_alike(drops, options.wanted)]
+        warnings += [*drops.warnings, *warn_of_lookalikes(drops, options.wanted)]
     return replace(flips, warnings=tuple(dict.fromkeys(warnings)))
 
 
@@ -205,7 +205,7 @@ def feed(
     shares = pose_groups.pose_shares(drops)
     return {
         "dropped_again": feeding.drop_afresh(shares, options.wanted, options.rate),
-        "kicked": feeding.flip_wrong_ones(
+        "kicked": feeding.flip_wrong_poses(
             shares, flips.counts, options.wanted, options.rate, options.cycle_time
         ),
     }

@@ -1,8 +1,8 @@
-"""A part with some of its features changed: centre of mass, proportions and resting faces.
+"""A part with changed features: centre of mass, proportions and resting faces.
 
-The outer shape is that of the convex hull: faces are moved by moving their planes. The mass
-follows: stretching carries the material along, and a sliver that is added or cut off has the
-part's mean density, its mass over the volume of its hull.
+The outer shape is that of the convex hull: faces are moved by moving their planes. The
+mass follows: stretching carries the material along, and a sliver that is added or cut
+off has the part's mean density, its mass over the volume of its hull.
 """
 
 from dataclasses import dataclass, field, replace
@@ -26,8 +26,8 @@ AXES = "xyz"
 class Feature:
     """One thing to be changed."""
 
-    # `centre` (of mass, along an axis), `stretch` (along an axis) or `face` (the resting face of
-    # a pose, outward)
+    # `centre` (of mass, along an axis), `stretch` (along an axis) or `face` (the
+    # resting face of a pose, outward)
     kind: Literal["centre", "stretch", "face"]
     axis: int = -1  # of the first two kinds; else -1
     poses: tuple[int, ...] = ()  # that rest on the face
@@ -44,38 +44,38 @@ class Feature:
 
 
 def find_features(resting: poses.RestingPoses) -> tuple[Feature, ...]:
-    """Centre of mass along x, y and z, stretching along them, then faces that poses rest on."""
-    found = resting.equilibria
+    """Centre of mass along x, y, z, stretching along them, then resting faces."""
+    equilibria = resting.equilibria
     body = resting.body
-    grouped = resting.clusters
+    clusters = resting.clusters
     features: dict[tuple[int, ...], Feature] = {}
-    for pose, lowest in enumerate(grouped.lowest_face.tolist()):
-        face = int(found.faces[lowest])
-        members = found.faces[(grouped.pose == pose) & grouped.is_support]
+    for pose, lowest in enumerate(clusters.lowest_face.tolist()):
+        face = int(equilibria.faces[lowest])
+        members = equilibria.faces[(clusters.pose == pose) & clusters.is_support]
         strips = np.unique(body.run_of_face[members])
-        moved = np.union1d(
+        moved_faces = np.union1d(
             members, np.flatnonzero(np.isin(body.run_of_face, strips[strips >= 0]))
         )
-        key = tuple(moved.tolist())
-        before = features[key].poses if key in features else ()
+        key = tuple(moved_faces.tolist())
+        resting_poses = features[key].poses if key in features else ()
         features[key] = Feature(
             "face",
-            poses=(*before, pose),
-            planes=moved,
+            poses=(*resting_poses, pose),
+            planes=moved_faces,
             anchor=body.polygon(face).mean(axis=0),
-            size=float(body.arrays.area[moved].sum()),
+            size=float(body.arrays.area[moved_faces].sum()),
         )
     axes = [Feature(kind, axis) for kind in ("centre", "stretch") for axis in range(3)]
     return (*axes, *features.values())
 
 
-def check_reach(what: str, reach: float, radius: float) -> None:
+def check_reach(name: str, length: float, radius: float) -> None:
     """Raise RequestError for a length of a change that is none."""
-    if not 0.0 < reach <= 0.5 * radius:
+    if not 0.0 < length <= 0.5 * radius:
         raise RequestError(
-            f"a {what} above 0 and at most {500.0 * radius:.3g} mm, half the "
+            f"a {name} above 0 and at most {500.0 * radius:.3g} mm, half the "
             "part's radius",
-            f"{1e3 * reach:.3g} mm",
+            f"{1e3 * length:.3g} mm",
             f"give one, for instance {50.0 * radius:.2g}mm, or leave it out",
         )
 
@@ -83,7 +83,8 @@ def check_reach(what: str, reach: float, radius: float) -> None:
 class ChangedPart(NamedTuple):
     """A changed part."""
 
-    part: Part  # its convex hull with its mass properties, in the frame of the part before
+    # its convex hull with its mass properties, in the frame of the part before
+    part: Part
     origin: Index  # (F,); face of the body before that each face of its body was
 
 
@@ -109,15 +110,15 @@ class DesignSpace:
         """
         values = np.asarray(steps, dtype=np.float64)
         stretch = 1.0 + values[3:6]
-        before = self.body.arrays
+        arrays = self.body.arrays
         corners = self._corners * stretch
         hull = self._hull
-        normals = before.normal / stretch
+        normals = arrays.normal / stretch
         size = lengths(normals)
         normals = normals / size[:, None]
-        distances = before.distance / size
-        # In masses and radii before: the material is carried along, and a sliver that is added or
-        # cut off has the mean density.
+        distances = arrays.distance / size
+        # In masses and radii before: the material is carried along, and a sliver that
+        # is added or cut off has the mean density.
         linear = np.diag(stretch)
         inertia = self.resting.inertia
         mass = 1.0
@@ -131,20 +132,24 @@ class DesignSpace:
             corners = corners_of_planes(normals, distances, corners)
             hull = hull_of_corners(corners)
             volume, first, squares = self._moments
-            grown = float(np.linalg.det(linear))
-            density = 1.0 / (volume * grown)
-            after = _moments_of(corners, hull[0])
-            mass += density * (after[0] - grown * volume)
+            volume_ratio = float(np.linalg.det(linear))
+            density = 1.0 / (volume * volume_ratio)
+            changed_moments = _moments_of(corners, hull[0])
+            mass += density * (changed_moments[0] - volume_ratio * volume)
             if mass <= 0.0:
                 raise MeshError(
                     "a part of which something is left",
                     "one that was cut away",
                     "change the part less",
                 )
-            center = density * (after[1] - grown * linear @ first) / mass
-            second = second + density * (after[2] - grown * linear @ squares @ linear)
+            center = (
+                density * (changed_moments[1] - volume_ratio * linear @ first) / mass
+            )
+            second = second + density * (
+                changed_moments[2] - volume_ratio * linear @ squares @ linear
+            )
             second = second - mass * np.outer(center, center)
-        return self._part(
+        return self._build_part(
             corners,
             hull,
             normals,
@@ -153,13 +158,13 @@ class DesignSpace:
             np.trace(second) * np.eye(3) - second,
         )
 
-    def change_one(self, number: int, step: float) -> ChangedPart:
+    def change_feature(self, number: int, step: float) -> ChangedPart:
         """Make the part with one changed feature; see `change`."""
         steps = np.zeros(len(self.features))
         steps[number] = step
         return self.change(steps)
 
-    def _part(
+    def _build_part(
         self,
         corners: Array,
         hull: tuple[Index, Index],
@@ -170,50 +175,50 @@ class DesignSpace:
     ) -> ChangedPart:
         """The hull as a part, with its body, which is not to be rounded once more."""
         part = self.part
-        before = self.body
+        old_body = self.body
         points = corners - center
         farthest = float(lengths(points).max())
         points /= farthest
         points.flags.writeable = False
         arrays, tolerance = convex_body.build_polyhedron(
-            points, *hull, part.rounding / before.radius
+            points, *hull, part.rounding / old_body.radius
         )
         # A body has no two faces in one plane.
-        plane = np.asarray(cKDTree(normals).query(arrays.normal)[1], dtype=np.int64)
+        origin = np.asarray(cKDTree(normals).query(arrays.normal)[1], dtype=np.int64)
         runs = tuple(
             replace(
                 run,
                 center=(run.center - center) / farthest,
                 radius=run.radius / farthest,
             )
-            for run in before.runs
+            for run in old_body.runs
         )
         body = convex_body.ConvexBody(
-            before.radius * farthest,
+            old_body.radius * farthest,
             points,
             arrays,
             tolerance,
             runs,
-            before.run_of_face[plane],
-            before.rounded,
+            old_body.run_of_face[origin],
+            old_body.rounded,
         )
-        vertices = part.center_of_mass + before.radius * corners
+        vertices = part.center_of_mass + old_body.radius * corners
         fans = fan_triangles(body)
-        changed = Part(
+        changed_part = Part(
             part.part_id,
             vertices,
             fans.astype(np.uint32),
             vertices,
             fans,
             part.mass * mass,
-            part.center_of_mass + before.radius * center,
-            inertia * (part.mass * before.radius**2),
+            part.center_of_mass + old_body.radius * center,
+            inertia * (part.mass * old_body.radius**2),
             part.warnings,
             part.rounding,
             notes=part.notes,
         )
-        convex_body.keep_body(changed, body, self.scene.round_sides)
-        return ChangedPart(changed, plane)
+        convex_body.keep_body(changed_part, body, self.scene.round_sides)
+        return ChangedPart(changed_part, origin)
 
 
 def _moments_of(corners: Array, triangles: Index) -> tuple[float, Array, Array]:
@@ -230,17 +235,19 @@ def _moments_of(corners: Array, triangles: Index) -> tuple[float, Array, Array]:
     )
 
 
-SNAP = 2e-5
-"""Corners this close, in radii, to one that was there before are that corner. Where more than
-three faces meet in rounded coordinates, their planes miss each other by as much."""
+SNAP_DISTANCE = 2e-5
+"""Corners this close, in radii, to one that was there before are that corner. Where
+more than three faces meet in rounded coordinates, their planes miss each other by as
+much."""
 
-SAME = 1e-9  # new corners this close are one
+SAME_CORNER = 1e-9  # new corners this close are one
 
 
-def corners_of_planes(normals: Array, distances: Array, before: Array) -> Array:
-    """Corners (C, 3) of the body about the origin that planes bound; some may bound nothing.
+def corners_of_planes(normals: Array, distances: Array, corners_before: Array) -> Array:
+    """Corners (C, 3) of the body about the origin that planes bound.
 
-    `normals` (K, 3): outward; `distances` (K,); `before` (H, 3): corners before the change.
+    `normals` (K, 3): outward; `distances` (K,); `before` (H, 3): corners before the
+    change.
     """
     if distances.min() <= 0.0:
         raise MeshError(
@@ -248,24 +255,28 @@ def corners_of_planes(normals: Array, distances: Array, before: Array) -> Array:
             "a face that was moved beyond it",
             "change the part less",
         )
-    opened = MeshError(
+    open_error = MeshError(
         "planes that bound a body", "planes that leave it open", "change the part less"
     )
     try:
         dual = np.unique(ConvexHull(normals / distances[:, None]).equations, axis=0)
     except QhullError as error:
-        raise opened from error
+        raise open_error from error
     if dual[:, 3].max() >= 0.0:
-        raise opened
+        raise open_error
     corners = dual[:, :3] / -dual[:, 3:]
-    gap, nearest = cKDTree(before).query(corners, distance_upper_bound=SNAP)
-    stays = np.isfinite(gap)
-    fresh = np.ascontiguousarray(corners[~stays])
-    if len(fresh):
-        first = nearness.first_of_coincident(fresh, fresh.min(axis=0), SAME)[1]
-        fresh = fresh[np.unique(first)]
+    gap, nearest = cKDTree(corners_before).query(
+        corners, distance_upper_bound=SNAP_DISTANCE
+    )
+    is_old = np.isfinite(gap)
+    new_corners = np.ascontiguousarray(corners[~is_old])
+    if len(new_corners):
+        first_copies = nearness.first_of_coincident(
+            new_corners, new_corners.min(axis=0), SAME_CORNER
+        )[1]
+        new_corners = new_corners[np.unique(first_copies)]
     return np.ascontiguousarray(
-        np.concatenate((before[np.unique(nearest[stays])], fresh))
+        np.concatenate((corners_before[np.unique(nearest[is_old])], new_corners))
     )
 
 
@@ -274,9 +285,14 @@ def fan_triangles(body: convex_body.ConvexBody) -> Index:
     arrays = body.arrays
     sizes = np.diff(arrays.face_start)
     side = np.arange(arrays.corner.shape[0])
-    place = side - arrays.face_start[arrays.face]
-    inner = side[(place > 0) & (place < sizes[arrays.face] - 1)]
-    first = arrays.face_start[arrays.face[inner]]
+    position = side - arrays.face_start[arrays.face]
+    inner_side = side[(position > 0) & (position < sizes[arrays.face] - 1)]
+    first = arrays.face_start[arrays.face[inner_side]]
     return np.stack(
-        (arrays.corner[first], arrays.corner[inner], arrays.corner[inner + 1]), axis=1
+        (
+            arrays.corner[first],
+            arrays.corner[inner_side],
+            arrays.corner[inner_side + 1],
+        ),
+        axis=1,
     )

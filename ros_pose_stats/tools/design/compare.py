@@ -1,16 +1,18 @@
 """Variants of a part side by side: which poses correspond, and whether they differ.
 
-All differences of a comparison are tested together, so that variants that do not differ are called
-different in at most 5 % of comparisons: Holm's method over the poses, and a share of the 5 % for
-each look at the drops. Drops end when a difference shows, and so flatter it: once the verdicts
-stand, as many fresh drops tell shares and sizes. On a real plate variants that are alike are off
-alike, so most of the plate's error is gone from their difference.
+All differences of a comparison are tested together, so that variants that do not differ
+are called different in at most 5 % of comparisons: Holm's method over the poses, and a
+share of the 5 % for each look at the drops. Drops end when a difference shows, and so
+flatter it: once the verdicts stand, as many fresh drops tell shares and sizes. On a
+real plate variants that are alike are off alike, so most of the plate's error is gone
+from their difference.
 """
 
 import math
 import time
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,22 +24,20 @@ from ...core.records.scene import (
     DEFAULT_RESTITUTION,
     DEFAULT_ROUND_SIDES,
 )
-from ...core.resting import poses as stable
-from ...core.simulation import request, simulate
+from ...core.resting.poses import RestingPoses, poses_in
+from ...core.simulation.request import SEEDS, drop_request
+from ...core.simulation.simulate import counted_statistics
 from ...core.statistics import feeding, pose_groups
-from . import (
-    comparison,
-    correspondence,
-    describe,
-    paired_drops,
-    shares as wanted_shares,
-)
+from . import comparison, correspondence, describe, paired_drops
+from .shares import count_share
 
 FIRST_LOOK = 1250
-"""Drops of each variant before the first look; each look has twice as many as the one before."""
+"""Drops of each variant before the first look; each look has twice as many as the one
+before."""
 
 MOST_DROPS = 20_000
-"""Drops of each variant, if nothing ends them before: differences are known to a point then."""
+"""Drops of each variant, if nothing ends them before: differences are known to a point
+then."""
 
 ONE_POINT = 0.01
 
@@ -46,15 +46,23 @@ MOST_VARIANTS = 26
 LARGEST_RATIO = 9.0
 """Of two radii: beyond it lie those of a part in millimetres and in centimetres."""
 
-LEFT = 0.1  # error of a difference that is nearly 0, over the plate's error of a single share
+SMALL_DIFFERENCE_ERROR = 0.1
+"""Error of a difference that is nearly 0, over the plate's error of a single share."""
 
-KEPT = 0.35
-"""Error of a larger difference over the difference. Both cover what rolled dice and simulated
-plates have shown, with single shares off by up to 9 points (tests/truth/design)."""
+LARGE_DIFFERENCE_ERROR = 0.35
+"""Error of a larger difference over the difference.
 
-EXPORTED = 0.005
-"""Standard deviation by which shares of two exports of one round part differ: the drops see the
-facets of the file, not the part (docs/measured/exports.md)."""
+Both cover what rolled dice and simulated plates have shown, with single shares off by
+up to 9 points (tests/truth/design).
+"""
+
+EXPORT_ERROR = 0.005
+"""Standard deviation by which shares of two exports of one round part differ.
+
+The drops see the facets of the file, not the part (docs/measured/exports.md).
+"""
+
+NO_SHARE = feeding.Bounded(0.0, 0.0, 0.0)
 
 
 def compare(
@@ -72,12 +80,12 @@ def compare(
     round_sides: int = DEFAULT_ROUND_SIDES,
     plate_error: float = DEFAULT_PLATE_ERROR,
 ) -> comparison.Comparison:
-    """Compare the first variant of a part with each of the others, dropped from the same starts.
+    """Compare the first variant of a part with others, dropped from the same starts.
 
-    The drops that give the verdicts end where each of the others is expected to differ on a
-    plate, in the share that a feeder accepts if one is asked for; where all differences are known
-    to a point (half of their 90 % intervals); or at the most drops. As many afresh then give
-    shares and differences.
+    The drops that give the verdicts end where each of the others is expected to differ
+    on a plate, in the share that a feeder accepts if one is asked for; where all
+    differences are known to a point (half of their 90 % intervals); or at the most
+    drops. As many afresh then give shares and differences.
 
     Parameters
     ----------
@@ -88,11 +96,11 @@ def compare(
     drops : int
         The most of each variant for the verdicts, 1 to 1e9; as many are made afresh.
     seed : int, optional
-        0 to 2^64 - 1; the fresh drop k of all variants depends on seed and k alone. Default: a
-        fresh one.
+        0 to 2^64 - 1; the fresh drop k of all variants depends on seed and k alone.
+        Default: a fresh one.
     drop_height : float, optional
-        Height of the centre of mass at release, metres, the same for all variants. Default: 20
-        radii of the first one.
+        Height of the centre of mass at release, metres, the same for all variants.
+        Default: 20 radii of the first one.
     on_progress : callable
         Takes the number of drops done, and the most of them, of all variants.
     should_stop : callable
@@ -110,158 +118,270 @@ def compare(
     Raises
     ------
     RequestError
-        If there is one part only, or one is more than 9 times as large as the first or that as
-        it, or there is no such pose, or a number is out of its range.
+        If there is one part only, or one is more than 9 times as large as the first or
+        that as it, or there is no such pose, or a number is out of its range.
     MeshError
         If the hull of a part does not enclose its centre of mass.
     """
     begin = time.perf_counter()
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
-    asked = request.drop_request(drops, seed, 0.0, workers)
-    resting = _prepared(parts, scene, wanted, plate_error)
-    accepted = tuple(sorted(set(map(int, wanted))))
+    request = drop_request(drops, seed, 0.0, workers)
+    resting = _check_variants(parts, scene, wanted, plate_error)
+    accepted_poses = tuple(sorted(set(map(int, wanted))))
     matches = [
-        correspondence.find_correspondence(resting[0], other) for other in resting[1:]
+        correspondence.find_correspondence(resting[0], variant)
+        for variant in resting[1:]
     ]
-    tests = [
-        [*match.matches, *([match.follow(accepted)] if accepted else [])]
-        for match in matches
-    ]
+    tests = _ShareTests(
+        [_tested_poses(match, accepted_poses) for match in matches],
+        bool(accepted_poses),
+        plate_error,
+    )
 
     turns = [None, *(match.turn for match in matches)]
-    judged, afresh = (
+    judged_drops, fresh_drops = (
         paired_drops.PairedDrops(
-            parts, scene, each % request.SEEDS, asked.workers, should_stop, turns
+            parts,
+            scene,
+            drop_seed % SEEDS,
+            request.workers,
+            should_stop,
+            turns,
         )
-        for each in (asked.seed + request.SEEDS // 2, asked.seed)
+        for drop_seed in (request.seed + SEEDS // 2, request.seed)
     )
-    most = 2 * asked.drops * len(parts)
-    verdicts = _judge(
-        judged,
-        tests,
-        bool(accepted),
-        plate_error,
-        asked.drops,
-        lambda done: on_progress(done, most),
+    most_drops = 2 * request.drops * len(parts)
+    verdicts = tests.judge(
+        judged_drops,
+        request.drops,
+        lambda drops_done: on_progress(drops_done, most_drops),
     )
-    afresh.drop_until(
-        judged.drops, lambda done: on_progress(judged.outcome.size + done, most)
+    fresh_drops.drop_until(
+        judged_drops.drops,
+        lambda drops_done: on_progress(
+            judged_drops.outcome.size + drops_done, most_drops
+        ),
     )
 
-    pairs = afresh if afresh.drops else judged
-    variants = tuple(
-        _compare_variant(
-            second,
-            match,
-            accepted,
-            [
-                share._replace(chance=one.chance, chance_on_plate=one.chance_on_plate)
-                for share, one in zip(shares, judgements, strict=True)
-            ],
-        )
-        for second, match, shares, judgements in zip(
-            range(1, len(parts)),
-            matches,
-            _differences(pairs, tests, plate_error),
-            verdicts,
-            strict=True,
-        )
-    )
-    own = [accepted, *(match.follow(accepted).second for match in matches)]
-    found = tuple(
-        _statistics(part, pairs, place, own[place]) for place, part in enumerate(parts)
-    )
+    pairs = fresh_drops if fresh_drops.drops else judged_drops
+    variants = []
+    for number, (match, fresh, judged) in enumerate(
+        zip(matches, tests.differences(pairs), verdicts, strict=True), start=1
+    ):
+        shares = [
+            difference._replace(
+                chance=verdict.chance, chance_on_plate=verdict.chance_on_plate
+            )
+            for difference, verdict in zip(fresh, judged, strict=True)
+        ]
+        variants.append(_compare_variant(number, match, accepted_poses, shares))
+
+    accepted_by_variant = [
+        accepted_poses,
+        *(match.follow(accepted_poses).second for match in matches),
+    ]
     return comparison.Comparison(
         tuple(parts),
-        found,
-        variants,
+        tuple(
+            _statistics(part, pairs, number, accepted_by_variant[number])
+            for number, part in enumerate(parts)
+        ),
+        tuple(variants),
         pairs.scene,
-        asked.seed,
-        accepted,
+        request.seed,
+        accepted_poses,
         plate_error,
         time.perf_counter() - begin,
     )
 
 
 def _compare_variant(
-    second: int,
+    number: int,
     match: correspondence.Correspondence,
-    accepted: tuple[int, ...],
+    accepted_poses: tuple[int, ...],
     shares: list[comparison.ShareDifference],
 ) -> comparison.VariantComparison:
-    """What was found of a variant beside the first, pairs of poses and frequent ones first."""
+    """A variant beside the first, pairs of poses and frequent ones first."""
     poses = [
-        comparison.PoseComparison(some, share)
-        for some, share in zip(match.matches, shares, strict=False)
+        comparison.PoseComparison(matched_poses, share)
+        for matched_poses, share in zip(match.matches, shares, strict=False)
     ]
     poses.sort(
-        key=lambda one: (
-            not one.poses.is_pair,
-            -max(one.share.first.value, one.share.second.value),
+        key=lambda pose: (
+            not pose.poses.is_pair,
+            -max(pose.share.first.value, pose.share.second.value),
         )
     )
-    feeder = (
-        comparison.FeederComparison(
-            match.follow(accepted),
+    feeder = None
+    if accepted_poses:
+        feeder = comparison.FeederComparison(
+            match.follow(accepted_poses),
             shares[-1],
-            tuple(one for one in accepted if match.partner[one] < 0),
+            tuple(pose for pose in accepted_poses if match.partner[pose] < 0),
         )
-        if accepted
-        else None
-    )
-    return comparison.VariantComparison(second, match, tuple(poses), feeder)
+    return comparison.VariantComparison(number, match, tuple(poses), feeder)
 
 
-Tests = Sequence[Sequence[correspondence.MatchedPoses]]
-"""Shares that are tested of each variant but the first; that of accepted parts is the last."""
-
-Tested = list[list[comparison.ShareDifference]]
+Differences = list[list[comparison.ShareDifference]]
+"""Of each variant but the first, in the order of its tests."""
 
 
-def _judge(
-    pairs: paired_drops.PairedDrops,
-    tests: Tests,
-    has_feeder: bool,
-    plate_error: float,
-    most: int,
-    on_progress: Callable[[int], object],
-) -> Tested:
-    """Drop until the verdicts stand; the differences with their chances.
+class _ShareTests(NamedTuple):
+    """Shares that are tested together, and how their differences are judged."""
 
-    A look has a share of the 5 % in proportion to its drops: all looks together are wrong in no
-    more than 5 %, since the sum of the chances bounds that of any of them.
-    """
-    looks = [most]
-    while looks[0] >= 2 * FIRST_LOOK:
-        looks.insert(0, looks[0] // 2)
-    for size in looks:
-        pairs.drop_until(size, on_progress)
-        found = _adjusted(
-            tests, _differences(pairs, tests, plate_error), size / sum(looks)
+    # of each variant but the first; the poses that a feeder accepts are the last
+    poses: list[list[correspondence.MatchedPoses]]
+    has_feeder: bool
+    plate_error: float  # of a single share
+
+    def judge(
+        self,
+        pairs: paired_drops.PairedDrops,
+        most_drops: int,
+        on_progress: Callable[[int], object],
+    ) -> Differences:
+        """Drop until the verdicts stand; the differences with their chances.
+
+        A look has a share of the 5 % in proportion to its drops: all looks together are
+        wrong in no more than 5 %, since the sum of the chances bounds that of any.
+        """
+        looks = [most_drops]
+        while looks[0] >= 2 * FIRST_LOOK:
+            looks.insert(0, looks[0] // 2)
+        for size in looks:
+            pairs.drop_until(size, on_progress)
+            differences = self._adjust(self.differences(pairs), size / sum(looks))
+            was_stopped = pairs.drops < size
+            if was_stopped or self._all_differ(differences) or _are_known(differences):
+                break
+        return differences
+
+    def differences(self, pairs: paired_drops.PairedDrops) -> Differences:
+        """What is tested, by some drops."""
+        return [
+            [self._difference(pairs, number, poses) for poses in tested_poses]
+            for number, tested_poses in enumerate(self.poses, start=1)
+        ]
+
+    def _difference(
+        self,
+        pairs: paired_drops.PairedDrops,
+        number: int,
+        poses: correspondence.MatchedPoses,
+    ) -> comparison.ShareDifference:
+        is_in_first = pairs.is_in(0, poses.first)
+        is_in_second = pairs.is_in(number, poses.second)
+        difference = paired_drops.paired_difference(is_in_first, is_in_second)
+        size = 0.0 if math.isnan(difference.value) else difference.value
+        is_round = any(pairs.resting[variant].body.runs for variant in (0, number))
+        # A variant that has no such pose never comes to rest in it.
+        return comparison.ShareDifference(
+            count_share(is_in_first) if poses.first else NO_SHARE,
+            count_share(is_in_second) if poses.second else NO_SHARE,
+            difference,
+            EXPORT_ERROR if is_round else 0.0,
+            min(
+                math.sqrt(2.0) * self.plate_error,
+                math.hypot(
+                    SMALL_DIFFERENCE_ERROR * self.plate_error,
+                    LARGE_DIFFERENCE_ERROR * size,
+                ),
+            ),
         )
-        if (
-            pairs.drops < size
-            or all(
-                any(
-                    one.on_plate == comparison.SHOWN
-                    for one in (some[-1:] if has_feeder else some)
-                )
-                for some in found
+
+    def _all_differ(self, differences: Differences) -> bool:
+        """Whether each variant is expected to differ on a plate."""
+        return all(
+            any(
+                share.on_plate == comparison.DIFFERENCE_SHOWN
+                for share in (shares[-1:] if self.has_feeder else shares)
             )
-            or all(
-                one.difference.high - one.difference.low <= 2.0 * ONE_POINT
-                for some in found
-                for one in some
-            )
+            for shares in differences
+        )
+
+    def _adjust(self, differences: Differences, look_share: float) -> Differences:
+        """Differences with their chances in the model and on a plate, of all tests.
+
+        `look_share`: of the 5 %, for this look. What a plate adds is no matter of
+        repeated looks.
+        """
+        keys = [
+            [(number, key) for key in _test_keys(poses)]
+            for number, poses in enumerate(self.poses)
+        ]
+        distinct = {
+            key: share
+            for variant_keys, shares in zip(keys, differences, strict=True)
+            for key, share in zip(variant_keys, shares, strict=True)
+        }
+        drop_chances = paired_drops.adjust_together(
+            [share.difference.p_value for share in distinct.values()]
+        ).tolist()
+        file_chances = paired_drops.adjust_together(
+            [
+                _chance_beyond(share.difference, share.file_error)
+                for share in distinct.values()
+            ]
+        ).tolist()
+
+        chances = {}
+        for (key, share), drop_chance, file_chance in zip(
+            distinct.items(), drop_chances, file_chances, strict=True
         ):
-            break
-    return found
+            model_error = math.hypot(share.file_error, share.plate_error)
+            plate_chance = _chance_beyond(share.difference, model_error)
+            chances[key] = {
+                "chance": min(1.0, drop_chance / look_share),
+                "chance_on_plate": min(
+                    1.0, max(file_chance / look_share, plate_chance)
+                ),
+            }
+        return [
+            [
+                share._replace(**chances[key])
+                for key, share in zip(variant_keys, shares, strict=True)
+            ]
+            for variant_keys, shares in zip(keys, differences, strict=True)
+        ]
 
 
-def _prepared(
+def _tested_poses(
+    match: correspondence.Correspondence, accepted_poses: tuple[int, ...]
+) -> list[correspondence.MatchedPoses]:
+    """Poses whose shares are tested, those that a feeder accepts last."""
+    if not accepted_poses:
+        return list(match.matches)
+    return [*match.matches, match.follow(accepted_poses)]
+
+
+def _test_keys(tests: Sequence[correspondence.MatchedPoses]) -> list[Hashable]:
+    """What each test of a variant is about.
+
+    Where some poses gain, all others together lose as much: that is one test, not two.
+    """
+    tested_sets = [
+        frozenset(
+            (side, index) for side, indices in enumerate(poses) for index in indices
+        )
+        for poses in tests
+    ]
+    all_poses = frozenset().union(*tested_sets)
+    return [frozenset((poses, all_poses - poses)) for poses in tested_sets]
+
+
+def _are_known(differences: Differences) -> bool:
+    """Whether all differences are known to a point, half of their intervals."""
+    return all(
+        share.difference.high - share.difference.low <= 2.0 * ONE_POINT
+        for shares in differences
+        for share in shares
+    )
+
+
+def _check_variants(
     parts: Sequence[Part], scene: DropScene, wanted: Sequence[int], plate_error: float
-) -> list[stable.RestingPoses]:
-    """The variants at rest; raises RequestError where they cannot be compared as is asked."""
+) -> list[RestingPoses]:
+    """The variants at rest; raises RequestError where they cannot be compared so."""
     if not 0.0 <= plate_error <= 1.0:
         raise errors.RequestError(
             "a plate error from 0 to 1, as a fraction",
@@ -274,130 +394,43 @@ def _prepared(
             f"{len(parts)}",
             "give the files of the variants, the one to compare with first",
         )
-    resting = [stable.poses_in(part, scene) for part in parts]
-    first = resting[0].body.radius
-    for place, radius in enumerate(one.body.radius for one in resting):
-        if max(radius, first) > LARGEST_RATIO * min(radius, first):
+    resting = [poses_in(part, scene) for part in parts]
+    first_radius = resting[0].body.radius
+    for number, variant in enumerate(resting):
+        radius = variant.body.radius
+        if max(radius, first_radius) > LARGEST_RATIO * min(radius, first_radius):
             raise errors.RequestError(
                 f"variants of one scale, radii at most {LARGEST_RATIO:g} times apart",
-                f"A with a radius of {1e3 * first:.4g} mm and {describe.letter(place)} with "
-                f"{1e3 * radius:.4g} mm",
+                f"A with a radius of {1e3 * first_radius:.4g} mm and "
+                f"{describe.letter(number)} with {1e3 * radius:.4g} mm",
                 "export them in one unit",
             )
     if wanted:
-        feeding.check_wanted(wanted, len(resting[0].poses))
+        feeding.check_wanted_poses(wanted, len(resting[0].poses))
     return resting
 
 
-def _differences(
-    pairs: paired_drops.PairedDrops, tests: Tests, plate_error: float
-) -> Tested:
-    """What is tested, by some drops."""
-    found: Tested = []
-    for variant, listed in enumerate(tests, start=1):
-        found.append([])
-        is_round = any(pairs.resting[place].body.runs for place in (0, variant))
-        for poses in listed:
-            both = (pairs.is_in(0, poses.first), pairs.is_in(variant, poses.second))
-            # A variant that has no such pose never comes to rest in it.
-            first, second = (
-                wanted_shares.counted_share(inside)
-                if some
-                else feeding.Bounded(0.0, 0.0, 0.0)
-                for inside, some in zip(both, poses, strict=True)
-            )
-            difference = paired_drops.paired_difference(*both)
-            size = 0.0 if math.isnan(difference.value) else difference.value
-            found[-1].append(
-                comparison.ShareDifference(
-                    first,
-                    second,
-                    difference,
-                    EXPORTED if is_round else 0.0,
-                    min(
-                        math.sqrt(2.0) * plate_error,
-                        math.hypot(LEFT * plate_error, KEPT * size),
-                    ),
-                )
-            )
-    return found
-
-
-def _adjusted(tests: Tests, found: Tested, look: float) -> Tested:
-    """Differences with their chances in the model and on a plate, for all and for the looks.
-
-    `look`: share of the 5 % of this look. What a plate adds is no matter of repeated looks.
-    """
-    # Where some poses gain, all others together lose as much: that is one test, not two.
-    keys: list[list[Hashable]] = []
-    for variant, listed in enumerate(tests):
-        inside = [
-            frozenset(
-                (side, index) for side, those in enumerate(poses) for index in those
-            )
-            for poses in listed
-        ]
-        every = frozenset().union(*inside)
-        keys.append([(variant, frozenset((some, every - some))) for some in inside])
-    each = {
-        key: share
-        for some, shares in zip(keys, found, strict=True)
-        for key, share in zip(some, shares, strict=True)
-    }
-    alone, of_files = (
-        paired_drops.adjust_together(some).tolist()
-        for some in (
-            [share.difference.p_value for share in each.values()],
-            [
-                _chance_beyond(share.difference, share.file_error)
-                for share in each.values()
-            ],
-        )
-    )
-    chances = {
-        key: {
-            "chance": min(1.0, chance / look),
-            "chance_on_plate": min(
-                1.0,
-                max(
-                    of_file / look,
-                    _chance_beyond(
-                        share.difference,
-                        math.hypot(share.file_error, share.plate_error),
-                    ),
-                ),
-            ),
-        }
-        for (key, share), chance, of_file in zip(
-            each.items(), alone, of_files, strict=True
-        )
-    }
-    return [
-        [
-            share._replace(**chances[key])
-            for key, share in zip(some, shares, strict=True)
-        ]
-        for some, shares in zip(keys, found, strict=True)
-    ]
-
-
-def _chance_beyond(known: paired_drops.PairedDifference, error: float) -> float:
+def _chance_beyond(difference: paired_drops.PairedDifference, error: float) -> float:
     """Chance of a difference this large from the drops and a normal error."""
-    spread = math.hypot(known.standard_error, error)
-    if known.trials == 0 or spread == 0.0:
-        return known.p_value
-    return max(known.p_value, math.erfc(abs(known.value) / (spread * math.sqrt(2.0))))
+    spread = math.hypot(difference.standard_error, error)
+    if difference.trials == 0 or spread == 0.0:
+        return difference.p_value
+    deviation = abs(difference.value) / (spread * math.sqrt(2.0))
+    return max(difference.p_value, math.erfc(deviation))
 
 
 def _statistics(
-    part: Part, pairs: paired_drops.PairedDrops, variant: int, accepted: Sequence[int]
+    part: Part,
+    pairs: paired_drops.PairedDrops,
+    variant: int,
+    accepted_poses: Sequence[int],
 ) -> PoseStatistics:
     """Statistics of one variant, from the starts that all variants settled from."""
     resting = pairs.resting[variant]
     counts = np.bincount(
-        pairs.outcome[variant, pairs.settled], minlength=len(resting.poses)
+        pairs.outcome[variant, pairs.is_settled], minlength=len(resting.poses)
     )
-    found = simulate.counted_statistics(
+    statistics = counted_statistics(
         part,
         resting,
         pairs.scene,
@@ -408,6 +441,5 @@ def _statistics(
         math.nan,
         uncertain="the pose of every variant",
     )
-    return replace(
-        found, warnings=(*found.warnings, *pose_groups.warn_of_alike(found, accepted))
-    )
+    lookalikes = pose_groups.warn_of_lookalikes(statistics, accepted_poses)
+    return replace(statistics, warnings=(*statistics.warnings, *lookalikes))

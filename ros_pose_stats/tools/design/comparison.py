@@ -1,4 +1,4 @@
-"""What a comparison of variants found: shares, differences, verdicts, and what a feeder gets.
+"""What a comparison of variants found: shares, differences and verdicts.
 
 How the chances come about is in `compare`.
 """
@@ -14,8 +14,8 @@ from ...core.statistics import feeding
 from . import paired_drops
 from .correspondence import Correspondence, MatchedPoses
 
-SHOWN = "difference shown"
-NONE_SHOWN = "none shown"
+DIFFERENCE_SHOWN = "difference shown"
+NO_DIFFERENCE = "none shown"
 
 LEVEL = 0.05  # chance that a difference is shown between variants that do not differ
 
@@ -26,23 +26,25 @@ class ShareDifference(NamedTuple):
     first: feeding.Bounded  # the shares with their 90 % intervals
     second: feeding.Bounded
     difference: paired_drops.PairedDifference  # second less first, by the joint counts
-    file_error: float  # standard deviation of what the facets of the files add to the difference
+    # standard deviation of what the facets of the files add to the difference
+    file_error: float
     plate_error: float  # the same of the plate
-    # that drops differ this much by chance alone, for all differences and looks together
+    # that drops differ this much by chance alone, for all differences and looks
+    # together
     chance: float = 1.0
-    # that they do by chance and by the files, together likewise, or that this difference is one of
-    # the plate, whichever is the larger
+    # that they do by chance and by the files, together likewise, or that this
+    # difference is one of the plate, whichever is the larger
     chance_on_plate: float = 1.0
 
     @property
     def in_model(self) -> str:
         """Whether the drops show a difference in the model, beyond their chance."""
-        return SHOWN if self.chance <= LEVEL else NONE_SHOWN
+        return DIFFERENCE_SHOWN if self.chance <= LEVEL else NO_DIFFERENCE
 
     @property
     def on_plate(self) -> str:
-        """Whether a plate is expected to show it, beyond the error of model and plate."""
-        return SHOWN if self.chance_on_plate <= LEVEL else NONE_SHOWN
+        """Whether a plate is expected to show it, beyond both errors."""
+        return DIFFERENCE_SHOWN if self.chance_on_plate <= LEVEL else NO_DIFFERENCE
 
     def as_dict(self) -> dict[str, Any]:
         """What JSON says of it."""
@@ -74,13 +76,12 @@ class FeederComparison(NamedTuple):
 
     poses: MatchedPoses  # those accepted in each
     share: ShareDifference  # of the accepted parts
-    lost: tuple[
-        int, ...
-    ]  # wanted poses of the first variant that have no partner in the second
+    # wanted poses of the first variant that have no partner in the second
+    lost: tuple[int, ...]
 
     @property
     def passes(self) -> tuple[feeding.Bounded, feeding.Bounded]:
-        """Drops for each accepted part, where those that lie wrong are dropped again."""
+        """Drops for each accepted part, where the others are dropped again."""
         return feeding.passes_of(*self.share.first), feeding.passes_of(
             *self.share.second
         )
@@ -99,35 +100,39 @@ class VariantComparison:
     @property
     def shares(self) -> list[ShareDifference]:
         """All that is tested."""
-        own = [one.share for one in self.poses]
-        return own if self.feeder is None else [*own, self.feeder.share]
+        shares = [pose.share for pose in self.poses]
+        return shares if self.feeder is None else [*shares, self.feeder.share]
 
     @property
     def deciding(self) -> ShareDifference:
-        """What the verdict is about: what is accepted, else the largest difference shown."""
+        """The share of accepted parts, else the largest difference shown."""
         if self.feeder is not None:
             return self.feeder.share
         return max(
             self.shares,
-            key=lambda one: (
-                one.on_plate == SHOWN,
-                one.in_model == SHOWN,
-                abs(one.difference.value),
+            key=lambda share: (
+                share.on_plate == DIFFERENCE_SHOWN,
+                share.in_model == DIFFERENCE_SHOWN,
+                abs(share.difference.value),
             ),
         )
 
     @property
     def in_model(self) -> str:
-        """Whether any share differs in the model, by more than the chance of the drops."""
-        return SHOWN if any(one.chance <= LEVEL for one in self.shares) else NONE_SHOWN
+        """Whether any share differs in the model, beyond the chance of the drops."""
+        return (
+            DIFFERENCE_SHOWN
+            if any(share.chance <= LEVEL for share in self.shares)
+            else NO_DIFFERENCE
+        )
 
     @property
     def on_plate(self) -> str:
         """Whether any share is expected to differ on a plate."""
         return (
-            SHOWN
-            if any(one.chance_on_plate <= LEVEL for one in self.shares)
-            else NONE_SHOWN
+            DIFFERENCE_SHOWN
+            if any(share.chance_on_plate <= LEVEL for share in self.shares)
+            else NO_DIFFERENCE
         )
 
     def as_dict(self) -> dict[str, Any]:
@@ -153,12 +158,12 @@ class VariantComparison:
                 "without_partner": self.feeder.lost,
                 **self.feeder.share.as_dict(),
                 **{
-                    f"passes{end}": [one[place] for one in self.feeder.passes]
-                    for place, end in enumerate(("", "_low", "_high"))
+                    f"passes{end}": [passes[column] for passes in self.feeder.passes]
+                    for column, end in enumerate(("", "_low", "_high"))
                 },
             }
-        found: dict[str, Any] = plain_value(entry)
-        return found
+        values: dict[str, Any] = plain_value(entry)
+        return values
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,9 +173,8 @@ class Comparison:
     parts: tuple[Part, ...]
     # of each variant, from the drops from which all came to rest
     found: tuple[PoseStatistics, ...]
-    variants: tuple[
-        VariantComparison, ...
-    ]  # the first variant beside each of the others
+    # the first variant beside each of the others
+    variants: tuple[VariantComparison, ...]
     scene: DropScene
     seed: int
     wanted: tuple[int, ...]
@@ -179,7 +183,7 @@ class Comparison:
 
     @property
     def drops(self) -> int:
-        """Of each variant, behind the shares and differences; as many before gave the verdicts."""
+        """Of each variant, behind the shares; as many before gave the verdicts."""
         return self.found[0].drops
 
     def as_dict(self) -> dict[str, Any]:
@@ -196,7 +200,7 @@ class Comparison:
                 "seconds": self.seconds,
                 "version": VERSION,
                 "wanted": self.wanted,
-                "variants": [one.as_dict() for one in self.found],
-                "comparisons": [one.as_dict() for one in self.variants],
+                "variants": [answer.as_dict() for answer in self.found],
+                "comparisons": [answer.as_dict() for answer in self.variants],
             }
         )

@@ -1,7 +1,7 @@
-"""Which poses of two variants are the same: like footprints on the same side of the part.
+"""Which poses of two variants are the same: like footprints on the same side.
 
-A variant may lie turned in the frame of its file: that is recognized and turned back. Where frames
-do not match at all, footprint and height alone decide, and that is said.
+A variant may lie turned in the frame of its file: that is recognized and turned back.
+Where frames do not match at all, footprint and height alone decide, and that is said.
 """
 
 import math
@@ -18,24 +18,26 @@ from ...core.simulation.drops import random_starts
 
 FOOTPRINT = slice(0, 3)  # what of a pose's sizes does not hang on the centre of mass
 
-SAME_SIZE = math.log(1.05)
-SCALED = math.log(1.4)
-"""Largest logarithm of the ratio of sizes that are nearly the same, and of corresponding poses."""
+SIZE_TOLERANCE = math.log(1.05)
+SIZE_LIMIT = math.log(1.4)
+"""Largest logarithm of the ratio of sizes that are nearly the same, and of
+corresponding poses."""
 
-NEARLY = math.cos(math.radians(5.0))
-WIDEST = math.radians(20.0)
-"""Of directions down that are nearly the same the least cosine; of corresponding poses the largest
-angle."""
+NEAR_COSINE = math.cos(math.radians(5.0))
+WIDEST_ANGLE = math.radians(20.0)
+"""Of directions down that are nearly the same the least cosine; of corresponding poses
+the largest angle."""
 
-MOSTLY = 0.75
-LEAST_ALIKE = 3
-"""Share of the poses, and number of them, that a changed part must have nearly as before for it to
-be found turned in its file; as it lies there, no more than half as many."""
+ALIKE_SHARE = 0.75
+FEWEST_ALIKE = 3
+"""Share of the poses, and number of them, that a changed part must have nearly as
+before for it to be found turned in its file; as it lies there, no more than half as
+many."""
 
-SAME_BODY = 0.003
-SAME_INERTIA = 0.02
-"""Distance between the surfaces of two exports of one body, in radii: a circle of 48 sides; and
-difference between their inertias, as a share of it."""
+SURFACE_TOLERANCE = 0.003
+INERTIA_TOLERANCE = 0.02
+"""Distance between the surfaces of two exports of one body, in radii: a circle of 48
+sides; and difference between their inertias, as a share of it."""
 
 DIRECTIONS = 256  # in which surfaces are compared
 MOST_TURNS = 200  # ways to turn one body into another that are tried
@@ -58,18 +60,18 @@ class MatchedPoses(NamedTuple):
 class Correspondence:
     """How the poses of two variants correspond."""
 
-    partner: (
-        Index  # (P,); pose of the second variant that each of the first is; -1 for none
-    )
-    # each pose of both is in one of them; pairs first, by the index in the first variant
+    # (P,); pose of the second variant that each of the first is; -1 for none
+    partner: Index
+    # each pose of both is in one of them; pairs first, by the index in the first
+    # variant
     matches: tuple[MatchedPoses, ...]
-    # (3, 3); takes directions of the first frame to the second's; None where they are equal
+    # (3, 3); takes directions of the first frame to the second's; None where they are
+    # equal
     turn: Array | None
     # whether the second variant is the first one, turned in its file, and nothing else
     same_body: bool
-    by_orientation: (
-        bool  # whether sides were told apart; else footprints and heights alone were
-    )
+    # whether sides were told apart; else footprints and heights alone were
+    by_orientation: bool
 
     @property
     def angle(self) -> float:
@@ -86,31 +88,41 @@ class Correspondence:
         """Some poses of the first variant, and what they are in the second, rising."""
         return MatchedPoses(
             poses,
-            tuple(sorted({int(one) for one in self.partner[list(poses)] if one >= 0})),
+            tuple(
+                sorted(
+                    {
+                        int(partner)
+                        for partner in self.partner[list(poses)]
+                        if partner >= 0
+                    }
+                )
+            ),
         )
 
 
 def find_correspondence(first: RestingPoses, second: RestingPoses) -> Correspondence:
-    """Find which poses of two variants correspond, at one cluster tolerance and round sides."""
+    """Find which poses of two variants correspond, numbered alike."""
     turn, same_body = find_turn(first, second)
-    # A round side rests on any of its facets, which another export has elsewhere: the smallest
-    # angle between the directions down of any members counts.
+    # A round side rests on any of its facets, which another export has elsewhere: the
+    # smallest angle between the directions down of any members counts.
     downs = first.equilibria.downs if turn is None else first.equilibria.downs @ turn.T
     cosine = np.full((len(first.poses), len(second.poses)), -1.0)
-    for other, pose in enumerate(second.poses):
+    for number, pose in enumerate(second.poses):
         nearest = (downs @ second.equilibria.downs[list(pose.members)].T).max(axis=1)
-        np.maximum.at(cosine[:, other], first.clusters.pose, nearest)
-    apart = np.arccos(np.clip(cosine, -1.0, 1.0))
+        np.maximum.at(cosine[:, number], first.clusters.pose, nearest)
+    angle = np.arccos(np.clip(cosine, -1.0, 1.0))
     footprint = _size_ratios(first, second, FOOTPRINT)
-    near = (apart <= WIDEST) & (footprint <= SCALED)
-    partner = _match(np.where(near, apart / WIDEST + footprint / SCALED, np.inf))
-    by_orientation = 2 * np.count_nonzero(partner >= 0) >= min(near.shape)
+    is_near = (angle <= WIDEST_ANGLE) & (footprint <= SIZE_LIMIT)
+    partner = _match_poses(
+        np.where(is_near, angle / WIDEST_ANGLE + footprint / SIZE_LIMIT, np.inf)
+    )
+    by_orientation = 2 * np.count_nonzero(partner >= 0) >= min(is_near.shape)
     if not by_orientation:
         ratio = _size_ratios(first, second)
-        partner = _match(np.where(ratio <= SAME_SIZE, ratio, np.inf))
+        partner = _match_poses(np.where(ratio <= SIZE_TOLERANCE, ratio, np.inf))
     return Correspondence(
         partner,
-        _join_alike(first, second, partner),
+        _join_lookalikes(first, second, partner),
         turn,
         same_body,
         bool(by_orientation),
@@ -118,13 +130,16 @@ def find_correspondence(first: RestingPoses, second: RestingPoses) -> Correspond
 
 
 def find_turn(first: RestingPoses, second: RestingPoses) -> tuple[Array | None, bool]:
-    """Rotation from the first frame to the second, None if equal; whether both are the same body.
+    """Rotation from the first frame to the second, and whether the bodies are equal.
 
-    A centre of mass that was moved to the other side of a symmetric part is a change, not a turn.
+    The rotation is None where the frames are equal.
+
+    A centre of mass that was moved to the other side of a symmetric part is a change,
+    not a turn.
     """
     directions = random_starts(1, 0, DIRECTIONS)
 
-    def apart(turn: Array) -> Array:
+    def surface_distance(turn: Array) -> Array:
         """Distance between the surfaces once the first is turned, in radii."""
         return np.asarray(
             first.body.R(directions)
@@ -132,66 +147,82 @@ def find_turn(first: RestingPoses, second: RestingPoses) -> tuple[Array | None, 
             * (second.body.radius / first.body.radius)
         )
 
-    away = apart(np.eye(3))
-    shifted = directions @ np.linalg.lstsq(directions, away, rcond=None)[0]
-    if np.abs(away - shifted).max() <= SAME_BODY:
+    distance = surface_distance(np.eye(3))
+    shifted = directions @ np.linalg.lstsq(directions, distance, rcond=None)[0]
+    if np.abs(distance - shifted).max() <= SURFACE_TOLERANCE:
         return None, False
-    footprint = _size_ratios(first, second, FOOTPRINT) <= SAME_SIZE
-    ways = []
-    for turn in (np.eye(3), *_turns(first, second)):
-        near = (first.downs @ turn.T) @ second.downs.T >= NEARLY
-        ways.append(
+    footprint = _size_ratios(first, second, FOOTPRINT) <= SIZE_TOLERANCE
+    candidates = []
+    for turn in (np.eye(3), *_candidate_turns(first, second)):
+        is_near = (first.downs @ turn.T) @ second.downs.T >= NEAR_COSINE
+        candidates.append(
             (
-                int((near & footprint).any(axis=1).sum()),
-                float(np.abs(apart(turn)).max()),
+                int((is_near & footprint).any(axis=1).sum()),
+                float(np.abs(surface_distance(turn)).max()),
                 turn,
             )
         )
-    alike, misfit, turn = max(ways, key=lambda way: (way[0], -way[1]))
-    one = first.body.radius**2 * (turn @ first.inertia @ turn.T)
-    other = second.body.radius**2 * second.inertia
-    same_body = misfit <= SAME_BODY and (
-        np.abs(one - other).max() <= SAME_INERTIA * np.abs(one).max()
+    matching_poses, misfit, turn = max(
+        candidates, key=lambda candidate: (candidate[0], -candidate[1])
     )
-    enough = max(
-        LEAST_ALIKE, MOSTLY * min(len(first.poses), len(second.poses)), 2 * ways[0][0]
+    first_inertia = first.body.radius**2 * (turn @ first.inertia @ turn.T)
+    second_inertia = second.body.radius**2 * second.inertia
+    same_body = misfit <= SURFACE_TOLERANCE and (
+        np.abs(first_inertia - second_inertia).max()
+        <= INERTIA_TOLERANCE * np.abs(first_inertia).max()
     )
-    return (turn, bool(same_body)) if same_body or alike >= enough else (None, False)
+    needed_poses = max(
+        FEWEST_ALIKE,
+        ALIKE_SHARE * min(len(first.poses), len(second.poses)),
+        2 * candidates[0][0],
+    )
+    return (
+        (turn, bool(same_body))
+        if same_body or matching_poses >= needed_poses
+        else (None, False)
+    )
 
 
-def _turns(first: RestingPoses, second: RestingPoses) -> Iterator[Array]:
-    """Rotations that lay the two poses with the fewest equals on two of the second variant."""
-    same = _size_ratios(first, second) <= SAME_SIZE
-    equals = same.sum(axis=1)
+def _candidate_turns(first: RestingPoses, second: RestingPoses) -> Iterator[Array]:
+    """Rotations that lay the two most special poses on two of the second variant."""
+    is_same_size = _size_ratios(first, second) <= SIZE_TOLERANCE
+    equals = is_same_size.sum(axis=1)
     downs = first.downs
-    others = second.downs
-    order = np.argsort(np.where(equals > 0, equals, len(others) + 1), kind="stable")
+    other_downs = second.downs
+    order = np.argsort(
+        np.where(equals > 0, equals, len(other_downs) + 1), kind="stable"
+    )
     lead = int(order[0])
-    aside = order[np.linalg.norm(np.cross(downs[lead], downs[order]), axis=1) > 0.1]
-    if not aside.size:
+    oblique = order[np.linalg.norm(np.cross(downs[lead], downs[order]), axis=1) > 0.1]
+    if not oblique.size:
         return
-    along = int(aside[0])
-    alike = np.abs(downs[lead] @ downs[along] - others @ others.T) <= 0.05
-    pairs = np.argwhere(alike & same[lead][:, None] & same[along][None])
-    for one, other in pairs[:MOST_TURNS].tolist():
-        yield _frame(others[one], others[other]) @ _frame(downs[lead], downs[along]).T
+    follower = int(oblique[0])
+    alike = np.abs(downs[lead] @ downs[follower] - other_downs @ other_downs.T) <= 0.05
+    pairs = np.argwhere(
+        alike & is_same_size[lead][:, None] & is_same_size[follower][None]
+    )
+    for lead_image, follower_image in pairs[:MOST_TURNS].tolist():
+        yield (
+            _plane_frame(other_downs[lead_image], other_downs[follower_image])
+            @ _plane_frame(downs[lead], downs[follower]).T
+        )
 
 
-def _frame(first: Array, second: Array) -> Array:
-    """Orthonormal columns, the first along one vector, the second in its plane with another."""
-    across = np.cross(first, second)
-    across = across / np.linalg.norm(across)
-    return np.stack((first, np.cross(across, first), across), axis=1)
+def _plane_frame(first: Array, second: Array) -> Array:
+    """Orthonormal columns: along one vector, in its plane with another, across."""
+    normal = np.cross(first, second)
+    normal = normal / np.linalg.norm(normal)
+    return np.stack((first, np.cross(normal, first), normal), axis=1)
 
 
 def _size_ratios(
-    first: RestingPoses, second: RestingPoses, which: slice = slice(None)
+    first: RestingPoses, second: RestingPoses, sizes: slice = slice(None)
 ) -> Array:
     """Largest logarithm (P, Q) of the ratio of two poses' sizes, all of them lengths.
 
     They are those of the outline's area, its girth, the highest point and the height.
     """
-    one, other = (
+    first_sizes, second_sizes = (
         np.log(
             [
                 (math.sqrt(area), girth, pose.top, pose.height)
@@ -201,37 +232,40 @@ def _size_ratios(
         )
         for resting in (first, second)
     )
-    return np.asarray(np.abs(one[:, None, which] - other[None, :, which]).max(axis=2))
+    return np.asarray(
+        np.abs(first_sizes[:, None, sizes] - second_sizes[None, :, sizes]).max(axis=2)
+    )
 
 
-def _join_alike(
+def _join_lookalikes(
     first: RestingPoses, second: RestingPoses, partner: Index
 ) -> tuple[MatchedPoses, ...]:
-    """Join pairs whose poses are alike in both variants, and poses without a partner likewise."""
-    joined: dict[tuple[int, int], tuple[list[int], list[int]]] = {}
-    for one, other in [
+    """Join pairs whose poses are alike in both variants, and poses without partner."""
+    joined_poses: dict[tuple[int, int], tuple[list[int], list[int]]] = {}
+    for first_pose, second_pose in [
         *enumerate(partner.tolist()),
         *(
-            (-1, other)
-            for other in np.setdiff1d(range(len(second.poses)), partner).tolist()
+            (-1, second_pose)
+            for second_pose in np.setdiff1d(range(len(second.poses)), partner).tolist()
         ),
     ]:
-        entry = joined.setdefault(
+        entry = joined_poses.setdefault(
             (
-                int(first.group[one]) if one >= 0 else -1,
-                int(second.group[other]) if other >= 0 else -1,
+                int(first.group[first_pose]) if first_pose >= 0 else -1,
+                int(second.group[second_pose]) if second_pose >= 0 else -1,
             ),
             ([], []),
         )
-        for side, index in zip(entry, (one, other), strict=True):
+        for side, index in zip(entry, (first_pose, second_pose), strict=True):
             if index >= 0:
                 side.append(index)
-    found = [
-        MatchedPoses(tuple(one), tuple(sorted(other))) for one, other in joined.values()
+    matches = [
+        MatchedPoses(tuple(first_pose), tuple(sorted(second_pose)))
+        for first_pose, second_pose in joined_poses.values()
     ]
     return tuple(
         sorted(
-            found,
+            matches,
             key=lambda match: (
                 not match.is_pair,
                 not match.first,
@@ -241,13 +275,13 @@ def _join_alike(
     )
 
 
-def _match(cost: Array) -> Index:
-    """Partner (P,) in the second variant of each pose, the cheapest first; -1 for none."""
+def _match_poses(cost: Array) -> Index:
+    """Partner (P,) of each pose in the second variant, the cheapest first, or -1."""
     partner = np.full(cost.shape[0], -1, dtype=np.int64)
-    for place in np.argsort(cost, axis=None, kind="stable").tolist():
-        one, other = divmod(place, cost.shape[1])
-        if not math.isfinite(cost[one, other]):
+    for cell in np.argsort(cost, axis=None, kind="stable").tolist():
+        pose, partner_pose = divmod(cell, cost.shape[1])
+        if not math.isfinite(cost[pose, partner_pose]):
             break
-        if partner[one] < 0 and other not in partner:
-            partner[one] = other
+        if partner[pose] < 0 and partner_pose not in partner:
+            partner[pose] = partner_pose
     return partner

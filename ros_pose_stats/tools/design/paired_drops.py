@@ -1,9 +1,9 @@
-"""Variants of a part dropped from the same starts, so that the chance they share cancels.
+"""Variants of a part dropped from the same starts, so that chance cancels.
 
-Drop k of every variant begins with the same direction down, in the part's own frame; where a
-variant is turned in the frame of its file, so is the direction. The drops of one start form a
-pair. Where both parts of a pair come to rest alike it says nothing about a difference, so only
-pairs that part count.
+Drop k of every variant begins with the same direction down, in the part's own frame;
+where a variant is turned in the frame of its file, so is the direction. The drops of
+one start form a pair. Where both parts of a pair come to rest alike it says nothing
+about a difference, so only pairs that part count.
 """
 
 import math
@@ -21,15 +21,16 @@ from ...core.resting.poses import poses_in
 from ...core.simulation import chunks, drop_body, drops as motions
 from ...core.statistics.errors import DEFAULT_LEVEL
 
-NONE = np.zeros((2, 0), dtype=np.int64)
+NO_OUTCOMES = np.zeros((2, 0), dtype=np.int64)
 
 
 class PairedDrops:
     """Outcomes of the same starts for several variants.
 
-    All are released at the height of the scene, or at 20 radii of the first, whose drops are those
-    of `simulate`. `workers`: threads; `turns`: for each the rotation from the first one's frame to
-    its own, None where these are equal; `first`: drops of the seed that are passed over.
+    All are released at the height of the scene, or at 20 radii of the first, whose
+    drops are those of `simulate`. `workers`: threads; `turns`: for each the rotation
+    from the first one's frame to its own, None where these are equal; `first`: drops of
+    the seed that are passed over.
     """
 
     def __init__(
@@ -50,11 +51,12 @@ class PairedDrops:
         self.scene = replace(
             scene, drop_height=scene.release_height(self.resting[0].body.radius)
         )
-        # (V, n): pose that each variant came to rest in, or -1; whether it was released touching
+        # (V, n): pose that each variant came to rest in, or -1; whether it was released
+        # touching
         self.outcome: Index = np.zeros((len(parts), 0), dtype=np.int64)
         self.touched: Index = self.outcome
         self._turns = turns or (None,) * len(parts)
-        self._first = first
+        self._first_drop = first
 
     @property
     def drops(self) -> int:
@@ -62,43 +64,48 @@ class PairedDrops:
         return int(self.outcome.shape[1])
 
     @property
-    def settled(self) -> Mask:
+    def is_settled(self) -> Mask:
         """Starts (n,) from which every variant came to rest; only these count."""
         return np.asarray((self.outcome >= 0).all(axis=0))
 
     def is_in(self, variant: int, poses: Iterable[int]) -> Mask:
-        """From which of the settled starts a variant came to rest in one of some poses."""
-        return np.isin(self.outcome[variant, self.settled], list(poses))
+        """From which settled starts a variant came to rest in one of some poses."""
+        return np.isin(self.outcome[variant, self.is_settled], list(poses))
 
     def drop_until(
-        self, drops: int, on_progress: Callable[[int], object] = lambda done: None
+        self, drops: int, on_progress: Callable[[int], object] = lambda drops_done: None
     ) -> None:
-        """Drop all variants from the next starts, until there are so many, whatever the steps.
+        """Drop all variants from the next starts, until there are so many.
 
         `on_progress` takes the drops made of all variants together.
         """
         if self._should_stop():
             return
         done = self.outcome.size
-        rows = []
-        for place in range(len(self.parts)):
-            each = []
-            for outcomes in self._drop(place, drops):
-                each.append(np.stack((outcomes.pose, outcomes.touched)))
+        outcomes_by_variant = []
+        for variant in range(len(self.parts)):
+            outcomes_so_far = []
+            for outcomes in self._drop(variant, drops):
+                outcomes_so_far.append(np.stack((outcomes.pose, outcomes.touched)))
                 done += outcomes.pose.size
                 on_progress(done)
-            rows.append(np.concatenate([NONE, *each], axis=1))
-        kept = min(row.shape[1] for row in rows)
+            outcomes_by_variant.append(
+                np.concatenate([NO_OUTCOMES, *outcomes_so_far], axis=1)
+            )
+        common_drops = min(row.shape[1] for row in outcomes_by_variant)
         self.outcome, self.touched = (
-            np.concatenate((before, [row[which, :kept] for row in rows]), axis=1)
+            np.concatenate(
+                (before, [row[which, :common_drops] for row in outcomes_by_variant]),
+                axis=1,
+            )
             for which, before in enumerate((self.outcome, self.touched))
         )
 
-    def _drop(self, place: int, drops: int) -> Iterator[motions.DropOutcomes]:
-        body = drop_body.drop_body(self.parts[place], self.scene)
-        turn = self._turns[place]
+    def _drop(self, variant: int, drops: int) -> Iterator[motions.DropOutcomes]:
+        body = drop_body.drop_body(self.parts[variant], self.scene)
+        turn = self._turns[variant]
         rules = motions.drop_rules(self.scene, body.radius)
-        begin = self._first + self.drops
+        begin = self._first_drop + self.drops
 
         def drop(first: int, count: int) -> motions.DropOutcomes:
             starts = motions.random_starts(self.seed, begin + first, count)
@@ -121,25 +128,25 @@ class PairedDifference(NamedTuple):
     gained: int  # trials in which only the second happened, and only the first
     lost: int
     trials: int
-    # chance of trials that differ this much if none is more frequent, exact: `gained` of `gained +
-    # lost` as in the tosses of a fair coin (McNemar's test)
+    # chance of trials that differ this much if none is more frequent, exact: `gained`
+    # of `gained + lost` as in the tosses of a fair coin (McNemar's test)
     p_value: float
 
 
 def paired_difference(first: Mask, second: Mask) -> PairedDifference:
     """Compare how often two things happened in the same trials (n,).
 
-    The 90 % interval is that of Agresti and Min, "Simple improved confidence intervals for
-    comparing matched proportions", Statistics in Medicine 24 (2005): half a trial of each kind is
-    added.
+    The 90 % interval is that of Agresti and Min, "Simple improved confidence intervals
+    for comparing matched proportions", Statistics in Medicine 24 (2005): half a trial
+    of each kind is added.
     """
     gained = int((second & ~first).sum())
     lost = int((first & ~second).sum())
     if first.size == 0:
         return PairedDifference(math.nan, math.nan, -1.0, 1.0, 0, 0, 0, 1.0)
     z = -float(ndtri(0.5 * (1.0 - DEFAULT_LEVEL)))
-    value, error = _normal(gained, lost, first.size)
-    middle, spread = _normal(gained + 0.5, lost + 0.5, first.size + 2.0)
+    value, error = _difference_and_error(gained, lost, first.size)
+    middle, spread = _difference_and_error(gained + 0.5, lost + 0.5, first.size + 2.0)
     return PairedDifference(
         value,
         error,
@@ -152,7 +159,9 @@ def paired_difference(first: Mask, second: Mask) -> PairedDifference:
     )
 
 
-def _normal(gained: float, lost: float, trials: float) -> tuple[float, float]:
+def _difference_and_error(
+    gained: float, lost: float, trials: float
+) -> tuple[float, float]:
     """Difference of the shares and its standard error."""
     value = (gained - lost) / trials
     return value, math.sqrt(max(0.0, (gained + lost) / trials - value * value) / trials)
@@ -166,7 +175,7 @@ def chance_of_split(gained: int, lost: int) -> float:
 
 
 def adjust_together(p_values: ArrayLike) -> Array:
-    """Chances (K,) of tests, adjusted so that all are wrong as seldom as one (Holm 1979)."""
+    """Chances (K,) of tests, all wrong as seldom as one (Holm 1979)."""
     chances = np.asarray(p_values, dtype=np.float64)
     order = np.argsort(chances, kind="stable")
     steps = np.maximum.accumulate(

@@ -1,7 +1,7 @@
 """How the share of wanted poses changes with each thing that can be changed on a part.
 
-Derivatives come from the fast estimator, fitted over steps to both sides; those that matter most
-are checked by drops of the part before and after from the same starts.
+Derivatives come from the fast estimator, fitted over steps to both sides; those that
+matter most are checked by drops of the part before and after from the same starts.
 """
 
 import math
@@ -29,8 +29,8 @@ from ...core.statistics import feeding, pose_groups
 from . import alike, changes, comparison, describe, paired_drops, shares
 
 STEP = 0.05
-"""Of the radius, and of stretching as a fraction: a change that a designer would make. What less
-does is lost in the estimator's own unevenness (docs/measured/design.md)."""
+"""Of the radius, and of stretching as a fraction: a change that a designer would make.
+What less does is lost in the estimator's own unevenness (docs/measured/design.md)."""
 
 SAME_CHANGE = 1e-9
 """Changes of a share this close are a tie: by symmetry both ways change it alike."""
@@ -42,8 +42,8 @@ CHECK_DROPS = 2000
 SCATTER = 0.005
 SCATTER_OF_SLOPE = 0.2
 SCATTER_OF_UNEVEN = 0.5
-"""Root mean square difference of estimated and dropped changes by one step: of any, as a share of
-the change, and as a share of its unevenness (docs/measured/design.md)."""
+"""Root mean square difference of estimated and dropped changes by one step: of any, as
+a share of the change, and as a share of its unevenness (docs/measured/design.md)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +54,8 @@ class Effect:
     number: int  # of the feature
     # numbers of the features that do the same by the part's symmetry, this one first
     alike: tuple[int, ...]
-    slope: float  # change of the share a metre, or a unit of stretching, and its standard error
+    # change of the share a metre, or a unit of stretching, and its standard error
+    slope: float
     error: float
     step: float  # the change that helps, metres or a fraction
     change: float  # estimated change of the share by that step
@@ -69,7 +70,7 @@ class Effect:
 
     @property
     def contradicted(self) -> bool:
-        """Whether drops leave out the estimated change, and do not show one to the same side."""
+        """Whether drops exclude the estimated change, and show none to its side."""
         if self.check is None or math.isnan(self.check.value):
             return False
         return (
@@ -89,7 +90,8 @@ class Sensitivity:
     accepted: (
         feeding.Bounded
     )  # estimated share of the wanted poses of the part as it is
-    step: float  # the change that is meant, metres; stretching is by the same share of the radius
+    # the change that is meant, metres; stretching is by the same share of the radius
+    step: float
     effects: tuple[Effect, ...]  # the greatest first, by what their step changes
     drops: int  # of each check
     seed: int
@@ -105,12 +107,16 @@ class Sensitivity:
     @property
     def best(self) -> list[Effect]:
         """Effects whose step helps, the one that helps most first."""
-        return [one for one in self.effects if one.helps]  # they are in that order
+        return [
+            effect for effect in self.effects if effect.helps
+        ]  # they are in that order
 
     @property
     def checked(self) -> list[tuple[Effect, paired_drops.PairedDifference]]:
         """Effects with their checks, in the same order."""
-        return [(one, one.check) for one in self.best if one.check is not None]
+        return [
+            (effect, effect.check) for effect in self.best if effect.check is not None
+        ]
 
     def describe_gain(self) -> str:
         """The change that gains most, in words, of those whose gain is beyond chance.
@@ -145,7 +151,8 @@ class Sensitivity:
     def as_dict(self) -> dict[str, Any]:
         """Plain values; lengths in metres, shares as fractions, NaN as None.
 
-        The `unit` of an effect is that of its step, `slope_unit` that of its slope and its error.
+        The `unit` of an effect is that of its step, `slope_unit` that of its slope and
+        its error.
         """
         space = self.space
         return with_units(
@@ -162,20 +169,20 @@ class Sensitivity:
                 "step": self.step,
                 "effects": [
                     {
-                        **describe.feature_as_dict(space, one.number),
-                        "alike": len(one.alike),
-                        "slope": one.slope,
-                        "error": one.error,
-                        "slope_unit": "1/m" if one.feature.is_length else "1",
-                        "step": one.step,
-                        "change": one.change,
-                        "lost": one.lost,
-                        "contradicted": one.contradicted,
+                        **describe.feature_as_dict(space, effect.number),
+                        "alike": len(effect.alike),
+                        "slope": effect.slope,
+                        "error": effect.error,
+                        "slope_unit": "1/m" if effect.feature.is_length else "1",
+                        "step": effect.step,
+                        "change": effect.change,
+                        "lost": effect.lost,
+                        "contradicted": effect.contradicted,
                         "check": None
-                        if one.check is None
-                        else describe.difference_as_dict(one.check),
+                        if effect.check is None
+                        else describe.difference_as_dict(effect.check),
                     }
-                    for one in self.effects
+                    for effect in self.effects
                 ],
                 "drops": self.drops,
                 "seed": self.seed,
@@ -218,11 +225,11 @@ def sensitivity(
     wanted : sequence of int
         Indices of the accepted poses.
     step : float, optional
-        Change that is meant, metres; default: a twentieth of the radius. Stretching is by the
-        same share of the radius.
+        Change that is meant, metres; default: a twentieth of the radius. Stretching is
+        by the same share of the radius.
     checks : int
-        Effects that are checked by drops: those that raise the share most, by more than their
-        error.
+        Effects that are checked by drops: those that raise the share most, by more than
+        their error.
     drops : int
         Of the part before, and after, for each check. Each check has drops of its own.
     seed : int, optional
@@ -241,105 +248,113 @@ def sensitivity(
     """
     begin = time.perf_counter()
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
-    asked = drop_request(drops, seed, 0.0, workers)
+    request = drop_request(drops, seed, 0.0, workers)
     if checks < 0:
         raise errors.RequestError(
             "a number of checks from 0", f"{checks}", "0 drops none of them"
         )
     space = changes.DesignSpace(part, scene)
     model = shares.WantedShare(space, wanted)
-    reach = STEP * space.body.radius if step is None else step
-    changes.check_reach("step", reach, space.body.radius)
-    estimated = estimate_in(part, model.scene, methods.AUTO)
-    effects = _effects(
+    step_length = STEP * space.body.radius if step is None else step
+    changes.check_reach("step", step_length, space.body.radius)
+    estimate = estimate_in(part, model.scene, methods.AUTO)
+    effects = _find_effects(
         space,
         model,
-        reach,
-        asked.workers,
+        step_length,
+        request.workers,
         lambda share: on_progress(0.5 * share),
         should_stop,
     )
-    best = [place for place, one in enumerate(effects) if one.helps][:checks]
-    for number, place in enumerate(best):
+    checked = [number for number, effect in enumerate(effects) if effect.helps][:checks]
+    for count, number in enumerate(checked):
         if should_stop():
             break
+        first_drop = count * request.drops
 
-        def tell(done: int, before: int = 2 * number * asked.drops) -> None:
-            on_progress(0.5 + 0.25 * (before + done) / (asked.drops * len(best)))
+        def report(drops_done: int, first_drop: int = first_drop) -> None:
+            share = (2 * first_drop + drops_done) / (request.drops * len(checked))
+            on_progress(0.5 + 0.25 * share)
 
-        one = effects[place]
-        before, after = model.drop(
-            [space.change_one(one.number, step) for step in (0.0, one.step)],
-            asked.drops,
-            asked.seed,
-            asked.workers,
-            tell,
+        effect = effects[number]
+        outcomes = model.drop(
+            [space.change_feature(effect.number, step) for step in (0.0, effect.step)],
+            request.drops,
+            request.seed,
+            request.workers,
+            report,
             should_stop,
-            number * asked.drops,
+            first_drop,
         )
-        effects[place] = replace(
-            one, check=paired_drops.paired_difference(before, after)
+        effects[number] = replace(
+            effect, check=paired_drops.paired_difference(*outcomes)
         )
     return Sensitivity(
         space,
-        model.wanted,
+        model.wanted_poses,
         model.scene,
-        estimated.method,
-        feeding.drop_afresh(pose_groups.pose_shares(estimated), model.wanted).accepted,
-        reach,
+        estimate.method,
+        feeding.drop_afresh(
+            pose_groups.pose_shares(estimate), model.wanted_poses
+        ).accepted,
+        step_length,
         tuple(effects),
-        asked.drops,
-        asked.seed,
+        request.drops,
+        request.seed,
         time.perf_counter() - begin,
-        (*estimated.warnings, *pose_groups.warn_of_alike(estimated, model.wanted)),
+        (
+            *estimate.warnings,
+            *pose_groups.warn_of_lookalikes(estimate, model.wanted_poses),
+        ),
     )
 
 
-def _effects(
+def _find_effects(
     space: changes.DesignSpace,
     model: shares.WantedShare,
-    reach: float,
+    step_length: float,
     workers: int,
     on_progress: Callable[[float], object],
     should_stop: Callable[[], bool],
 ) -> list[Effect]:
-    """Effects of all features; those of which no body remains after the step are left out."""
-    first = alike.first_alike(space, model.kept)
-    numbers = np.unique(first).tolist()
-    base = model.estimate(space.change_one(0, 0.0))
-    done = iter(range(1, len(numbers) + 1))
+    """Effects of all features, the greatest first.
 
-    def effect_of(number: int) -> list[Effect]:
-        feature = space.features[number]
-        unit = reach if feature.is_length else reach / space.body.radius
+    Those of which no body remains after the step are left out.
+    """
+    equivalents = alike.first_equivalents(space, model.is_wanted)
+    numbers = np.unique(equivalents).tolist()
+    base_share = model.estimate(space.change_feature(0, 0.0))
+    finished = iter(range(1, len(numbers) + 1))
+
+    def find_effect(number: int) -> Effect | None:
         if should_stop():
-            return []
+            return None
+        feature = space.features[number]
+        step = step_length if feature.is_length else step_length / space.body.radius
         try:
-            after = [space.change_one(number, side) for side in (-unit, unit)]
+            parts = [space.change_feature(number, side) for side in (-step, step)]
         except errors.MeshError:
-            return []
+            return None
         finally:
-            on_progress(next(done) / len(numbers))
-        other, change = (model.estimate(one) - base for one in after)
-        slope = 0.5 * (change - other)
-        error = effect_error(slope, 0.5 * abs(change + other))
-        place = 0 if other > change + SAME_CHANGE else 1
-        return [
-            Effect(
-                feature,
-                number,
-                tuple(np.flatnonzero(first == number).tolist()),
-                slope / unit,
-                error / unit,
-                (-unit, unit)[place],
-                (other, change)[place],
-                model.lost(after[place]),
-            )
-        ]
+            on_progress(next(finished) / len(numbers))
+        inward, outward = (model.estimate(part) - base_share for part in parts)
+        slope = 0.5 * (outward - inward)
+        error = effect_error(slope, 0.5 * abs(outward + inward))
+        is_inward = inward > outward + SAME_CHANGE
+        return Effect(
+            feature=feature,
+            number=number,
+            alike=tuple(np.flatnonzero(equivalents == number).tolist()),
+            slope=slope / step,
+            error=error / step,
+            step=-step if is_inward else step,
+            change=inward if is_inward else outward,
+            lost=model.lost_poses(parts[0] if is_inward else parts[1]),
+        )
 
     with ThreadPoolExecutor(workers) as pool:
-        found = [effect for some in pool.map(effect_of, numbers) for effect in some]
+        effects = [effect for effect in pool.map(find_effect, numbers) if effect]
     rank = tolerances.number_equal(
-        [-abs(effect.change) for effect in found], SAME_CHANGE
+        [-abs(effect.change) for effect in effects], SAME_CHANGE
     )
-    return [found[k] for k in sorted(range(len(found)), key=rank.__getitem__)]
+    return [effects[k] for k in sorted(range(len(effects)), key=rank.__getitem__)]

@@ -1,4 +1,4 @@
-"""The share of wanted poses of a changed part, and which of its poses are the ones before."""
+"""The share of wanted poses of a changed part, and which poses they are."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -12,7 +12,7 @@ from ...core.statistics import errors, feeding
 from . import changes, paired_drops
 
 
-def counted_share(happened: Mask) -> feeding.Bounded:
+def count_share(happened: Mask) -> feeding.Bounded:
     """How often something happened, with its 90 % interval."""
     count = int(happened.sum())
     total = happened.size
@@ -26,7 +26,7 @@ class WantedShare:
     A part that is changed is released from the height of the one before.
     """
 
-    def __init__(self, space: changes.DesignSpace, wanted: Sequence[int]) -> None:
+    def __init__(self, space: changes.DesignSpace, wanted_poses: Sequence[int]) -> None:
         resting = space.resting
         body = space.body
         self.scene = replace(
@@ -35,35 +35,39 @@ class WantedShare:
         self._function = ESTIMATORS[
             expected.best_method(self.scene.restitution)
         ].function
-        self.kept: Mask = feeding.check_wanted(wanted, len(resting.poses))
-        self.wanted: tuple[int, ...] = tuple(
-            np.flatnonzero(self.kept).tolist()
+        self.is_wanted: Mask = feeding.check_wanted_poses(
+            wanted_poses, len(resting.poses)
+        )
+        self.wanted_poses: tuple[int, ...] = tuple(
+            np.flatnonzero(self.is_wanted).tolist()
         )  # rising
-        found = resting.equilibria
-        # of each face (F,): the pose that it descends to, and whether that pose rests on it;
-        # facets that the part rolls on are one with the stable ones among them
-        self._pose: Index = resting.pose_of_face
-        strip = body.run_of_face
-        self._rests = np.isin(strip, np.setdiff1d(strip[found.faces], [-1]))
-        self._rests[found.faces] = True
+        equilibria = resting.equilibria
+        # of each face (F,): the pose that it descends to, and whether that pose rests
+        # on it; facets that the part rolls on are one with the stable ones among them
+        self._pose_of_face: Index = resting.pose_of_face
+        run = body.run_of_face
+        self._is_resting = np.isin(run, np.setdiff1d(run[equilibria.faces], [-1]))
+        self._is_resting[equilibria.faces] = True
         self._downs = resting.downs
 
-    def estimate(self, changed: changes.ChangedPart) -> float:
+    def estimate(self, changed_part: changes.ChangedPart) -> float:
         """Share of the wanted poses of a changed part, 0 to 1."""
-        resting = bare_poses(changed.part, self.scene)
+        resting = bare_poses(changed_part.part, self.scene)
         share = self._function(resting, self.scene)
-        return float(share[self._accepted(resting, changed.origin)].sum())
+        return float(share[self._is_accepted(resting, changed_part.origin)].sum())
 
-    def lost(self, changed: changes.ChangedPart) -> tuple[int, ...]:
+    def lost_poses(self, changed_part: changes.ChangedPart) -> tuple[int, ...]:
         """Wanted poses that a changed part has no more."""
-        resting = bare_poses(changed.part, self.scene)
+        resting = bare_poses(changed_part.part, self.scene)
         return tuple(
-            np.setdiff1d(self.wanted, self._before(resting, changed.origin)).tolist()
+            np.setdiff1d(
+                self.wanted_poses, self._poses_before(resting, changed_part.origin)
+            ).tolist()
         )
 
     def drop(
         self,
-        changed: Sequence[changes.ChangedPart],
+        changed_parts: Sequence[changes.ChangedPart],
         drops: int,
         seed: int,
         workers: int,
@@ -71,12 +75,13 @@ class WantedShare:
         should_stop: Callable[[], bool] = lambda: False,
         first: int = 0,
     ) -> Mask:
-        """Whether each changed part (V, n), dropped from the same starts, rests as is wanted.
+        """Whether changed parts (V, n), dropped from the same starts, rest as wanted.
 
-        `first`: drops of the seed that are passed over; starts count from which all came to rest.
+        `first`: drops of the seed that are passed over; starts count from which all
+        came to rest.
         """
         pairs = paired_drops.PairedDrops(
-            [one.part for one in changed],
+            [part.part for part in changed_parts],
             self.scene,
             seed,
             workers,
@@ -87,28 +92,32 @@ class WantedShare:
         return np.array(
             [
                 pairs.is_in(
-                    place, np.flatnonzero(self._accepted(resting, one.origin)).tolist()
+                    number,
+                    np.flatnonzero(self._is_accepted(resting, part.origin)).tolist(),
                 )
-                for place, (resting, one) in enumerate(
-                    zip(pairs.resting, changed, strict=True)
+                for number, (resting, part) in enumerate(
+                    zip(pairs.resting, changed_parts, strict=True)
                 )
             ]
         )
 
-    def _accepted(self, resting: RestingPoses, origin: Index) -> Mask:
+    def _is_accepted(self, resting: RestingPoses, origin: Index) -> Mask:
         """Which poses (P,) of a changed part are wanted."""
-        before = self._before(resting, origin)
-        return np.asarray((before >= 0) & self.kept[before])
+        old_poses = self._poses_before(resting, origin)
+        return np.asarray((old_poses >= 0) & self.is_wanted[old_poses])
 
-    def _before(self, resting: RestingPoses, origin: Index) -> Index:
-        """Pose of the part before that each pose (P,) of a changed part is; -1 for a new one."""
+    def _poses_before(self, resting: RestingPoses, origin: Index) -> Index:
+        """Old pose that each pose (P,) of a changed part is; -1 for a new one."""
         lowest = resting.equilibria.faces[resting.clusters.lowest_face]
         face = origin[lowest]
-        before = np.where(self._rests[face], self._pose[face], -1)
-        # A pose that lost its face is the nearest of those that now rest on one that led to it.
-        led = np.where(before < 0, self._pose[face], -1)
+        old_poses = np.where(self._is_resting[face], self._pose_of_face[face], -1)
+        # A pose that lost its face is the nearest of those that now rest on one that
+        # led to it.
+        descended = np.where(old_poses < 0, self._pose_of_face[face], -1)
         downs = resting.body.arrays.normal[lowest]
-        for pose in np.setdiff1d(led[led >= 0], before).tolist():
-            some = np.flatnonzero(led == pose)
-            before[some[(downs[some] @ self._downs[pose]).argmax()]] = pose
-        return np.asarray(before)
+        for pose in np.setdiff1d(descended[descended >= 0], old_poses).tolist():
+            candidates = np.flatnonzero(descended == pose)
+            old_poses[candidates[(downs[candidates] @ self._downs[pose]).argmax()]] = (
+                pose
+            )
+        return np.asarray(old_poses)

@@ -1,7 +1,8 @@
 """A few changes, within bounds, that raise the share of wanted poses together.
 
-The estimator chooses them one after the other, and drops that had no say tell what each gained.
-What is judged is the outer shape and the centre of mass, not whether the part can be made.
+The estimator chooses them one after the other, and drops that had no say tell what each
+gained. What is judged is the outer shape and the centre of mass, not whether the part
+can be made.
 """
 
 import time
@@ -29,15 +30,23 @@ GAIN_DROPS = 2000  # drops that tell the gains, of the part as it is and after e
 MOST_STEPS = 3
 
 LEAST_GAIN = 0.003  # estimated gain of a step below which it is not worth making
-STRIDES = (-1.0, -0.5, 0.5, 1.0)  # shares of the bound by which a feature is changed
-LOOKED_AT = 12  # ways that are estimated anew after the first step: those that gained most alone
-SLACK = 1e-6  # share by which outline and centre of mass may seem to move farther for rounding
+BOUND_SHARES = (
+    -1.0,
+    -0.5,
+    0.5,
+    1.0,
+)  # shares of the bound by which a feature is changed
+CANDIDATES = 12
+"""Ways that are estimated anew after the first step: those that gained most alone."""
+MOVE_SLACK = 1e-6
+"""Share by which outline and centre of mass may seem to move farther for rounding."""
 
 
 class Step(NamedTuple):
     """A step of a suggestion."""
 
-    moves: Array  # (n,); of each feature, metres or a fraction; those that symmetry ties together
+    # (n,); of each feature, metres or a fraction; those that symmetry ties together
+    moves: Array
     estimated: float  # gain over the steps before
     gain: paired_drops.PairedDifference  # the same by drops
 
@@ -48,9 +57,8 @@ class Suggestion:
 
     space: changes.DesignSpace
     within: float  # bound of what is moved, metres
-    steps: tuple[
-        Step, ...
-    ]  # the one that gains most first; none where nothing was found
+    # the one that gains most first; none where nothing was found
+    steps: tuple[Step, ...]
     changed: changes.ChangedPart  # the part after all steps
     outline: float  # how far its outline and its centre of mass moved, metres
     center_shift: float
@@ -84,14 +92,14 @@ class Suggestion:
                         "changes": [
                             {
                                 **describe.feature_as_dict(space, number),
-                                "step": float(one.moves[number]),
+                                "step": float(step.moves[number]),
                             }
-                            for number in np.flatnonzero(one.moves).tolist()
+                            for number in np.flatnonzero(step.moves).tolist()
                         ],
-                        "estimated": one.estimated,
-                        "gain": describe.difference_as_dict(one.gain),
+                        "estimated": step.estimated,
+                        "gain": describe.difference_as_dict(step.gain),
                     }
-                    for one in self.steps
+                    for step in self.steps
                 ],
                 "estimate": {
                     "before": self.before,
@@ -130,7 +138,7 @@ def suggest(
     on_progress: Callable[[float], object] = lambda share: None,
     should_stop: Callable[[], bool] = lambda: False,
 ) -> Suggestion:
-    """Find up to three changes of a part, within bounds, so that it rests as wanted more often.
+    """Find up to three changes, within bounds, so that a part rests as wanted.
 
     Parameters
     ----------
@@ -138,8 +146,8 @@ def suggest(
     wanted : sequence of int
         Indices of the accepted poses.
     within : float
-        How far the outline, and the centre of mass, may move, metres. A symmetric part stays as
-        symmetric as it is.
+        How far the outline, and the centre of mass, may move, metres. A symmetric part
+        stays as symmetric as it is.
     drops : int
         Of the part as it is and after each step, from the same starts.
     seed, restitution, drop_height, cluster_tolerance, round_sides, workers
@@ -156,15 +164,15 @@ def suggest(
     """
     begin = time.perf_counter()
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
-    asked = drop_request(drops, seed, 0.0, workers)
+    request = drop_request(drops, seed, 0.0, workers)
     space = changes.DesignSpace(part, scene)
     model = shares.WantedShare(space, wanted)
     changes.check_reach("bound", within, space.body.radius)
-    moves, estimates = _climb(
+    moves, estimates = _find_steps(
         space,
         model,
         within,
-        lambda taken: on_progress(0.5 * taken / MOST_STEPS),
+        lambda count: on_progress(0.5 * count / MOST_STEPS),
         should_stop,
     )
     parts = [
@@ -173,10 +181,12 @@ def suggest(
     ]
     dropped = model.drop(
         parts,
-        asked.drops,
-        asked.seed,
-        asked.workers,
-        lambda done: on_progress(0.5 + 0.5 * done / (asked.drops * len(parts))),
+        request.drops,
+        request.seed,
+        request.workers,
+        lambda drops_done: on_progress(
+            0.5 + 0.5 * drops_done / (request.drops * len(parts))
+        ),
         should_stop,
     )
     steps = tuple(
@@ -192,86 +202,95 @@ def suggest(
         within,
         steps,
         parts[-1],
-        outline_move(space, parts[-1]),
+        outline_shift(space, parts[-1]),
         center_move(space, parts[-1]),
         estimates[0],
         estimates[-1],
-        model.lost(parts[-1]),
+        model.lost_poses(parts[-1]),
         paired_drops.paired_difference(dropped[0], dropped[-1]),
-        shares.counted_share(dropped[0]),
-        shares.counted_share(dropped[-1]),
+        shares.count_share(dropped[0]),
+        shares.count_share(dropped[-1]),
         dropped.shape[1],
-        asked.seed,
+        request.seed,
         time.perf_counter() - begin,
     )
 
 
-def _climb(
+def _find_steps(
     space: changes.DesignSpace,
     model: shares.WantedShare,
     within: float,
     on_progress: Callable[[int], object],
     should_stop: Callable[[], bool],
 ) -> tuple[list[Array], list[float]]:
-    """Steps, each the one that gains most after those before, and the shares without and with."""
-    ways = [
+    """Steps, each with the largest gain after those before, and the shares."""
+    candidates = [
         (tied, stride * step)
         for tied, step in enumerate(alike.symmetric_steps(space, within))
-        for stride in STRIDES
+        for stride in BOUND_SHARES
     ]
-    taken: list[Array] = []
-    estimates = [model.estimate(space.change_one(0, 0.0))]
-    begun: Array = np.zeros(len(space.features))
+    moves: list[Array] = []
+    estimates = [model.estimate(space.change_feature(0, 0.0))]
+    total_move: Array = np.zeros(len(space.features))
 
     def gain(move: Array) -> float:
         """Over the steps before; minus infinity beyond the bounds."""
         try:
-            changed = space.change(begun + move)
-            moved = max(outline_move(space, changed), center_move(space, changed))
+            changed_part = space.change(total_move + move)
+            shift = max(
+                outline_shift(space, changed_part), center_move(space, changed_part)
+            )
             return (
-                model.estimate(changed) - estimates[-1]
-                if (moved <= within * (1.0 + SLACK))
+                model.estimate(changed_part) - estimates[-1]
+                if (shift <= within * (1.0 + MOVE_SLACK))
                 else -np.inf
             )
         except errors.MeshError:
             return -np.inf
 
-    while ways and len(taken) < MOST_STEPS:
-        gains = [-np.inf if should_stop() else gain(move) for _, move in ways]
+    while candidates and len(moves) < MOST_STEPS:
+        gains = [-np.inf if should_stop() else gain(move) for _, move in candidates]
         # Mirror twins gain the same but for rounding: of those the first.
         rank = tolerances.number_equal(
             [-gain for gain in gains], sensitivity.SAME_CHANGE
         )
-        order = sorted(range(len(ways)), key=rank.__getitem__)
+        order = sorted(range(len(candidates)), key=rank.__getitem__)
         best = order[0]
         if gains[best] < LEAST_GAIN:
             break
-        taken.append(ways[best][1])
-        begun = begun + taken[-1]
+        moves.append(candidates[best][1])
+        total_move = total_move + moves[-1]
         estimates.append(estimates[-1] + gains[best])
-        ways = [ways[k] for k in order[:LOOKED_AT] if ways[k][0] != ways[best][0]]
-        on_progress(len(taken))
-    return taken, estimates
+        candidates = [
+            candidates[k]
+            for k in order[:CANDIDATES]
+            if candidates[k][0] != candidates[best][0]
+        ]
+        on_progress(len(moves))
+    return moves, estimates
 
 
-def outline_move(space: changes.DesignSpace, changed: changes.ChangedPart) -> float:
-    """How far the outline has moved, metres, measured across the faces before and after."""
-    before = space.body
-    after = body_of(changed.part, space.scene.round_sides)
-    shift = changed.part.center_of_mass - space.part.center_of_mass
-    old = before.points * before.radius
-    new = after.points * after.radius + shift
-    beyond = (
-        new @ before.arrays.normal.T - before.arrays.distance * before.radius
+def outline_shift(
+    space: changes.DesignSpace, changed_part: changes.ChangedPart
+) -> float:
+    """How far the outline has moved across the old and new faces, metres."""
+    body = space.body
+    changed_body = body_of(changed_part.part, space.scene.round_sides)
+    shift = changed_part.part.center_of_mass - space.part.center_of_mass
+    corners = body.points * body.radius
+    changed_corners = changed_body.points * changed_body.radius + shift
+    growth = (
+        changed_corners @ body.arrays.normal.T - body.arrays.distance * body.radius
     ).max()
-    left = (
-        (old - shift) @ after.arrays.normal.T - after.arrays.distance * after.radius
+    shrinkage = (
+        (corners - shift) @ changed_body.arrays.normal.T
+        - changed_body.arrays.distance * changed_body.radius
     ).max()
-    return float(max(beyond, left, 0.0))
+    return float(max(growth, shrinkage, 0.0))
 
 
-def center_move(space: changes.DesignSpace, changed: changes.ChangedPart) -> float:
-    """How far the centre of mass has moved, metres, be it by itself or with the outline."""
+def center_move(space: changes.DesignSpace, changed_part: changes.ChangedPart) -> float:
+    """How far the centre of mass has moved, metres, by itself or with the outline."""
     return float(
-        np.linalg.norm(changed.part.center_of_mass - space.part.center_of_mass)
+        np.linalg.norm(changed_part.part.center_of_mass - space.part.center_of_mass)
     )

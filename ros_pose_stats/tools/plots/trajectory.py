@@ -262,7 +262,7 @@ def animation_frames(
             component_name(reached) if len(reached) < len(root.poses) else "every pose"
         )
         words.set_text(f"within reach: {named}")
-        clock.set_text("at rest" if k >= frames.rest else f"{time:.2f} s")
+        clock.set_text("at rest" if k >= frames.rest_frame else f"{time:.2f} s")
         for artist in (point, words, clock):
             figure.draw_artist(artist)
         drawn = canvas.buffer_rgba()  # type: ignore[no-untyped-call]
@@ -303,10 +303,10 @@ def _stage(
     where = f"pose {trajectory.pose}" if trajectory.pose >= 0 else "no pose"
     pace = (
         "in true time"
-        if frames.slower == 1.0
-        else f"slowed {frames.slower:g} times"
-        if frames.slower > 1.0
-        else f"{1.0 / frames.slower:g} times as fast"
+        if frames.slowing == 1.0
+        else f"slowed {frames.slowing:g} times"
+        if frames.slowing > 1.0
+        else f"{1.0 / frames.slowing:g} times as fast"
     )
     figure.text(
         0.02,

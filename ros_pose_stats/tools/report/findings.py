@@ -40,7 +40,7 @@ class Feeder:
     def check(self, poses: int) -> None:
         """Check what is asked, before anything is dropped."""
         if self.wanted or self.changes or (self.rate, self.kick_height) != (None, None):
-            feeding.check_wanted(self.wanted, poses)
+            feeding.check_wanted_poses(self.wanted, poses)
         feeding.check_rate(1.0 if self.rate is None else self.rate, self.cycle_time)
         if self.kick_height is not None:
             flips.check_kick(self.kick_height)
@@ -104,7 +104,7 @@ class Findings:
     def warnings(self) -> tuple[str, ...]:
         """What asks a person to act: of the drops, and of the wanted poses."""
         return (
-            *pose_groups.warn_of_alike(self.simulated, self.feeder.wanted),
+            *pose_groups.warn_of_lookalikes(self.simulated, self.feeder.wanted),
             *self.simulated.warnings,
         )
 
@@ -160,7 +160,7 @@ def investigate(
             kicks = tuple(
                 KickFeeding(
                     counted,
-                    feeding.flip_wrong_ones(
+                    feeding.flip_wrong_poses(
                         shares,
                         counted.counts,
                         feeder.wanted,

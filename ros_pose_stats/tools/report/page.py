@@ -296,8 +296,8 @@ def _section(
 def _verdict(pose: comparison.PoseComparison) -> str:
     """What is to be read of a pose at a glance."""
     if (pose.share.in_model, pose.share.on_plate) == (
-        comparison.SHOWN,
-        comparison.NONE_SHOWN,
+        comparison.DIFFERENCE_SHOWN,
+        comparison.NO_DIFFERENCE,
     ):
         return "shown in the model only"
     return pose.share.in_model

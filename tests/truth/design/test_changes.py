@@ -48,7 +48,7 @@ def space():
 
 
 def test_nothing_changed_is_the_part(space):
-    assert_same_body(space.change_one(0, 0.0).part, space.part)
+    assert_same_body(space.change_feature(0, 0.0).part, space.part)
 
 
 def test_a_box_has_three_axes_twice_and_six_faces(space):
@@ -73,26 +73,26 @@ def test_a_face_moved(space, step):
         mass=1.0 + step / SIZES[1],
     )
     assert_same_body(
-        space.change_one(face(space, (0.0, 1.0, 0.0)), step).part, expected
+        space.change_feature(face(space, (0.0, 1.0, 0.0)), step).part, expected
     )
 
 
 def test_the_centre_of_mass_moved_keeps_the_inertia(space):
-    part = space.change_one(1, 2e-3).part
+    part = space.change_feature(1, 2e-3).part
     np.testing.assert_allclose(part.center_of_mass, (0.0, 2e-3, 0.0), atol=1e-15)
     np.testing.assert_allclose(part.inertia, space.part.inertia, rtol=1e-12)
 
 
 def test_too_far_is_refused(space):
     with pytest.raises(PoseStatsError, match="change the part less"):
-        space.change_one(face(space, (0.0, 0.0, 1.0)), -60e-3)
+        space.change_feature(face(space, (0.0, 0.0, 1.0)), -60e-3)
     with pytest.raises(PoseStatsError):
-        space.change_one(0, 15e-3)
+        space.change_feature(0, 15e-3)
 
 
 def test_estimates_of_a_stretched_box_have_closed_forms(space):
     """`area`: its area's share; `csae`: a rectangle's solid angle, 4 atan(ab / c |(a, b, c)|)."""
-    part = space.change_one(5, 0.1).part
+    part = space.change_feature(5, 0.1).part
     a = 0.5 * SIZES[0]
     b = 0.5 * SIZES[1]
     c = 0.55 * SIZES[2]
@@ -106,7 +106,7 @@ def test_estimates_of_a_stretched_box_have_closed_forms(space):
 
 def test_a_part_with_rounded_edges_and_holes_keeps_its_own_mass_properties():
     part = part_from_mesh(*DEMO_PARTS["clamp"](), unit="mm")
-    unchanged = space_of(part).change_one(0, 0.0).part
+    unchanged = space_of(part).change_feature(0, 0.0).part
     np.testing.assert_allclose(
         unchanged.center_of_mass, part.center_of_mass, atol=1e-12
     )
@@ -131,7 +131,7 @@ def test_the_mantle_of_a_cylinder_moves_as_one_face():
         for k, feature in enumerate(space.features)
         if feature.kind == "face" and len(feature.planes) > 1
     )
-    wider = space.change_one(mantle, 0.5e-3).part
+    wider = space.change_feature(mantle, 0.5e-3).part
     assert len(estimate(wider).poses) == 3
     # The mantle lies as far out as its circle, within the sagitta of 192 sides.
     assert np.linalg.norm(wider.surface_vertices[:, :2], axis=1).max() == pytest.approx(

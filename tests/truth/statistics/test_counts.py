@@ -60,7 +60,7 @@ class TestGoodnessOfFit:
             counts, [1.0, 0.0] if counts[0] == 1000 else [0.5, 0.5]
         )
         assert (
-            chi_square.too_few
+            chi_square.has_too_few_counts
             and math.isnan(chi_square.statistic)
             and math.isnan(chi_square.p_value)
         )

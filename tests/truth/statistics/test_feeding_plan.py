@@ -50,7 +50,9 @@ def test_on_a_wide_plate_the_closed_form():
     )
     rates = (
         parts
-        * plate_fill([square], np.ones(1), (plate, plate), clearance).free(parts)[:, 0]
+        * plate_fill([square], np.ones(1), (plate, plate), clearance).free_probability(
+            parts
+        )[:, 0]
     )
     np.testing.assert_allclose(
         rates, parts * (1.0 - area / plate**2) ** (parts - 1), rtol=5e-3
@@ -68,7 +70,9 @@ def test_thrown_discs_at_the_edges(dropped):
     first = random.random((40_000, 1, 2)) * plate
     others = random.random((40_000, parts - 1, 2))
     free = np.linalg.norm(others * plate - first, axis=2).min(axis=1) > 2.0 * radius
-    free_share = plate_fill([disc], np.ones(1), ROOM, 0.0).free(np.array([parts]))[0, 0]
+    free_share = plate_fill([disc], np.ones(1), ROOM, 0.0).free_probability(
+        np.array([parts])
+    )[0, 0]
     assert free_share == pytest.approx(
         free.mean(), abs=3.0 * free.std() / 200.0 + 0.002
     )
@@ -160,7 +164,12 @@ def test_the_rate_is_that_of_parts_followed_one_by_one(dropped, flips):
             np.eye(len(shares)),
         )
         rate = simulated_rate(
-            option, shares, moves, free.free(np.array([option.parts]))[0], 60, 1
+            option,
+            shares,
+            moves,
+            free.free_probability(np.array([option.parts]))[0],
+            60,
+            1,
         )
         # Blocks are told for dropped parts here, for those on the plate there: some 2 %.
         assert option.per_minute.value == pytest.approx(rate, rel=0.05)
@@ -182,7 +191,7 @@ def test_no_other_policy_takes_less_time(dropped, flips):
     moves = flips[1].transition
     shares = by_index(dropped)
     parts = 8
-    free = plate.picked * plate.fill(shares).free(np.array([parts]))[0]
+    free = plate.pick_mask * plate.fill(shares).free_probability(np.array([parts]))[0]
     kick = (CELL.cycle_time + CELL.drop_time + CELL.camera_time) / parts
     drop = 60.0 / CELL.rate + (CELL.drop_time + CELL.camera_time) / parts
 
@@ -195,7 +204,7 @@ def test_no_other_policy_takes_less_time(dropped, flips):
         np.array(choice) for choice in itertools.product([False, True], repeat=6)
     ]
     least = np.min([seconds(policy) for policy in policies], axis=0)
-    chosen = np.isin(np.arange(6), plate.worth_flipping(parts, moves))
+    chosen = np.isin(np.arange(6), plate.poses_worth_flipping(parts, moves))
     np.testing.assert_allclose(seconds(chosen), least, rtol=1e-9)
 
 
@@ -231,7 +240,7 @@ def test_the_interval_is_that_of_redrawn_shares(dropped, flips):
 
     planned = plate(shares.probability).plan(kick, 4)
     random = np.random.default_rng(8)
-    drops = plate(shares.probability).drops_as_unsure
+    drops = plate(shares.probability).equivalent_drops
     rates = []
     number = drops(shares.probability, shares.drops, 0.03)
     for _ in range(200):

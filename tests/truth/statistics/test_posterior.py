@@ -11,7 +11,7 @@ from scipy.stats import beta, binom, dirichlet, norm
 from lab.bodies import shapes
 from ros_pose_stats import estimate as estimated, part_from_mesh
 from ros_pose_stats.core.planning.confidence import (
-    learnt_plate_error,
+    learn_plate_error,
     observe_counts,
     plate_evidence,
 )
@@ -52,7 +52,7 @@ class TestLaws:
         self, case, random
     ):
         estimate, group, counts, error = case
-        posterior = PosePrior(estimate, group, error, 0.5).updated(counts)
+        posterior = PosePrior(estimate, group, error, 0.5).update(counts)
         low, high = posterior.interval()
         assert posterior.probability.sum() == pytest.approx(1.0, abs=1e-12)
         assert posterior.probability.min() > 0.0
@@ -66,7 +66,7 @@ class TestLaws:
         assert posterior.expected_error == pytest.approx(rms, abs=1e-9)
         order = list(range(len(group)))
         random.shuffle(order)
-        reordered = PosePrior(estimate[order], group[order], error, 0.5).updated(
+        reordered = PosePrior(estimate[order], group[order], error, 0.5).update(
             counts[order]
         )
         np.testing.assert_allclose(
@@ -84,11 +84,11 @@ class TestLimits:
         true = np.array((0.1, 0.4, 0.2, 0.3))
         prior = PosePrior(estimate, range(4), 0.02, 0.5)
         away = [
-            np.abs(prior.updated(true * n).probability - true).max()
+            np.abs(prior.update(true * n).probability - true).max()
             for n in (0, 10**2, 10**3, 10**4, 10**6)
         ]
         assert away == sorted(away, reverse=True) and away[-1] < 1e-4
-        assert prior.updated(true * 10**6).expected_error == pytest.approx(
+        assert prior.update(true * 10**6).expected_error == pytest.approx(
             math.sqrt(np.mean(true * (1.0 - true)) / 10**6), rel=1e-3
         )
 
@@ -96,7 +96,7 @@ class TestLimits:
         for estimate, counts in ((np.full(6, 1 / 6), [9, 0, 0, 0, 0, 0]), ([1.0], [3])):
             posterior = PosePrior(
                 estimate, np.zeros(len(counts), int), 0.0, 0.5
-            ).updated(counts)
+            ).update(counts)
             np.testing.assert_allclose(posterior.probability, estimate)
             np.testing.assert_allclose(posterior.interval(), [estimate, estimate])
             assert (
@@ -119,10 +119,10 @@ class TestLimits:
     def test_broken_sticks_of_equal_strengths_are_a_dirichlet_distribution(self):
         mean = np.array((0.05, 0.15, 0.3, 0.5))
         counts = np.array((1.0, 0.0, 7.0, 2.0))
-        prior = ConnorMosimann.around(
+        prior = ConnorMosimann.from_means(
             mean, np.full((2, 1, 4), 20.0), np.array((0.3, 0.7))
         )
-        posterior = prior.updated(counts)[0]
+        posterior = prior.update(counts)[0]
         reference = dirichlet(20.0 * mean + counts)
         np.testing.assert_allclose(
             posterior.moments()[0][0], reference.mean(), rtol=1e-12
@@ -193,8 +193,8 @@ def test_intervals_hold_and_false_alarms_are_rare(drops):
     hits = []
     for prior, true, random in drawn_parts(250):
         counts = random.multinomial(drops, true)
-        alarms += bool(prior.contradicted(counts).any())
-        low, high = prior.updated(counts).interval()
+        alarms += bool(prior.contradicted_poses(counts).any())
+        low, high = prior.update(counts).interval()
         hits.append(np.mean((low <= true) & (true <= high)))
     assert alarms <= 2
     assert np.mean(hits) == pytest.approx(0.9, abs=4.0 * math.sqrt(0.09 / 250) + 0.02)
@@ -206,15 +206,21 @@ def test_only_an_estimate_off_by_far_more_than_it_says_is_refuted():
     offsets = (0.2, -0.1, -0.1, 0.0, 0.0)
     counts = (1000 * np.add(estimate, offsets)).round()
     wrong = [
-        PosePrior(estimate, range(5), stated_error, 0.5).contradicted(counts).tolist()
+        PosePrior(estimate, range(5), stated_error, 0.5)
+        .contradicted_poses(counts)
+        .tolist()
         for stated_error in (0.01, 0.15, math.nan)
     ]
     assert wrong == [[True, True, True, False, False], [False] * 5, [False] * 5]
     for counts_ in ((0, 0, 0, 0, 0), (0, 0, 0, 0, 1)):
-        assert not PosePrior(estimate, range(5), 0.02, 0.5).contradicted(counts_).any()
+        assert (
+            not PosePrior(estimate, range(5), 0.02, 0.5)
+            .contradicted_poses(counts_)
+            .any()
+        )
     assert (
         PosePrior((0.4, 0.4, 0.2), (0, 0, 1), 0.005, 0.5)
-        .contradicted((100, 100, 800))
+        .contradicted_poses((100, 100, 800))
         .all()
     )
 
@@ -231,7 +237,7 @@ def test_an_estimate_far_off_costs_next_to_nothing():
     )
     k = np.arange(drops + 1)
     middle = np.array(
-        [prior.updated([count, drops - count]).probability[0] for count in k.tolist()]
+        [prior.update([count, drops - count]).probability[0] for count in k.tolist()]
     )
     square = binom.pmf(k, drops, truth[:, None]) * (middle - truth[:, None]) ** 2
     assert (np.sqrt(square.sum(axis=1) / (truth * (1.0 - truth) / drops)) < 1.1).all()
@@ -246,10 +252,8 @@ def test_what_a_plate_errs_by_is_learnt_from_other_parts():
     ]
     like = plate_evidence(model, stated)
     unlike = plate_evidence(model, stated[::-1])
-    assert learnt_plate_error([]) == pytest.approx(0.05)
-    assert (
-        learnt_plate_error([like] * 5) < 0.02 < 0.1 < learnt_plate_error([unlike] * 5)
-    )
+    assert learn_plate_error([]) == pytest.approx(0.05)
+    assert learn_plate_error([like] * 5) < 0.02 < 0.1 < learn_plate_error([unlike] * 5)
     evidence = [
         count / sum(stated) for count in stated[::-1]
     ]  # what a plate says without these counts

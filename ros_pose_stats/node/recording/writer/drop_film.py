@@ -75,7 +75,7 @@ def write_film(
     film = bag_file.BagFile(file, TYPES)
     places = -(vectors.rotation_matrices(frames.orientations) @ part.center_of_mass)
     places[:, 2] += frames.heights
-    still = np.maximum(np.arange(len(frames.times)) - frames.rest, 0) / RATE
+    still = np.maximum(np.arange(len(frames.times)) - frames.rest_frame, 0) / RATE
     drawn = -EVERY
     for k, time in enumerate((frames.times + still).tolist()):
         stamp = START + round(SECOND * time)

@@ -480,7 +480,7 @@ def _test_lines(
 
 
 def _test_cells(test: chi_square.ChiSquare) -> tuple[str, ...]:
-    if test.too_few:
+    if test.has_too_few_counts:
         return "too few", "-", "-", str(test.pooled), "-"
     p_value = "-"
     verdict = "its error is not known"

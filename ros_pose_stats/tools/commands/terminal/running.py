@@ -309,7 +309,7 @@ def report_table(
 ) -> str:
     """A method's answer, each pose by itself or those that are alike together."""
     from ....core.records.statistics import report
-    from ....core.statistics.pose_groups import listed_poses
+    from ....core.statistics.pose_groups import list_poses
 
-    poses = listed_poses(statistics, each_pose)
+    poses = list_poses(statistics, each_pose)
     return report(statistics, poses, part, explain=explain)
